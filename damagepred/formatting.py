@@ -24,7 +24,7 @@ _FIXED = {
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Return a number to so many figures, without an exponent where that is legible.
+    """Return a number with a few significant figures, without an exponent where that is legible.
 
     Parameters
     ----------
@@ -74,8 +74,13 @@ def length(value: float, digits: int = 3) -> str:
     return f"{number(1e3 * value, digits)} mm" if math.isfinite(value) else "–"
 
 
+def ratio(value: float) -> str:
+    """Return a deflection ratio as engineers write it, such as 1/300."""
+    return f"1/{1 / value:.0f}" if math.isfinite(value) and value > 0 else number(value)
+
+
 def chance(value: float) -> str:
-    """Return a probability; one that is all but 0 or 1 is said to be that, one that is 0 or 1 is counted so."""
+    """Return a probability; "< 0.001" and "> 0.999" are those that rounding would make 0 or 1."""
     if not math.isfinite(value):
         return "–"
     if 0 < value < 0.001:

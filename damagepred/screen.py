@@ -11,6 +11,7 @@ import sys
 import time
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import IO, TYPE_CHECKING, Any, cast
 
 from rich.console import Console
@@ -218,7 +219,7 @@ def table_of(title: str, columns: Sequence[Column]) -> None:
         Of ``damagepred.tables``.
     """
     shown = [column for column in columns if column.short]
-    cells = (column.short_cells or column.cells for column in shown)
+    cells = ([" ".join(cell.split()) for cell in column.short_cells or column.cells] for column in shown)
     table(title, [column.short for column in shown], [list(row) for row in zip(*cells)])
 
 
@@ -337,11 +338,14 @@ def wall_table(ds: xr.Dataset) -> None:
     """Print the path of a wall, a line an increment."""
     from damagepred.archive.cautions import wall_cautions
     from damagepred.rejudge import footing_gap_note
-    from damagepred.tables import path_columns
+    from damagepred.tables import energy_rows, path_columns, quality_rows
 
     table_of(ds.attrs["title"], path_columns(ds))
-    for line in (*zones_in_words(ds), *wall_quality(ds)):
+    for line in zones_in_words(ds):
         say(line)
+    say("; ".join(" ".join(filter(None, row)) for row in quality_rows(ds)))
+    if energy := energy_rows(ds):
+        say("energy (J): " + "; ".join(f"{what} {value}" for what, value in energy))
     cautions([*wall_cautions(ds), *filter(None, [footing_gap_note(ds)])])
 
 
@@ -352,7 +356,7 @@ def cautions(said: Sequence[str]) -> None:
 
 
 def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 40) -> None:
-    """Print cracks, the widest of each part of the wall first; at most so many of them.
+    """Print cracks, the widest of each part of the wall first.
 
     Parameters
     ----------
@@ -388,41 +392,19 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
     before, after : xarray.Dataset
         Datasets of the same wall or study.
     """
-    names = [str(ds["damage_category"].attrs["flag_meanings"]).split() for ds in (before, after)]
+    from damagepred.archive.schema import category_label
+    from damagepred.tables import Column, path_columns, worst_category_columns
+
     title = str(before.attrs.get("title", ""))
     if "sample" in before["damage_category"].dims:
-        from damagepred.rejudge import shares
-
-        was, now = shares(before), shares(after)
-        rows = [
-            [
-                _category(c, names[1] if c < len(names[1]) else names[0]) if c >= 0 else "not known",
-                *(f"{found[c].walls} ({found[c].share:.1%})" if c in found else "0 (0.0%)" for found in (was, now)),
-            ]
-            for c in sorted({*was, *now}, key=lambda c: (c < 0, c))
-        ]
-        table(f"{title}: walls by the worst category of their path", ["category", "before", "after"], rows)
+        columns = worst_category_columns({"before": before, "after": after})
+        table_of(f"{title}: walls by the worst category of their path", columns)
     else:
-        columns = [
-            "deflection\nmm",
-            "widest\ncrack\nmm",
-            "crack\nband\nmm",
-            "bed on\nfooting\nopening\nmm",
-            "category\nbefore",
-            "category\nafter",
-        ]
-        mm = [
-            [f"{1e3 * float(v):.{digits}f}" for v in after[name].values]
-            for name, digits in (
-                ("central_deflection", 2),
-                ("crack_width_max", 3),
-                ("crack_band_width_max", 3),
-                ("footing_opening_max", 3),
-            )
-        ]
-        found = [[_category(int(c), n) for c in ds["damage_category"].values] for ds, n in zip((before, after), names)]
-        rows = [list(row) for row in zip(*mm, *found)]
-        table(title, columns, rows)
+        was = [category_label(before, int(c)) for c in before["damage_category"].values]
+        columns = path_columns(after)
+        at = [column.name for column in columns].index("category")
+        columns[at : at + 1] = Column("", was, short="category\nbefore"), replace(columns[at], short="category\nafter")
+        table_of(f"{title}: judged again", columns)
     for line in (*str(after.attrs["judgement"]).split("; "), *_levels(after)):
         say(line)
 
@@ -431,21 +413,20 @@ def _levels(ds: xr.Dataset) -> list[str]:
     """Shares of walls, or the worst increment, out of level or plumb or with sticking openings, in words."""
     import numpy as np
 
+    from damagepred.archive.schema import flag_name
     from damagepred.uq.capacity import sample_weights
 
     said = []
     for name, what in (("deviation_level", "out of level or plumb"), ("opening_sticking", "doors and windows")):
         if name not in ds or not ds[name].size:
             continue
-        level, names = ds[name].values, str(ds[name].attrs["flag_meanings"]).split()
-        rows = ds.sizes["sample"] if "sample" in ds[name].dims else 1
-        worst = level.reshape(rows, -1).max(axis=1)
-        words = {-1: "not known"} | {n: name.replace("_", " ") for n, name in enumerate(names)}
-        weight = sample_weights(ds) if "sample" in ds.sizes else None
+        many = "sample" in ds[name].dims
+        worst = ds[name].values.reshape(ds.sizes["sample"] if many else 1, -1).max(axis=1)
         shares = (
-            f"{np.average(worst == n, weights=weight):.1%} {word}" for n, word in words.items() if (worst == n).any()
+            f"{np.average(worst == level, weights=sample_weights(ds)):.1%} {flag_name(ds, level, name)}"
+            for level in np.unique(worst)
         )
-        said.append(f"{what}, at worst: {', '.join(shares) if rows > 1 else words[int(worst[0])]}")
+        said.append(f"{what}, at worst: {', '.join(shares) if many else flag_name(ds, int(worst[0]), name)}")
     return said
 
 
@@ -462,97 +443,16 @@ def zones_in_words(ds: xr.Dataset) -> list[str]:
     return [f"{size} in plane {ds.attrs['plane']}; {yielding}"]
 
 
-def wall_quality(ds: xr.Dataset) -> list[str]:
-    """Return residuals, work and energy balance of a wall's path, in words."""
-    balance = f"unbalanced force at most {float(ds['unbalanced_force_ratio'].max()):.1e} block weights"
-    reaction = f"reaction {float(ds['base_reaction'][-1]) / 1e3:.3f} kN"
-    if ds.attrs["solver_method"] == "explicit":
-        return [f"{balance}; {int(ds['cycles'].sum())} cycles; {reaction}"]
-    if ds.attrs["solver_method"] == "dynamic":
-        return _run_in_time(ds)
-    law = f"joint law exceeded by at most {float(ds['joint_law_violation'].max()):.1e} Pa"
-    iterations, factorised, events = (int(ds[name].sum()) for name in ("newton_iterations", "factorisations", "events"))
-    energy = {
-        name: float(ds[name][-1])
-        for name in (
-            "external_work",
-            "elastic_energy",
-            "friction_work",
-            "fracture_work",
-            "released_energy",
-            "energy_error",
-        )
-    }
-    return [
-        f"{balance}; {law}; {reaction}",
-        f"{iterations} Newton iterations, {factorised} factorisations; bonds broke {events} times",
-        f"work of load and movement {energy['external_work']:.4g} J: {energy['elastic_energy']:.4g} J stored, "
-        f"{energy['friction_work']:.4g} J friction, {energy['fracture_work']:.4g} J fracture, "
-        f"{energy['released_energy']:.4g} J released; errors add up to {energy['energy_error']:.2g} J",
-    ]
-
-
-def _run_in_time(ds: xr.Dataset) -> list[str]:
-    energy = {
-        name: float(ds[name][-1])
-        for name in (
-            "external_work",
-            "kinetic_energy",
-            "elastic_energy",
-            "friction_work",
-            "damping_work",
-            "fracture_work",
-            "released_energy",
-            "energy_error",
-        )
-    }
-    return [
-        f"{int(ds['cycles'].sum())} steps of {1e6 * float(ds.attrs['time_step']):.3g} us, "
-        f"{ds.attrs['contact_points']} contact points, neighbours looked for {int(ds['searches'][-1])} times; "
-        f"reaction {float(ds['base_reaction'][-1]) / 1e3:.3f} kN",
-        f"work of loads and base {energy['external_work']:.4g} J: {energy['kinetic_energy']:.4g} J in motion, "
-        f"{energy['elastic_energy']:.4g} J stored, {energy['friction_work']:.4g} J friction, "
-        f"{energy['damping_work']:.4g} J damping, {energy['fracture_work']:.4g} J fracture, "
-        f"{energy['released_energy']:.4g} J released; {energy['energy_error']:.2g} J do not balance",
-        *([f"impacts: {ds.attrs['impacts']}"] if "impacts" in ds.attrs else []),
-    ]
-
-
 def fragility_table(curves: xr.Dataset) -> None:
-    """Print medians and dispersions of fragility curves with their bands."""
+    """Print medians and dispersions of fragility curves with their bands, and how well they fit."""
+    from damagepred.formatting import named
     from damagepred.rejudge import measure_in_words
+    from damagepred.tables import curve_columns, curve_notes
 
-    in_mm = curves["intensity"].attrs["units"] == "m"
-    scale, unit = (1e3, "mm") if in_mm else (1.0, {"1": "-", "m-1": "1/m"}.get(curves["intensity"].attrs["units"], ""))
-    band = f"{100 * curves.attrs['confidence']:.0f} % band"
-    columns = ["damage", f"median {unit}\n({band})", f"dispersion\n({band})", "walls that\nreached it", "fit"]
-    rows = []
-    for category in curves["category"].values:
-        c = curves.sel(category=category)
-        count = f"{int(c['reached'])} of {int(c['reached']) + int(c['not_reached'])}"
-        rows.append(
-            [
-                f"{category} {str(c['category_name'].values).replace('_', ' ')}",
-                _median_cell(c, scale, ".1f" if in_mm else ".3g"),
-                _with_band(c, "dispersion", 1.0, ".2f"),
-                count,
-                str(c["fit_status"].values),
-            ]
-        )
-    measure = str(curves.attrs["intensity_measure"]).replace("_", " ")
-    table(f"{curves.attrs['title']}, against the {measure}", columns, rows)
+    title = f"{curves.attrs['title']}, against the {named(str(curves.attrs['intensity_measure']))}"
+    table_of(title, curve_columns(curves))
     say(f"categories by the {measure_in_words(curves)}")
-    if curves.attrs["samples_failed"]:
-        say(
-            f"{curves.attrs['samples_failed']} failed walls count as far as they were followed; with all of them "
-            f"undamaged, or as damaged where they failed, the medians would be ({unit}):"
-        )
-        for category in curves["category"].values:
-            c = curves.sel(category=category)
-            bounds = [scale * float(c[f"median_failed_{end}"]) for end in ("undamaged", "damaged")]
-            if all(b == b for b in bounds):
-                say(f"  category {int(category)}: {bounds[0]:.3g} or {bounds[1]:.3g}")
-    for line in _fit_lines(curves):
+    for line in curve_notes(curves):
         say(line)
 
 
@@ -564,6 +464,7 @@ def surface_lines(surface: xr.Dataset) -> list[str]:
     surface : xarray.Dataset
         As ``fit_surface`` returns it.
     """
+    from damagepred.tables import banded
     from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
 
     what = (
@@ -572,7 +473,7 @@ def surface_lines(surface: xr.Dataset) -> list[str]:
     what += str(surface.attrs["second_variable"])
     if (status := str(surface["fit_status"].values)) not in WITH_CURVE:
         return [f"{what}: no surface, {status}"]
-    slope, dispersion = _with_band(surface, "slope", 1.0, ".3g"), _with_band(surface, "dispersion", 1.0, ".2f")
+    slope, dispersion = banded(surface, "slope", ".3g"), banded(surface, "dispersion")
     power = "its power" if surface.attrs["scale"] == "log" else "exp of it times"
     better = "with" if surface.attrs["aic_with"] < surface.attrs["aic_without"] else "without"
     said = []
@@ -597,76 +498,15 @@ def sensitivity_tables(found: xr.Dataset) -> None:
     found : xarray.Dataset
         As ``study_sensitivity`` returns it.
     """
-    band = f"({100 * found.attrs['confidence']:.0f} % interval)"
-    rows = [
-        [
-            str(v),
-            *(_with_band(found.sel(variable=v), key, 1.0, ".2f") for key in ("spearman", "partial", "first_order")),
-        ]
-        for v in found["variable"].values
-    ]
-    columns = ["input", f"rank correlation\n{band}", f"partial\n{band}", f"share of variance\n{band}"]
-    table(f"{found.attrs['title']}: {found.attrs['output']}, {found.attrs['walls']} walls", columns, rows)
+    from damagepred.tables import banded, group_columns, sensitivity_columns
+
+    title = f"{found.attrs['title']}: {found.attrs['output']}, {found.attrs['walls']} walls"
+    table_of(title, sensitivity_columns(found))
     if "group" in found.dims:
-        keys = ("group_first_order", "group_total")
-        groups = {"wall": "what holds for a wall", "joints": "what varies from joint to joint"}
-        rows = [
-            [groups[str(g)], *(_with_band(found.sel(group=g), key, 1.0, ".2f") for key in keys)]
-            for g in found["group"].values
-        ]
-        rows.append(["both together beyond that", _with_band(found, "interaction", 1.0, ".2f"), ""])
-        table(
-            f"Shares of the variance, from {found.attrs['tables']} tables of two walls and two fields",
-            ["group", f"by itself\n{band}", f"with the interaction\n{band}"],
-            rows,
-        )
+        title = f"Shares of the variance, from {found.attrs['tables']} tables of two walls and two fields"
+        table_of(title, group_columns(found))
+        say(f"interaction of both groups: {banded(found, 'interaction')}")
     if found.attrs["share_censored"]:
         say(f"{found.attrs['share_censored']:.0%} of the walls had not reached it: they share the highest ranks")
     if found.attrs["samples_failed"]:
         say(f"{found.attrs['samples_failed']} failed walls count as far as they were followed")
-
-
-def _fit_lines(curves: xr.Dataset) -> list[str]:
-    """Return goodness of fit and cautions of fragility curves, in words."""
-    said = []
-    for number, note, chance, gap in zip(
-        *(curves[name].values for name in ("category", "fit_note", "p_value", "distance"))
-    ):
-        if chance < 0.05:
-            said.append(
-                f"category {number}: a lognormal fits badly; only {chance:.0%} of true ones do so by chance "
-                f"(distance from the empirical curve {gap:.2f})"
-            )
-        if note:
-            said.append(f"category {number}: {note}")
-    separate, common = (curves.attrs.get(f"aic_{word}", float("nan")) for word in ("separate", "common"))
-    if separate == separate and common == common:
-        better = "one dispersion for all" if common <= separate else "a dispersion for each"
-        said.append(
-            f"Akaike's criterion: {separate:.1f} with a dispersion for each category, {common:.1f} with one for all; "
-            f"it speaks for {better}"
-        )
-    if curves.attrs.get("crossed"):
-        said.append("note: walls come in fours that share a wall or a field (study.crossed): the bands are too narrow")
-    if curves.attrs["curves_cross"]:
-        said.append("note: fitted apart, the curves of two categories cross; --model common has curves that do not")
-    return said
-
-
-def _category(number: int, names: Sequence[str]) -> str:
-    return f"{number} {names[number].replace('_', ' ')}"
-
-
-def _median_cell(curve: xr.Dataset, scale: float, digits: str) -> str:
-    """Return a median with its band; of an extrapolated curve its lower bound."""
-    if str(curve["fit_status"].values) != "extrapolated":
-        return _with_band(curve, "median", scale, digits)
-    return f"> {scale * float(curve['median']):{digits}}"
-
-
-def _with_band(curve: xr.Dataset, name: str, scale: float, digits: str) -> str:
-    value, low, high = (scale * float(curve[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
-    if value != value:
-        return "-"
-    to = "-" if low >= 0 else " to "
-    return f"{value:{digits}}" + ("" if low != low else f" ({low:{digits}}{to}{high:{digits}})")

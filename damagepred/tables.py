@@ -2,21 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from damagepred.formatting import length, named, number
-from damagepred.rejudge import has_dpc, shown_gaps
+from damagepred.archive.cautions import work_done
+from damagepred.archive.schema import category_label
+from damagepred.arrays import FloatArray
+from damagepred.formatting import chance, length, named, number, ratio, with_band
+from damagepred.rejudge import has_dpc, shares, shown_gaps
+from damagepred.uq.fragility.fit import EXTRAPOLATED
 
 if TYPE_CHECKING:
     import pandas as pd
 
 MM = 1e3
 """Millimetres in a metre."""
+
+DOUBTFUL = 0.05
+"""Goodness of fit below which a curve is doubtful."""
+
+RESIDUALS = {
+    "unbalanced_force_ratio": ("largest unbalanced force", "mean block weights"),
+    "joint_law_violation": ("stress by which a joint exceeds its law", "Pa"),
+}
+"""Residuals of the solution, each with its name and unit."""
+
+_COUNTS = {
+    "events": "times at which bonds broke",
+    "newton_iterations": "Newton iterations",
+    "factorisations": "factorisations",
+    "cycles": "cycles or time steps",
+}
+_IN_TIME = ("contact_points", "contact points"), ("impacts", "impacts")
+_ENERGY = {
+    "external_work": "work of load and movement",
+    "kinetic_energy": "in motion",
+    "elastic_energy": "stored in joints and blocks",
+    "friction_work": "friction",
+    "fracture_work": "softening of bonds",
+    "crushing_work": "crushing",
+    "plastic_work": "yielding zones",
+    "damping_work": "damping",
+    "released_energy": "released where bonds broke",
+    "energy_error": "not balanced",
+}
 
 
 @dataclass(frozen=True)
@@ -76,13 +109,12 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
     columns.append(Column("widest crack", shown("crack_width_max", ".3f"), "mm", "widest\ncrack\nmm"))
     if "crack_count" in ds.variables:
         columns.append(Column("cracks", shown("crack_count", ".0f", 1.0)))
-    categories = [f"{c} {name}" for c, name in zip(ds["damage_category"].values, category_names(ds))]
-    unbroken = [category.replace(" ", "\u00a0") for category in categories]
+    categories = [category_label(ds, int(c)).replace(" ", "\u00a0") for c in ds["damage_category"].values]
     if has_bands := "crack_band_width_max" in ds.variables:
         bands, by_band = shown("crack_band_width_max", ".3f"), shown("damage_category_band", ".0f", 1.0)
         both = [f"{band} ({category})" for band, category in zip(bands, by_band)]
         columns.append(Column("", both, short="band, mm\nand its\ncategory"))
-    columns.append(Column("category", unbroken, "", "damage\ncategory", categories, words=True))
+    columns.append(Column("category", categories, "", "damage\ncategory", words=True))
     if has_bands:
         columns += [Column("crack band", bands, "mm"), Column("category by band", by_band)]
     for part in shown_gaps(ds):
@@ -99,12 +131,6 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
         wider = [f"{MM * v:+.3f}" for v in ds["opening_width_change"].values[:, i]]
         columns.append(Column(f"opening {i + 1} wider by", wider, "mm", f"opening\n{i + 1} wider\nmm"))
     return columns
-
-
-def category_names(ds: xr.Dataset) -> list[str]:
-    """Return the name of the damage category at each increment of a wall."""
-    names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
-    return [named(names[c]) if 0 <= c < len(names) else "not known" for c in ds["damage_category"].values]
 
 
 def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
@@ -149,3 +175,230 @@ def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
     if not in_time:
         columns.append(in_mm("began at a deflection of", "first_central_deflection", "began\nat mm"))
     return columns
+
+
+def worst_category_columns(judged: Mapping[str, xr.Dataset]) -> list[Column]:
+    """Return how many walls of a study are in each category at worst, a row a category, and their share.
+
+    Parameters
+    ----------
+    judged : mapping of str to xarray.Dataset
+        The study by one or more judgements, by the head of its column.
+    """
+    found = {head: shares(ds) for head, ds in judged.items()}
+    categories = sorted({c for one in found.values() for c in one}, key=lambda c: (c < 0, c))
+    # a category beyond a judgement's own has the name that another one gives it
+    labels = []
+    for c in categories:
+        named_by = [label for ds in judged.values() if (label := category_label(ds, c)) != f"{c} not known"]
+        labels.append(named_by[-1] if named_by else "not known")
+    cells = {
+        head: [f"{one[c].walls} ({one[c].share:.1%})" if c in one else "0 (0.0%)" for c in categories]
+        for head, one in found.items()
+    }
+    return [
+        Column("category", labels, short="category", words=True),
+        *(Column(head, shown, short=head.replace(" or ", "\nor ")) for head, shown in cells.items()),
+    ]
+
+
+# -- how well a wall is solved ---------------------------------------------------------------------------------------
+
+
+def known(ds: xr.Dataset, name: str) -> bool:
+    """Return whether a dataset has any value of a variable.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of a wall or a study.
+    name : str
+        Name of the variable.
+    """
+    return name in ds and bool(np.isfinite(np.asarray(ds[name].values, dtype=np.float64)).any())
+
+
+def energy_shares(ds: xr.Dataset) -> FloatArray:
+    """Return energy that does not balance over the work done, at each increment, of each sample if there are any."""
+    if not known(ds, "energy_error"):
+        return np.empty(0)
+    work = work_done(ds)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(work > 0, np.abs(ds["energy_error"].values) / work, np.nan)
+
+
+def quality_rows(ds: xr.Dataset) -> list[list[str]]:
+    """Return how well the path of a wall is solved: in each row a name, a value and its unit."""
+    rows = [
+        [what, number(float(np.nanmax(ds[name].values)), 2), unit]
+        for name, (what, unit) in RESIDUALS.items()
+        if known(ds, name)
+    ]
+    share = energy_shares(ds)
+    if share.size and np.isfinite(share[-1]):
+        rows.append(["energy that does not balance, of all work done", number(100 * float(share[-1]), 2), "%"])
+    counts = {name: ds[name].values for name in _COUNTS if name in ds}
+    rows += [
+        [_COUNTS[name], str(int(values[values > 0].sum())), ""]
+        for name, values in counts.items()
+        if (values > 0).any() or (name == "events" and (values == 0).any())
+    ]
+    if "time_step" in ds.attrs:
+        rows.append(["time step", number(1e6 * float(ds.attrs["time_step"]), 3), "µs"])
+        rows.append(["searches for neighbours", str(int(ds["searches"][-1])), ""])
+    rows += [[what, str(ds.attrs[name]), ""] for name, what in _IN_TIME if name in ds.attrs]
+    rows.append(["reaction of the ground at the end", number(1e-3 * float(ds["base_reaction"][-1])), "kN"])
+    return rows
+
+
+def energy_rows(ds: xr.Dataset) -> list[list[str]]:
+    """Return where the energy of a wall has gone by the end of its path: in each row a name and a value (J)."""
+    last = {name: float(ds[name].values[-1]) for name in _ENERGY if known(ds, name)}
+    return [[_ENERGY[name], number(value)] for name, value in last.items() if value != 0.0]
+
+
+# -- fragility curves ------------------------------------------------------------------------------------------------
+
+
+def curve_columns(curves: xr.Dataset) -> list[Column]:
+    """Return the parameters of fragility curves with their bands, a row a category.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        As ``fit_fragility`` returns it.
+    """
+    units, measure = str(curves["intensity"].attrs["units"]), named(str(curves.attrs["intensity_measure"]))
+    unit = {"m": "mm", "m-1": "1/m"}.get(units, "")
+    band = f"{curves.attrs['confidence']:.0%} band"
+    every = [curves.isel(category=k) for k in range(curves.sizes["category"])]
+
+    def movement(one: xr.Dataset, name: str) -> str:
+        value = float(one[name])
+        return ratio(value) if units == "1" else number(MM * value if units == "m" else value, 3)
+
+    def median(one: xr.Dataset) -> str:
+        value, low, high = (movement(one, f"median{end}") for end in ("", "_lower", "_upper"))
+        return f"> {value}" if str(one["fit_status"].item()) == EXTRAPOLATED else with_band(value, low, high, "\n")
+
+    labels = [f"{int(one['category'])} {named(str(one['category_name'].item()))}" for one in every]
+    counts = [f"{int(one['reached'])} of {int(one['reached']) + int(one['not_reached'])}" for one in every]
+    spread = [banded(one, "dispersion", between="\n") for one in every]
+    fits = [chance(float(one["p_value"])) for one in every]
+    status = [str(one["fit_status"].item()) for one in every]
+    head = f"median {unit}".rstrip()
+    columns = [
+        Column("category or worse", labels, short="category\nor worse", words=True),
+        Column(f"median {measure}, {band}", [median(one) for one in every], unit, f"{head}\n({band})"),
+        Column(f"dispersion, {band}", spread, short=f"dispersion\n({band})"),
+        Column("walls that reached it", counts, short="walls that\nreached it"),
+        Column("goodness of fit", fits, short="goodness\nof fit"),
+        Column("fit", status, short="fit", words=True),
+    ]
+    if curves.attrs.get("samples_failed"):
+        ends = [[movement(one, f"median_failed_{end}") for end in ("undamaged", "damaged")] for one in every]
+        bounds = ["\nor ".join(pair) for pair in ends]
+        name = "median if all failed walls were undamaged, or damaged"
+        columns.append(Column(name, bounds, unit, f"{head} if all\nfailed walls were\nundamaged, or damaged"))
+    return columns
+
+
+def banded(one: xr.Dataset, name: str, form: str = ".2f", between: str = " ") -> str:
+    """Return a value with its confidence interval.
+
+    Parameters
+    ----------
+    one : xarray.Dataset
+        With scalars ``name``, ``name_lower`` and ``name_upper``.
+    name : str
+        Name of the value.
+    form : str
+        Format of the three numbers.
+    between : str
+        What parts value and interval: a space or a line break.
+    """
+    values = (float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+    value, low, high = (f"{v:{form}}" if np.isfinite(v) else number(v) for v in values)
+    return with_band(value, low, high, between)
+
+
+def curve_notes(curves: xr.Dataset) -> list[str]:
+    """Return what a reader of fragility curves must know of their fit, a sentence each.
+
+    Parameters
+    ----------
+    curves : xarray.Dataset
+        As ``fit_fragility`` returns it.
+    """
+    said = []
+    if failed := int(curves.attrs.get("samples_failed", 0)):
+        said.append(
+            f"{failed} failed walls count in the curves as far as they were followed, which is right if walls do not "
+            "fail because they are weak or strong."
+        )
+    for category, note, fit, distance in zip(
+        *(curves[name].values for name in ("category", "fit_note", "p_value", "distance"))
+    ):
+        if fit < DOUBTFUL:
+            said.append(
+                f"The curve of category {category} is doubtful: of walls that follow such a curve, a "
+                f"share of {chance(float(fit))} lies as far from it as these do (distance {distance:.2f})."
+            )
+        if note:
+            said.append(f"Category {category}: {note}.")
+    separate, common = (curves.attrs.get(f"aic_{word}", np.nan) for word in ("separate", "common"))
+    if np.isfinite(separate + common):
+        better = "one dispersion for all" if common <= separate else "a dispersion for each"
+        said.append(
+            f"Akaike's criterion: {separate:.1f} with a dispersion for each category, {common:.1f} with one for all. "
+            f"The smaller is better: {better}."
+        )
+    if curves.attrs.get("crossed"):
+        said.append("Walls come in fours that share a wall or a field (study.crossed): the bands are too narrow.")
+    if curves.attrs.get("curves_cross"):
+        said.append(
+            "The curves of two categories, fitted apart, cross; where they do, neither is to be trusted. "
+            "`damagepred fragility --model common` fits curves that do not."
+        )
+    return said
+
+
+# -- sensitivity -----------------------------------------------------------------------------------------------------
+
+GROUPS = {"wall": "inputs with one value a wall", "joints": "inputs with one value a joint"}
+"""Names of the groups of a crossed study."""
+
+
+def sensitivity_columns(found: xr.Dataset) -> list[Column]:
+    """Return how damage depends on each input, a row an input.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        As ``study_sensitivity`` returns it.
+    """
+    inputs = [str(v) for v in found["variable"].values]
+    kinds = {"spearman": "rank correlation", "partial": "partial", "first_order": "share of variance"}
+    return [Column("input", inputs, short="input", words=True), *_intervals(found, "variable", kinds)]
+
+
+def group_columns(found: xr.Dataset) -> list[Column]:
+    """Return the shares of variance of the groups of a crossed study, a row a group.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        As ``study_sensitivity`` returns it.
+    """
+    groups = [GROUPS[str(g)] for g in found["group"].values]
+    kinds = {"group_first_order": "by itself", "group_total": "with the interaction"}
+    return [Column("group", groups, short="group", words=True), *_intervals(found, "group", kinds)]
+
+
+def _intervals(found: xr.Dataset, dim: str, heads: Mapping[str, str]) -> list[Column]:
+    """Return a column of values with their intervals for each variable."""
+    level = f"({found.attrs['confidence']:.0%} interval)"
+    return [
+        Column(head, [banded(found.sel({dim: v}), name) for v in found[dim].values], short=f"{head}\n{level}")
+        for name, head in heads.items()
+    ]

@@ -355,6 +355,39 @@ def category_attributes(names: tuple[str, ...], comment: str, variable: str = "d
     return Variable(kept.dims, None, kept.long_name, flags).attributes() | {"comment": comment}
 
 
+def flag_name(ds: xr.Dataset, value: int, variable: str = "damage_category") -> str:
+    """Return in plain words what a value of a flag variable means, ``"not known"`` where nothing is.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        With the variable; without its meanings, those of ``VARIABLES`` are taken.
+    value : int
+        Value of the flag.
+    variable : str
+        Name of the variable.
+    """
+    known = VARIABLES[variable].flags if variable in VARIABLES else ()
+    given = ds[variable].attrs.get("flag_meanings") if variable in ds.variables else None
+    names = str(given).split() if given else known
+    return names[value].replace("_", " ") if 0 <= value < len(names) else "not known"
+
+
+def category_label(ds: xr.Dataset, category: int, variable: str = "damage_category") -> str:
+    """Return number and name of a damage category, such as ``"2 slight"``.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of a wall or a study.
+    category : int
+        Its number, -1 if it is not known.
+    variable : str
+        One of ``CATEGORY_VARIABLES``.
+    """
+    return f"{category} {flag_name(ds, category, variable)}" if category >= 0 else "not known"
+
+
 FLAG_FILL = np.int8(-1)
 """Value of a flag that is not known."""
 

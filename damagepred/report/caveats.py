@@ -9,17 +9,15 @@ import xarray as xr
 
 from damagepred.archive.cautions import study_cautions, wall_cautions
 from damagepred.enumerations import PathStatus
-from damagepred.formatting import chance, length, number
+from damagepred.formatting import length, number
 from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
 from damagepred.scene import Scene
 from damagepred.scene.assumed import assumed_ground
 from damagepred.study.settings import StudySettings
+from damagepred.tables import curve_notes
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.fragility.fit import EXTRAPOLATED
-
-DOUBTFUL = 0.05
-"""Probability of a curve's distance from its walls below which it is not to be trusted."""
 
 
 def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
@@ -90,12 +88,12 @@ def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
     said = []
     if ds.attrs.get("status", PathStatus.COMPLETE) != PathStatus.COMPLETE:
         said.append(f"The path ended early: {ds.attrs.get('status_message', ds.attrs['status'])}.")
-    strengths = (
-        "This is one wall with the values stated. Real joints scatter, and scatter decides where walls crack and how "
+    said.append(
+        "This is one sampled wall of a study. Others of the same study may look quite different."
+        if "sample" in ds.attrs
+        else "This is one wall with the values stated. Real joints scatter, and scatter decides where walls crack and "
+        "how wide: a study of many walls says how likely each category is."
     )
-    said.append(strengths + "wide: a study of many walls says how likely each category is.")
-    if "sample" in ds.attrs:
-        said[-1] = "This is one sampled wall of a study. Others of the same study may look quite different."
     if int(ds.attrs.get("apex_limited_joints", 0)):
         said.append(
             f"{int(ds.attrs['apex_limited_joints'])} joints have a tensile strength beyond cohesion / friction, the "
@@ -105,31 +103,30 @@ def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
     return Section("caveats", "What to keep in mind", [Text([], said + model_caveats(scene))])
 
 
-def study_caveats(ds: xr.Dataset, curves: xr.Dataset | None, settings: StudySettings, moved: float) -> Section:
+def study_caveats(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings, moved: float) -> Section:
     """Return the caveats of a study.
 
     Parameters
     ----------
     ds : xarray.Dataset
         The study.
-    curves : xarray.Dataset or None
-        Its curves, if there are any.
+    curves : xarray.Dataset
+        Its curves.
     settings : StudySettings
         What was asked.
     moved : float
         Movement (m) to which every wall was moved.
     """
     said = [
-        "Bands and intervals are those of having sampled so many walls and no more. Whether the model is right, and "
-        "whether the inputs are, is not in them; `damagepred estimate` with [study.epistemic] weighs the latter."
+        "Bands and intervals tell the error of the number of walls alone, not whether the model and the inputs are "
+        "right; `damagepred estimate` with [study.epistemic] weighs the inputs."
     ]
     if doubtful := unsure(settings):
         said.append(
             f"The mean or the scatter of {len(doubtful)} variables is assumed, not measured: "
             f"{', '.join(doubtful)}. Measure those that matter before anything is built on the figures."
         )
-    if curves is not None:
-        said += _curve_caveats(curves, moved)
+    said += _curve_caveats(curves, moved)
     counted = ds["apex_limited"].values if "apex_limited" in ds else np.zeros(0)
     if (counted > 0).any():
         cut = np.average(counted[counted >= 0], weights=sample_weights(ds)[counted >= 0])
@@ -152,40 +149,25 @@ def study_caveats(ds: xr.Dataset, curves: xr.Dataset | None, settings: StudySett
 
 
 def _curve_caveats(curves: xr.Dataset, moved: float) -> list[str]:
-    said = []
-    if failed := int(curves.attrs.get("samples_failed", 0)):
-        said.append(
-            f"{failed} failed walls count in the curves as far as they were followed, which is right if walls do not "
-            "fail because they are weak or strong. The table of curves has the medians if all of them had been "
-            "undamaged to the end, or damaged where they failed."
-        )
-    for number_, category in enumerate(curves["category"].values):
-        one = curves.isel(category=number_)
-        reached, not_yet = int(one["reached"]), int(one["not_reached"])
-        if not_yet and reached and not_yet > reached:
+    said = curve_notes(curves)
+    for k, category in enumerate(curves["category"].values):
+        one = curves.isel(category=k)
+        reached, not_yet, median = int(one["reached"]), int(one["not_reached"]), float(one["median"])
+        if not_yet > reached > 0:
             said.append(
-                f"Category {int(category)} was not reached by {not_yet} of {reached + not_yet} walls: its curve is "
-                "known at its lower end, and its median rests on the assumption that capacities are lognormal."
+                f"Category {category} was not reached by {not_yet} of {reached + not_yet} walls: its curve is known at "
+                "its lower end, and its median rests on the assumption that capacities are lognormal."
             )
-        if float(one["p_value"]) < DOUBTFUL:
+        if not np.isfinite(median) or str(curves.attrs.get("intensity_measure")) == "deflection_ratio":
+            continue
+        if "fit_status" in one and str(one["fit_status"].item()) == EXTRAPOLATED:
             said.append(
-                f"The curve of category {int(category)} is doubtful: of walls that follow such a curve, "
-                f"{chance(float(one['p_value']))} lie as far from it as these do. Read the steps beside it."
+                f"The median of category {category} lies beyond {length(median)}, the largest movement of a wall: its "
+                "curve is known as far as that and no further."
             )
-        median = float(one["median"])
-        extrapolated = "fit_status" in one and str(one["fit_status"].item()) == EXTRAPOLATED
-        if (
-            np.isfinite(median)
-            and (median > moved > 0 or extrapolated)
-            and str(curves.attrs.get("intensity_measure")) != "deflection_ratio"
-        ):
+        elif median > moved > 0:
             said.append(
-                f"The median of category {int(category)} lies beyond {length(median)}, the largest movement of a wall: "
-                "its curve is known as far as that and no further."
-                if extrapolated
-                else f"The median of category {int(category)}, {length(median)}, lies beyond {length(moved)}, to which "
-                "all walls were moved: an extrapolation."
+                f"The median of category {category}, {length(median)}, lies beyond {length(moved)}, to which all walls "
+                "were moved: an extrapolation."
             )
-    if int(curves.attrs.get("curves_cross", 0)):
-        said.append("The curves of two categories, fitted apart, cross; where they do, neither is to be trusted.")
     return said

@@ -7,11 +7,12 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from damagepred.archive.schema import category_label
 from damagepred.damage import construction_limits
-from damagepred.formatting import chance, length, named, with_band
+from damagepred.formatting import chance, length, with_band
 from damagepred.report.parts import Part, Section, Table, Text
 from damagepred.report.quality import categories
-from damagepred.uq.exceedance import exceedance
+from damagepred.uq.exceedance import Exceedance, exceedance
 from damagepred.uq.fragility.describe import lognormal_of
 
 MEASURE = "central_deflection"
@@ -58,16 +59,15 @@ def wall_limits(ds: xr.Dataset) -> Section:
     """Return in which category one wall is at each limit."""
     source, found = code_limits(float(ds.attrs["span"]))
     deflection = ds[MEASURE].values
-    names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
     rows = []
     for limit in found:
         at = np.flatnonzero(deflection >= limit.deflection * (1 - 1e-9))
         if at.size:
             category, width = int(ds["damage_category"].values[at[0]]), float(ds["crack_width_max"].values[at[0]])
-            told = [f"{category} {named(names[category])}", length(width)]
+            told = [category_label(ds, category), length(width)]
         else:
             told = ["not moved as far", "–"]
-        rows.append([limit.construction, f"L/{limit.ratio}, {length(limit.absolute)}", length(limit.deflection), *told])
+        rows.append([*_limit(limit), *told])
     table = Table(
         "This wall at the design deflections of a code, by construction",
         ["construction", "limit, the lesser of", "for this length", "category of damage", "widest crack"],
@@ -95,62 +95,44 @@ def study_limits(ds: xr.Dataset, curves: xr.Dataset | None, moved: float, confid
     source, found = code_limits(float(ds.attrs["span"]))
     of = categories(ds)
     head = ["construction", "limit, the lesser of", "for this length", *(f"{name} or worse" for _, name in of)]
+    beyond = [limit.deflection > moved * (1 + 1e-9) for limit in found]
     parts: list[Part] = [
         Text(
             [
-                f"{source} limits the deflection of a footing under a design movement of the site, by "
-                "construction. The "
-                "figures are the probabilities of damage to this wall if its footing deflects by just as much; "
-                "the wall itself "
-                "is of one construction, and the other limits are there to compare."
+                f"{source} limits the deflection of a footing under a design movement of the site, by construction. "
+                "The figures are the probabilities of damage to this wall if its footing deflects by just as much; the "
+                "wall itself is of one construction, and the other limits are there to compare."
             ]
         )
     ]
-    rows = []
-    for limit in found if curves is not None else []:
-        assert curves is not None
-        cells = [_from_curve(curves, category, limit.deflection) for category, _ in of]
-        rows.append([*_limit(limit), *cells])
-    if rows:
-        parts.append(
-            Table(
-                f"Probability from the fitted curves ({confidence:.0%} band)",
-                head,
-                rows,
-                words=(0, 1),
-                note=(
-                    f"† beyond {length(moved)}, to which all walls were moved: extrapolated. A dash: no curve "
-                    "was fitted."
-                ),
-            )
-        )
-        parts[-1] = _marked(parts[-1], found, moved)
-    rows = []
-    # walls that are each known at their own movement alone cannot be counted at one
-    for limit in found if ds["damage_category"].ndim == 2 else []:
-        counted = [exceedance(ds, c, limit.deflection, confidence=confidence, intensity=MEASURE) for c, _ in of]
-        cells = []
-        for one in counted:
-            e = one.estimate
-            short = one.not_followed > 0 or limit.deflection > moved * (1 + 1e-9)
-            cells.append(
-                "not moved as far" if short else with_band(chance(e.value), chance(e.lower), chance(e.upper), "\n")
-            )
-        rows.append([*_limit(limit), *cells])
-    if rows:
-        parts.append(
-            Table(
-                f"Counted among the walls ({confidence:.0%} interval)",
-                head,
-                rows,
-                words=(0, 1),
-                note=(
-                    "A wall known to have reached the category between two increments counts for the share of "
-                    "that step."
-                ),
-            )
-        )
+    if curves is not None:
+        rows = [
+            [*_limit(limit), *(_from_curve(curves, category, limit.deflection) for category, _ in of)]
+            for limit in found
+        ]
+        note = "A dash: no curve was fitted." if any("–" in row[3:] for row in rows) else ""
+        for row, extrapolated in zip(rows, beyond):
+            row[2] += " †" * extrapolated
+        if any(beyond):
+            note = f"† beyond {length(moved)}, to which all walls were moved: extrapolated. {note}".strip()
+        parts.append(Table(f"Probability from the fitted curves ({confidence:.0%} band)", head, rows, (0, 1), note))
+    if (
+        ds["damage_category"].ndim == 2
+    ):  # walls that are each known at their own movement alone cannot be counted at one
+        rows = []
+        for limit, too_far in zip(found, beyond):
+            counted = [exceedance(ds, c, limit.deflection, confidence=confidence, intensity=MEASURE) for c, _ in of]
+            rows.append([*_limit(limit), *("not moved as far" if too_far else _counted(one) for one in counted)])
+        note = "A wall known to have reached the category between two increments counts for the share of that step."
+        parts.append(Table(f"Counted among the walls ({confidence:.0%} interval)", head, rows, (0, 1), note))
     return Section("limits", "Probabilities at code limits", parts)
+
+
+def _counted(found: Exceedance) -> str:
+    e = found.estimate
+    if found.not_followed > 0:
+        return "not moved as far"
+    return with_band(chance(e.value), chance(e.lower), chance(e.upper), "\n")
 
 
 def _limit(limit: Limit) -> list[str]:
@@ -173,15 +155,3 @@ def _from_curve(curves: xr.Dataset, category: int, at: float) -> str:
     # a curve is never quite at 0 or 1, whatever it is rounded to
     told = [chance(float(np.clip(p, 1e-12, 1 - 1e-12))) for p in (value, low, high)]
     return with_band(told[0], told[1], told[2], "\n")
-
-
-def _marked(table: Part, found: list[Limit], moved: float) -> Part:
-    """Mark the limits that lie beyond the movement of the walls."""
-    assert isinstance(table, Table)
-    rows = [
-        [*row[:2], f"{row[2]} †" if limit.deflection > moved * (1 + 1e-9) else row[2], *row[3:]]
-        for row, limit in zip(table.rows, found)
-    ]
-    marked = any("†" in row[2] for row in rows)
-    note = table.note if marked else "A dash: no curve was fitted." if any("–" in row[3:] for row in rows) else ""
-    return Table(table.caption, table.columns, rows, table.words, note)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -14,19 +14,19 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import DamagepredError, InputError
-from damagepred.formatting import chance, duration, length, named, number, with_band
-from damagepred.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words, shares
+from damagepred.formatting import duration, named, number
+from damagepred.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
 from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section
 from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, drawing
-from damagepred.report.quality import category_name, common_movement, monte_carlo, study_quality
+from damagepred.report.quality import common_movement, monte_carlo, study_quality
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.study.settings import StudySettings, read_frozen
+from damagepred.tables import curve_columns, worst_category_columns
 from damagepred.uq.fragility import fit_fragility
-from damagepred.uq.fragility.fit import EXTRAPOLATED
 from damagepred.uq.fragility.options import DEFAULT
 
 if TYPE_CHECKING:
@@ -149,30 +149,16 @@ def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:
 
 
 def _facts(ds: xr.Dataset, curves: xr.Dataset) -> list[tuple[str, str]]:
-    status, measure = ds["status"].values, named(str(curves.attrs["intensity_measure"]))
+    status = ds["status"].values
     solved = int(np.isin(status, SOLVED).sum())
     facts = [("Walls", f"{solved} solved of {len(status)}, each with other joints and movement")]
-    for number_, category in enumerate(curves["category"].values):
-        one = curves.isel(category=number_)
-        reached, count = int(one["reached"]), int(one["reached"]) + int(one["not_reached"])
-        text = f"reached by {reached} of {count} walls"
-        if np.isfinite(float(one["median"])):
-            text += f"; median {measure} {_median(one, str(curves['intensity'].attrs['units']))}"
-        facts.append((f"Category {int(category)}, {named(str(one['category_name'].item()))}", text))
+    category, median, _, counts = curve_columns(curves)[:4]
+    for label, value, count in zip(category.cells, median.cells, counts.cells):
+        text = f"reached by {count} walls"
+        if value != "–":
+            text += f"; {median.name.partition(',')[0]} {' '.join(value.split())} {median.unit}".rstrip()
+        facts.append((f"Category {label}", text))
     return facts
-
-
-def _median(one: xr.Dataset, unit: str, between: str = " ") -> str:
-    value, low, high = (_in_unit(float(one[f"median{end}"]), unit) for end in ("", "_lower", "_upper"))
-    if str(one["fit_status"].item()) == EXTRAPOLATED:
-        return f"> {value}" if unit != "1" else f"beyond {value}"
-    return with_band(value, low, high, between)
-
-
-def _in_unit(value: float, unit: str) -> str:
-    if unit == "m":
-        return length(value)
-    return f"1/{1 / value:.0f}" if unit == "1" and np.isfinite(value) and value > 0 else number(value, 3)
 
 
 def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, written: str) -> list[Part]:
@@ -280,36 +266,17 @@ def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable
 
 def _measures(ds: xr.Dataset) -> Table:
     """Return the share of walls in each category at worst, by each width that categories can be found by."""
-    columns: list[tuple[str, dict[str, Any]]] = [("widest joint (%)", {"measure": "joint"})]
-    if "crack_band_width_max" in ds:
-        columns.append(("widest crack band (%)", {"measure": "band"}))
-    if "footing_opening_max" in ds and not has_dpc(ds):
-        columns.append(("widest joint or gap on the footing (%)", {"measure": "joint", "count_footing_gap": True}))
-    columns[0][1].update(count_footing_gap=False)
-    found = [shares(judge_again(ds, **rules)) for _, rules in columns]
-    rows = [
-        [
-            "not known" if c < 0 else f"{c} {category_name(ds, c)}",
-            *(f"{100 * one[c].share:.1f}" if c in one else "0.0" for one in found),
-        ]
-        for c in sorted({c for one in found for c in one}, key=lambda c: (c < 0, c))
-    ]
+    judged = {"widest joint": judge_again(ds, measure="joint", count_footing_gap=False)}
     note = f"Categories elsewhere on this page are by the {measure_in_words(ds)}. "
     if "crack_band_width_max" in ds:
+        judged["widest crack band"] = judge_again(ds, measure="band")
         gauge = number(float(ds["crack_band_width_max"].attrs.get("gauge_length", np.nan)), 3)
-        note += f"A crack band's width is the sum of the openings of neighbouring joints along {gauge} m. "
+        note += f"A crack band's width is the sum of the openings of neighbouring joints along {gauge} m."
     else:
-        note += "Written by an older version, the archive does not hold the widths of crack bands. "
-    return Table(
-        "Walls by the worst category of their path",
-        ["category", *(head for head, _ in columns)],
-        rows,
-        note=note.strip(),
-    )
-
-
-def _fit_words(one: xr.Dataset) -> tuple[str, str]:
-    return str(one["fit_status"].item()), str(one["fit_note"].item())
+        note += "Written by an older version, the archive does not hold the widths of crack bands."
+    if "footing_opening_max" in ds and not has_dpc(ds):
+        judged["widest joint or gap on the footing"] = judge_again(ds, measure="joint", count_footing_gap=True)
+    return Table.of("Walls by the worst category of their path", worst_category_columns(judged), note)
 
 
 def _solved_again(comparison: str) -> str:
@@ -332,7 +299,7 @@ def _no_paths() -> Text:
 def _fragility(curves: xr.Dataset) -> list[Part]:
     from damagepred.plotting import draw_fragility
 
-    unit, confidence = str(curves["intensity"].attrs["units"]), float(curves.attrs["confidence"])
+    confidence = float(curves.attrs["confidence"])
     measure = named(str(curves.attrs["intensity_measure"]))
     figure = drawing(
         "fragility",
@@ -341,31 +308,6 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
         f"Fragility curves of the damage categories against the {measure}, with confidence bands",
         draw_fragility(curves),
     )
-    rows, failed = [], bool(curves.attrs.get("samples_failed", 0))
-    for number_, category in enumerate(curves["category"].values):
-        one = curves.isel(category=number_)
-        spread = [number(float(one[f"dispersion{end}"]), 2) for end in ("", "_lower", "_upper")]
-        row = [
-            f"{int(category)} {named(str(one['category_name'].item()))}",
-            _median(one, unit, "\n"),
-            with_band(spread[0], spread[1], spread[2], "\n"),
-            f"{int(one['reached'])} of {int(one['reached']) + int(one['not_reached'])}",
-            chance(float(one["p_value"])),
-            "; ".join(filter(None, _fit_words(one))),
-        ]
-        if failed:
-            ends = [_in_unit(float(one[f"median_failed_{end}"]), unit) for end in ("undamaged", "damaged")]
-            row.append("\nor ".join(ends))
-        rows.append(row)
-    band = f"({confidence:.0%} band)"
-    head = [
-        "category or worse",
-        f"median {measure} {band}",
-        f"dispersion {band}",
-        "walls that reached it",
-        "goodness of fit",
-        "fit",
-    ]
     note = (
         "Lognormal capacities, fitted by maximum likelihood to the intervals between increments in which each wall "
         "reached the category; a wall that did not reach it counts as not yet damaged at its last movement (censored). "
@@ -376,6 +318,4 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
     )
     if str(curves.attrs["model"]) == "common":
         note += " Fitted each for itself, curves would cross; these have one dispersion for all."
-    if failed:
-        head.append("median if all failed walls were undamaged, or damaged")
-    return [figure, Table("The curves", head, rows, words=(0, 5), note=note)]
+    return [figure, Table.of("The curves", curve_columns(curves), note)]

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from damagepred.archive.schema import category_label
 from damagepred.enumerations import ContactKind, PathStatus
 from damagepred.errors import InputError
-from damagepred.formatting import length, named, number
+from damagepred.formatting import length, number, ratio
 from damagepred.rejudge import footing_gap_note, measure_in_words, shown_gaps
 from damagepred.report.caveats import wall_caveats
 from damagepred.report.cracks import crack_parts
@@ -92,15 +93,15 @@ def _warnings(ds: xr.Dataset) -> list[str]:
 
 
 def _facts(ds: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
-    category, words = _category(ds, -1)
+    category = category_label(ds, int(ds["damage_category"].values[-1]))
     movement = f"{scene.movement.kind}, footing deflected by {length(float(ds['central_deflection'].values[-1]))}"
-    if "deflection_ratio" in ds.variables and (ratio := float(ds["deflection_ratio"].values[-1])) > 0:
-        movement += f" (1/{1 / ratio:.0f} of its length)"
+    if "deflection_ratio" in ds.variables and (share := float(ds["deflection_ratio"].values[-1])) > 0:
+        movement += f" ({ratio(share)} of its length)"
     if "surface_movement" in ds.variables:
         movement += f" under a surface movement of {length(float(ds['surface_movement'].values[-1]))}"
     facts = [
         ("Movement", movement),
-        ("Damage", f"category {category}, {words} ({ds.attrs.get('damage_table', '')}, by the {measure_in_words(ds)})"),
+        ("Damage", f"category {category} ({ds.attrs.get('damage_table', '')}, by the {measure_in_words(ds)})"),
         ("Widest crack", length(float(ds["crack_width_max"].values[-1]))),
     ]
     if "crack_band_width_max" in ds.variables:
@@ -126,15 +127,9 @@ def _band(ds: xr.Dataset) -> str:
     gauge = number(float(ds["crack_band_width_max"].attrs.get("gauge_length", np.nan)), 3)
     text = f"{length(float(ds['crack_band_width_max'].values[-1]))} across {gauge} m of neighbouring joints"
     if "damage_category_band" in ds.variables:
-        category, words = _category(ds, -1, "damage_category_band")
-        text += f"; by it, category {category}, {words}"
+        category = int(ds["damage_category_band"].values[-1])
+        text += f"; by it, category {category_label(ds, category, 'damage_category_band')}"
     return text
-
-
-def _category(ds: xr.Dataset, increment: int, name: str = "damage_category") -> tuple[int, str]:
-    category = int(ds[name].values[increment])
-    names = str(ds[name].attrs.get("flag_meanings", "")).split()
-    return category, named(names[category]) if 0 <= category < len(names) else "not known"
 
 
 def _run(ds: xr.Dataset, origin: str, written: str) -> Table:
@@ -230,14 +225,14 @@ def wall_drawing(ds: xr.Dataset, name: str, caption: str = "") -> Drawing:
     """
     from damagepred.plotting import draw_wall
 
-    category, words = _category(ds, -1)
+    category = category_label(ds, int(ds["damage_category"].values[-1]))
     width = length(float(ds["crack_width_max"].values[-1]))
     where = f"at a deflection of {length(float(ds['central_deflection'].values[-1]))}"
     caption += "The deformed wall at the end of its path; cracks are coloured by width, displacements exaggerated."
     return drawing(
         name,
         caption,
-        f"Deformed wall {where}: damage category {category}, {words}, widest crack {width}",
+        f"Deformed wall {where}: damage category {category}, widest crack {width}",
         draw_wall(ds),
     )
 

@@ -282,7 +282,7 @@ def test_the_page_of_a_wall_says_where_it_ends(wall: xr.Dataset) -> None:
     page = wall_page(wall, "wall.nc", "today")
     facts = dict(page.facts)
     category = int(wall["damage_category"][-1])
-    assert facts["Damage"].startswith(f"category {category}, ")
+    assert facts["Damage"].startswith(f"category {category} ")
     assert facts["Widest crack"] == length(float(wall["crack_width_max"][-1]))
     assert "12 mm (1/200 of its length)" in facts["Movement"]
     assert page.warnings == []
@@ -370,6 +370,8 @@ def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
             "not_reached": ("category", [3, 9, 14]),
             "p_value": ("category", [0.5, 0.04, np.nan]),
             "median": ("category", [2e-3, 7.5e-3, np.nan]),
+            "distance": ("category", [0.1, 0.2, np.nan]),
+            "fit_note": ("category", ["", "", ""]),
         },
         {"category": [1, 2, 3]},
         {"samples_failed": 6, "curves_cross": 1, "intensity_measure": "central_deflection"},
@@ -383,7 +385,7 @@ def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
     for words in (
         "6 failed walls count in the curves",
         "Category 2 was not reached by 9 of 13 walls:",
-        "The curve of category 2 is doubtful: of walls that follow such a curve, 0.040 lie as far",
+        "The curve of category 2 is doubtful: of walls that follow such a curve, a share of 0.040 lies as far",
         "The median of category 2, 7.5 mm, lies beyond 6 mm, to which all walls were moved",
         "The curves of two categories, fitted apart, cross",
         "In a wall, 2.75 joints on average have a sampled tensile strength beyond",
@@ -429,5 +431,5 @@ def test_a_doubtful_curve_is_named(tmp_path: Path) -> None:
         (text,) = study_caveats(ds, curves.assign(p_value=curves["p_value"] * 0 + p_value), settings, 6e-3).parts
         return " ".join(text.items)
 
-    assert "The curve of category 1 is doubtful: of walls that follow such a curve, 0.010 lie as far" in said(0.01)
+    assert "The curve of category 1 is doubtful: of walls that follow such a curve, a share of 0.010 lies" in said(0.01)
     assert "doubtful" not in said(0.3)

@@ -19,6 +19,7 @@ from damagepred import screen
 from damagepred.archive.folder import StudyFolder
 from damagepred.rejudge import judge_again, shares
 from damagepred.study import Progress
+from damagepred.tables import curve_notes, energy_rows, quality_rows
 from damagepred.uq.fragility import fit_fragility
 from damagepred.wall_cracks import crack_frame, cracks
 from tests.report.test_numbers import compare, each, numbers
@@ -56,20 +57,24 @@ def shown(monkeypatch: pytest.MonkeyPatch) -> Screen:
 def compare_line(line: str, expected: Mapping[str, float]) -> None:
     """Compare numbers of a line with their units: each key says, with {} for number and unit, where it stands."""
     for words, value in expected.items():
-        match = re.search(words.replace("{}", r"([-\d.e+]+) (kN|J|Pa|us|block weights)"), line)
+        match = re.search(words.replace("{}", r"([-−\d.e+]+)(?: (kN|Pa|µs|mean block weights|%))?"), line)
         assert match, (words, line)
-        scale = {"kN": 1e3, "us": 1e-6}.get(match[2], 1.0)
+        scale = {"kN": 1e3, "µs": 1e-6, "%": 1e-2}.get(match[2], 1.0)
         half = numbers(match[1])[0].half * scale
-        assert abs(float(match[1]) * scale - value) <= half * (1 + 1e-6) + 1e-9 * abs(value), (words, line, value)
+        assert abs(float(match[1].replace("−", "-")) * scale - value) <= half * (1 + 1e-6) + 1e-9 * abs(value), (
+            words,
+            line,
+            value,
+        )
 
 
 WORDS_OF_WORK = {
-    "movement {}:": "external_work",
-    ": {} stored": "elastic_energy",
-    "{} friction": "friction_work",
-    "{} fracture": "fracture_work",
-    "{} released": "released_energy",
-    "add up to {}": "energy_error",
+    "work of load and movement {}": "external_work",
+    "stored in joints and blocks {}": "elastic_energy",
+    "friction {}": "friction_work",
+    "softening of bonds {}": "fracture_work",
+    "released where bonds broke {}": "released_energy",
+    "not balanced {}": "energy_error",
 }
 
 
@@ -110,17 +115,22 @@ def test_every_number_of_a_wall(wall: xr.Dataset, shown: Screen) -> None:
             (head,) = (h for h in heads if h.startswith(f"{what}\nopen\n"))
             assert head.endswith(", m")
             compare(both[head], "m", [float(ds[f"{part}_separation_length"][row])], head)
-    quality, counts, work = shown.lines[:3]
+    quality, work = shown.lines[:2]
     compare_line(
         quality,
         {
-            "at most {};": float(ds["unbalanced_force_ratio"].max()),
-            "by at most {};": float(ds["joint_law_violation"].max()),
-            "reaction {}": float(ds["base_reaction"][-1]),
+            "unbalanced force {};": float(ds["unbalanced_force_ratio"].max()),
+            "exceeds its law {};": float(ds["joint_law_violation"].max()),
+            "bonds broke {};": float(ds["events"].sum()),
+            "Newton iterations {};": float(ds["newton_iterations"].sum()),
+            "factorisations {};": float(ds["factorisations"].sum()),
+            "reaction of the ground at the end {}": float(ds["base_reaction"][-1]),
         },
     )
-    compare(counts, "", [float(ds[name].sum()) for name in ("newton_iterations", "factorisations", "events")], "counts")
-    compare_line(work, last(ds, WORDS_OF_WORK))
+    energy = last(ds, WORDS_OF_WORK)
+    compare_line(work, {words: value for words, value in energy.items() if value != 0.0})
+    assert work.startswith("energy (J): ")
+    assert work.count(";") == sum(value != 0.0 for value in energy.values()) - 1
 
 
 def test_every_number_of_a_run_in_time() -> None:
@@ -132,19 +142,16 @@ def test_every_number_of_a_run_in_time() -> None:
             "searches": ("increment", [1, 7]),
             "unbalanced_force_ratio": ("increment", [0.0, 0.0]),
         },
-        attrs={"time_step": 2.5e-5, "contact_points": 96, "solver_method": "dynamic"},
+        attrs={"time_step": 2.5e-5, "contact_points": 96, "solver_method": "dynamic", "impacts": "two"},
     )
-    steps, work = screen.wall_quality(ds)
-    compare_line(steps, {"steps of {},": 2.5e-5, "reaction {}": float(ds["base_reaction"][-1])})
-    assert steps.startswith("400 steps")
-    assert "96 contact points, neighbours looked for 7 times" in steps
-    words = dict(WORDS_OF_WORK) | {"{} in motion": "kinetic_energy", "{} damping": "damping_work"}
-    words = {
-        {"movement {}:": "base {}:", ": {} stored": "{} stored", "add up to {}": "; {} do not"}.get(w, w): name
-        for w, name in words.items()
-    }
-    compare_line(work, last(ds, words))
-    assert screen.wall_quality(ds.assign_attrs(impacts="two"))[2:] == ["impacts: two"]
+    quality = {what: (value, unit) for what, value, unit in quality_rows(ds)}
+    assert quality["time step"] == ("25", "µs")
+    assert quality["reaction of the ground at the end"] == (f"{1e-3 * float(ds['base_reaction'][-1]):g}", "kN")
+    told = ("cycles or time steps", "contact points", "searches for neighbours", "impacts")
+    assert [quality[what][0] for what in told] == ["400", "96", "7", "two"]
+    energy = dict(energy_rows(ds))
+    words = WORDS_OF_WORK | {"in motion {}": "kinetic_energy", "damping {}": "damping_work"}
+    assert energy == {what.removesuffix(" {}"): f"{float(ds[name][-1]):g}" for what, name in words.items()}
 
 
 def test_every_number_of_cracks(wall: xr.Dataset, shown: Screen) -> None:
@@ -179,8 +186,17 @@ def test_every_number_of_fragility_curves(tmp_path: Path, shown: Screen) -> None
     curves = fit_fragility(StudyFolder(folder).results(), bootstrap=20)
     screen.fragility_table(curves)
     ((_, heads, rows),) = shown.tables
-    confidence = f"({100 * curves.attrs['confidence']:.0f} % band)"
-    assert heads == ["damage", f"median mm\n{confidence}", f"dispersion\n{confidence}", "walls that\nreached it", "fit"]
+    band = f"({curves.attrs['confidence']:.0%} band)"
+    failed = "if all\nfailed walls were\nundamaged, or damaged"
+    assert heads == [
+        "category\nor worse",
+        f"median mm\n{band}",
+        f"dispersion\n{band}",
+        "walls that\nreached it",
+        "goodness\nof fit",
+        "fit",
+        f"median mm {failed}",
+    ]
     reached = curves["category"].values[np.isfinite(curves["median"].values)]
     assert len(reached) >= 2
     for category, row in zip(curves["category"].values, rows, strict=True):
@@ -190,24 +206,17 @@ def test_every_number_of_fragility_curves(tmp_path: Path, shown: Screen) -> None
         if category in reached:
             for cell, name, unit in ((row[1], "median", "mm"), (row[2], "dispersion", "")):
                 values = [float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper")]
-                compare(cell.replace("-", " "), unit, values if np.isfinite(values).all() else values[:1], name)
-    for unit, head in (("m-1", "median 1/m"), ("1", "median -")):
+                compare(cell, unit, values if np.isfinite(values).all() else values[:1], name)
+            bounds = [float(one[f"median_failed_{end}"]) for end in ("undamaged", "damaged")]
+            compare(row[6], "mm", [bound for bound in bounds if np.isfinite(bound)], "failed")
+    assert shown.lines[1].startswith("4 failed walls count in the curves")
+    median = float(curves["median"][0])
+    for unit, head, cell in (("m-1", "median 1/m\n", f"{median:.3g} ("), ("1", "median\n", f"1/{1 / median:.0f} (")):
         curves["intensity"].attrs["units"] = unit
         screen.fragility_table(curves)
         _, heads, others = shown.tables.pop()
-        assert heads[1].startswith(head + "\n")
-        assert others[0][1].startswith(f"{float(curves['median'][0]):.3g} (")
-        del shown.lines[len(shown.lines) // 2 :]
-    (head,) = (line for line in shown.lines if "failed walls count" in line)
-    assert head.startswith("4 failed")
-    assert head.endswith("(mm):")
-    said = [line for line in shown.lines if line.startswith("  category")]
-    assert len(said) == len(reached)
-    for line, category in zip(said, reached):
-        number, _, bounds = line.partition(":")
-        assert number.split() == ["category", str(category)]
-        one = curves.sel(category=category)
-        compare(bounds, "mm", [float(one[f"median_failed_{end}"]) for end in ("undamaged", "damaged")], line)
+        assert heads[1].startswith(head)
+        assert others[0][1].startswith(cell)
 
 
 def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, shown: Screen) -> None:
@@ -218,16 +227,20 @@ def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, sho
     after["damage_category"].values[:] = np.arange(after.sizes["increment"]) % 3  # another than before
     assert (after["damage_category"].values != wall["damage_category"].values).any()
     screen.judged_again(wall, after)
-    shown.check(
-        {
-            f"deflection\n{UNIT}": each(wall["central_deflection"]),
-            f"widest\ncrack\n{UNIT}": each(after["crack_width_max"]),
-            f"crack\nband\n{UNIT}": each(after["crack_band_width_max"]),
-            f"bed on\nfooting\nopening\n{UNIT}": each(after["footing_opening_max"]),
-            "category\nbefore": each(wall["damage_category"]),
-            "category\nafter": each(after["damage_category"]),
-        }
-    )
+    ((_, heads, rows),) = shown.tables
+    columns = dict(zip(heads, zip(*rows)))
+    for head, values, unit in (
+        ("deflection\nmm", wall["central_deflection"], "mm"),
+        ("widest\ncrack\nmm", after["crack_width_max"], "mm"),
+        ("bed\nopening\nmm", after["footing_opening_max"], "mm"),
+        ("category\nafter", after["damage_category"], ""),
+        ("category\nbefore", wall["damage_category"], ""),
+    ):
+        for cell, value in zip(columns[head], each(values), strict=True):
+            compare(cell, unit, value, head)
+    bands = [cell.split()[0] for cell in columns["band, mm\nand its\ncategory"]]
+    for cell, value in zip(bands, each(after["crack_band_width_max"]), strict=True):
+        compare(cell, "mm", value, "band")
     shown.tables.clear()
     study = StudyFolder(synthetic_study(tmp_path / "house.dp", 40)).results()
     after = judge_again(study, measure="band")
@@ -258,11 +271,8 @@ def bands(names: Sequence[str], shape: tuple[int, ...] = (), first: float = 0.0)
 
 
 def banded(cell: str, one: xr.Dataset, name: str) -> None:
-    """Compare a number and its interval; one that begins below zero is parted by words."""
-    values = [float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper")]
-    plain = cell if values[1] < 0 else re.sub(r"(?<=\d)-", " ", cell)
-    assert (" to " in cell) == (values[1] < 0)
-    compare(plain, "", values, name)
+    """Compare a number and its interval."""
+    compare(cell, "", [float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper")], name)
 
 
 def test_every_number_of_a_sensitivity(shown: Screen) -> None:
@@ -287,20 +297,19 @@ def test_every_number_of_a_sensitivity(shown: Screen) -> None:
     screen.sensitivity_tables(found)
     (title, heads, rows), (beyond, group_heads, groups) = shown.tables
     assert title == "house: capacity, 96 walls"
-    assert heads == ["input", *(f"{w}\n(80 % interval)" for w in ("rank correlation", "partial", "share of variance"))]
+    assert heads == ["input", *(f"{w}\n(80% interval)" for w in ("rank correlation", "partial", "share of variance"))]
     assert "24 tables" in beyond
-    assert group_heads == ["group", "by itself\n(80 % interval)", "with the interaction\n(80 % interval)"]
+    assert group_heads == ["group", "by itself\n(80% interval)", "with the interaction\n(80% interval)"]
     for name, cells in zip(("joint.friction", "dpc.friction"), rows, strict=True):
         assert cells[0] == name
         for cell, column in zip(cells[1:], inputs, strict=True):
             banded(cell, found.sel(variable=name), column)
-    words = ["what holds for a wall", "what varies from joint to joint", "both together beyond that"]
-    assert [cells[0] for cells in groups] == words
+    assert [cells[0] for cells in groups] == ["inputs with one value a wall", "inputs with one value a joint"]
     for name, cells in zip(("wall", "joints"), groups):
         banded(cells[1], found.sel(group=name), "group_first_order")
         banded(cells[2], found.sel(group=name), "group_total")
-    banded(groups[2][1], found, "interaction")
-    assert [line[:8] for line in shown.lines] == ["13% of t", "5 failed"]
+    banded(shown.lines[0].partition(":")[2], found, "interaction")
+    assert [line[:8] for line in shown.lines[1:]] == ["13% of t", "5 failed"]
     shown.tables.clear(), shown.lines.clear()
     screen.sensitivity_tables(found.drop_dims("group").assign_attrs(share_censored=0.0, samples_failed=0))
     assert len(shown.tables) == 1
@@ -322,7 +331,7 @@ def test_every_number_of_a_surface(scale: str, words: str) -> None:
     )
     assert screen.surface_lines(surface) == [
         "category 2 against the surface movement and joint.cohesion: the median goes with "
-        f"{words} 0.5 (0.47-0.57); dispersion 0.60 (0.54-0.74), without it 0.91",
+        f"{words} 0.5 (0.47 to 0.57); dispersion 0.60 (0.54 to 0.74), without it 0.91",
         "Akaike's criterion: 211.4 with it, 219.7 without; it speaks for the curve with it",
     ]
     assert screen.surface_lines(surface.assign_attrs(aic_with=230.0))[1].endswith("the curve without it")
@@ -340,19 +349,21 @@ def test_how_well_curves_fit_is_said_of_each() -> None:
         {"category": [1, 2, 3]},
         {"aic_separate": 80.25, "aic_common": 79.5, "curves_cross": 0},
     )
-    akaike = "Akaike's criterion: {} with a dispersion for each category, {} with one for all; it speaks for {}"
-    assert screen._fit_lines(curves) == [
-        "category 2: a lognormal fits badly; only 3% of true ones do so by chance (distance from the empirical curve "
-        "0.23)",
-        "category 2: few",
+    akaike = (
+        "Akaike's criterion: {} with a dispersion for each category, {} with one for all. The smaller is better: {}."
+    )
+    assert curve_notes(curves) == [
+        "The curve of category 2 is doubtful: of walls that follow such a curve, a share of 0.030 lies as far from it "
+        "as these do (distance 0.23).",
+        "Category 2: few.",
         akaike.format("80.2", "79.5", "one dispersion for all"),
     ]
     other = curves.assign_attrs(aic_common=81.5, crossed=1, curves_cross=1)
-    said = screen._fit_lines(other)
+    said = curve_notes(other)
     assert said[2] == akaike.format("80.2", "81.5", "a dispersion for each")
-    assert ["walls come in fours" in said[3], "cross" in said[4]] == [True, True]
+    assert ["Walls come in fours" in said[3], "cross" in said[4]] == [True, True]
     del other.attrs["aic_common"]
-    assert not any("Akaike" in line for line in screen._fit_lines(other))
+    assert not any("Akaike" in line for line in curve_notes(other))
 
 
 def test_zones_and_costs_of_an_explicit_run_in_numbers() -> None:
@@ -378,7 +389,11 @@ def test_zones_and_costs_of_an_explicit_run_in_numbers() -> None:
     alike = ds.assign(zones_in_shear=(steps, [0, 0, 4]), zones_in_tension=(steps, [0, 0, 4]))
     assert "4 yield in shear, 4 in tension, 0 have" in screen.zones_in_words(alike)[0]
     assert screen.zones_in_words(ds) == [blocks + "none of them yields"]
-    assert screen.wall_quality(ds) == ["unbalanced force at most 3.0e-05 block weights; 3210 cycles; reaction 9.250 kN"]
+    assert quality_rows(ds) == [
+        ["largest unbalanced force", "3e−05", "mean block weights"],
+        ["cycles or time steps", "3210", ""],
+        ["reaction of the ground at the end", "9.25", "kN"],
+    ]
     del ds.attrs["zones"]
     assert screen.zones_in_words(ds) == []
 
