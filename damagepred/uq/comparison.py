@@ -132,6 +132,41 @@ def most_helpful(comparison: xr.Dataset, category: int, movement: float) -> list
     return [str(name) for name in found["study"].values[np.argsort(found.values, kind="stable")]]
 
 
+def sentences(comparison: xr.Dataset, category: int, movement: float) -> list[str]:
+    """Return what a comparison says of a category at a movement, the most helpful study first.
+
+    Parameters
+    ----------
+    comparison : xarray.Dataset
+        As ``compare`` returns it.
+    category : int
+        Category, or worse.
+    movement : float
+        One of the movements compared.
+    """
+    found = comparison.sel(category=category).sel(movement=movement, method="nearest")
+    level = f"{float(comparison.attrs['confidence']):.0%}"
+    first = found.isel(study=0)
+    said = [
+        f"{comparison.attrs['reference']}: {float(first['probability']):.3g}, "
+        f"{float(first['probability_lower']):.3g} to {float(first['probability_upper']):.3g} ({level})"
+    ]
+    for name in most_helpful(comparison, category, movement):
+        one = found.sel(study=name)
+        value, lower, upper = (float(one[f"difference{end}"]) for end in ("", "_lower", "_upper"))
+        if np.isnan(value):
+            said.append(f"{name}: unknown, no sample was followed as far")
+            continue
+        clear = "less damage" if upper < 0 else "more damage" if lower > 0 else "may be chance"
+        pairs = int(one["paired_samples"])
+        of = f"{pairs} pairs of samples" if pairs else "other samples, so the interval is wide"
+        said.append(
+            f"{name}: {float(one['probability']):.3g}; difference {value:+.3g}, {lower:+.3g} to {upper:+.3g} "
+            f"({level}): {clear}; {of}"
+        )
+    return said
+
+
 def _table(ds: xr.Dataset) -> str:
     """Return how a study was judged: damage table, measure, and whether gaps under the footing count."""
     rules = {"damage_table": "{}", "damage_measure": "crack width of a {}", "count_footing_gap": "footing gaps: {}"}

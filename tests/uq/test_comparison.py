@@ -8,7 +8,7 @@ import xarray as xr
 from scipy import special
 
 from damagepred.errors import InputError
-from damagepred.uq.comparison import compare, most_helpful
+from damagepred.uq.comparison import compare, most_helpful, sentences
 
 
 def study(
@@ -112,6 +112,11 @@ def test_the_reference_differs_from_itself_by_nothing_and_the_most_helpful_comes
     assert (found["difference_upper"][0] == 0).all()
     assert most_helpful(found, 1, 0.01) == ["stiffer", "drier"]
     assert found["probability"].dims == ("study", "category", "movement")
+    said = sentences(found, 1, 0.01)
+    assert said[0].startswith("as it is: 0.")
+    assert said[1].startswith("stiffer: 0.")
+    assert "less damage; 80 pairs of samples" in said[1]
+    assert len(said) == 3
 
 
 def test_failed_samples_are_counted_and_leave_the_pairs() -> None:
