@@ -39,6 +39,9 @@ Picture = Annotated[Path | None, typer.Option("--plot", help="Picture to draw (p
 PictureFolder = Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.")]
 Category = Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)]
 AtMovement = Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')]
+MovementOrClass = Annotated[
+    str, typer.Option("--at", help='Movement ("8 mm"), site class ("H1") or distribution of the movement.')
+]
 Workers = Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")]
 Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")]
 Yes = Annotated[bool, typer.Option("--yes", help="Solve walls whatever memory and time they are estimated to take.")]
@@ -287,7 +290,7 @@ def rare(
 def estimate(
     folder: StudyFolderPath,
     category: Category,
-    at: Annotated[str, typer.Option("--at", help='Movement ("8 mm"), site class ("H1") or distribution.')],
+    at: MovementOrClass,
     confidence: Annotated[float, typer.Option(help="Of the interval.", min=0.01, max=0.999)] = 0.9,
     study_file: Annotated[
         Path | None, typer.Option("--study", help="Study file whose [study.epistemic] to take instead.")
@@ -313,6 +316,41 @@ def estimate(
         alternatives(folder, category, movement, others=others, confidence=confidence), category, movement
     ):
         screen.say(line)
+
+
+@app.command()
+def compare(
+    folders: Annotated[list[Path], typer.Argument(help="Study folders (*.dp); the first is the reference.")],
+    category: Category,
+    at: MovementOrClass,
+    confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
+    output: NetcdfFile = None,
+    plot: Picture = None,
+) -> None:
+    """Compare studies: how far each measure changes a probability of damage, the same samples under each."""
+    from damagepred.archive.files import check_writable
+    from damagepred.archive.folder import open_study
+    from damagepred.errors import InputError
+    from damagepred.uq.comparison import compare as compare_studies
+    from damagepred.uq.comparison import sentences
+    from damagepred.uq.movement_distribution import movement_distribution
+
+    check_writable(output, plot)
+    movement = movement_distribution(at, option="--at")
+    names = [folder.name.removesuffix(".dp") for folder in folders]
+    if len(set(names)) < len(names):
+        names = [str(folder) for folder in folders]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise InputError(f"{twice[0]}: is given twice; compare it with another study.")
+    studies = {name: open_study(folder) for name, folder in zip(names, folders)}
+    found = compare_studies(studies, categories=[category], at=[movement], confidence=confidence)
+    screen.say(f"P(category >= {category} at {movement.name})")
+    for line in sentences(found, category, float(found["movement"][0])):
+        screen.say(line)
+    if movement.assumption:
+        screen.say(movement.assumption)
+    if output is not None or plot is not None:
+        _keep_curves(compare_studies(studies, categories=[category], confidence=confidence), output, plot)
 
 
 @app.command("two-level")

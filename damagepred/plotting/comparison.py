@@ -15,15 +15,17 @@ from damagepred.plotting.sheet import MM, label_movement, legend_below, require,
 
 
 @checked
-def draw_comparison(comparison: xr.Dataset, category: int, axes: Sequence[Axes] | None = None) -> list[Axes]:
+def draw_comparison(
+    comparison: xr.Dataset, category: int | None = None, axes: Sequence[Axes] | None = None
+) -> list[Axes]:
     """Draw the probability of a category in each study, and below the difference to the first, with intervals.
 
     Parameters
     ----------
     comparison : xarray.Dataset
         As ``damagepred.compare`` returns it.
-    category : int
-        Category, or worse.
+    category : int, optional
+        Category, or worse; by default the first compared.
     axes : sequence of 2 Axes, optional
         Where to draw; by default on a new figure.
 
@@ -39,6 +41,7 @@ def draw_comparison(comparison: xr.Dataset, category: int, axes: Sequence[Axes] 
     """
     require(comparison, ("probability", "difference", "difference_lower"), "a comparison of studies")
     upper, lower = several_or_new(axes, 2, 1, 8.0, 7.5)
+    category = int(comparison["category"][0]) if category is None else category
     found = comparison.sel(category=category)
     in_metres = comparison["movement"].attrs.get("units") == "m"
     movement = comparison["movement"].values * (MM if in_metres else 1.0)

@@ -13,6 +13,7 @@ from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError, StudyError
+from damagepred.plotting.comparison import draw_comparison
 from damagepred.plotting.cracks import cracks_sheet
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.dpc import draw_dpc_opening, draw_footing_opening
@@ -164,12 +165,12 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
 
 @checked
 def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
-    """Draw fragility curves, a surface, or what damage depends on, into a file.
+    """Draw fragility curves, a surface, a comparison, or what damage depends on, into a file.
 
     Parameters
     ----------
     curves : xarray.Dataset
-        As ``damagepred.fit_fragility``, ``damagepred.uq.fragility.fit_surface`` or
+        As ``damagepred.fit_fragility``, ``damagepred.fit_surface``, ``damagepred.compare`` or
         ``damagepred.study.analyses.variance_shares.study_sensitivity`` returns it.
     path : str or Path
         Ending in .png, .pdf or .svg; its folder is made if it does not exist.
@@ -191,6 +192,8 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
         raise InputError(f"{file}: pictures are written as {', '.join('.' + f for f in FORMATS)}; give it such a name.")
     if "spearman" in curves:
         return _save_all({file.name: figure_of(draw_sensitivity(curves)[0])}, file.parent)[0]
+    if "difference" in curves:
+        return _save_all({file.name: figure_of(draw_comparison(curves)[0])}, file.parent)[0]
     draw = draw_fragility_surface if "second" in curves.dims else draw_fragility
     return _save_all({file.name: figure_of(draw(curves))}, file.parent)[0]
 

@@ -24,6 +24,7 @@ from damagepred.uq.capacity import censored_before, highest_category, probabilit
 from damagepred.uq.estimate import Estimate, mean, probability
 from damagepred.uq.exceedance import CategoryCapacities, category_capacities
 from damagepred.uq.intensity import attributes, chosen_intensity
+from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
 
 COUNTED = ("probability", "difference")
 
@@ -33,7 +34,7 @@ def compare(
     studies: Mapping[str, xr.Dataset],
     *,
     categories: Sequence[int] | None = None,
-    at: Sequence[float] | None = None,
+    at: Sequence[float | str | MovementDistribution] | None = None,
     confidence: float = 0.9,
     intensity: str | None = None,
 ) -> xr.Dataset:
@@ -45,8 +46,9 @@ def compare(
         Two studies or more, by name, each as ``open_study`` returns it; the first is the reference.
     categories : sequence of int, optional
         Categories that count as reached from themselves upwards; all by default.
-    at : sequence of float, optional
-        Movements (m, or the unit of the measure); those of the reference's increments by default.
+    at : sequence of float, str or MovementDistribution, optional
+        Movements (m, or the unit of the measure), site classes or distributions of the movement; the movements of the
+        reference's increments by default.
     confidence : float
         Of the intervals.
     intensity : str, optional
@@ -77,10 +79,11 @@ def compare(
                 f"{name}: judged by {_table(ds)}, the reference by {_table(reference)}; judge one of them again."
             )
     chosen = list(categories) if categories is not None else list(range(1, highest[names[0]] + 1))
-    grid = np.asarray(_increments(reference, measure) if at is None else at, dtype=np.float64)
-    if not (grid.size and (grid > 0).all()):
-        raise InputError(f"at = {grid.tolist()}: needs movements greater than 0.")
-    shape = (len(names), len(chosen), len(grid))
+    unit = attributes(reference, measure)["units"]
+    asked = [as_distribution(a, unit) for a in (_increments(reference, measure).tolist() if at is None else at)]
+    for one in asked:
+        one.require_measure(measure)
+    shape = (len(names), len(chosen), len(asked))
     values = {f"{kind}{end}": np.full(shape, np.nan) for kind in COUNTED for end in ("", "_lower", "_upper")}
     unknown, paired = np.zeros(shape, dtype=np.int64), np.zeros(len(names), dtype=np.int64)
     same = [_same_samples(reference, ds) for ds in studies.values()]
@@ -88,8 +91,8 @@ def compare(
         known = [category_capacities(ds, category, measure, keep_failed=True) for ds in studies.values()]
         for s, own in enumerate(known):
             left, right, paired[s] = _pairs(known[0], own) if same[s] else (known[0], own, 0)
-            for m, movement in enumerate(grid):
-                found, difference, unknown[s, k, m] = _compared(left, right, float(movement), confidence, same[s])
+            for m, movement in enumerate(asked):
+                found, difference, unknown[s, k, m] = _compared(left, right, movement, confidence, same[s])
                 for kind, estimate in zip(COUNTED, (found, difference)):
                     values[kind][s, k, m] = estimate.value
                     values[f"{kind}_lower"][s, k, m] = estimate.lower
@@ -110,7 +113,12 @@ def compare(
         {
             "study": names,
             "category": ("category", chosen, _category_names(reference)),
-            "movement": ("movement", grid, attributes(reference, measure) | {"measure": measure}),
+            "movement": (
+                "movement",
+                [float(np.mean(one.points)) for one in asked],
+                attributes(reference, measure) | {"measure": measure},
+            ),
+            "movement_name": ("movement", [one.name for one in asked]),
         },
         {"confidence": confidence, "reference": names[0], "damage_table": _table(reference)},
     )
@@ -146,9 +154,11 @@ def sentences(comparison: xr.Dataset, category: int, movement: float) -> list[st
     """
     found = comparison.sel(category=category).sel(movement=movement, method="nearest")
     level = f"{float(comparison.attrs['confidence']):.0%}"
-    first = found.isel(study=0)
+    first, reference = found.isel(study=0), comparison.attrs["reference"]
+    if np.isnan(first["probability"]):
+        return [f"{reference}: unknown, no sample was followed as far; there is nothing to compare with"]
     said = [
-        f"{comparison.attrs['reference']}: {float(first['probability']):.3g}, "
+        f"{reference}: {float(first['probability']):.3g}, "
         f"{float(first['probability_lower']):.3g} to {float(first['probability_upper']):.3g} ({level})"
     ]
     for name in most_helpful(comparison, category, movement):
@@ -205,15 +215,15 @@ def _pairs(left: CategoryCapacities, right: CategoryCapacities) -> tuple[Categor
 
 
 def _compared(
-    left: CategoryCapacities, right: CategoryCapacities, at: float, confidence: float, paired: bool
+    left: CategoryCapacities, right: CategoryCapacities, at: MovementDistribution, confidence: float, paired: bool
 ) -> tuple[Estimate, Estimate, int]:
     """Return the second study's probability, its difference to the first, and how many samples are unknown."""
-    gone = [censored_before(one.lower, one.upper, at) for one in (left, right)]
+    gone = [censored_before(one.lower, one.upper, at.largest) for one in (left, right)]
     missing = int(gone[1].sum())
     if paired:
         gone = [gone[0] | gone[1]] * 2
     parts = [one.part(~away) for one, away in zip((left, right), gone)]
-    hits = [probability_reached(one.lower, one.upper, at) for one in parts]
+    hits = [np.mean([probability_reached(one.lower, one.upper, a) for a in at.points], axis=0) for one in parts]
     estimates = [
         probability(hit, weight=one.weight, replicate=one.replicate, confidence=confidence)
         for hit, one in zip(hits, parts)

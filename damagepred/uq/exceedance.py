@@ -181,11 +181,7 @@ def exceedance(
     """
     measure = chosen_intensity(ds, intensity)
     asked = as_distribution(at, str(attributes(ds, measure)["units"]))
-    if asked.measure and asked.measure != measure:
-        raise InputError(
-            f"at = {asked.name}: is of the {asked.measure.replace('_', ' ')}, and the study's movement is the "
-            f"{measure.replace('_', ' ')}; ask for a movement, or move the wall by a mound."
-        )
+    asked.require_measure(measure)
     if "damage_category" in ds and ds["damage_category"].ndim == 1:
         if len(asked.points) > 1:
             raise InputError(f"at = {asked.name}: the study knows each wall at its own movement alone; ask for one.")

@@ -51,6 +51,14 @@ class MovementDistribution:
         if not (self.points and all(math.isfinite(point) and point > 0 for point in self.points)):
             raise InputError(f"at = {self.name}: must be greater than 0.")
 
+    def require_measure(self, measure: str) -> None:
+        """Refuse another measure of the movement than that of a site class."""
+        if self.measure and self.measure != measure:
+            raise InputError(
+                f"at = {self.name}: is of the {self.measure.replace('_', ' ')}, and the study's movement is the "
+                f"{measure.replace('_', ' ')}; ask for a movement, or move the wall by a mound."
+            )
+
     @property
     def largest(self) -> float:
         """The largest of the movements."""

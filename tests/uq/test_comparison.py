@@ -135,7 +135,27 @@ def test_what_cannot_be_compared_is_refused_in_a_sentence() -> None:
         compare({"a": one})
     with pytest.raises(InputError, match="b: judged by another table"):
         compare({"a": one, "b": one.assign_attrs(damage_table="another table")})
-    with pytest.raises(InputError, match="movements greater than 0"):
+    with pytest.raises(InputError, match="must be greater than 0"):
         compare({"a": one, "b": one}, at=[0.0])
     with pytest.raises(InputError, match="surface_movement"):
         compare({"a": one, "b": one}, intensity="surface_movement")
+
+
+def test_a_site_class_is_compared_by_its_mean() -> None:
+    common = np.random.default_rng(6).standard_normal(60)
+    studies = {
+        name: study(p, common, movement=(0.03, 0.06)).rename(central_deflection="surface_movement")
+        for name, p in {"as it is": 0.5, "stiffer": 0.2}.items()
+    }
+    found = compare(studies, categories=[1], at=["H1", 0.05])
+    assert found["movement_name"].values.tolist() == ["class H1", "0.05"]
+    for end in ("probability", "difference"):
+        np.testing.assert_allclose(found[end][:, 0, 0], found[end][:, 0, 1], rtol=1e-9)
+    with pytest.raises(InputError, match="is of the surface movement"):
+        compare({name: ds.rename(surface_movement="central_deflection") for name, ds in studies.items()}, at=["H1"])
+
+
+def test_unknown_probabilities_are_said_to_be_unknown() -> None:
+    first, second = pair(np.random.default_rng(4), 20, 0.0, 0.0, 0.5)
+    said = sentences(compare({"a": first, "b": second}, categories=[1], at=[0.02]), 1, 0.02)
+    assert said == ["a: unknown, no sample was followed as far; there is nothing to compare with"]
