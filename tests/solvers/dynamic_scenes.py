@@ -1,4 +1,4 @@
-"""Few blocks, for runs in time."""
+"""Small scenes for runs in time."""
 
 import numpy as np
 import xarray as xr
@@ -36,7 +36,7 @@ def on_plate(
     angle: float = 0.0,
     shift: tuple[float, float] = (0.0, 0.0),
 ) -> Assembly:
-    """Return a block (1) on a held plate (0), which falls to the right by ``slope``; the block stands on its right
+    """Return a block (1) on a fixed plate (0) inclined to the right by ``slope``; the block stands on its right
     corner if ``tilt`` is not 0; all is turned by ``angle`` and shifted."""
     gravity = turned([G * np.sin(slope), -G * np.cos(slope)], angle)
     assembly = Assembly(gravity=(gravity[0], gravity[1]), thickness=THICKNESS, joint=joint or dry())
@@ -56,7 +56,7 @@ def stack(count: int, stiffness: float = 82e9, width: float = 0.24, height: floa
 
 
 def pair(x: float = 1.0, y: float = 0.5, spin: float = 20.0, shift: float = 0.0, joint: Joint | None = None) -> Model:
-    """Return two bonded bricks without gravity that fly and spin as one."""
+    """Return two bonded bricks in free flight with rotation, without gravity."""
     assembly = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS, joint=joint)
     for k, arm in enumerate((-0.0375, 0.0375)):
         assembly.add_block(rectangle(shift, shift + 0.075 * k, shift + 0.24, shift + 0.075 * (k + 1)))
@@ -97,7 +97,7 @@ def grid_momentum(course: DynamicRun) -> np.ndarray:
 
 
 def deepest(ds: xr.Dataset, step: int = -1) -> float:
-    """Return how deep a corner of a block lies in another block, at most (m)."""
+    """Return the largest penetration of a corner into another block (m)."""
     block = ds["vertex_block"].values
     x0, y0 = ds["block_x"].values, ds["block_y"].values
     turn = ds["block_rotation"].values[step][block]

@@ -1,4 +1,4 @@
-"""At which movement a bond breaks is known more closely than increment by increment."""
+"""The movement at which a bond breaks is recorded within the increment."""
 
 from dataclasses import replace
 
@@ -23,7 +23,7 @@ def broken_at(increments: int, **solver: object) -> np.ndarray:
     scene = replace(WALL, movement=movement, solver=Solver(**solver))
     ds = solve(scene)
     share = ds["contact_broken_at"].values
-    # exactly the mortar that is cracked at the end has a place on the path
+    # exactly the mortar that is cracked at the end has a load factor of failure
     cracked = (ds["contact_state"].values[-1] == 1) & (ds["contact_kind"].values < 2)
     mortar = ds["contact_kind"].values < 2
     np.testing.assert_array_equal(np.isfinite(share[mortar]), cracked[mortar])
@@ -31,7 +31,7 @@ def broken_at(increments: int, **solver: object) -> np.ndarray:
     return share
 
 
-def test_the_first_break_does_not_hang_on_the_increments():
+def test_the_first_break_does_not_depend_on_the_increments():
     coarse, fine = (np.nanmin(broken_at(n)) for n in (2, 32))
     assert 0.0 < fine < 0.5
     assert coarse == pytest.approx(fine, rel=0.01)
@@ -41,8 +41,8 @@ def test_halves_are_alike():
     np.testing.assert_allclose(broken_at(2), broken_at(2, symmetric_half=False), rtol=1e-6)
 
 
-def test_bonds_worn_by_slip_have_a_place_on_the_path():
-    """The first slip of a bond that softens by slip begins to break it, without an event of its own."""
+def test_bonds_that_soften_by_slip_have_a_load_factor_of_failure():
+    """The first slip of a bond that softens by slip is recorded as its failure, without an event."""
     joint = Joint(tensile_strength=15e3, cohesion=12e3, friction=0.8, fracture_energy=50.0, shear_fracture_energy=100.0)
     scene = replace(WALL, joint=joint, dpc=None, movement=replace(WALL.movement, increments=4))
     ds = solve(scene)
@@ -55,8 +55,8 @@ def test_bonds_worn_by_slip_have_a_place_on_the_path():
 
 
 @pytest.mark.parametrize("share", [0.23, 0.61])
-def test_a_step_that_is_repeated_leaves_no_place(share: float):
-    """Slip begins at u_p = C / k_s, that share of the way. The step that is too long to tell does not count."""
+def test_a_repeated_step_records_no_failure(share: float):
+    """Slip begins at u_p = C / k_s, at that load factor. A rejected long step records nothing."""
     joint = Joint(tensile_strength=1e6, cohesion=0.2e6, friction=0.0, fracture_energy=50.0, shear_fracture_energy=100.0)
     begins = joint.cohesion / joint.shear_stiffness
     found = []
@@ -80,7 +80,7 @@ def test_both_solvers_agree():
 
 
 @pytest.mark.parametrize("method", ["quasi_static", "explicit"])
-def test_no_bond_breaks_beyond_the_fall_that_ends_a_path(method):
+def test_no_bond_breaks_beyond_the_collapse_that_ends_a_path(method):
     """A dry block slides at 0.3 of a push that shears the bond of another one at 0.8."""
     weight = 2000.0 * 9.81 * 0.11 * 0.24 * 0.075
     wall = Assembly()
@@ -99,8 +99,9 @@ def test_no_bond_breaks_beyond_the_fall_that_ends_a_path(method):
 
 
 @pytest.mark.parametrize("method", ["quasi_static", "explicit"])
-def test_what_breaks_under_dead_load_is_remembered_where_supports_hold_later(method: str):
-    """Between two held blocks a brick hangs from the upper by half its weight: 700 Pa, more than the bond bears."""
+def test_bonds_broken_under_dead_load_stay_recorded_where_blocks_are_fixed_later(method: str):
+    """Between two fixed blocks the upper joint of a brick carries half its weight in tension, 700 Pa: above the
+    strength."""
     wall = Assembly(joint=Joint(tensile_strength=100.0, cohesion=1e6))
     low, brick, high = (wall.add_block(rectangle(0.0, y, 0.24, y + 0.075)) for y in (0.0, 0.075, 0.15))
     wall.support(low)

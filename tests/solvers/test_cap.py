@@ -28,21 +28,21 @@ def solver(request: pytest.FixtureRequest) -> Solver:
 
 
 def boxes(joint: Joint) -> tuple[Assembly, int]:
-    """Return a box on a plate that is held, and the box."""
+    """Return a box on a fixed plate, and the box."""
     wall = Assembly(thickness=T, gravity=(0.0, 0.0), joint=joint)
     wall.support(wall.add_block(rectangle(0.0, -0.1, B, 0.0)))
     return wall, wall.add_block(rectangle(0.0, 0.0, B, 0.1))
 
 
 def lost(ds: xr.Dataset) -> float:
-    """Return what does not balance at the end, over the work done."""
+    """Return the energy error at the end, over the work done."""
     names = ("elastic_energy", "friction_work", "fracture_work", "crushing_work", "released_energy")
     went = sum(float(ds[name][-1]) for name in names)
     return abs(float(ds["external_work"][-1]) - went) / float(ds["external_work"][-1])
 
 
 def test_a_joint_is_crushed_at_its_strength(solver: Solver) -> None:
-    """Pressed by 3 f_c/k_n: f_c from f_c/k_n on, and crushing takes 2 f_c^2/k_n."""
+    """Compressed by 3 f_c/k_n: the stress is f_c from f_c/k_n on, and crushing dissipates 2 f_c^2/k_n."""
     wall, box = boxes(CAPPED)
     wall.support(box)
     crushing = 3 * STRENGTH / CAPPED.normal_stiffness
@@ -57,8 +57,9 @@ def test_a_joint_is_crushed_at_its_strength(solver: Solver) -> None:
         assert float(ds["joint_law_violation"].max()) <= 1.0
 
 
-def test_a_load_off_centre_is_borne_by_a_crushed_corner(solver: Solver) -> None:
-    """Half of what the joint can bear, 0.23 of its length off centre: moments balance, and nothing exceeds f_c."""
+def test_a_crushed_corner_carries_an_eccentric_load(solver: Solver) -> None:
+    """Half of the joint's strength at an eccentricity of 0.23 of its length: moments balance, and no stress exceeds
+    f_c."""
     wall, box = boxes(replace(CAPPED, tensile_strength=0.0, cohesion=0.0))
     preload = 0.5 * STRENGTH * B * T
     wall.load(box, y=-preload)
@@ -153,7 +154,7 @@ def test_a_wall_crushed_at_its_toe_is_the_same_in_both_solvers(softens: bool) ->
     assert float(exact["joint_law_violation"].max()) < 1e-3 * STRENGTH
 
 
-def test_condensed_courses_are_opened_where_they_would_be_crushed() -> None:
+def test_condensed_courses_are_activated_where_they_would_be_crushed() -> None:
     joint = Joint(compressive_strength=2.0e6)
     one, other = pushed_wall(joint), pushed_wall(joint, condense=False)
     beam = one.sizes["block"] - 1
@@ -161,7 +162,7 @@ def test_condensed_courses_are_opened_where_they_would_be_crushed() -> None:
     np.testing.assert_allclose(*force, rtol=1e-3, atol=1.0)
 
 
-def test_a_scene_takes_a_cap_and_hands_it_to_its_dpc() -> None:
+def test_a_cap_of_a_scene_is_also_that_of_its_dpc() -> None:
     from damagepred.assembly import wall_model
 
     scene = Scene(wall=Wall(length=1.2, height=0.3), joint=CAPPED, dpc=Dpc(course=1))

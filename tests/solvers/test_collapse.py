@@ -1,4 +1,4 @@
-"""A wall a little beyond what it can carry falls, and is said to; a little short of it, it stands."""
+"""A wall collapses just above its limit load, and stands just below it."""
 
 from types import SimpleNamespace
 
@@ -19,7 +19,7 @@ METHODS = pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 
 
 def on_plate(width: float, height: float, friction: float, lean: float) -> Assembly:
-    """Return a dry block on a heavy plate that is held, gravity leaning by a share."""
+    """Return a dry block on a heavy fixed plate, under inclined gravity."""
     wall = Assembly(gravity=(9.81 * lean, -9.81), joint=Joint(tensile_strength=0.0, cohesion=0.0, friction=friction))
     plate = wall.add_block(rectangle(-5.0, -1.0, 5.0, 0.0))
     wall.support(plate)
@@ -41,16 +41,16 @@ def test_a_block_slides_at_mu_and_topples_at_b_over_h(
     assert (last.number == 0) == falls
 
 
-def test_what_is_held_does_not_blunt_the_yardsticks() -> None:
-    """However heavy the plate, what is missing is weighed by the block on it."""
+def test_fixed_blocks_do_not_change_the_force_scale() -> None:
+    """The residual is scaled by the weight of the free block, for a plate of any weight."""
     model = on_plate(0.3, 0.3, 0.5, 0.0).build()
     assert model.mean_block_weight == pytest.approx(2000.0 * 9.81 * 0.11 * 0.3 * 0.3)
     np.testing.assert_array_equal(model.moves, [False, True])
 
 
 @METHODS
-def test_a_pushed_wall_that_creeps_beyond_its_limit_has_fallen(method: str) -> None:
-    """Three courses, 1 % beyond sliding: they fall at the limit, though they hardly set off."""
+def test_a_pushed_wall_that_creeps_above_its_limit_load_has_collapsed(method: str) -> None:
+    """Three courses, 1 % above the sliding load: collapse at the limit, although they hardly accelerate."""
     wall = on_plate(0.4, 0.1, 0.3, 0.0)
     for i in (1, 2):
         wall.add_block(rectangle(0.0, 0.1 * i, 0.4, 0.1 * (i + 1)))
@@ -62,8 +62,8 @@ def test_a_pushed_wall_that_creeps_beyond_its_limit_has_fallen(method: str) -> N
 
 
 @pytest.mark.parametrize(("lean", "falls"), [(0.99, False), (1.01, True)])
-def test_a_wall_that_falls_is_left_where_the_fall_took_it(lean: float, falls: bool) -> None:
-    """One percent beyond sliding the block has hardly set off; what is said to fall is shown fallen."""
+def test_the_last_increment_shows_the_collapsed_wall(lean: float, falls: bool) -> None:
+    """One per cent above the sliding load the block hardly accelerates; the collapse is shown with its displacement."""
     model = on_plate(0.4, 0.1, 0.3, 0.3 * lean).build()
     path = ExplicitStepper(model, Solver(method="explicit"))
     run = path.scheme
@@ -74,7 +74,7 @@ def test_a_wall_that_falls_is_left_where_the_fall_took_it(lean: float, falls: bo
 
 
 class Gliding:
-    """A block that moves by a given way in each half of a round, then rests, under a load that draws it."""
+    """A block that moves by a given displacement in each half of a round, then rests, under a load."""
 
     def __init__(self, ways: tuple[float, float], draws: float) -> None:
         wall = Assembly()
@@ -107,10 +107,10 @@ class Gliding:
     [
         ((1e-4, 2e-4), 1.0, DEFAULTS.mechanism.speed_factor),
         ((2e-4, 1e-4), 1.0, 1.0),  # it slows down
-        ((1e-4, 2e-4), -1.0, 1.0),  # what drives it is no load
+        ((1e-4, 2e-4), -1.0, 1.0),  # the driving force is not a load
     ],
 )
-def test_only_what_gathers_speed_under_its_load_is_pushed_on(
+def test_only_motion_that_accelerates_under_its_load_is_continued(
     ways: tuple[float, float], draws: float, factor: float
 ) -> None:
     run = Gliding(ways, draws)
@@ -127,8 +127,8 @@ def test_only_what_gathers_speed_under_its_load_is_pushed_on(
         ("explicit", 1.2e3, False),
     ],
 )
-def test_a_brick_that_its_own_weight_squeezes_out_falls(method: str, cohesion: float, falls: bool) -> None:
-    """On its ground it has W/A = 1.5 kPa to carry: for sure where 2 C is more, surely not 3.6 C with C = 300 Pa."""
+def test_a_brick_crushed_by_its_own_weight_collapses(method: str, cohesion: float, falls: bool) -> None:
+    """The base carries W/A = 1.5 kPa: safe where 2 C is larger, collapse where 3.6 C is smaller, with C = 300 Pa."""
     weak = BlockMaterial(cohesion=cohesion, friction=0.0)
     wall = Assembly(joint=Joint(tensile_strength=1e9, cohesion=1e9), block=weak)
     wall.add_block(rectangle(0.0, 0.0, 0.24, 0.075), zone_size=0.04)
@@ -139,8 +139,8 @@ def test_a_brick_that_its_own_weight_squeezes_out_falls(method: str, cohesion: f
     assert np.isfinite(first.unbalanced_force_ratio)
 
 
-def test_a_wall_that_gives_way_makes_no_energy() -> None:
-    """What is set free where it gives way under more load is more than nothing: all of the load works on the way."""
+def test_a_collapsing_wall_gains_no_energy() -> None:
+    """The energy released in collapse under a growing load is positive: the whole load does work."""
     wall = on_plate(0.4, 0.1, 0.3, 0.0)
     wall.add_block(rectangle(0.0, 0.1, 0.4, 0.2))
     wall.push_body(x=0.4)
@@ -150,8 +150,8 @@ def test_a_wall_that_gives_way_makes_no_energy() -> None:
         assert step.friction_work >= 0.0
 
 
-def test_a_wall_that_balances_again_too_far_away_stood_an_increment_before() -> None:
-    """A stiff footing is pressed so far into its supports that blocks leave the range of small displacements."""
+def test_a_wall_that_balances_too_far_away_stood_an_increment_before() -> None:
+    """A stiff footing is pressed into its supports until blocks leave the range of small displacements."""
     scene = Scene(
         wall=Wall(length=0.112, height=0.22, thickness=0.056, block_length=0.056, block_height=0.055),
         footing=Footing(width=0.46, depth=0.53),

@@ -1,4 +1,4 @@
-"""Where a wall falls is found, and soon: on the way to a load or a movement that it may not bear."""
+"""The load factor of collapse is bracketed, with few iterations."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def pushed(units: int, courses: int, share: float) -> Model:
 
 
 def within(calls: int, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function that may be called so often."""
+    """Return a function that may be called a limited number of times."""
     remaining = itertools.count(calls, -1)
 
     def counted(*arguments: Any, **named: Any) -> Any:
@@ -46,8 +46,9 @@ def within(calls: int, function: Callable[..., Any]) -> Callable[..., Any]:
     return counted
 
 
-def test_a_wall_that_stands_wherever_it_is_tried_again_comes_to_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Friction remembers the way: in smaller steps a wall may stand right up to where it fell in a larger one."""
+def test_the_bracket_ends_where_a_wall_stands_in_smaller_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction depends on the path: with smaller steps a wall may stand up to a load that collapsed it in a larger
+    step."""
     path = Continuation(pushed(2, 2, 0.1), Solver())
     path.advance(1.0, 0.0)
     snap_through, find, fell = path.snap_through, within(200, Equilibrium.find), []
@@ -70,16 +71,16 @@ def test_a_wall_that_stands_wherever_it_is_tried_again_comes_to_an_end(monkeypat
     assert path.state.load_factor == fell[0]
 
 
-def test_few_equilibria_are_sought_far_off_until_the_fall_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pushed by more and more, a wall of few courses slides at mu; beyond it, hardly anything need be tried hard."""
+def test_few_distant_equilibria_are_searched_until_collapse_is_bracketed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Under a growing push a wall of few courses slides at mu; beyond it, few expensive searches are needed."""
     monkeypatch.setattr(Equilibrium, "_coulomb_fixed_point", within(6, Equilibrium._coulomb_fixed_point))
     last = list(solve_path(pushed(3, 4, 1.5), Solver(), 1))[-1]
     assert last.collapsed
     assert 1.5 * last.last_stable_load_factor == pytest.approx(0.75, abs=2e-4)
 
 
-def test_a_wall_beyond_its_limit_falls_in_a_few_ten_thousand_cycles(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ten slender courses stick and slide by turns as they come down."""
+def test_a_wall_above_its_limit_load_collapses_in_a_few_ten_thousand_cycles(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ten slender courses alternate between sticking and slipping as they collapse."""
     cycles = []
 
     class Counted(DampedTimeStepping):
@@ -96,8 +97,8 @@ def test_a_wall_beyond_its_limit_falls_in_a_few_ten_thousand_cycles(monkeypatch:
     assert sum(cycles) < 60_000
 
 
-def test_what_rides_on_a_support_may_go_farther_than_ten_walls() -> None:
-    """Blocks that a support carries along are not lost, however far it goes."""
+def test_blocks_on_a_moving_support_may_move_farther_than_ten_walls() -> None:
+    """Blocks that move with a support are not detached, at any displacement."""
     wall = Assembly(joint=DRY)
     support = wall.add_block(rectangle(0.0, 0.0, 0.1, 0.1))
     wall.add_block(rectangle(0.0, 0.1, 0.1, 0.2))
@@ -109,7 +110,7 @@ def test_what_rides_on_a_support_may_go_farther_than_ten_walls() -> None:
 
 
 def pulled(way: float, joint: Joint = DRY) -> Continuation:
-    """Return the path of a brick on a plate, at rest, that is pulled along and off it."""
+    """Return the path of a brick on a plate that is pulled from under it."""
     wall = Assembly(joint=joint)
     wall.support(wall.add_block(rectangle(-1.0, -0.075, 1.0, 0.0)))
     brick = wall.add_block(rectangle(0.0, 0.0, 0.24, 0.075))
@@ -122,17 +123,17 @@ def pulled(way: float, joint: Joint = DRY) -> Continuation:
 
 
 def test_steps_are_not_halved_without_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where every equilibrium is one that is not near, half of what is left of the way would go on for ever."""
+    """If every equilibrium is distant, halving of the remaining step would not end."""
     path = pulled(1e-5)
     monkeypatch.setattr(Equilibrium, "find", lambda *_, **__: 1.0)
-    monkeypatch.setattr(path, "_allowed_halvings", CONTROL.least_halvings)  # halving has been in vain before
+    monkeypatch.setattr(path, "_allowed_halvings", CONTROL.least_halvings)  # halving was without success before
     monkeypatch.setattr(path, "snap_through", within(2 * CONTROL.max_halvings, path.snap_through))
     assert path.advance(1.0, 1.0) < path.tolerance
     assert path.state.load_factor == 1.0
 
 
-def test_bonds_that_break_nearer_than_the_fall_are_broken_in_the_fallen_wall(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The fall was found in a step beyond the movement at which they break."""
+def test_bonds_that_break_before_the_collapse_are_broken_in_the_collapsed_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The collapse was found in a step beyond the movement at which they break."""
     path, find, predict_next_event = (
         pulled(1e-4, Joint(tensile_strength=1e5, cohesion=1e5)),
         Equilibrium.find,

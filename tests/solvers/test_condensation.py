@@ -1,4 +1,4 @@
-"""Condensing what stays elastic changes nothing, and opens what does not stay so."""
+"""Static condensation of elastic courses does not change results, and ends where they leave the elastic range."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +20,7 @@ DATA = Path(__file__).resolve().parents[2] / "data"
     ("name", "dpc", "deflection"),
     [("bryant_dishing", True, 4e-3), ("bryant_dishing", False, 2e-3), ("bryant_window_doming", True, 1e-3)],
 )
-def test_condensed_and_looked_at_joint_by_joint_are_the_same(name: str, dpc: bool, deflection: float) -> None:
+def test_condensed_and_full_systems_are_the_same(name: str, dpc: bool, deflection: float) -> None:
     scene = Scene.from_toml(DATA / f"{name}.toml").with_values({"movement.central_deflection": deflection})
     model = wall_model(scene if dpc else replace(scene, dpc=None))
     solver = Solver(method="quasi_static")
@@ -33,13 +33,13 @@ def test_condensed_and_looked_at_joint_by_joint_are_the_same(name: str, dpc: boo
         assert condensed.unbalanced_force_ratio < 1e-6
         assert whole.unbalanced_force_ratio < 1e-6
         np.testing.assert_allclose(condensed.opening, whole.opening, atol=1e-9)
-        # a wall that slides at both its ends has no one place along the footing: friction holds it anywhere near
+        # the position of a wall that slides at both ends is not unique: friction balances a range of positions
         np.testing.assert_allclose(condensed.displacement, whole.displacement, atol=1e-4)
         np.testing.assert_array_equal(condensed.state == 1, whole.state == 1)
         assert condensed.elastic_energy == pytest.approx(whole.elastic_energy, rel=1e-5)
 
 
-def test_what_is_condensed_stores_what_its_joints_do_one_by_one() -> None:
+def test_condensed_energy_is_that_of_the_joints() -> None:
     scene = Scene.from_toml(DATA / "bryant_dishing.toml").with_values({"movement.central_deflection": 4e-3})
     model = wall_model(scene)
     live = np.zeros(len(model.supports.live_load))
@@ -71,7 +71,7 @@ def test_what_is_condensed_stores_what_its_joints_do_one_by_one() -> None:
 
 
 def test_a_dilatant_joint_without_cohesion_slides_while_condensed() -> None:
-    """As long as it sticks it is in tension beyond its strength; it slides instead, climbs, and is compressed."""
+    """If it stuck, its tension would exceed the strength; it slides instead, dilates, and is compressed."""
     scene = Scene.from_dict(
         {
             "wall": {

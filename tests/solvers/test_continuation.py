@@ -1,4 +1,4 @@
-"""The path of the quasi-static solver: which bond next, jumps, symmetry, collapse, errors, energy."""
+"""Continuation of the quasi-static solver: events, snap-through, symmetry, collapse, errors, energy."""
 
 from dataclasses import replace
 
@@ -50,7 +50,7 @@ def cracking(**other: object) -> Scene:
 
 
 def with_one_weak_bond(share: float, density: float = 2000.0) -> tuple[Model, int]:
-    """Return a wall of which one bond is to break, at a share of the movement, and its interface."""
+    """Return a wall with one bond that breaks at a share of the movement, and its interface."""
     scene = cracking(
         joint=Joint(tensile_strength=1e8, cohesion=1e9),
         block=BlockMaterial(density=density),
@@ -71,13 +71,13 @@ def with_one_weak_bond(share: float, density: float = 2000.0) -> tuple[Model, in
 
 @pytest.mark.parametrize("share", [0.3, 0.62, 0.97])
 @pytest.mark.parametrize("density", [0.0, 2000.0])
-def test_the_tangent_foresees_the_movement_at_which_a_bond_breaks(share: float, density: float) -> None:
+def test_the_tangent_predicts_the_movement_at_which_a_bond_breaks(share: float, density: float) -> None:
     model, _ = with_one_weak_bond(share, density)
     path = Continuation(model, WHOLE)
     assert path.advance(1.0, 0.0) < path.tolerance
     ahead, found = path.predict_next_event(path.state, (1.0, 1.0))
     assert found == pytest.approx(share, rel=0.01)
-    # nothing slides: where the tangent leads, there is equilibrium
+    # no joint slides: the tangent predictor is in equilibrium
     there = path.state.at(1.0, 1.0)
     start = path.state.displacement.copy()
     start[model.supports.prescribed] = model.supports.prescribed_displacement
@@ -143,7 +143,7 @@ def test_a_symmetric_wall_solved_in_full_cracks_symmetrically(kind: str, dpc: Dp
     cracked = 0
     for step in solve_path(model, WHOLE, 3):
         image = mirrored(model, step)
-        bonded = (model.properties.tensile_strength > 0)[:, None]  # others part by rounding where they carry nothing
+        bonded = (model.properties.tensile_strength > 0)[:, None]  # unstressed joints open by rounding
         here, there = (v.state == ContactState.CRACKED for v in (step, image))
         np.testing.assert_array_equal(here & bonded, there & bonded)
         cracked = int((here & bonded).sum())
@@ -174,7 +174,7 @@ def test_half_or_whole_condensed_or_not() -> None:
 
 
 @pytest.mark.parametrize("law", ["paper", "brittle shear", "residual strength"])
-def test_left_to_itself_the_wall_comes_to_the_equilibrium_that_is_found_otherwise(law: str) -> None:
+def test_dynamic_relaxation_finds_the_same_equilibrium(law: str) -> None:
     _, model = random_wall(law, 1)
     path = Continuation(model, WHOLE)
     assert path.advance(1.0, 0.02) < path.tolerance
@@ -185,14 +185,14 @@ def test_left_to_itself_the_wall_comes_to_the_equilibrium_that_is_found_otherwis
     assert worst < path.tolerance
     assert path.equilibrium.residual(found, found.displacement)[1] < path.tolerance
     moved = np.abs(direct.displacement - path.state.displacement).max()
-    # not quite: on its way friction is overcome to and fro
+    # not exactly: friction slips in both directions during relaxation
     assert np.abs(found.displacement - direct.displacement).max() < 0.6 * moved
     # the bonds have waited
     np.testing.assert_array_equal(found.history.cracked, start.history.cracked)
 
 
 def test_a_broken_bond_parts_where_it_opens_by_less_than_it_once_bore() -> None:
-    """A block presses up on a bond, above a broken one, which opens by weight over the bond's stiffness."""
+    """A block is carried by the bond above it; the broken one below opens by weight over the bond's stiffness."""
     joint = Joint(tensile_strength=1e6, cohesion=1e6, residual_tensile_strength=0.0)
     column = Assembly(joint=joint, gravity=(0.0, GRAVITY))
     low, middle, high = (column.add_block(rectangle(0.0, y, 0.2, y + 0.1)) for y in (0.0, 0.1, 0.2))
@@ -235,8 +235,8 @@ def test_jumps_end_in_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
     assert max(jumps) < 1e-6
 
 
-def test_a_wall_that_climbs_is_not_thrown_off_by_its_ground() -> None:
-    """Joints that dilate as they rub: it jumps time and again, and stands, as the explicit solver says, too."""
+def test_a_dilatant_wall_is_not_thrown_off_by_its_ground() -> None:
+    """Dilatant joints: the wall snaps through repeatedly, and stands, as in the explicit solver."""
     climbing = Joint(
         normal_stiffness=1e10, shear_stiffness=1e9, tensile_strength=4e6, cohesion=0.0, friction=0.75, dilation=0.74
     )
@@ -251,13 +251,13 @@ def test_a_wall_that_climbs_is_not_thrown_off_by_its_ground() -> None:
     slowly = list(solve_path(model_of(scene, increments=1), Solver(method="explicit"), 1))[-1]
     assert not last.collapsed
     assert not slowly.collapsed
-    # how far it climbs depends on the way
+    # the dilatant opening depends on the path
     assert np.abs(last.displacement).max() < 2e-2
     assert last.released_energy >= 0.0
 
 
-def test_a_bond_without_strength_holds_no_more_than_balance_does_not_tell() -> None:
-    """With cohesion it has something to lose, and is lost at the first tension, wherever that is."""
+def test_a_bond_without_tensile_strength_carries_at_most_the_tolerance() -> None:
+    """A bond with cohesion breaks at the first tension, anywhere in the wall."""
     plain = Joint(normal_stiffness=2.8e9, shear_stiffness=2.8e9, tensile_strength=0.0, cohesion=447.0, friction=2.0)
     stacked = Wall(length=0.936, height=1.188, block_length=0.117, block_height=0.198, thickness=0.08, bond="stack")
     scene = Scene(
@@ -273,8 +273,8 @@ def test_a_bond_without_strength_holds_no_more_than_balance_does_not_tell() -> N
 
 
 @pytest.mark.parametrize("law", ["paper", "softening", "residual strength"])
-def test_a_path_on_which_the_wall_must_jump_goes_on(monkeypatch: pytest.MonkeyPatch, law: str) -> None:
-    """Equilibrium is hidden from the solver for a while: it must be reached by the wall itself."""
+def test_a_path_continues_after_snap_through(monkeypatch: pytest.MonkeyPatch, law: str) -> None:
+    """Newton's method is disabled for some steps: dynamic relaxation must find the equilibrium."""
     scene, model = random_wall(law, 1)
     original, hidden = Equilibrium.find, []
 
@@ -292,10 +292,10 @@ def test_a_path_on_which_the_wall_must_jump_goes_on(monkeypatch: pytest.MonkeyPa
         assert np.abs(unbalanced(model, step)).max() < 1.05e-6
 
 
-def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly(
+def test_cyclic_stick_slip_is_accepted_with_its_residual(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Equilibria are hidden from the solver for a while: what it comes to by cycling must do, and the path go on."""
+    """Newton's method is disabled for some steps: the relaxed state is accepted, and the path continues."""
     scene, model = random_wall("paper", 1)
     without = list(quasi_static_path(model, WHOLE, scene.movement.increments))
     find, find_nearby, snap_through, hidden = (
@@ -336,12 +336,12 @@ def test_a_wall_that_trembles_about_a_place_is_at_rest_there_and_says_how_nearly
     assert largest[-1] < 1e-6
     for step, other in zip(steps, without, strict=True):
         widest = float(np.abs(other.opening).max())
-        # on its way friction is overcome to and fro
+        # friction slips in both directions during relaxation
         np.testing.assert_allclose(step.opening, other.opening, rtol=0, atol=0.05 * widest)
 
 
-def test_a_state_that_is_settled_for_moves_its_condensed_courses_along() -> None:
-    """Courses that are condensed follow the others, wherever they were before."""
+def test_an_accepted_state_moves_its_condensed_courses() -> None:
+    """Condensed courses follow the others from any previous position."""
     model = wall_model(cracking(joint=Joint(tensile_strength=1e8, cohesion=1e9)))
     path = Continuation(model, WHOLE)
     assert path.advance(1.0, 0.5) < path.tolerance
@@ -354,7 +354,7 @@ def test_a_state_that_is_settled_for_moves_its_condensed_courses_along() -> None
     np.testing.assert_allclose(state.displacement, path.state.displacement, rtol=0, atol=1e-12)
 
 
-def test_a_wall_that_never_comes_near_to_balance_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wall_whose_residual_stays_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, model = random_wall("paper", 1)
     briefly = replace(WHOLE, advanced={"dynamic_relaxation": {"max_cycles": 5_000}})
     monkeypatch.setattr(Equilibrium, "find", lambda self, state, start=None, near=False: 1.0)
@@ -369,7 +369,7 @@ def test_a_wall_that_never_comes_near_to_balance_is_refused(monkeypatch: pytest.
 
 
 def on_a_plate(joint: Joint, drop: float) -> Assembly:
-    """A brick on a plate that is pulled away from under it, and a second brick that stays."""
+    """A brick on a plate that is pulled from under it, and a second brick that stays."""
     wall = Assembly(joint=joint)
     for x in (0.0, 0.5):
         plate = wall.add_block(rectangle(x, -0.1, x + 0.2, 0.0))
@@ -381,7 +381,7 @@ def on_a_plate(joint: Joint, drop: float) -> Assembly:
 
 def between_piers(strength: float) -> Assembly:
     """A brick glued between two piers, the right one of which is pulled away; the left joint has its own strength."""
-    # hardly any friction: it must not get jammed
+    # hardly any friction: it must not wedge
     smooth = {"friction": 0.05, "brittle_shear": True}
     wall = Assembly(joint=Joint(tensile_strength=5e3, cohesion=5e3, **smooth), block=BlockMaterial(density=2000.0))
     piers = [wall.add_block(rectangle(x, 0.0, x + 0.2, 0.1)) for x in (0.0, 0.4)]
@@ -395,7 +395,7 @@ def between_piers(strength: float) -> Assembly:
 
 @pytest.mark.parametrize("condense", [True, False])
 def test_a_wall_whose_support_is_pulled_away_collapses(condense: bool) -> None:
-    # by itself the left joint would have to hold 24 kPa at its top
+    # the left joint alone would carry 24 kPa at its top
     settings = Solver(method="quasi_static", condense=condense)
     ds = damagepred.solve(between_piers(8e3), increments=4, solver=settings)
     assert ds.attrs["status"] == "collapsed"
@@ -406,13 +406,13 @@ def test_a_wall_whose_support_is_pulled_away_collapses(condense: bool) -> None:
     assert damagepred.solve(between_piers(0.1e6), increments=4, solver=settings).attrs["status"] == "complete"
 
 
-def test_what_follows_its_support_down_does_not_collapse() -> None:
+def test_blocks_that_follow_their_support_do_not_collapse() -> None:
     ds = damagepred.solve(on_a_plate(Joint(), 5e-3), increments=4, solver=QUASI_STATIC)
     assert ds.attrs["status"] == "complete"
     assert ds["block_displacement_y"].values[-1, 1] == pytest.approx(-5e-3, abs=1e-5)
 
 
-def test_a_block_that_nothing_holds_is_a_collapse_at_once() -> None:
+def test_an_unsupported_block_is_a_collapse_at_once() -> None:
     path = list(quasi_static_path(weak_pair(QUASI_STATIC), QUASI_STATIC, 3))
     assert [p.collapsed for p in path] == [True]
     assert path[0].number == 0
@@ -451,7 +451,7 @@ def test_quality_of_a_quasi_static_path_is_on_record() -> None:
         assert ds[name].attrs["units"] in ("J", "Pa")
     assert (np.diff(ds["released_energy"].values) >= -1e-9).all()
     assert ds["released_energy"].values[-1] > 0
-    assert (ds["fracture_work"].values == 0).all()  # bonds that break at once take none
+    assert (ds["fracture_work"].values == 0).all()  # brittle bonds dissipate none
     assert (np.diff(ds["energy_error"].values) >= 0).all()
 
 
@@ -472,7 +472,7 @@ def test_energy_of_a_stack_under_its_own_weight(count: int) -> None:
     springs = model.properties.normal_stiffness * face.contact_area.sum(axis=1)
     stored = float(((weight * above) ** 2 / (2 * springs)).sum())
     assert step.elastic_energy == pytest.approx(stored, rel=1e-6)
-    # put on bit by bit, the load has done as much
+    # under an increasing load the work is the same
     assert step.external_work == pytest.approx(stored, rel=1e-6)
     for name in ("friction_work", "fracture_work", "released_energy", "energy_error", "joint_law_violation"):
         assert getattr(step, name) == pytest.approx(0.0, abs=1e-6 * stored), name
@@ -498,7 +498,7 @@ def test_energy_of_a_stretched_joint() -> None:
     assert last.external_work == pytest.approx(0.5 * spring * by**2, rel=1e-9)
 
 
-def test_a_bond_that_breaks_sets_its_energy_free() -> None:
+def test_a_brittle_bond_releases_its_energy() -> None:
     joint = Joint(tensile_strength=0.1e6, cohesion=0.2e6)
     steps, spring = stretched(joint, 1e-4)
     area = 0.2 * 0.11
@@ -508,7 +508,7 @@ def test_a_bond_that_breaks_sets_its_energy_free() -> None:
     assert steps[-1].elastic_energy == 0.0
 
 
-def test_a_bond_that_softens_takes_its_fracture_energy() -> None:
+def test_a_softening_bond_dissipates_its_fracture_energy() -> None:
     joint = Joint(tensile_strength=0.1e6, cohesion=0.2e6, fracture_energy=10.0)
     steps, _ = stretched(joint, 3e-4, 200)  # it is gone at 0.2 mm
     assert steps[-1].fracture_work == pytest.approx(10.0 * 0.2 * 0.11, rel=1e-6)
@@ -531,7 +531,7 @@ def test_larger_symmetric_walls_crack_symmetrically(kind: str, length: float) ->
 
 
 def test_every_factorisation_is_made_with_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With more of them sums are rounded otherwise, and a sample replayed alone is not the one of its study."""
+    """With more threads sums are rounded otherwise, and a replayed sample differs from that of its study."""
     threads: set[int] = set()
 
     def counted(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray, panel: int) -> float:

@@ -1,4 +1,4 @@
-"""Walls with control joints: against walls that are really apart, in the mirror, with both solvers, closing."""
+"""Walls with control joints: compared with separate walls, mirrored, with both solvers, and closing."""
 
 from dataclasses import replace
 
@@ -53,9 +53,9 @@ def part_of(whole: Scene, left: float, right: float) -> Model:
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("kind", ["doming", "dishing"])
 def test_a_wall_with_a_joint_at_mid_length_is_two_walls(way: str, kind: str):
-    """Each half is solved as a wall of its own, on its half of the profile."""
+    """Each half is solved as a separate wall, on its half of the profile."""
     solver = WAYS[way]
-    # brittle cracks depend on which of two bonds breaks first, and that on how the explicit solver moves: none with it
+    # brittle cracks depend on the order of breaks, and so on the explicit solver's motion: none with it
     joint = UNBROKEN if way == "explicit" else WEAK
     without_mirror = replace(solver, symmetric_half=False)
     whole = scene(LENGTH / 2, kind=kind, solver=without_mirror, joint=joint, loads=HEAVY)
@@ -73,13 +73,13 @@ def test_a_wall_with_a_joint_at_mid_length_is_two_walls(way: str, kind: str):
 
 
 def test_without_the_joint_it_is_another_wall():
-    """So that the agreement above means something."""
+    """The agreement above is not trivial."""
     solid, parted = (damagepred.solve(scene(*joints, joint=WEAK, loads=HEAVY)) for joints in ((), (LENGTH / 2,)))
     assert abs(solid.crack_width_max[-1] - parted.crack_width_max[-1]) > 0.1e-3
 
 
 @pytest.mark.parametrize("kind", ["doming", "dishing"])
-def test_mirrored_walls_do_the_same_in_the_mirror(kind: str):
+def test_mirrored_walls_have_mirrored_results(kind: str):
     here, there = (damagepred.solve(scene(x, kind=kind, dpc=Dpc())) for x in (0.84, LENGTH - 0.84))
     for name in ("crack_width_max", "dpc_opening_max", "control_joint_opening_max", "control_joint_closing_max"):
         np.testing.assert_allclose(here[name], there[name], rtol=1e-6, atol=1e-9)
@@ -94,7 +94,7 @@ def test_mirrored_walls_do_the_same_in_the_mirror(kind: str):
 @pytest.mark.parametrize("kind", ["doming", "dishing"])
 @pytest.mark.parametrize("joints", [(LENGTH / 2,), (0.72, LENGTH - 0.72)], ids=["axis", "pair"])
 def test_half_and_whole_agree(joints: tuple[float, ...], kind: str):
-    """Also where the joints close: the gap is 1 mm, which dishing uses up."""
+    """Also where the joints close: the gap is 1 mm, which dishing closes."""
     described = scene(*joints, kind=kind, width=1e-3, dpc=Dpc())
     half, whole = (damagepred.solve(described, solver=Solver(symmetric_half=yes)) for yes in (True, False))
     for name in ("crack_width_max", "dpc_opening_max", "control_joint_opening_max", "control_joint_closing_max"):
@@ -103,7 +103,7 @@ def test_half_and_whole_agree(joints: tuple[float, ...], kind: str):
         assert half.control_joint_closing_max[-1] > 1e-3
 
 
-def test_condensed_and_looked_at_joint_by_joint_agree():
+def test_condensed_and_full_systems_agree():
     described = scene(0.96, 1.68, kind="dishing", width=0.2e-3, dpc=Dpc())
     quick, slow = (damagepred.solve(described, solver=Solver(condense=yes)) for yes in (True, False))
     for name in ("dpc_opening_max", "control_joint_opening_max", "control_joint_closing_max"):
@@ -154,7 +154,7 @@ def test_pressure_begins_where_the_gap_is_closed(solver: Solver, width: float, b
 
 
 def test_a_control_joint_is_no_crack():
-    """Two strong panels on a dpc part by millimetres: nothing of that is damage."""
+    """Two strong panels on a dpc separate by millimetres, without damage."""
     ds = damagepred.solve(scene(LENGTH / 2, dpc=Dpc()))
     assert ds.control_joint_opening_max[-1] > 2e-3
     assert ds.crack_width_max[-1] == 0.0
@@ -181,7 +181,7 @@ def test_runs_in_time_have_none():
 
 
 def test_beside_a_window_that_reaches_the_top():
-    """A joint on the line of a jamb parts the wall below the sill there, and the window's width changes with it."""
+    """A joint on the line of a jamb separates the wall below the sill, and the window's width changes with it."""
     window = Opening(x=0.96, y=0.45, width=0.48, height=0.45)
     described = scene(0.96, opening=(window,), dpc=Dpc())
     ds = damagepred.solve(described)

@@ -1,4 +1,4 @@
-"""What is far from home has come loose, unless its being elastic has taken it there."""
+"""Blocks count as detached beyond a limit that allows for elastic displacements."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def tall(count: int, normal_stiffness: float) -> Assembly:
 
 @pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 def test_a_tall_stack_is_shortened_by_a_brick_and_stands(method: str) -> None:
-    """Its top goes down by n (n + 1) W / (2 k_n), more than half a brick: the closed form, and not a fall."""
+    """Its top settles by n (n + 1) W / (2 k_n), more than half a brick: the closed form, and no collapse."""
     count, stiffness = 40, 1e7
     settings = Solver(method=method, lump_block_elasticity=False)  # type: ignore[arg-type]
     first = next(iter(solve_path(tall(count, stiffness).build(settings), settings, 1)))
@@ -34,20 +34,21 @@ def test_a_tall_stack_is_shortened_by_a_brick_and_stands(method: str) -> None:
     assert first.displacement[-1, 1] == pytest.approx(exact, rel=1e-6)
 
 
-def test_what_is_farther_than_that_has_come_loose() -> None:
+def test_blocks_beyond_the_limit_are_detached() -> None:
     model = tall(40, 1e7).build(Solver(lump_block_elasticity=False))
     moved = np.zeros(model.size)
     far = largest_elastic_displacement(model, 0.0)
     assert far == pytest.approx(40 * 41 * WEIGHT / 2e7, rel=1e-6)
-    # a load put on at once takes an elastic wall twice as far as it stays; half a brick is allowed besides,
-    # and twice the settlement of the bed joint that is the ground
+    # a suddenly applied load doubles the elastic displacement; half a brick is allowed besides,
+    # and twice the
+    # settlement of the bed joint on the ground
     limit = 2.0 * far + 0.5 * np.sqrt(LENGTH * HEIGHT) + 2.0 * 40 * WEIGHT / 1e7
     for share, loose in ((0.999, []), (1.001, [20])):
         moved[3 * 20] = share * limit
         assert np.flatnonzero(detached_blocks(model, moved, 0.0)).tolist() == loose
 
 
-def test_what_nothing_holds_is_not_as_elastic_as_it_falls() -> None:
+def test_the_limit_of_an_unsupported_stack_has_no_elastic_part() -> None:
     wall = tall(2, 1e7)
     wall.add_block(rectangle(1.0, 0.0, 1.24, HEIGHT))  # in the air
     model = wall.build(Solver(lump_block_elasticity=False))

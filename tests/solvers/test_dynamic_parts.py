@@ -57,7 +57,7 @@ def test_points_cover_every_face_once(assembly: Assembly) -> None:
 
 
 def test_first_edges_are_in_touch() -> None:
-    """Opening and shear of every contact are nothing before anything moves, also 10 km away."""
+    """Opening and shear of every contact are zero before any motion, also 10 km from the origin."""
     for shift in (0.0, 1e4):
         course = started(cells(shift).build(STIFF), 1e-4, start="unstressed")
         opening, shear = course._bonded_kinematics()
@@ -137,7 +137,7 @@ def test_pulses_are_the_integral_of_their_acceleration(kind: str, peak: float) -
     np.testing.assert_allclose(found[:, 1], exact.y[0], atol=2e-4 * abs(peak))
 
 
-def test_records_of_acceleration_and_velocity_tell_the_same(tmp_path: Path) -> None:
+def test_records_of_acceleration_and_velocity_give_the_same_motion(tmp_path: Path) -> None:
     time = np.linspace(0.0, 1.0, 2001)
     acceleration = 2.0 * np.sin(7 * time) * np.exp(-time)
     velocity = integrate.cumulative_simpson(acceleration, x=time, initial=0)
@@ -193,7 +193,7 @@ def test_settings_go_through_toml() -> None:
     assert "dynamics.base.0.acceleration" in scene.number_places()
 
 
-def test_what_cannot_be_run_in_time_is_refused(tmp_path: Path) -> None:
+def test_scenes_that_cannot_be_run_in_time_are_refused(tmp_path: Path) -> None:
     missing = Dynamics(base=(BaseMotion(file=str(tmp_path / "none.csv")),))
     with pytest.raises(InputError, match=r"none\.csv"):
         damagepred.solve(stack(1), dynamics=missing)
@@ -226,8 +226,8 @@ def test_damping_takes_its_share_of_the_time_step() -> None:
 
 
 @pytest.mark.parametrize("damping", ["none", "rayleigh", "local"])
-def test_the_whole_time_step_is_stable_whatever_is_met(damping: str) -> None:
-    """At the limit itself: a heap of cells that falls apart, with light blocks among heavy ones."""
+def test_the_full_time_step_is_stable_in_any_contact(damping: str) -> None:
+    """At the limit: a collapsing heap of cells, with light and heavy blocks."""
     assembly = Assembly(thickness=THICKNESS, joint=dry(1e9, 0.3))
     for i, corners in enumerate(voronoi(np.random.default_rng(5), 12)):
         assembly.add_block(corners + np.array([0.0, 0.2]), BlockMaterial(density=200.0 if i % 3 else 20000.0))
@@ -269,8 +269,8 @@ def test_wall_of_a_scene_runs_in_time() -> None:
     assert np.abs(ds["block_displacement_y"].values - ds["block_displacement_y"].values[0]).max() < 1e-12
 
 
-def test_steps_are_counted_whatever_they_are_run_in() -> None:
-    """The clock may be looked at many times on the way to an output."""
+def test_steps_are_counted_in_any_batches() -> None:
+    """The clock may be checked many times before an output."""
     course = started(stack(2).build(STIFF), 0.01, 2)
     course.options = replace(DEFAULTS, point_steps_per_check=7 * len(course.bodies.points))
     assert course.steps_each > 20
@@ -287,8 +287,8 @@ def test_a_study_of_runs_in_time_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("faster", "diverges"), [(1.15, False), (2.0, True)])
-def test_a_run_that_makes_half_of_its_energy_has_diverged(faster: float, diverges: bool) -> None:
-    """A third more than there was is told by the balance; three times as much, though far from absurd, ends the run."""
+def test_a_run_that_gains_half_of_its_energy_has_diverged(faster: float, diverges: bool) -> None:
+    """The energy balance reports a gain of a third; a threefold energy ends the run."""
     flying = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS, joint=dry(1e9, 0.3))
     flying.set_velocity(flying.add_block(rectangle(0.0, 0.0, 0.24, 0.075)), x=1.0)
     course = started(flying.build(STIFF), 0.1, 10)
@@ -317,8 +317,8 @@ def test_undamped_dry_joints_are_given_shorter_steps() -> None:
 
 
 @pytest.mark.parametrize(("side", "high", "count", "stiffness"), [(0.3, 1.0, 3, 82e9), (1.0, 3.0, 2, 1e10)])
-def test_bouncing_makes_hardly_any_energy(side: float, high: float, count: int, stiffness: float) -> None:
-    """Undamped dry blocks that hop on unstressed joints, for a hundred bounces: with half of the limit 2 to 4 %."""
+def test_bouncing_gains_hardly_any_energy(side: float, high: float, count: int, stiffness: float) -> None:
+    """Undamped dry blocks bounce on unstressed joints a hundred times: with half of the limit 2 to 4 %."""
     hopping = Assembly(thickness=THICKNESS, joint=dry(stiffness, 0.6))
     hopping.support(hopping.add_block(rectangle(-5.0 * side, -side, 10.0 * side, 0.0)))
     for k in range(count):

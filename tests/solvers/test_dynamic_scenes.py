@@ -1,4 +1,4 @@
-"""Blocks that fall, slide, break and come to rest: what must hold though no closed form tells it all."""
+"""Blocks that fall, slide, break and come to rest: properties without a closed form."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from damagepred.solvers.dynamics.run import DynamicRun
 from tests.solvers.dynamic_scenes import STIFF, THICKNESS, G, deepest, dry, run, stack, started, turned
 
 GENTLE = {"damping": "rayleigh", "damping_ratio": 0.6, "frequency": 0.02, "second_frequency": 2000.0}
-"""Damps impacts, and falls hardly at all."""
+"""Damps impacts, and hardly affects free fall."""
 WEIGHT = 0.24 * 0.075 * THICKNESS * 2000.0 * G
 
 
@@ -65,8 +65,8 @@ def test_a_mirrored_scene_gives_the_mirror_image() -> None:
 
 
 @pytest.mark.parametrize(("shift", "angle"), [(1e4, 0.0), (0.0, 2.0)])
-def test_neither_place_nor_direction_matter(shift: float, angle: float) -> None:
-    """Up to the first impact: what follows an impact grows with the last digit. Built 10 km away; turned."""
+def test_results_do_not_depend_on_place_or_direction(shift: float, angle: float) -> None:
+    """Up to the first impact, after which rounding grows. Built 10 km from the origin; rotated."""
     here, there = run(table(), 0.35, 7, **GENTLE), run(table(shift=shift, angle=angle), 0.35, 7, **GENTLE)
     moved = [np.stack([ds[f"block_displacement_{a}"].values[:, 2] for a in "xy"], axis=1) for ds in (here, there)]
     assert np.abs(moved[0]).max() > 0.2
@@ -295,8 +295,8 @@ def test_damping_by_mass_is_that_of_motion_relative_to_the_base(zone_size: float
     assert np.abs(ds["energy_error"].values).max() < 1e-9 * float(ds["external_work"].max())
 
 
-def test_a_bond_broken_by_slip_slides_with_what_is_left_of_its_friction() -> None:
-    """A block on an incline breaks its bond by its own weight: from there on it goes down with a = g (sin - mu cos)."""
+def test_a_bond_broken_by_slip_slides_with_its_residual_friction() -> None:
+    """A block on an incline breaks its bond by its own weight and then slides with a = g (sin - mu cos)."""
     angle, left, duration = np.arctan(0.75), 0.3, 0.3
     # shear 1177 Pa, pressure 1570 Pa: more than 300 + 0.5 * 1570
     joint = replace(dry(1e10, 0.5), tensile_strength=500.0, cohesion=300.0, residual_friction=left, brittle_shear=True)

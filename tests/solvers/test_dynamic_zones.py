@@ -1,4 +1,4 @@
-"""Deformable blocks in physical time: forces, contacts, start, what is reported, whole scenes."""
+"""Deformable blocks in physical time: forces, contacts, start, output, whole scenes."""
 
 from dataclasses import replace
 
@@ -38,7 +38,7 @@ WEAK = BlockMaterial(
 
 
 def cells(every: int = 3, material: BlockMaterial | None = None) -> Assembly:
-    """Return cells on joints that do not break, every third of them rigid, the first of these held."""
+    """Return cells on unbreakable joints, every third of them rigid, the first of these fixed."""
     assembly = Assembly(thickness=THICKNESS, joint=Joint(tensile_strength=1e9, cohesion=1e9))
     for i, corners in enumerate(voronoi(np.random.default_rng(4), 12)):
         assembly.add_block(corners, material, zone_size=None if i % every == 0 else 0.15)
@@ -47,7 +47,7 @@ def cells(every: int = 3, material: BlockMaterial | None = None) -> Assembly:
 
 
 def act(course: DynamicRun) -> None:
-    """Bring all forces up to date."""
+    """Compute all forces."""
     update_poses(course.motion)
     if course.grid is not None:
         update_facet_poses(course.grid, course.motion)
@@ -90,7 +90,7 @@ def test_points_cover_every_facet_once() -> None:
     covered = np.bincount(points["own_edge"], 2 * points["area"] / THICKNESS, len(edges))
     np.testing.assert_allclose(covered, edges["length"], rtol=1e-9)
     assert len(edges) > len(model.blocks.vertices), "facet by facet"
-    # every facet is the outline's, in its order: the next begins where this ends, clockwise
+    # every facet belongs to the outline, in clockwise order
     pose, start = course.motion.pose, np.zeros((len(edges), 2))
     start[:] = pose[edges["body"], :2] + np.column_stack((edges["x"], edges["y"]))
     end = start + edges["length"][:, None] * np.column_stack((edges["along_x"], edges["along_y"]))
@@ -102,9 +102,9 @@ def test_points_cover_every_facet_once() -> None:
 @pytest.mark.parametrize("plane", ["stress", "strain"])
 @pytest.mark.parametrize("angle", [0.0, 1.0, 3.0])
 def test_forces_of_zones_are_the_gradient_of_their_energy(plane: str, angle: float) -> None:
-    """At any rotation, large strains and plastic strain included; and they turn nothing."""
+    """At any rotation, with large strains and plastic strain; and their moment is zero."""
     assembly = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS)
-    # so strong that it does not yield any further
+    # strong enough not to yield further
     strong = replace(WEAK, cohesion=1e12, tensile_strength=1e12)
     assembly.add_block(rectangle(0.0, 0.0, 0.3, 0.2), strong, zone_size=0.1)
     course = started(assembly.build(replace(STIFF, plane=plane)), 1e-4, start="unstressed", new_contacts=False)
@@ -128,7 +128,7 @@ def test_forces_of_zones_are_the_gradient_of_their_energy(plane: str, angle: flo
 
 
 def test_stresses_are_reported_along_x_and_y() -> None:
-    """A bar pulled by 1 MPa and turned by 30 degrees."""
+    """A bar in tension of 1 MPa, rotated by 30 degrees."""
     assembly = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS)
     assembly.add_block(rectangle(0.0, 0.0, 0.3, 0.1), replace(WEAK, cohesion=1e9, tensile_strength=1e9), zone_size=0.1)
     course = started(assembly.build(STIFF), 1e-4, start="unstressed", new_contacts=False)
@@ -174,7 +174,7 @@ def test_a_block_that_yields_under_dead_load_begins_with_its_plastic_strain() ->
 
 
 @pytest.mark.parametrize("thickness", [(0.11, 0.3), (0.3, 0.11)])
-def test_blocks_of_zones_fall_alike_whatever_their_thickness(thickness: tuple[float, float]) -> None:
+def test_free_fall_of_blocks_of_zones_does_not_depend_on_thickness(thickness: tuple[float, float]) -> None:
     """Weight and mass both go with a block's own thickness: after a time t each has fallen by g t^2 / 2."""
     assembly = Assembly(thickness=0.2)
     for k, own in enumerate(thickness):
@@ -203,7 +203,7 @@ def test_edges_of_a_block_are_its_own_where_the_ground_has_steps() -> None:
     assert own["length"] > 1e6, "the lowest level goes on to both sides"
 
 
-def test_held_gridpoints_begin_in_equilibrium_too() -> None:
+def test_fixed_gridpoints_begin_in_equilibrium_too() -> None:
     ratio = {}
     for share in (1.0, 0.1):
         beam = Assembly(thickness=THICKNESS, gravity=(0.0, -share * G))
@@ -213,8 +213,9 @@ def test_held_gridpoints_begin_in_equilibrium_too() -> None:
         assert course.begins_in_equilibrium
         path = list(course)
         ratio[share] = path[-1].kinetic_energy / path[-1].elastic_energy
-    # what is left is that of large movement, of the order of (A L²/I) θ² at rotations θ of 4e-4: a beam that began off
-    # its equilibrium by a share of its load would keep the ratio
+    # the remaining error is that of large displacements, of the order of (A L²/I) θ² at rotations θ of 4e-4;
+    # a
+    # start off equilibrium by a share of the load would keep the ratio
     assert ratio[1.0] < 12 * (1.0 / 0.1) ** 2 * 4e-4**2
     assert ratio[0.1] < 0.011 * ratio[1.0]
     assert path[-1].support_force is not None
@@ -242,8 +243,9 @@ def pushed_stack(stiffness: float) -> Assembly:
 
 
 @pytest.mark.parametrize("new_contacts", [True, False])
-def test_what_comes_to_rest_is_the_static_answer(new_contacts: bool) -> None:
-    """The difference is that of large movement: it goes with strains, and falls by four if all is as much stiffer."""
+def test_the_state_of_rest_is_the_static_solution(new_contacts: bool) -> None:
+    """The difference is that of large displacements: it is proportional to strains, a quarter if all is four times
+    stiffer."""
     apart = []
     for stiffness in (1.0, 4.0):
         assembly = pushed_stack(stiffness)
@@ -261,7 +263,7 @@ def test_what_comes_to_rest_is_the_static_answer(new_contacts: bool) -> None:
 
 
 def test_a_brick_lies_on_a_bent_beam_not_above_it() -> None:
-    """The top of a sagging beam is hollow: it is met where it is, and not where its ends would go on."""
+    """The top of a sagging beam is concave: contact is on its deformed surface, not on the chord."""
     assembly = Assembly(thickness=THICKNESS, joint=dry(1e9, 0.5))
     rubber = BlockMaterial(elastic_modulus=5e6, poisson_ratio=0.0, density=200.0)
     assembly.add_block(rectangle(-1.0, -0.2, 1.0, 0.0), rubber, zone_size=0.1)
@@ -300,7 +302,7 @@ def test_a_wall_of_deformable_bricks_is_shaken() -> None:
 
 
 def test_the_pulse_from_the_other_side_gives_the_mirror_image() -> None:
-    """As long as rounding, which grows tenfold every 2 ms in a wall that slides and chatters, is small."""
+    """While rounding is small: it grows tenfold every 2 ms in a wall that slides and chatters."""
     one, other = (damagepred.solve(shaken(sign, 0.016)) for sign in (1.0, -1.0))
     x, y = one["block_x"].values, one["block_y"].values
     mirror = [int(np.argmin((x + x[j] - 0.96) ** 2 + (y - y[j]) ** 2)) for j in range(len(x))]
@@ -328,7 +330,7 @@ def test_rigid_and_deformable_blocks_in_one_scene_of_toml() -> None:
     assert ds.attrs["status"] == "complete"
     assert ds.attrs["zones"] == ds.sizes["zone"] > 100
     assert float(np.abs(ds["energy_error"]).max()) < 1e-6 * float(ds["kinetic_energy"].max())
-    # a rigid brick falls on a deformable one that stands on a rigid plate
+    # a rigid brick falls on a deformable one on a rigid plate
     assembly = Assembly(thickness=THICKNESS, joint=dry(1e10, 0.5))
     assembly.add_block(rectangle(-1.0, -0.1, 1.0, 0.0))
     assembly.support(0)
@@ -342,8 +344,8 @@ def test_rigid_and_deformable_blocks_in_one_scene_of_toml() -> None:
     assert height[-1, 2] < 0.16 - 1e-3, "it fell"
 
 
-def test_a_block_that_slides_along_facets_does_not_feel_them() -> None:
-    """Deformable on deformable, over many facets: the way is that of a rigid block, v^2 / 2 mu g."""
+def test_sliding_does_not_depend_on_facets() -> None:
+    """Deformable on deformable, over many facets: the distance is that of a rigid block, v^2 / 2 mu g."""
     assembly = Assembly(thickness=THICKNESS, joint=replace(dry(1e11, 0.4), shear_stiffness=3e10))
     stiff = BlockMaterial(elastic_modulus=50e9, poisson_ratio=0.2, density=DENSITY)
     assembly.add_block(rectangle(-1.0, -0.1, 2.0, 0.0), stiff, zone_size=0.1)
@@ -356,8 +358,8 @@ def test_a_block_that_slides_along_facets_does_not_feel_them() -> None:
     assert float(np.abs(ds["energy_error"]).max()) < 1e-4 * float(ds["friction_work"][-1])
 
 
-def test_live_loads_and_moved_gridpoints_do_their_work() -> None:
-    """A bar stretched by a prescribed end, gently, and pulled by a live traction: work is what it holds."""
+def test_work_of_live_loads_and_moved_gridpoints() -> None:
+    """A bar slowly stretched by a prescribed end and a live traction: the work is its elastic energy."""
     assembly = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS)
     material = BlockMaterial(elastic_modulus=1e9, poisson_ratio=0.0, density=DENSITY)
     assembly.add_block(rectangle(0.0, 0.0, 1.0, 0.1), material, zone_size=0.1)
@@ -373,8 +375,8 @@ def test_live_loads_and_moved_gridpoints_do_their_work() -> None:
 
 
 @pytest.mark.parametrize("damping", ["none", "rayleigh", "local"])
-def test_the_whole_time_step_is_stable_whatever_is_met(damping: str) -> None:
-    """At the limit itself: a heap of soft and stiff, light and heavy cells that falls apart."""
+def test_the_full_time_step_is_stable_in_any_contact(damping: str) -> None:
+    """At the limit: a collapsing heap of soft and stiff, light and heavy cells."""
     assembly = Assembly(thickness=THICKNESS, joint=dry(1e10, 0.3))
     for i, corners in enumerate(voronoi(np.random.default_rng(5), 8)):
         material = BlockMaterial(elastic_modulus=1e8 if i % 2 else 3e9, poisson_ratio=0.2, density=300.0 + 900.0 * i)
@@ -407,7 +409,7 @@ def test_weightless_deformable_blocks_are_refused() -> None:
         damagepred.solve(weightless, dynamics=Dynamics())
 
 
-def test_points_of_one_block_ask_nothing_of_their_own() -> None:
+def test_points_of_one_block_do_not_meet_their_own_block() -> None:
     course = started(cells().build(STIFF), 1e-4, start="unstressed")
     points = course.bodies.points
     assert (points["status"][len(course.initial_points) :] == FREE).all()

@@ -1,4 +1,4 @@
-"""The explicit solver: closed forms, symmetry, repeatability, and where it begins."""
+"""The explicit solver: closed forms, symmetry, repeatability, and start."""
 
 import dataclasses
 
@@ -52,15 +52,15 @@ def test_elastic_start_is_harmless():
 
 
 def test_no_elastic_start_where_the_dpc_would_have_to_pull():
-    """Beside the window the elastic dpc would be in tension: both ways are then the same cycles."""
+    """Beside the window the elastic dpc would be in tension: both settings then run the same cycles."""
     model, settings = small_wall(0.48), Solver(method="explicit", tolerance=1e-2)
     one, other = (next(explicit_path(model, settings, 4, elastic_start=start)) for start in (True, False))
     np.testing.assert_array_equal(one.displacement, other.displacement)
     assert one.cycles == other.cycles > settings.ramp_cycles
 
 
-def test_a_block_that_nothing_holds_falls():
-    """A block hanging from a joint without strength falls, however the path begins."""
+def test_an_unsupported_block_collapses():
+    """A block below a joint without strength collapses with every start."""
     settings = Solver(method="explicit", tolerance=1e-3, ramp_cycles=100)
     rest = next(explicit_path(weak_pair(settings), settings, 1))
     assert rest.collapsed
@@ -68,7 +68,7 @@ def test_a_block_that_nothing_holds_falls():
 
 
 def test_slip_and_stress_of_a_state_belong_to_the_same_cycle():
-    """A brick slides without friction: tau = k_s (u_s - s) is nothing, wherever the last cycle has taken it."""
+    """A brick slides without friction: tau = k_s (u_s - s) is zero after any cycle."""
     pair = Assembly(joint=Joint(tensile_strength=0.0, cohesion=0.0, friction=0.0))
     base = pair.add_block(rectangle(0.0, 0.0, 0.24, 0.075))
     brick = pair.add_block(rectangle(0.0, 0.075, 0.24, 0.15))
@@ -86,7 +86,7 @@ def test_slip_and_stress_of_a_state_belong_to_the_same_cycle():
 
 
 def test_a_mirrored_wall_moves_as_in_a_mirror():
-    """Window near the left end, and near the right; cracks included. Slowly: friction keeps what a jolt began."""
+    """Window near the left end, and near the right, with cracks. Slow movement, because slip is irreversible."""
     scenes = [small_scene(x, tolerance=1e-3, ramp_cycles=10_000) for x in (0.48, 2.4 - 0.48 - 0.48)]
     models = [wall_model(scene) for scene in scenes]
     ends = [list(explicit_path(m, s.solver, 4)) for m, s in zip(models, scenes)]
@@ -120,7 +120,7 @@ def test_the_weight_of_the_wall_reaches_the_ground_at_every_increment():
 
 
 @pytest.mark.parametrize("residual_cohesion", [0.0, 0.5e5])
-def test_a_wall_whose_joints_soften_rests_within_their_law(residual_cohesion):
+def test_a_softening_wall_is_in_equilibrium_within_its_law(residual_cohesion):
     joint = Joint(tensile_strength=1e5, cohesion=1.5e5, fracture_energy=5.0, residual_cohesion=residual_cohesion)
     movement = Movement(kind="doming", central_deflection=4e-3, increments=4)
     scene = dataclasses.replace(small_scene(0.48, movement), joint=joint)
@@ -142,13 +142,13 @@ def test_a_wall_whose_joints_soften_rests_within_their_law(residual_cohesion):
         u, sigma, tau = field.opening - history.dilatant_opening, field.normal_stress, field.shear_stress
         pulled = strength * bond * np.minimum(u / np.where(history.kappa > 0, history.kappa, 1.0), 1.0)
         expected = np.where((u > 0) & history.cracked, pulled, law.normal_stiffness[:, None] * u)
-        # the blocks have moved once more since the joints last looked
+        # the blocks have moved once since the joints were updated
         np.testing.assert_allclose(sigma, expected, atol=1e-4 * 1e5)
         left = law.residual_cohesion[:, None]
         limit = left + bond * (law.cohesion[:, None] - left) - sigma * law.friction[:, None]
         assert (np.abs(tau) <= np.maximum(limit, 0.0) * (1 + 1e-9) + 1e-4 * 1e5).all()
         assert (history.kappa >= np.where(history.cracked & (critical > 0), u, 0.0) * (1 - 1e-3)).all()
-        assert (history.kappa >= kappa).all()  # what has opened stays in memory
+        assert (history.kappa >= kappa).all()  # the history keeps the largest opening
         kappa = history.kappa
     partly = history.cracked & (bond > 0.0)
     whole = history.cracked & (bond == 0.0) & (critical > 0)

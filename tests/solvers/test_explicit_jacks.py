@@ -1,4 +1,4 @@
-"""Footings on jacks and on the ground in the explicit solver: the quasi-static one's path, without its equations."""
+"""Footings on jacks and on the ground in the explicit solver: its path is the quasi-static one."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -29,7 +29,7 @@ WHOLE = Solver(method="explicit", symmetric_half=False)
 
 
 def on_jacks(kind: str = "dishing", deflection: float = 4e-4, increments: int = 4, rig: Rig | None = None) -> Scene:
-    """Return a low wall whose dpc opens under it before the jacks carry nothing."""
+    """Return a low wall whose dpc opens before the jacks carry no load."""
     return Scene(
         wall=Wall(length=2.4, height=0.6),
         dpc=Dpc(course=2),
@@ -60,13 +60,13 @@ def dpc_opening(model: Model, increment: Increment) -> float:
 
 
 def support_loads(model: Model, increment: Increment) -> float:
-    """Return what all supports carry (N, upwards)."""
+    """Return the total support reaction (N, upwards)."""
     here = model.interfaces.kind == ContactKind.SUPPORT
     return -float((increment.normal_stress[here] * model.interfaces.contact_area[here]).sum())
 
 
 def weight(model: Model) -> float:
-    """Return all of the dead load (N)."""
+    """Return the total dead load (N)."""
     return -float(model.supports.load.reshape(-1, 3)[:, 1].sum())
 
 
@@ -89,13 +89,13 @@ def test_level_state_of_an_intact_wall_is_found_at_once() -> None:
     scene = replace(on_jacks(increments=1), dpc=None, joint=Joint(tensile_strength=1e6, cohesion=1e6))
     model, explicit, quasi_static = both(scene)
     level = explicit[0]
-    assert level.cycles == 150  # three looks that find it at rest
+    assert level.cycles == 150  # three convergence checks
     assert level.deflection == pytest.approx(0.0, abs=1e-12)
     assert level.jack_load == pytest.approx(quasi_static[0].jack_load, rel=1e-6)
     assert 3.0 * level.jack_load + support_loads(model, level) == pytest.approx(weight(model), rel=1e-6)
 
 
-def test_level_state_is_found_too_where_joints_give_way() -> None:
+def test_level_state_is_found_too_where_joints_fail() -> None:
     scene = on_jacks(increments=1, rig=Rig(stop_at_zero=False))
     model, settings = wall_model(scene), scene.solver
     run = DampedTimeStepping(model, settings)
@@ -123,7 +123,7 @@ def test_path_is_the_quasi_static_one_up_to_its_end(kind: str, deflection: float
         )
 
 
-def test_path_goes_on_where_jacks_are_to_pull() -> None:
+def test_path_continues_where_jacks_may_pull() -> None:
     scene = on_jacks(increments=2, rig=Rig(stop_at_zero=False))
     model, explicit, quasi_static = both(scene)
     agree(model, explicit, quasi_static)
@@ -131,7 +131,7 @@ def test_path_goes_on_where_jacks_are_to_pull() -> None:
     assert explicit[-1].jack_load < 0.0
 
 
-def test_load_may_be_what_is_given() -> None:
+def test_the_load_of_the_jacks_may_be_prescribed() -> None:
     scene = on_jacks("doming", rig=Rig(control="load", jack_load=2200.0), increments=2)
     model, explicit, quasi_static = both(scene)
     agree(model, explicit, quasi_static)
@@ -140,8 +140,8 @@ def test_load_may_be_what_is_given() -> None:
     assert explicit[-1].deflection > 0.0
 
 
-def test_the_pump_runs_ahead_at_the_pace_of_the_last_step() -> None:
-    """Volume per progress over the last step alone, whatever was delivered before."""
+def test_the_pump_extrapolates_the_last_step() -> None:
+    """Volume per load factor over the last step alone, for any earlier delivery."""
     pump = Pump(wall_model(on_jacks()), DEFAULTS.jack_servo)
     pump.begin_level()
     for progress, volume, pace in ((0.2, 1e-3, 5e-3), (0.5, 6e-4, 2e-3), (0.9, -8e-4, -2e-3)):
@@ -150,7 +150,7 @@ def test_the_pump_runs_ahead_at_the_pace_of_the_last_step() -> None:
         assert pump.line.volume_step == pytest.approx(pace, rel=1e-9)
 
 
-def test_masses_bound_the_swings_of_wall_and_line() -> None:
+def test_masses_limit_oscillations_of_wall_and_line() -> None:
     model = wall_model(on_jacks())
     pump, damping, safety = Pump(model, DEFAULTS.jack_servo), 0.8, 0.9
     mass = scaled_mass(model, damping, safety, pump)
@@ -168,25 +168,25 @@ def test_masses_bound_the_swings_of_wall_and_line() -> None:
 
 
 @pytest.mark.parametrize("damping", [0.05, 0.8])
-def test_line_and_control_do_not_stir_up_a_swing(damping: float) -> None:
-    """Blocks that are kicked away from the level state come back to it, even with little damping."""
+def test_line_and_control_are_stable(damping: float) -> None:
+    """Blocks return to the level state after an impulse, even with little damping."""
     scene = replace(on_jacks(), dpc=None, joint=Joint(tensile_strength=1e9, cohesion=1e9))
     run = DampedTimeStepping(wall_model(scene), replace(WHOLE, damping=damping))
     assert run.start_from_elastic_solution()
     assert run.pump is not None
     level, load = run.motion.displacement.copy(), run.pump.load
-    # the control goes five times as fast as it will: a margin for walls that are not intact any more
+    # the control gain is five times the actual one: a margin for cracked walls
     run.pump.line = run.pump.line._replace(gain=5.0 * run.pump.line.gain)
     run.motion.velocity[1:-3:3] = 1e-6 * np.random.default_rng(1).standard_normal(run.model.n_blocks)
     energy = run.kinetic_energy()
     run.cycle(10000)
     assert run.kinetic_energy() < 1e-6 * energy
     assert run.pump.load == pytest.approx(load, rel=1e-3)
-    # upwards: nothing but a loose guide holds the footing along the wall
+    # upwards: only a soft guide restrains the footing along the wall
     assert np.abs(run.motion.displacement - level)[1::3].max() < 1e-3 * np.abs(level).max()
 
 
-def test_search_for_where_a_load_is_gone_closes_in_on_a_kinked_fall() -> None:
+def test_search_for_zero_load_converges_on_a_kinked_curve() -> None:
     def load(progress: float) -> float:
         return 10.0 - 100.0 * progress if progress < 0.09 else 1.0 - 2.0 * (progress - 0.09)
 
@@ -200,8 +200,8 @@ def test_search_for_where_a_load_is_gone_closes_in_on_a_kinked_fall() -> None:
     assert tries <= 10
 
 
-def test_supports_push_only_where_they_do_not_hold_the_footing_down() -> None:
-    """Bearings that hold down are no such supports, whatever they would keep if they broke."""
+def test_supports_are_unilateral_unless_they_hold_the_footing_down() -> None:
+    """Bearings that hold down are bilateral, for any residual strength."""
     model = wall_model(on_jacks(rig=Rig(support="lift_off")))
     supports = np.flatnonzero(model.interfaces.kind == ContactKind.SUPPORT)
     assert supports.size == 2
@@ -234,23 +234,23 @@ def test_footing_that_cracks_is_the_quasi_static_one(law: str) -> None:
     for one, other in zip(explicit, quasi_static, strict=True):
         moments = [section_forces(model, i.opening, i.normal_stress, i.shear_stress).moment for i in (one, other)]
         assert moments[0] == pytest.approx(moments[1], abs=0.01 * np.abs(moments[1]).max())
-    # whole, it would take more to bend
+    # uncracked, it would be stiffer
     whole = list(solve_path(replace(model, sections=None), WHOLE, 3))[-1]
     assert whole.jack_load < 1.3 * explicit[-1].jack_load < 0.0
 
 
-def test_footing_may_have_been_bent_before() -> None:
+def test_footing_with_earlier_bending() -> None:
     scene = cracking()
     assert scene.footing.concrete is not None
     bent = replace(scene.footing.concrete, earlier_moment=1000.0)
     model, explicit, quasi_static = both(replace(scene, footing=replace(scene.footing, concrete=bent)))
     agree(model, explicit, quasi_static)
-    # cracked already, it is bent the first step with less
+    # cracked before, it needs less load in the first step
     assert explicit[1].jack_load > path(scene)[1][1].jack_load + 100.0
 
 
-def test_a_section_opens_shears_and_turns_as_the_segments_it_joins() -> None:
-    """A segment moved from its left neighbour by 1 um along the footing and 2 um across, then turned in place."""
+def test_opening_shear_and_rotation_of_a_section_are_those_of_its_segments() -> None:
+    """A segment displaced from its left neighbour by 1 um along the footing and 2 um across, then rotated in place."""
     model = wall_model(cracking())
     assert model.sections is not None
     face, section = model.interfaces, model.sections.interface[1]
@@ -272,7 +272,7 @@ def test_a_section_opens_shears_and_turns_as_the_segments_it_joins() -> None:
     assert abs(turn) == pytest.approx(1e-6)
 
 
-def test_sections_remember_what_they_have_been_through_and_can_go_back() -> None:
+def test_sections_have_a_history_and_can_be_restored() -> None:
     model = wall_model(cracking())
     path = ExplicitStepper(model, WHOLE)
     run = path.scheme
@@ -284,7 +284,7 @@ def test_sections_remember_what_they_have_been_through_and_can_go_back() -> None
     path.equilibrate()
     cracked = run.sections.memory.cracked.copy()
     assert cracked.max() > 0.3
-    path.apply(0.0)  # level again: the cracks stay
+    path.apply(0.0)  # level again: the cracks remain
     path.equilibrate()
     assert (run.sections.memory.cracked >= cracked).all()
     run.restore(before)
