@@ -1,4 +1,4 @@
-"""The gap between a wall without a dpc and what it stands on: measured, judged, and with properties of its own."""
+"""The gap between a wall without a dpc and its footing: measured, judged, and with separate properties."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ STRONG = Joint(tensile_strength=1e8, cohesion=1e8)
 
 
 def stands_on(kind: str, deflection: float, joint: Joint | None = LOOSE, **more) -> Scene:
-    """A wall whose mortar does not break on ground that takes the form of a parabola."""
+    """A wall of unbreakable mortar on ground that deforms to a parabola."""
     return Scene(
         wall=Wall(length=2.88, height=0.6),
         joint=STRONG,
@@ -49,7 +49,7 @@ def test_a_wall_that_spans_a_dish_gapes_in_its_middle():
 
 
 @pytest.mark.parametrize(("rule", "dpc", "counts"), [(False, None, False), (True, None, True), (True, Dpc(), False)])
-def test_the_gap_counts_where_it_is_said_to_and_there_is_no_dpc(rule: bool, dpc: Dpc | None, counts: bool):
+def test_the_gap_counts_if_set_and_without_a_dpc(rule: bool, dpc: Dpc | None, counts: bool):
     wall = damagepred.solve(stands_on("doming", 7 * MM, dpc=dpc, damage=Damage(count_footing_gap=rule)))
     gap = np.maximum(wall["footing_opening_max"].values, wall["dpc_opening_max"].values)
     assert gap[-1] > 5 * MM
@@ -59,7 +59,7 @@ def test_the_gap_counts_where_it_is_said_to_and_there_is_no_dpc(rule: bool, dpc:
     assert bool(footing_gap_note(wall)) == (not rule)
 
 
-def test_a_gap_that_does_not_count_is_said():
+def test_a_gap_that_does_not_count_is_reported():
     wall = damagepred.solve(stands_on("doming", 7 * MM))
     assert "would be category 3" in footing_gap_note(wall)
     assert "--footing-gap" in footing_gap_note(wall)
@@ -67,7 +67,7 @@ def test_a_gap_that_does_not_count_is_said():
 
 @pytest.mark.parametrize("shape", ["parabola", "jacks", "mound"])
 @pytest.mark.parametrize("footing", [None, "deformable"])
-def test_the_bed_has_its_own_properties_whatever_carries_the_wall(shape: str, footing: str | None):
+def test_the_bed_has_separate_properties_on_any_support(shape: str, footing: str | None):
     if shape != "parabola" and footing is not None:
         return
     own = Joint(tensile_strength=0.1e6, cohesion=0.2e6, friction=0.6, normal_stiffness=50e9)
@@ -87,7 +87,7 @@ def test_the_bed_has_its_own_properties_whatever_carries_the_wall(shape: str, fo
 
 
 def test_a_strong_bed_holds_the_wall_down():
-    """Tied to the ground the wall cannot leave it: with the mortar's strength there is no gap, without there is."""
+    """A wall tied to the ground cannot separate: no gap with the mortar's strength, a gap without it."""
     held = damagepred.solve(stands_on("doming", 0.3 * MM, joint=None))
     free = damagepred.solve(stands_on("doming", 0.3 * MM))
     assert float(held["footing_opening_max"][-1]) == 0.0

@@ -1,4 +1,4 @@
-"""A movement read in between: the state at a smaller movement of a path is the state that movement would have made."""
+"""Intermediate movements: the state of a path at a smaller movement is that of a path to this movement."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def assert_same(one: Increment, other: Increment, tolerance: float) -> None:
     assert moved > 1e-4
     np.testing.assert_allclose(one.displacement, other.displacement, rtol=0, atol=tolerance * moved)
     np.testing.assert_allclose(one.opening, other.opening, rtol=0, atol=tolerance * moved)
-    # the few contacts where the footing just parts from the soil, which is cut into four contacts for one
+    # the few contacts where the footing just separates from the soil, which has four contacts for one
     assert (one.state == other.state).mean() > 0.998
 
 
@@ -73,15 +73,15 @@ def test_a_path_read_in_between_is_the_path_to_the_smaller_surface_movement(shap
 
 @pytest.mark.parametrize("way", ["explicit", "explicit whole"])
 @pytest.mark.parametrize(("shape", "kind"), [("walsh", "doming"), ("walsh", "dishing"), ("pipe", "doming")])
-def test_so_it_is_with_the_explicit_solver(shape: str, kind: str, way: str) -> None:
+def test_the_same_with_the_explicit_solver(shape: str, kind: str, way: str) -> None:
     scene = on_mound(MOUNDS[shape, kind], kind, WAYS[way])
     path, smaller = states(scene, 2), states(on_mound(MOUNDS[shape, kind], kind, WAYS[way], 0.5), 1)
     assert_same(path[1], smaller[-1], 1e-6)
 
 
 @pytest.mark.parametrize("method", ["quasi_static", "explicit"])
-def test_a_flatter_arc_is_passed_on_the_way_to_an_arc(method: str) -> None:
-    """The circle of half the deflection is not the half of the circle: by 4e-4 of it here."""
+def test_the_path_to_an_arc_passes_through_flatter_arcs(method: str) -> None:
+    """The circle of half the deflection differs from half of the circle, by 4e-4 here."""
     wall = replace(WALL, height=0.36)
     solver = Solver(method=method, tolerance=1e-6, ramp_cycles=2000)
     scenes = [
@@ -94,7 +94,7 @@ def test_a_flatter_arc_is_passed_on_the_way_to_an_arc(method: str) -> None:
 
 
 def trough(x: np.ndarray, factor: float) -> np.ndarray:
-    """Settlement over a tunnel that is driven on: the trough moves along the wall, and widens."""
+    """Settlement over an advancing tunnel: the trough moves along the wall, and widens."""
     return -0.004 * factor * np.exp(-0.5 * ((x - 0.8 - 0.8 * factor) / (0.3 + 0.5 * factor)) ** 2)
 
 
@@ -113,7 +113,7 @@ def test_parameters_of_a_trough_may_change_along_the_path(method: str) -> None:
     path = list(solve_path(on_trough(1.0).build(solver), solver, 2))
     half = list(solve_path(on_trough(0.5).build(solver), solver, 1))[-1]
     assert_same(path[1], half, 1e-6)
-    # what a bed joint on the ground opens is what its brick has moved less what the trough has there
+    # the opening of a bed joint on the ground is the displacement of its brick less that of the trough
     model, last = on_trough(1.0).build(solver), path[2]
     face, lowest = model.interfaces, slice(len(model.interfaces.x) - 10, None)
     up = face.normal_y[lowest, None]
@@ -123,8 +123,8 @@ def test_parameters_of_a_trough_may_change_along_the_path(method: str) -> None:
     np.testing.assert_allclose(last.opening[lowest], np.abs(up) * (above - trough(x, 1.0)), atol=1e-9)
 
 
-def test_the_explicit_solver_s_straight_lines_are_short_enough() -> None:
-    """Between exact states the ground moves in straight lines: ten times as many change nothing that matters."""
+def test_linear_interpolation_of_the_ground_is_accurate_enough() -> None:
+    """The ground is interpolated linearly between exact states: ten times as many hardly change the result."""
     solver = replace(WAYS["explicit whole"], ramp_pieces=100)
     ends = [
         states(on_mound(MOUNDS["walsh", "doming"], "doming", replace(solver, ramp_pieces=pieces)), 1)[-1]

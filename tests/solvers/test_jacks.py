@@ -8,8 +8,8 @@ import damagepred
 from damagepred.scene import Footing, Joint, Loads, Movement, Opening, Rig, Scene, Wall
 
 
-def test_level_state_is_that_on_supports_that_pull_while_none_has_to() -> None:
-    """A wall whose bonds have not yet broken under a part of its weight spans the footing, and would lift it off."""
+def test_level_state_is_that_on_bilateral_supports_while_none_pulls() -> None:
+    """Under a part of its weight, with unbroken bonds, a wall spans the footing and would lift it off."""
     scene = Scene(
         wall=Wall(length=0.69, height=0.6, thickness=0.24, block_length=0.23, block_height=0.2, bond="stack"),
         joint=Joint(normal_stiffness=5e9, shear_stiffness=2.5e9, tensile_strength=880.0, cohesion=514.0, friction=0.62),

@@ -1,4 +1,4 @@
-"""Linear equations of a wall, solved level by level and corrected, against the same equations solved at once."""
+"""Block-tridiagonal solution with Woodbury corrections, compared with a direct solution."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -25,14 +25,14 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 QUASI_STATIC = Solver(method="quasi_static")
 WELL = 1e6
-"""Condition, rows and columns scaled, up to which an answer is held to 1e-8."""
+"""Condition number of the scaled matrix up to which the error must be below 1e-8."""
 
 
 # -- the same equations, from nothing but the geometry ----------------------------------------------------------------
 
 
 def kinematics(model: Model) -> FloatArray:
-    """Return opening and shear in the middle and rotation of each interface, (m, 3, 6), for its blocks' movements."""
+    """Return the kinematic matrices (m, 3, 6): opening and shear in the middle, and rotation, of each interface."""
     face = model.interfaces
     n_x, n_y, zero, one = face.normal_x, face.normal_y, np.zeros(len(face.x)), np.ones(len(face.x))
     rows = (
@@ -44,7 +44,7 @@ def kinematics(model: Model) -> FloatArray:
 
 
 def assembled(model: Model, stiffness: FloatArray) -> sparse.csc_array:
-    """Return the stiffness of all degrees of freedom, the ground's too, for a stiffness (m, 9) of the interfaces."""
+    """Return the stiffness of all degrees of freedom, with the ground's, from a stiffness (m, 9) of the interfaces."""
     face, rows = model.interfaces, kinematics(model)
     blocks = np.einsum("mji,mjk,mkl->mil", rows, stiffness.reshape(-1, 3, 3), rows)
     dof = np.concatenate((3 * face.block_a[:, None] + np.arange(3), 3 * face.block_b[:, None] + np.arange(3)), axis=1)
@@ -94,7 +94,7 @@ def changed(model: Model, stiffness: FloatArray, which: FloatArray, rng: np.rand
 
 
 class Reference:
-    """The equations at once: free degrees of freedom, each held a little where it is in play."""
+    """Direct solution: free degrees of freedom, with the diagonal regularisation of active ones."""
 
     def __init__(self, equations: BlockTridiagonalSystem, stiffness: FloatArray, regularised: bool = True) -> None:
         model = equations.model
@@ -142,7 +142,7 @@ def random_wall(rng: np.random.Generator) -> Model:
 
 
 def held_at_one_side() -> Model:
-    """A cantilever of blocks, two high, whose first column is held and lowered."""
+    """A cantilever of blocks, two high, whose first column has a prescribed settlement."""
     wall = Assembly()
     for i in range(6):
         for j in range(2):
@@ -172,7 +172,7 @@ def half() -> Model:
 
 
 def with_a_loose_block() -> Model:
-    """A wall on the ground, and a block beside it that touches nothing."""
+    """A wall on the ground, and a block beside it without contacts."""
     wall = Assembly()
     for j in range(3):
         for i in range(3):
@@ -224,12 +224,12 @@ def test_elastic(name: str) -> None:
     found = equations.solve(force)
     assert_same(found, Reference(equations, equations.elastic).solve(force))
     assert (found[DiscreteSystem.of(model).constrained_dofs] == 0.0).all()
-    # what holds loose blocks is hardly felt
+    # the regularisation of detached blocks has hardly any effect
     assert_same(found, Reference(equations, equations.elastic, regularised=False).solve(force), 1e-4)
     assert (equations.factorisations, equations.corrections) == (1, 0)
 
 
-def test_a_block_that_touches_nothing_leaves_the_others_as_they_are() -> None:
+def test_a_block_without_contacts_does_not_affect_the_others() -> None:
     model = with_a_loose_block()
     equations, force = equations_of(model), random_force(model, np.random.default_rng(1))
     force[-6:-3] = 0.0
@@ -240,7 +240,7 @@ def test_a_block_that_touches_nothing_leaves_the_others_as_they_are() -> None:
     assert_same(found[wall], expected, 1e-4)
 
 
-def test_a_block_that_has_let_go_of_all_its_joints_is_held_by_its_anchor_alone() -> None:
+def test_a_released_block_is_restrained_by_the_regularisation_alone() -> None:
     model = WALLS["wall"]()
     equations, force = equations_of(model), random_force(model, np.random.default_rng(1))
     equations.solve(force)
@@ -251,7 +251,7 @@ def test_a_block_that_has_let_go_of_all_its_joints_is_held_by_its_anchor_alone()
     found = equations.solve(force)
     anchor = DEFAULTS.regularisation * assembled(model, equations.elastic).diagonal()[3 * block : 3 * block + 3]
     np.testing.assert_allclose(found[3 * block : 3 * block + 3], force[3 * block : 3 * block + 3] / anchor, rtol=1e-6)
-    # nothing of that is felt elsewhere; it is 1e7 times as large
+    # it does not affect the others; it is 1e7 times as large
     others = np.arange(len(found)) // 3 != block
     rest = force.copy()
     rest[~others] = 0.0
@@ -285,7 +285,7 @@ def test_a_few_changed_joints_are_corrected_for_without_factorising(name: str) -
 
 
 @pytest.mark.parametrize("name", ["wall", "another", "half"])
-def test_what_is_sooner_factorised_is(name: str) -> None:
+def test_the_cheaper_of_correction_and_factorisation_is_used(name: str) -> None:
     rng, model = np.random.default_rng(6), WALLS[name]()
     equations, force = equations_of(model), random_force(model, rng)
     equations.solve(force)
@@ -299,7 +299,7 @@ def test_what_is_sooner_factorised_is(name: str) -> None:
 
 
 @pytest.mark.parametrize("more", [0, 1])
-def test_as_many_as_there_is_memory_for_may_change_at_once(more: int) -> None:
+def test_the_number_of_changes_is_limited_by_memory_alone(more: int) -> None:
     rng, model = np.random.default_rng(6), WALLS["another"]()
     equations, force = equations_of(model, max_changed_interfaces=25), random_force(model, rng)
     equations.solve(force)
@@ -311,7 +311,7 @@ def test_as_many_as_there_is_memory_for_may_change_at_once(more: int) -> None:
     assert (equations.factorisations, equations.corrections) == (1 + more, 1 - more)
 
 
-def test_what_changes_bit_by_bit_is_factorised_in_the_end() -> None:
+def test_accumulated_changes_are_factorised() -> None:
     rng, model = np.random.default_rng(7), WALLS["another"]()
     equations, force = equations_of(model), random_force(model, rng)
     equations.solve(force)
@@ -325,14 +325,14 @@ def test_what_changes_bit_by_bit_is_factorised_in_the_end() -> None:
     assert equations.corrections > 1
 
 
-def test_a_correction_costs_more_the_more_has_changed_and_the_less_is_known() -> None:
+def test_the_cost_of_a_correction_grows_with_changes_and_unknown_responses() -> None:
     of = [correction_cost(changed, new, 3000, 2e5) for changed, new in ((5, 0), (5, 5), (50, 5), (50, 50))]
     assert of == sorted(of)
     assert factorisation_cost(np.array([60, 120]))[1] > 4 * factorisation_cost(np.array([60, 120]))[0]
 
 
 def updates(model: Model, elastic: FloatArray, rng: np.random.Generator, count: int) -> Iterator[FloatArray]:
-    """Yield stiffnesses one after the other: few joints change, many do, some go back, or nothing happens."""
+    """Yield successive stiffnesses: few joints change, many do, some change back, or none."""
     stiffness = elastic
     for _ in range(count):
         what = rng.integers(0, 5)
@@ -341,7 +341,7 @@ def updates(model: Model, elastic: FloatArray, rng: np.random.Generator, count: 
             which = rng.choice(m, size=min(int(rng.integers(24, 48)), m), replace=False)
             stiffness = stiffness.copy()
             stiffness[which] = elastic[which] * rng.uniform(0.1, 1.0, size=(len(which), 1))
-        elif what == 1:  # as they were
+        elif what == 1:  # as before
             back = rng.random(len(elastic)) < 0.5
             stiffness = np.where(back[:, None], elastic, stiffness)
         elif what < 4:
@@ -378,7 +378,7 @@ def test_one_change_after_the_other_in_random_walls(seed: int) -> None:
     follow_updates(random_wall(rng), rng, 60)
 
 
-def test_what_was_asked_for_last_counts_whatever_came_between() -> None:
+def test_the_last_stiffness_counts_after_any_sequence() -> None:
     """``update`` without ``solve``, and the same stiffness twice."""
     rng, model = np.random.default_rng(12), WALLS["wall"]()
     equations, force = equations_of(model), random_force(model, rng)
@@ -390,8 +390,8 @@ def test_what_was_asked_for_last_counts_whatever_came_between() -> None:
     assert equations.factorisations == 1
 
 
-def test_a_joint_that_is_almost_a_mechanism_is_answered_faithfully() -> None:
-    """A correction that would lose its precision is refused, and the wall factorised instead."""
+def test_a_near_mechanism_is_solved_accurately() -> None:
+    """A correction that would lose precision is rejected, and the wall is factorised."""
     model = held_at_one_side()
     equations, rng = equations_of(model), np.random.default_rng(2)
     force = random_force(model, rng)
@@ -406,7 +406,7 @@ def test_a_joint_that_is_almost_a_mechanism_is_answered_faithfully() -> None:
         equations.update(stiffness)
         reference = Reference(equations, stiffness)
         found = equations.solve(force)
-        # what cannot be known better than to rounding times condition
+        # the error is at least rounding times the condition number
         assert_same(found, reference.solve(force), max(1e-8, 1e-14 * reference.condition()))
 
 
@@ -418,7 +418,7 @@ def load_of(model: Model) -> FloatArray:
 
 
 @pytest.mark.parametrize("name", ["wall", "another", "held at one side", "half"])
-def test_condensed_levels_do_as_if_they_were_there(name: str) -> None:
+def test_condensed_levels_are_equivalent_to_active_ones(name: str) -> None:
     rng, model = np.random.default_rng(21), WALLS[name]()
     equations, load = equations_of(model), load_of(model)
     assert equations.levels > 3
@@ -432,7 +432,7 @@ def test_condensed_levels_do_as_if_they_were_there(name: str) -> None:
             stiffness = changed(model, equations.elastic, which, rng)
             reference = Reference(equations, stiffness)
             equations.update(stiffness)
-            # under a share of the dead load, that of what is condensed coming down at its edge
+            # under a share of the dead load; that of the condensed levels acts on the boundary
             share, force = 0.7, np.zeros(len(load))
             force[equations.active_dofs] = share * load[equations.active_dofs]
             force[equations.boundary_dofs] += equations.condensed_force(np.zeros(len(load)), share)
@@ -458,7 +458,7 @@ def test_the_force_at_the_edge_is_that_of_the_levels_beyond(name: str) -> None:
     share = 0.4
     force = equations.condensed_force(moved, share)
     equations.recover(moved, share)
-    # all beyond is in balance, and pulls at the edge through the joints that are not in play
+    # the condensed levels are in balance, and act on the boundary through inactive joints
     beyond = equations.elastic.copy()
     beyond[equations.active] = 0.0
     pull = share * load - assembled(model, beyond) @ moved
@@ -473,7 +473,7 @@ def test_the_force_at_the_edge_is_that_of_the_levels_beyond(name: str) -> None:
     "sequence",
     [(1, 2, 4, 99), (3, 4), (2, 99), (3, 2)],
 )
-def test_opening_what_was_condensed_and_condensing_again(sequence: tuple[int, ...]) -> None:
+def test_uncondensing_and_condensing_again(sequence: tuple[int, ...]) -> None:
     rng, model = np.random.default_rng(23), WALLS["wall"]()
     equations, load = equations_of(model), load_of(model)
     stiffness = equations.elastic.copy()
@@ -495,7 +495,7 @@ def test_opening_what_was_condensed_and_condensing_again(sequence: tuple[int, ..
                 assert_same(found, reference.solve(force))
 
 
-def test_what_was_looked_at_joint_by_joint_is_elastic_once_condensed() -> None:
+def test_active_joints_are_elastic_once_condensed() -> None:
     model = WALLS["wall"]()
     equations, load, rng = equations_of(model), load_of(model), np.random.default_rng(24)
     equations.update(0.5 * equations.elastic)
@@ -509,7 +509,7 @@ def test_what_was_looked_at_joint_by_joint_is_elastic_once_condensed() -> None:
     assert_same(found, Reference(equations, equations.elastic).solve(force))
 
 
-def test_what_the_levels_in_play_do_not_hold_is_not_condensed() -> None:
+def test_levels_without_support_from_active_ones_are_not_condensed() -> None:
     model = with_a_loose_block()
     equations = equations_of(model)
     assert not equations.condense(1, load_of(model))

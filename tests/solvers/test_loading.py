@@ -1,4 +1,4 @@
-"""Live loads that grow with the movement, blocks held once the dead load is on, beams that stay level."""
+"""Live loads that grow with the movement, blocks fixed after the dead load, beams that stay level."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -30,7 +30,7 @@ def solver(request: pytest.FixtureRequest) -> Solver:
 
 
 def block_on_plate(width: float, height: float, joint: Joint) -> tuple[Assembly, float]:
-    """Return a block on a plate that is held, and its weight (N)."""
+    """Return a block on a fixed plate, and its weight (N)."""
     wall = Assembly(thickness=T, joint=joint)
     wall.support(wall.add_block(rectangle(-1.0, -0.1, 1.0 + width, 0.0)))
     wall.add_block(rectangle(0.0, 0.0, width, height))
@@ -48,7 +48,7 @@ def test_a_pushed_block_slides_at_the_friction_angle(solver: Solver, increments:
     ds = damagepred.solve(wall, solver=solver, increments=increments)
     assert ds.attrs["status"] == "collapsed"
     gap = ds.attrs["collapse_progress_uncertainty"]
-    # so near its limit the explicit solver may find that it neither falls nor comes to rest
+    # so near its limit load the explicit solver may find neither collapse nor equilibrium
     assert 0 < gap <= (5e-3 if solver.method == "explicit" else DEFAULTS.continuation.collapse_bracket * 1.0001)
     assert ds.attrs["collapse_progress"] - gap < 0.6 < ds.attrs["collapse_progress"] + 2 * gap
     assert ds["progress"].values[-1] == pytest.approx(ds.attrs["collapse_progress"] + gap)
@@ -89,7 +89,7 @@ def bonded_wall(courses: int = 6, joint: Joint | None = None) -> Assembly:
     return wall
 
 
-def test_an_elastic_wall_moves_alike_under_dead_and_live_load(solver: Solver) -> None:
+def test_dead_and_live_load_are_superposed_in_an_elastic_wall(solver: Solver) -> None:
     """Superposition: dead and half of the live load, and the same as dead load."""
     live, dead = bonded_wall(), bonded_wall()
     live.push_body(x=0.4)
@@ -105,7 +105,7 @@ def test_an_elastic_wall_moves_alike_under_dead_and_live_load(solver: Solver) ->
 
 @pytest.mark.parametrize("weak", [False, True])
 def test_condensed_courses_carry_the_live_load(weak: bool) -> None:
-    """The same with courses condensed and looked at joint by joint; the wall cracks at its base."""
+    """The same with condensed and full courses; the wall cracks at its base."""
     joint = Joint(tensile_strength=3e3, cohesion=20e3) if weak else None
     paths = []
     for condense in (True, False):
@@ -152,8 +152,9 @@ def test_a_live_load_is_mirrored_or_the_wall_is_solved_in_full() -> None:
 
 
 @pytest.mark.parametrize("dilation", [0.0, 0.2])
-def test_a_box_whose_height_is_held_after_load_presses_itself_as_it_climbs(solver: Solver, dilation: float) -> None:
-    """Slip s climbs by s tan(psi), which the support takes: s = (k_s u - C - p tan phi)/(k_s + k_n tan phi tan psi)."""
+def test_a_dilatant_box_at_fixed_height_compresses_itself(solver: Solver, dilation: float) -> None:
+    """Slip s dilates by s tan(psi), which the support prevents: s = (k_s u - C - p tan phi)/(k_s + k_n tan phi tan
+    psi)."""
     width, pressure = 0.6, 0.2e6
     joint = Joint(dilation=dilation)
     wall = Assembly(thickness=T, gravity=(0.0, 0.0), joint=joint)
@@ -198,20 +199,20 @@ def two_columns(solver: Solver, level: bool) -> np.ndarray:
 
 
 def test_a_level_beam_stays_level_and_shares_its_load_by_stiffness(solver: Solver) -> None:
-    """Columns with 1/k = 1/20 + 1/50 and 1/60 + 1/50: they sink alike, and the support takes the moment."""
+    """Columns with 1/k = 1/20 + 1/50 and 1/60 + 1/50: they settle equally, and the support carries the moment."""
     beam = two_columns(solver, level=True)
     k = np.array([1 / (1 / 20e9 + 1 / 50e9), 1 / (1 / 60e9 + 1 / 50e9)]) * 0.2 * T
     assert float(beam["block_rotation"]) == 0.0
     assert float(beam["block_displacement_y"]) == pytest.approx(-20e3 / k.sum(), rel=1e-4)
-    # about the middle: columns push up at -0.4 and +0.4, the load down at -0.2
+    # about the middle: columns act at -0.4 and +0.4, the load at -0.2
     up = 20e3 * k / k.sum()
     moment = -(-20e3 * -0.2) - (up * np.array([-0.4, 0.4])).sum()
     assert float(beam["block_support_moment"]) == pytest.approx(moment, rel=1e-3)
     assert abs(float(two_columns(solver, level=False)["block_rotation"])) > 1e-7
 
 
-def test_what_is_condensed_sees_a_beam_that_is_moved_on_top() -> None:
-    """A beam pushed along the top and free to rise is far from the ground, and yet moves what is below."""
+def test_condensed_courses_follow_a_beam_on_top() -> None:
+    """A beam that is displaced along the top and free to rise moves the condensed courses below."""
     paths = []
     for condense in (True, False):
         wall = bonded_wall()
@@ -227,7 +228,7 @@ def test_what_is_condensed_sees_a_beam_that_is_moved_on_top() -> None:
 
 
 def test_supports_of_single_gridpoints_balance_force_and_moment(solver: Solver) -> None:
-    """A cantilever of zones under its weight, an upright traction at its end and a level one along its top."""
+    """A cantilever of zones under its weight, a vertical traction at its end and a horizontal one along its top."""
     length, height, end, top = 0.8, 0.3, 40e3, 25e3
     wall = Assembly(thickness=T)
     block = wall.add_block(rectangle(2.0, 1.0, 2.0 + length, 1.0 + height), zone_size=0.1)
@@ -245,7 +246,7 @@ def test_supports_of_single_gridpoints_balance_force_and_moment(solver: Solver) 
 
 
 def test_a_live_load_on_a_block_of_zones_is_carried_row_by_row(solver: Solver) -> None:
-    """A column hangs on its top: across each row of zones goes the load below its middle, and no work is lost."""
+    """A column fixed at its top: each row of zones carries the load below its middle, and work balances."""
     width, height, force = 0.4, 0.6, 30e3
     wall = Assembly(thickness=T, gravity=(0.0, 0.0))
     column = wall.add_block(
@@ -269,8 +270,8 @@ def test_a_live_load_on_a_block_of_zones_is_carried_row_by_row(solver: Solver) -
 
 
 @pytest.mark.parametrize("friction", [0.9, 0.2])
-def test_ground_that_moves_along_a_block_works_on_it(friction: float) -> None:
-    """A block that is held along the wall: its joint takes k s^2 / 2, and beyond its limit the way slid times that."""
+def test_ground_that_moves_along_a_block_does_work_on_it(friction: float) -> None:
+    """A block restrained along the wall: its joint stores k s^2 / 2, and dissipates the limit times the slip beyond."""
     stiffness, way = 1e9, 5e-6
     dry = Joint(shear_stiffness=stiffness, tensile_strength=0.0, cohesion=0.0, friction=friction)
     wall = Assembly(thickness=T, joint=dry)
@@ -290,7 +291,7 @@ def test_ground_that_moves_along_a_block_works_on_it(friction: float) -> None:
     first, last = path[0], path[-1]
     assert last.elastic_energy - first.elastic_energy == pytest.approx(stored, rel=1e-6)
     assert last.friction_work == pytest.approx(slid, rel=1e-6)
-    # in the step in which sliding begins the work is that of a straight line
+    # in the step in which sliding begins the work is that of linear interpolation
     assert last.external_work - first.external_work == pytest.approx(stored + slid, rel=0.02 if slides else 1e-6)
     assert last.support_force is not None
     assert last.support_force[block, 0] == pytest.approx(-min(force, spring * way), rel=1e-6)

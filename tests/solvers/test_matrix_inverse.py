@@ -40,7 +40,7 @@ def test_rounding_in_the_other_half_does_not_count() -> None:
 
 
 @pytest.mark.parametrize("symmetric", [True, False])
-def test_a_matrix_without_an_inverse_is_told(symmetric: bool) -> None:
+def test_a_singular_matrix_is_reported(symmetric: bool) -> None:
     inverse = np.empty((3, 3))
     assert invert(np.diag([1.0, 0.0, 2.0]), symmetric, inverse) == 0.0
     assert np.isnan(inverse).all()

@@ -1,4 +1,4 @@
-"""Bonds that wear off by slip: the softening shear box, and walls in both solvers."""
+"""Bonds that soften by slip: the shear box, and walls in both solvers."""
 
 from dataclasses import replace
 
@@ -53,8 +53,8 @@ def test_a_shear_box_softens_to_its_residual_strength(solver: Solver, pressure: 
 
 
 @pytest.mark.parametrize("pressure", [0.0, 0.3e6])
-def test_wearing_off_a_bond_takes_its_fracture_energy(pressure: float) -> None:
-    """With friction as it was, what friction takes beyond the residual strength is G_f, in steps short enough."""
+def test_softening_by_slip_dissipates_the_fracture_energy(pressure: float) -> None:
+    """With constant friction the work beyond the residual strength is G_f, in short steps."""
     joint = replace(WEARS, residual_friction=None)
     critical = 2 * SHEAR_ENERGY / (joint.cohesion - joint.residual_cohesion)
     ds = sheared(joint, pressure, 1.5 * critical, 200, SOLVERS["quasi_static"])
@@ -66,8 +66,8 @@ def test_wearing_off_a_bond_takes_its_fracture_energy(pressure: float) -> None:
 
 
 @pytest.mark.parametrize("share", [0.0, 0.25, 0.8, 1.2])
-def test_slip_uses_up_the_tension_too(share: float) -> None:
-    """Slid under pressure by a share of s_c, then pulled: what is left of f_t is the most it carries."""
+def test_slip_reduces_the_tensile_strength_too(share: float) -> None:
+    """Slip under pressure by a share of s_c, then tension: the residual f_t is the largest stress."""
     k_n, k_s, f_t, cohesion, friction, w_c, s_c = 82e9, 36e9, 0.25e6, 0.35e6, 0.75, 1e-4, 7e-4
     slope = damage_rate(k_n, f_t, w_c)
     intact, residual_strength = (f_t, cohesion, friction, 1 / k_s), (0.0, 0.0, friction, 1 / k_s)
@@ -103,7 +103,7 @@ def test_slip_uses_up_the_tension_too(share: float) -> None:
     assert (slid > 0.15 * s_c) == (share > 0.0)
 
 
-def test_so_little_energy_is_a_brittle_joint() -> None:
+def test_a_very_small_fracture_energy_is_a_brittle_joint() -> None:
     scene = Scene(wall=Wall(length=1.2, height=0.3), joint=replace(WEARS, shear_fracture_energy=0.1))
     model = wall_model(scene)
     law = model.properties
@@ -134,7 +134,7 @@ def test_joints_too_soft_to_soften_in_tension_are_counted(shear_energy: float | 
 @pytest.mark.parametrize(
     "wrong", [{"fracture_energy": None}, {"dilation": 0.1}, {"brittle_shear": True}], ids=lambda w: next(iter(w))
 )
-def test_what_does_not_go_together_is_refused(wrong: dict[str, object]) -> None:
+def test_incompatible_settings_are_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(ValueError, match="shear_fracture_energy"):
         replace(WEARS, **wrong)
 

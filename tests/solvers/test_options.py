@@ -125,7 +125,7 @@ def test_an_option_acts() -> None:
 
 
 def test_options_of_the_explicit_solver_act() -> None:
-    """With next to no tolerance each increment takes its ramp and the least number of convergence checks."""
+    """With a large tolerance each increment takes its ramp and the smallest number of convergence checks."""
     options = {"check_interval": 7, "passed_checks": 2}
     settings = Solver(method="explicit", tolerance=1e3, advanced={"explicit": options})
     ds = damagepred.solve(small_scene(), solver=settings)

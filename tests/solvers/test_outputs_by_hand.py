@@ -1,4 +1,4 @@
-"""What solvers say of a state besides its equilibrium, by hand: law, balance, bonds, supports, leeway."""
+"""Outputs of the solvers, compared with hand calculation: law, balance, bonds, supports, detachment limit."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -52,7 +52,7 @@ def pair(joint: Joint, **more: float) -> Model:
     return wall.build(STIFF)
 
 
-# kappa where half of the bond is left: between u_0 = 5e-5 m and w_c = 1.8e-4 m
+# kappa at an integrity of a half: between u_0 = 5e-5 m and w_c = 1.8e-4 m
 HALF = 1.15e-4
 
 
@@ -73,10 +73,10 @@ HALF = 1.15e-4
         (SOFT, False, 0.0, -1e6, 1e6, 0.0),
     ],
 )
-def test_by_how_much_stresses_exceed_the_law(
+def test_excess_of_stresses_over_the_law(
     joint: Joint, cracked: bool, kappa: float, sigma: float, tau: float, beyond: float
 ) -> None:
-    """At one contact of three; the others carry nothing."""
+    """At one contact of three; the others carry no stress."""
     model = pair(joint)
     history = JointHistory.fresh(model)
     history.cracked[0, 1], history.kappa[0, 1] = cracked, kappa
@@ -88,7 +88,7 @@ def test_by_how_much_stresses_exceed_the_law(
     assert np.isnan(law_violation(model, state, normal, shear))  # type: ignore[arg-type]
 
 
-def test_residual_is_the_largest_of_what_is_free() -> None:
+def test_residual_is_the_largest_of_free_degrees_of_freedom() -> None:
     force, free = np.array([3.0, -8.0, 5.0, 99.0]), np.array([True, True, True, False])
     left, largest = free_residual(force, free, np.array([1.0, 0.5, 2.0, 1.0]))
     np.testing.assert_array_equal(left, [3.0, -8.0, 5.0, 0.0])
@@ -102,7 +102,7 @@ def test_residual_is_the_largest_of_what_is_free() -> None:
 
 
 def test_resultants_of_forces_on_gridpoints() -> None:
-    """Two blocks of two gridpoints: the largest is by turns a force along, a force up and a turning."""
+    """Two blocks of two gridpoints: the largest is in turn a horizontal force, a vertical force and a moment."""
     block, dof_x, dof_y = np.array([0, 0, 1, 1]), np.array([0, 2, 4, 6]), np.array([1, 3, 5, 7])
     arm_x, arm_y = np.array([-1.0, 2.0, 0.5, -3.0]), np.array([0.5, -1.0, 2.0, 4.0])
     total = np.empty((2, 3))
@@ -150,7 +150,7 @@ def beam() -> Model:
     return wall.build(STIFF)
 
 
-def test_supports_and_sections_carry_what_their_contacts_do() -> None:
+def test_forces_of_supports_and_sections_are_those_of_their_contacts() -> None:
     model = beam()
     face = model.interfaces
     support = np.flatnonzero(face.kind == ContactKind.SUPPORT)
@@ -182,8 +182,8 @@ def test_supports_and_sections_carry_what_their_contacts_do() -> None:
     np.testing.assert_allclose(found.moment, [1e6 * second, -4e6 * second])
 
 
-def test_how_far_blocks_may_go() -> None:
-    """Half the largest block that moves, twice the settlement, twice the movement of ground, supports or jacks."""
+def test_detachment_limit() -> None:
+    """Half the largest free block, twice the settlement, twice the movement of ground, supports or jacks."""
     wall = Assembly(thickness=0.1, joint=Joint(normal_stiffness=1e8, shear_stiffness=1e8))
     for x, width in ((0.0, 0.4), (1.0, 0.1)):
         wall.add_block(rectangle(x, 0.0, x + width, 0.1))
@@ -210,7 +210,7 @@ def test_how_far_blocks_may_go() -> None:
 
 
 def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
-    """Column by column, the bond and what is met later; two joints, so that none takes the other's."""
+    """Column by column, the bond and later contacts; two joints, so that they are not interchanged."""
     other = Joint(
         normal_stiffness=5e9,
         shear_stiffness=1.1e9,
@@ -294,7 +294,7 @@ def test_bare_faces_have_the_law_of_the_block_s_longest_joint() -> None:
         assert friction[bare["body"] == body] == pytest.approx(expected)
 
 
-def test_a_block_without_mass_that_is_partly_held_is_refused() -> None:
+def test_a_partly_fixed_block_without_mass_is_refused() -> None:
     wall = Assembly()
     wall.support(wall.add_block(rectangle(0.0, 0.0, 1.0, 0.1)))
     light = wall.add_block(rectangle(0.0, 0.1, 1.0, 0.2), BlockMaterial(density=0.0))
@@ -304,7 +304,7 @@ def test_a_block_without_mass_that_is_partly_held_is_refused() -> None:
 
 
 def test_zones_that_have_yielded_and_turned_are_stressed_by_their_elastic_strain() -> None:
-    """A block is strained alike all over, its plastic strain taken off, and then turned: stresses turn with it."""
+    """A uniformly strained block with plastic strain is rotated: stresses rotate with it."""
     weak = BlockMaterial(elastic_modulus=2e9, poisson_ratio=0.25, cohesion=1e9, tensile_strength=1e9, friction=0.3)
     wall = Assembly(thickness=0.11)
     wall.add_block(rectangle(0.0, 0.0, 0.3, 0.2), weak, zone_size=0.2)
@@ -321,7 +321,7 @@ def test_zones_that_have_yielded_and_turned_are_stressed_by_their_elastic_strain
     base = np.array([0.01, -0.02])
     found = results_of_zones(grid, base)
     e = np.array([exx, eyy, gxy]) - plastic[:3]
-    # plane stress; s_zz keeps to nothing, what has yielded across is no stress in the plane
+    # plane stress: s_zz is zero, and plastic strain across the plane causes no stress in it
     young, nu = 2e9, 0.25
     xx, yy = (young / (1 - nu**2) * (e[k] + nu * e[1 - k]) for k in (0, 1))
     xy = young / (2 * (1 + nu)) * e[2]
@@ -333,8 +333,8 @@ def test_zones_that_have_yielded_and_turned_are_stressed_by_their_elastic_strain
     assert (found.state == 4).all()
 
 
-def test_slip_that_breaks_a_softened_bond_ends_what_softening_takes() -> None:
-    """Opened to some way between u_0 and w_c as it is sheared; the rest of the bond is set free."""
+def test_slip_that_breaks_a_softened_bond_releases_the_rest() -> None:
+    """Opened to between u_0 and w_c while sheared; the remaining energy of the bond is released."""
     joint = replace(
         SOFT,
         brittle_shear=True,
@@ -350,7 +350,7 @@ def test_slip_that_breaks_a_softened_bond_ends_what_softening_takes() -> None:
     model = wall.build(ONE_STEP)
     path: list[Increment] = list(solve_path(model, ONE_STEP, 300))
     sheared = [np.abs(step.shear_stress).max() > 0 for step in path[1:]]
-    breaks = sheared.index(False)  # the last increment in which it holds
+    breaks = sheared.index(False)  # the last increment before it breaks
     taken = [softening_work(model, path[: k + 1]) for k in (breaks, breaks + 1)]
     area = 0.3 * 0.11
     assert 0.1 * 9.0 * area < taken[0] < 0.8 * 9.0 * area

@@ -1,4 +1,4 @@
-"""Parts of the solvers by hand: step control, jacks, pieces of facets, points on faces, start and bounds of runs."""
+"""Parts of the solvers by hand calculation: step control, jacks, facets, points on faces, start and bounds of runs."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -63,7 +63,7 @@ GRAVITY = 9.81
     ],
 )
 def test_length_of_the_next_step(error: float, section: float, largest: float, residual: float, length: float) -> None:
-    """A second-order error: the length goes with its root; 0.2 J is a fifth of 1 % of 100 J."""
+    """The error is of second order, so the length is proportional to its root; 0.2 J is a fifth of 1 % of 100 J."""
     before = SimpleNamespace(energy_error=0.5, section_error=0.25)
     after = SimpleNamespace(
         energy_error=0.5 + error, section_error=0.25 + section, largest_work=largest, residual_work=residual
@@ -72,7 +72,7 @@ def test_length_of_the_next_step(error: float, section: float, largest: float, r
     assert found == pytest.approx(length)
 
 
-def test_jacks_whose_load_is_given_come_to_it_in_proportion() -> None:
+def test_a_prescribed_load_of_jacks_grows_in_proportion() -> None:
     control = JackControl(np.zeros(1), np.zeros(1), 1e-3)
     assert control.load_at(0.25, 77.0) == 77.0
     control.level_load, control.load = 2000.0, 5000.0
@@ -95,7 +95,7 @@ def test_pump_and_line_by_static_solutions() -> None:
     line = DEFAULTS.jack_servo.line_stiffness_ratio / gives
     assert pump.level_volume == pytest.approx(push @ level + pump.level_load / line)
 
-    # two swings with the line as a spring, by Rayleigh's quotient
+    # two vibrations with the line as a spring, by Rayleigh's quotient
     mass = np.linspace(3.0, 5.0, model.size)
     bent = by_weight - by_push * (line * (push @ by_weight) / (1.0 + line * gives))
     squares = [(gives + line * gives**2) / (mass @ by_push**2), (weights @ bent) / (mass @ bent**2)]
@@ -119,7 +119,7 @@ def test_pump_and_line_by_static_solutions() -> None:
 
 @pytest.mark.parametrize(("share", "e"), [(0.5, 0.9e-4), (1.0, 0.3e-4), (0.3, -2e-4)])
 def test_load_of_a_softened_bond_by_hand(share: float, e: float) -> None:
-    """Beyond the limit, the stress above it over the whole cohesion; kappa is where this share of the bond is left."""
+    """Beyond the limit, the excess stress over the cohesion; kappa at this integrity."""
     wall = Assembly(thickness=0.11, joint=SOFT)
     for k in range(2):
         wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))
@@ -135,7 +135,7 @@ def test_load_of_a_softened_bond_by_hand(share: float, e: float) -> None:
         assert found == pytest.approx(1.0 + (abs(tau) - limit) / 0.3e6)
 
 
-def test_slip_breaks_the_bonds_of_the_joint_that_slides_alone() -> None:
+def test_slip_breaks_the_bonds_of_the_sliding_joint_alone() -> None:
     strong = replace(SOFT, tensile_strength=1e6, cohesion=3e6, fracture_energy=2e3)
     wall = Assembly(thickness=0.11, joint=SOFT)
     for k in range(3):
@@ -148,7 +148,7 @@ def test_slip_breaks_the_bonds_of_the_joint_that_slides_alone() -> None:
     assert last.state.tolist() == [[1, 1, 1], [0, 0, 0]]
 
 
-def test_reach_of_a_wall_that_its_live_load_takes_beyond_its_size() -> None:
+def test_largest_elastic_displacement_may_exceed_the_size_of_the_wall() -> None:
     wall = Assembly(thickness=0.1, joint=Joint(normal_stiffness=1e8, shear_stiffness=1e8))
     wall.add_block(rectangle(0.0, 0.0, 0.4, 0.1))
     wall.rest_on_ground([0])
@@ -156,8 +156,8 @@ def test_reach_of_a_wall_that_its_live_load_takes_beyond_its_size() -> None:
     assert largest_elastic_displacement(wall.build(STIFF), 0.5) == 0.0
 
 
-def test_pieces_of_facets_are_where_the_wall_is() -> None:
-    """The same places on the facets, wherever the wall stands."""
+def test_pieces_of_facets_move_with_the_wall() -> None:
+    """The same positions on the facets, for any position of the wall."""
     meshes = []
     for x, y in ((0.0, 0.0), (5.0, -3.0)):
         wall = Assembly(thickness=0.11, joint=DRY, block=ELASTIC)
@@ -175,7 +175,7 @@ def test_pieces_of_facets_are_where_the_wall_is() -> None:
     np.testing.assert_allclose(there.piece_y + 3.0, here.piece_y, atol=1e-9)
 
 
-def test_a_zone_has_yielded_if_any_of_its_plastic_strains_is_left() -> None:
+def test_a_zone_has_yielded_if_any_plastic_strain_is_not_zero() -> None:
     wall = Assembly(thickness=0.11, block=ELASTIC)
     wall.add_block(rectangle(0.0, 0.0, 0.1, 0.1), zone_size=0.1)
     model = wall.build(STIFF)
@@ -192,7 +192,7 @@ def test_a_zone_has_yielded_if_any_of_its_plastic_strains_is_left() -> None:
 
 
 def test_points_on_a_stretch_of_a_face() -> None:
-    """Two cells of 0.3 m: Gauss within, Radau where the face ends; Lobatto where one cell is all of it."""
+    """Two cells of 0.3 m: Gauss within, Radau where the face ends; Lobatto for a single cell."""
     g = 0.5 / np.sqrt(3)
     gauss = [(0.5 - g, 1 / 2), (0.5 + g, 1 / 2)]
     begins, ends = [(0.0, 1 / 4), (2 / 3, 3 / 4)], [(1 / 3, 3 / 4), (1.0, 1 / 4)]
@@ -204,8 +204,8 @@ def test_points_on_a_stretch_of_a_face() -> None:
 
 
 @pytest.mark.parametrize("zones", [None, 0.1])
-def test_a_block_that_is_thrown_flies_the_parabola(zones: float | None) -> None:
-    """To rounding: central differences are exact at constant acceleration, if they begin half a step before."""
+def test_a_projectile_follows_the_parabola(zones: float | None) -> None:
+    """To rounding: central differences are exact at constant acceleration, with a start at minus half a step."""
     wall = Assembly(thickness=0.11, block=BlockMaterial(elastic_modulus=1e6))
     wall.add_block(rectangle(0.0, 0.0, 0.3, 0.1), zone_size=zones)
     wall.set_velocity(0, x=0.4, y=2.0)
@@ -219,7 +219,7 @@ def test_a_block_that_is_thrown_flies_the_parabola(zones: float | None) -> None:
         assert step.kinetic_energy == pytest.approx(0.5 * model.mass[0] * (0.4**2 + fast.prod()), rel=1e-9)
 
 
-def test_energies_of_a_block_that_local_damping_slows() -> None:
+def test_energies_of_a_block_under_local_damping() -> None:
     wall = Assembly(thickness=0.11)
     wall.add_block(rectangle(0.0, 0.0, 0.3, 0.1))
     wall.set_velocity(0, y=2.0)
@@ -233,7 +233,7 @@ def test_energies_of_a_block_that_local_damping_slows() -> None:
         assert abs(step.energy_error) < 1e-9 * path[0].kinetic_energy
 
 
-def test_elastic_energy_alone_tells_that_a_run_has_diverged() -> None:
+def test_elastic_energy_alone_shows_divergence() -> None:
     run = started(stack(2).build(STIFF), 1e-3)
     points = run.bodies.points
     assert run.energy.elastic_energy() > 0.0
@@ -247,7 +247,7 @@ EXPLICIT = Solver(method="explicit", lump_block_elasticity=False, symmetric_half
 
 
 def bridge() -> Model:
-    """A block glued between two others, one of which moves away: it cannot hang on the other alone."""
+    """A block bonded between two others, one of which moves away: the other bond alone cannot carry it."""
     wall = Assembly(thickness=0.11, joint=Joint(normal_stiffness=2e9, tensile_strength=150e3, cohesion=150e3))
     for x, end in ((0.0, 0.1), (0.1, 1.0), (1.0, 1.1)):
         wall.add_block(rectangle(x, 0.0, end, 0.1))
@@ -283,7 +283,7 @@ def test_bound_of_the_work_of_loads_by_hand() -> None:
     assert run.work_of_loads() == pytest.approx(2e-3 * (7.0 + 2.5) + 1e-3 * (weight + 5.5) + 4e-3 * 3.0)
 
 
-def test_one_block_of_several_is_held_after_the_load() -> None:
+def test_one_block_of_several_is_fixed_after_the_load() -> None:
     wall = Assembly(thickness=0.11, joint=DRY)
     for x in (0.0, 0.5):
         for k in range(2):
@@ -298,7 +298,7 @@ def test_one_block_of_several_is_held_after_the_load() -> None:
     assert path[-1].displacement[0, 1] == pytest.approx(1e-5)
 
 
-def test_slip_of_a_block_that_flies_over_ground_that_drifts() -> None:
+def test_slip_of_a_block_above_moving_ground() -> None:
     wall = Assembly(thickness=0.11, joint=DRY)
     wall.add_block(rectangle(0.0, 0.0, 0.3, 0.1))
     wall.rest_on_ground([0], lambda x: 2e-3 + 0.0 * x)
@@ -314,7 +314,7 @@ def test_slip_of_a_block_that_flies_over_ground_that_drifts() -> None:
 
 @pytest.mark.parametrize("strongest", [None, 1e9], ids=["plain", "cap out of reach"])
 def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: float | None) -> None:
-    """Held, cracked and open contacts; from no bound at once, from another by a share of the way."""
+    """Intact, cracked and open contacts; from no bound at once, from another bound with under-relaxation."""
     joint = Joint(
         normal_stiffness=2e9,
         shear_stiffness=0.7e9,
@@ -365,20 +365,20 @@ def test_slopes_of_footing_sections_are_those_of_their_forces() -> None:
     assert (np.abs(slopes[:, 0, 2]) > 1e-6 * np.abs(slopes[:, 0, 0])).any()
 
 
-def test_correction_of_the_volume_of_jacks_follows_what_the_last_one_did() -> None:
+def test_correction_of_the_jack_volume_uses_the_effect_of_the_last_one() -> None:
     correction = VolumeCorrection(2.0)
     assert not correction.settles(1e-4, 1e-4)
     assert not correction.settles(1.2e-4, 1e-4)
     assert correction.settles(1.25e-4, 1e-4)
     assert not correction.settles(1.25e-4, 1e-10)
     assert correction.next(0.0, 1e-4) == pytest.approx(2e-4)
-    # a unit of volume made 0.25, then 0.1 of deflection, then none
+    # a unit of volume gave 0.25, then 0.1 of deflection, then none
     assert correction.next(0.5e-4, 0.5e-4) == pytest.approx(0.5e-4 / 0.25)
     assert correction.next(0.7e-4, 0.3e-4) == pytest.approx(0.3e-4 / 0.1)
     assert correction.next(0.7e-4, 0.3e-4) == pytest.approx(0.3e-4 * 40.0)
 
 
-def test_a_block_that_yields_beside_one_that_cannot_does_so_as_alone() -> None:
+def test_a_yielding_block_beside_an_elastic_one_yields_as_alone() -> None:
     weak = BlockMaterial(elastic_modulus=2e9, cohesion=0.12e6, friction=0.5, tensile_strength=0.1e6)
     plastic = {}
     for beside in (False, True):

@@ -1,4 +1,4 @@
-"""What a cracking section of the footing dissipates in a step, from secant stiffnesses given by hand."""
+"""Energy dissipated by a cracking section of the footing in a step, from given secant stiffnesses."""
 
 from types import SimpleNamespace
 
@@ -17,7 +17,7 @@ MODEL = SimpleNamespace(
 
 
 def bent(turn: float, secant: float) -> np.ndarray:
-    """Opening, shear, turn, axial force, shear force and moment of a section that is bent alone."""
+    """Opening, shear, rotation, axial force, shear force and moment of a section in pure bending."""
     return np.array([[0.0, 0.0, turn, 0.0, 0.0, secant * turn]])
 
 
@@ -29,8 +29,8 @@ def test_cracking_dissipates_the_triangle_between_two_secants() -> None:
     assert dissipated(bent(1e-3, 5e6), bent(2e-3, 4e6)) == pytest.approx(0.5 * 1e-3 * 2e-3 * (5e6 - 4e6))
 
 
-def test_a_whole_section_stores_no_more_than_its_contacts() -> None:
-    """k_n 1e10, k_s 4e9 Pa/m on 0.09 m2: pulled, sheared and bent, each by force times way over two."""
+def test_an_uncracked_section_stores_the_energy_of_its_contacts() -> None:
+    """k_n 1e10, k_s 4e9 Pa/m on 0.09 m2: tension, shear and bending, each force times displacement over two."""
     way = np.array([1e-5, 2e-5, 1e-4])
     force = way * 0.09 * np.array([1e10, 4e9, 1e10 * 0.15**2])
     beyond, taken = section_energy(MODEL, np.append(way, force)[None], None)  # type: ignore[arg-type]
@@ -40,12 +40,13 @@ def test_a_whole_section_stores_no_more_than_its_contacts() -> None:
 
 @pytest.mark.parametrize(("secant", "other_face"), [(5e6, 5e6), (3e6, 5e6), (5e6, 3e6)])
 def test_bending_the_other_way_dissipates_nothing(secant: float, other_face: float) -> None:
-    """Unloaded to where it began and loaded from there, whichever face is cracked more."""
+    """Unloaded to the origin and loaded from there, whichever face is cracked more."""
     assert dissipated(bent(1e-3, secant), bent(-2e-3, other_face)) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_what_cracked_does_not_heal_and_what_the_law_gives_back_is_an_error() -> None:
-    """Under axial force the cracks of a face close as the moment turns: the secant stiffness grows under load."""
+def test_cracks_do_not_heal_and_recovered_energy_is_an_error() -> None:
+    """Under axial force the cracks of a face close as the moment changes sign: the secant stiffness grows under
+    load."""
     taken = [dissipated(bent(1e-3, 5e6), bent(2e-3, 4e6)), dissipated(bent(2e-3, 4e6), bent(3e-3, 4.5e6))]
     assert taken[1] < 0.0
     balance = WorkBalance(np.zeros(0), DEFAULTS.return_mapping.for_kernels())

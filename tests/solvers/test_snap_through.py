@@ -1,4 +1,4 @@
-"""Walls without a bond that move by themselves to an equilibrium that is not near: counted, and said."""
+"""Snap-through of walls without a bond to a distant equilibrium is counted and reported."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -23,7 +23,7 @@ def dry_wall(kind: str, length: float, height: float, increments: int, **solver:
 
 
 def difference(one: xr.Dataset, other: xr.Dataset) -> float:
-    """Largest difference of a block's place at the end, over the movement."""
+    """Largest difference of a block's final position, over the movement."""
     x, y = (one[f"block_displacement_{a}"].values[-1] - other[f"block_displacement_{a}"].values[-1] for a in "xy")
     return float(np.hypot(x, y).max()) / DEFLECTION
 
@@ -33,7 +33,7 @@ def said(ds: xr.Dataset) -> bool:
 
 
 @pytest.mark.parametrize("kind", ["dishing", "doming"])
-def test_where_nothing_is_said_the_increments_do_not_count(kind: str) -> None:
+def test_without_a_caution_the_result_does_not_depend_on_increments(kind: str) -> None:
     coarse, fine = (dry_wall(kind, 1.68, 0.6, n) for n in (20, 160))
     assert not said(coarse)
     assert not said(fine)
@@ -41,8 +41,8 @@ def test_where_nothing_is_said_the_increments_do_not_count(kind: str) -> None:
     assert difference(coarse, fine) < 0.01
 
 
-def test_where_they_count_it_is_said() -> None:
-    """In four increments the wall is let go again and again, in 160 it is followed; bricks end elsewhere."""
+def test_dependence_on_increments_is_reported() -> None:
+    """In four increments the wall snaps through repeatedly, in 160 it is followed; final positions differ."""
     coarse, fine = (dry_wall("doming", 2.4, 0.9, n) for n in (4, 160))
     assert difference(coarse, fine) > 0.1
     assert said(coarse)
@@ -58,7 +58,7 @@ def test_where_they_count_it_is_said() -> None:
 
 @pytest.mark.parametrize("name", ["dishing", "window_doming"])
 def test_bonds_that_break_are_no_snap_through(name: str) -> None:
-    """They set energy free, and equilibrium is near."""
+    """They release energy, and equilibrium is near."""
     ds = solve(Scene.from_toml(DATA / f"bryant_{name}.toml"))
     assert ds["released_energy"].values[-1] > 0.01 * ds["external_work"].values[-1]
     assert ds.attrs["snap_through_share"] < 1e-3

@@ -32,14 +32,14 @@ def with_tolerance(scene: Scene, tolerance: float) -> Solver:
 
 @pytest.mark.parametrize("name", ["dishing", "doming", "window_dishing", "window_doming"])
 def test_the_tested_walls_balance_at_twenty_increments(name: str) -> None:
-    """Left to their increments, the solid walls miss 8.1 and 6.8 % of the work."""
+    """Without step control the energy error of the solid walls is 8.1 and 6.8 % of the work."""
     scene = Scene.from_toml(DATA / f"bryant_{name}.toml")
     assert scene.movement.increments == 20
     assert error_share(damagepred.solve(scene)) < 0.01
 
 
 def walls(count: int) -> list[Scene]:
-    """Return small walls drawn at random: dry, weak, on a dpc, dishing and doming."""
+    """Return random small walls: dry, weak, on a dpc, dishing and doming."""
     rng = np.random.default_rng(17)
     drawn = []
     for _ in range(count):
@@ -60,15 +60,15 @@ def walls(count: int) -> list[Scene]:
     return drawn
 
 
-def test_small_walls_drawn_at_random_balance() -> None:
-    """Left to their increments: 1.4 % of the work at the median, 34 % at most."""
+def test_energy_of_random_small_walls_balances() -> None:
+    """Without step control: 1.4 % of the work at the median, 34 % at most."""
     shares = [error_share(damagepred.solve(scene)) for scene in walls(20)]
     assert np.median(shares) < 0.006
     assert max(shares) < 0.03  # many short steps add up where bonds break one after the other
 
 
 @pytest.mark.parametrize(("length", "height", "deflection"), [(2.4, 0.9, 6e-3)])
-def test_a_dry_wall_at_twenty_increments_is_where_many_take_it(length: float, height: float, deflection: float) -> None:
+def test_a_dry_wall_at_twenty_increments_agrees_with_many(length: float, height: float, deflection: float) -> None:
     scene = Scene(wall=Wall(length=length, height=height), joint=DRY, movement=Movement(central_deflection=deflection))
     ends = {
         (count, tolerance): damagepred.solve(scene, increments=count, solver=with_tolerance(scene, tolerance)).isel(

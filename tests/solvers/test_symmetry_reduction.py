@@ -1,4 +1,4 @@
-"""The half of a symmetric wall, unfolded, is the whole wall; and nothing that is not symmetric is halved."""
+"""The expanded solution of half a symmetric wall is that of the whole wall; only symmetric walls are halved."""
 
 import dataclasses
 import itertools
@@ -57,7 +57,7 @@ def halved(model: Model) -> HalfModel:
 
 
 def positions(model: Model) -> np.ndarray:
-    """Return where the contacts are, (m, q, 2)."""
+    """Return the positions of the contacts, (m, q, 2)."""
     face = model.interfaces
     tangent = np.stack((face.normal_y, -face.normal_x), axis=-1)
     return np.stack((face.x, face.y), axis=-1)[:, None] + face.contact_offset[..., None] * tangent[:, None]
@@ -71,7 +71,7 @@ def nearest(points: np.ndarray, axis: float) -> np.ndarray:
 
 
 def mirrored(model: Model, step: Increment) -> Increment:
-    """Return an increment as it looks in a mirror, contact by contact."""
+    """Return the mirror image of an increment, contact by contact."""
     axis = (model.blocks.vertices[:, 0].min() + model.blocks.vertices[:, 0].max()) / 2
     block = nearest(np.column_stack((model.blocks.x, model.blocks.y)), axis)
     face = nearest(np.column_stack((model.interfaces.x, model.interfaces.y)), axis)
@@ -180,7 +180,7 @@ def test_small_walls_follow_the_same_path(name: str) -> None:
     [
         ("bryant_dishing", 8e-3),
         ("bryant_doming", 7e-3),
-        # later bricks come to hang loose
+        # later bricks become loose
         ("bryant_window_dishing", 3e-3),
         ("bryant_window_doming", 3e-3),
     ],
@@ -194,7 +194,7 @@ def test_the_walls_of_the_test_follow_the_same_path(name: str, deflection: float
 @pytest.mark.parametrize("length", [EVEN, ODD])
 @pytest.mark.parametrize("deflection", [5e-6, 1.5e-3])
 def test_the_explicit_solver_follows_the_same_path(length: float, deflection: float) -> None:
-    """Elastic, and open along the dpc. Farther, from 2 mm on, a jolt or rounding decides what slides first."""
+    """Elastic, and open along the dpc. From 2 mm on, dynamics or rounding decides which joint slides first."""
     settings = Solver(method="explicit", tolerance=1e-4, ramp_cycles=10_000)
     strong = Joint(tensile_strength=1e6, cohesion=1e6)
     wall = scene(length, joint=strong, dpc=Dpc() if deflection > 1e-3 else None)
@@ -205,7 +205,7 @@ def test_the_explicit_solver_follows_the_same_path(length: float, deflection: fl
 
 
 def two_piers(kink: float, fracture_energy: float | None = None) -> Model:
-    """Two piers side by side, bonded weakly, on a ground that rises to their joint and holds them fast."""
+    """Two piers side by side, weakly bonded, fixed to ground that rises towards their joint."""
     wall = Assembly(joint=Joint(tensile_strength=50e6, cohesion=50e6))
     for course in range(2):
         for left in (0.0, 0.5):
@@ -219,7 +219,7 @@ def two_piers(kink: float, fracture_energy: float | None = None) -> Model:
 
 @pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: solver.method)
 def test_a_joint_on_the_axis_opens_as_in_the_whole_wall(solver: Solver) -> None:
-    """The half has only half of the opening, at the stress of the whole: pulled elastically, then open."""
+    """The half has half of the opening, at the stress of the whole: elastic tension, then open."""
     accuracy = {"displacement": 1e-3, "stress": 1e-2} if solver is EXPLICIT else {"displacement": 1e-6, "stress": 1e-6}
     pulled, open_ = two_piers(1e-5), two_piers(4e-3)
     axis = (pulled.interfaces.x == 0.5) & (pulled.interfaces.kind == ContactKind.HEAD_JOINT)
@@ -230,7 +230,7 @@ def test_a_joint_on_the_axis_opens_as_in_the_whole_wall(solver: Solver) -> None:
         2 * one.normal_stress[axis]
     )
     _, (one, whole) = compare(open_, solver, 1, **accuracy)
-    assert whole.opening[axis].max() == pytest.approx(2 * 4e-3 * 1.0, rel=0.02)  # both tilt about the foot
+    assert whole.opening[axis].max() == pytest.approx(2 * 4e-3 * 1.0, rel=0.02)  # both rotate about the foot
     assert not one.slip[axis].any()
     assert not one.shear_stress[axis].any()
     assert (one.state[axis] == ContactState.CRACKED).any()
@@ -239,7 +239,7 @@ def test_a_joint_on_the_axis_opens_as_in_the_whole_wall(solver: Solver) -> None:
 
 @pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: solver.method)
 def test_a_joint_on_the_axis_softens_as_in_the_whole_wall(solver: Solver) -> None:
-    """Its tension falls to nothing over 2 x 10 N/m / 0.05 MPa = 0.4 mm of opening, of which the half has 0.2 mm."""
+    """Its tension softens to zero over 2 x 10 N/m / 0.05 MPa = 0.4 mm of opening, of which the half has 0.2 mm."""
     model = two_piers(0.25e-3, fracture_energy=10.0)
     axis = (model.interfaces.x == 0.5) & (model.interfaces.kind == ContactKind.HEAD_JOINT)
     _, (one, whole) = compare(model, solver, 1, displacement=1e-3, stress=1e-2)
@@ -267,7 +267,7 @@ def test_signs_on_the_left_are_those_of_the_whole_wall() -> None:
 
 
 def arch(stones: int, spread: float = 2e-3) -> Assembly:
-    """Ring of wedges from 10 to 170 degrees; the springers are pushed apart. Its joints lean every way."""
+    """Ring of wedges from 10 to 170 degrees; the springers move apart. Its joints have all inclinations."""
     wall = Assembly(joint=Joint(tensile_strength=0.05e6, cohesion=0.2e6))
     angles = np.deg2rad(np.linspace(10, 170, stones + 1))
     inner, outer = (3.0 + r * np.column_stack((np.cos(angles), np.sin(angles))) for r in (1.0, 1.2))
@@ -281,7 +281,7 @@ def arch(stones: int, spread: float = 2e-3) -> Assembly:
 
 @pytest.mark.parametrize("stones", [10, 11])
 def test_an_arch_on_moving_springers(stones: int) -> None:
-    """A joint on the crown, or a keystone; joints that lean, whose normals point up or to the right on either side."""
+    """A joint on the crown, or a keystone; inclined joints, whose normals point up or to the right on both sides."""
     wall = arch(stones)
     if stones % 2:
         wall.load(stones // 2, y=-500.0)
@@ -380,7 +380,7 @@ def test_energies_of_the_half_are_doubled() -> None:
 
 @pytest.mark.parametrize("length", [EVEN, ODD])
 @pytest.mark.parametrize("bond", ["running", "stack"])
-def test_yardsticks_of_the_half_are_those_of_the_whole(length: float, bond: str) -> None:
+def test_scales_of_the_half_are_those_of_the_whole(length: float, bond: str) -> None:
     """Both take the same decisions: residuals are the same shares of a block's weight, stresses of a block's stress."""
     whole = model_of(length, bond=bond)
     part = halved(whole)
@@ -517,11 +517,11 @@ def leaning() -> Model:
 
 
 @pytest.mark.parametrize("name", NOT_SYMMETRIC)
-def test_what_is_not_its_own_mirror_image_is_solved_in_full(name: str) -> None:
+def test_asymmetric_walls_are_solved_in_full(name: str) -> None:
     assert reduce_by_symmetry(NOT_SYMMETRIC[name]()) is None
 
 
-def test_supports_that_are_mirror_images_are_no_obstacle() -> None:
+def test_symmetric_supports_allow_the_reduction() -> None:
     wall = wall_by_hand()
     assert reduce_by_symmetry(wall.build()) is not None
     for block in (5, 8):
@@ -535,7 +535,7 @@ def test_supports_that_are_mirror_images_are_no_obstacle() -> None:
 
 
 @pytest.mark.parametrize(("method", "module"), [("quasi_static", quasi_static), ("explicit", explicit)])
-def test_the_setting_tells_which_model_is_solved(method: str, module: object, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_setting_selects_the_model(method: str, module: object, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Model] = []
     monkeypatch.setattr(module, f"{method}_path", lambda model, settings, increments: iter(seen.append(model) or ()))
     model = model_of()
@@ -562,7 +562,7 @@ def test_an_error_names_the_block_by_its_number_in_the_whole_wall() -> None:
 
 
 def test_a_small_wall_under_dead_load_alone_is_solved_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is done before it would be known to be symmetric; moved or pushed, a wall is looked at."""
+    """Its solution takes less time than the check of symmetry; moved or pushed walls are checked."""
 
     def looked_at(*_: object) -> None:
         raise AssertionError("looked at")

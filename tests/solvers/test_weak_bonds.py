@@ -1,4 +1,4 @@
-"""Bonds of next to no tensile strength but with cohesion: they break in groups, and cost next to nothing."""
+"""Bonds with cohesion and almost no tensile strength break in groups, with few iterations."""
 
 from dataclasses import replace
 
@@ -32,14 +32,14 @@ WALL = Scene(
 
 
 def opened(ds: xr.Dataset) -> np.ndarray:
-    """Return by how much all joints have opened together, increment by increment (m)."""
+    """Return the sum of the openings of all joints, increment by increment (m)."""
     return ds["contact_opening"].clip(min=0.0).sum("contact").values
 
 
 @pytest.mark.parametrize("residual", [13.73e3, 0.0])
 @pytest.mark.parametrize("strength", [0.0, 1.0, 1e3])
 def test_weak_bonds_cost_little(strength: float, residual: float) -> None:
-    """56 bricks, 60 000 Newton iterations and more before weak bonds and searches in vain had their step control."""
+    """56 bricks; without step control of weak bonds and unsuccessful searches more than 60 000 Newton iterations."""
     joint = replace(JOINT, tensile_strength=strength, residual_cohesion=residual)
     ds = solve(replace(WALL, joint=joint))
     assert ds.attrs["status"] == "complete"
@@ -49,8 +49,8 @@ def test_weak_bonds_cost_little(strength: float, residual: float) -> None:
 
 
 @pytest.mark.parametrize("strength", [0.0, 1.0])
-def test_groups_are_what_bonds_one_by_one_are(strength: float) -> None:
-    """The bonds set no work free: the order in which they break within a block's weight makes no difference."""
+def test_groups_give_the_result_of_single_bonds(strength: float) -> None:
+    """The bonds release no energy: their order within a block's weight makes no difference."""
     scene = replace(WALL, joint=replace(JOINT, tensile_strength=strength, residual_cohesion=0.0))
     grouped = solve(scene)
     explicit = solve(replace(scene, solver=replace(scene.solver, method="explicit")))
@@ -67,7 +67,8 @@ def test_groups_are_what_bonds_one_by_one_are(strength: float) -> None:
 
 @pytest.mark.parametrize("strength", [0.0, 1.0])
 def test_walls_of_weak_bonds_relax_by_whole_steps(strength: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """240 bricks: weak bonds break while the wall relaxes, and no step ends ever nearer to the next increment.
+    """240 bricks: weak bonds break while the wall relaxes, and steps towards the next increment are not halved without
+    end.
 
     Cracks depend on the path: the explicit solver's sum of openings, too, moves by 9 % for a strength of 1 Pa.
     """

@@ -42,7 +42,7 @@ def there_and_back(facets, displacement, force):
 
 
 def cells(plane: str = "stress", strength: float | None = None) -> Assembly:
-    """Voronoi cells and bricks, every other one of less height: several patterns, batches not full or of two shapes."""
+    """Voronoi cells and bricks, every other one lower: several patterns, batches not full or of two shapes."""
     assembly = Assembly(block=BlockMaterial(cohesion=strength, tensile_strength=strength and 0.3 * strength))
     for polygon in reference.voronoi(np.random.default_rng(3)):
         assembly.add_block(polygon, zone_size=0.2)
@@ -53,7 +53,7 @@ def cells(plane: str = "stress", strength: float | None = None) -> Assembly:
 
 @pytest.mark.parametrize("plane", ["stress", "strain"])
 @pytest.mark.parametrize("strength", [None, 1e9])
-def test_zones_push_back_as_their_stiffness_matrix_does(plane: str, strength: float | None) -> None:
+def test_internal_forces_of_zones_are_those_of_their_stiffness_matrix(plane: str, strength: float | None) -> None:
     model = cells(strength=strength).build(Solver(plane=plane))  # type: ignore[arg-type]
     assert model.mesh is not None
     rng = np.random.default_rng(1)
@@ -68,8 +68,8 @@ def test_zones_push_back_as_their_stiffness_matrix_does(plane: str, strength: fl
 
 
 @pytest.mark.parametrize("plane", ["stress", "strain"])
-def test_plastic_strain_of_zones_that_are_held_is_stress_by_hooke_s_law(plane: str) -> None:
-    """Nothing moves: the elastic strain is the plastic one with the other sign, out of plane in plane strain too."""
+def test_plastic_strain_of_fixed_zones_is_stress_by_hooke_s_law(plane: str) -> None:
+    """Without displacement the elastic strain is minus the plastic one, out of plane in plane strain too."""
     e, nu = 2e9, 0.2
     assembly = Assembly(block=BlockMaterial(elastic_modulus=e, poisson_ratio=nu, cohesion=1e9, tensile_strength=3e8))
     assembly.add_block(rectangle(0.0, 0.0, 0.24, 0.08), zone_size=0.05)
@@ -105,7 +105,7 @@ def test_facets_follow_gridpoints_and_do_the_same_work() -> None:
     assert force[points] @ u[points] == pytest.approx(on_facets[bodies] @ u[bodies], rel=1e-12)
 
 
-def test_a_rigid_motion_strains_nothing_and_is_the_mean_motion() -> None:
+def test_a_rigid_motion_causes_no_strain_and_is_the_mean_motion() -> None:
     model = cells().build()
     assert model.mesh is not None
     mesh, turn = model.mesh, 1e-3
@@ -121,7 +121,7 @@ def test_a_rigid_motion_strains_nothing_and_is_the_mean_motion() -> None:
     np.testing.assert_allclose(mean[:, 2], turn, rtol=1e-9)
 
 
-def test_a_little_turning_at_each_gridpoint_is_much_on_the_block() -> None:
+def test_small_moments_of_gridpoints_add_up_on_the_block() -> None:
     model = cells().build()
     assert model.mesh is not None
     run, mesh = DampedTimeStepping(model, EXPLICIT), model.mesh
@@ -173,7 +173,7 @@ def test_a_stack_of_deformable_blocks_settles_as_its_mean_should(plane: str, poi
     assert np.abs(error).max() < 0.5 * weight * zone_size
 
 
-def test_cycling_arrives_where_the_elastic_equations_do() -> None:
+def test_cycling_converges_to_the_elastic_solution() -> None:
     assembly = Assembly(block=BlockMaterial(elastic_modulus=2e9), joint=Joint(tensile_strength=1e9, cohesion=1e9))
     for i in range(4):
         for j in range(2):
@@ -197,8 +197,8 @@ def test_cycling_arrives_where_the_elastic_equations_do() -> None:
     assert np.abs(residual[free]).max() < 1e-8 * model.mean_block_weight
 
 
-def test_a_block_that_is_too_weak_yields_and_says_so() -> None:
-    """A column of weak material under its own weight yields at its foot, where the weight passes its strength."""
+def test_a_block_that_is_too_weak_yields_and_reports_it() -> None:
+    """A column of weak material under its own weight yields at its foot, where the stress reaches the strength."""
     cohesion, friction = 4e3, 0.5
     strength = 2 * cohesion * (np.hypot(1, friction) + friction)  # uniaxial compression
     height = 1.5 * strength / (2000 * 9.81)
@@ -210,7 +210,7 @@ def test_a_block_that_is_too_weak_yields_and_says_so() -> None:
     path = ExplicitStepper(model, EXPLICIT)
     run = path.scheme
     assert not run.start_from_elastic_solution()
-    run.advance(2000, 0.0, 0.6)  # 0.9 of what it bears
+    run.advance(2000, 0.0, 0.6)  # 0.9 of its strength
     run.cycle(2000)
     picture = path.report(Outcome(0.0, balanced=True, collapsed=False)).zones
     assert picture is not None
@@ -236,12 +236,12 @@ def test_a_wall_may_be_deformable_in_one_part_only() -> None:
     assert set(model.blocks.course[model.mesh.block]) == {0, 1}
     increments = list(solve_path(model, solver, 2))
     rigid = list(solve_path(wall_model(dataclasses.replace(scene, wall=small, dpc=Dpc(course=2))), EXPLICIT, 2))
-    # the rigid blocks' lumped elasticity stands for the same
+    # the lumped elasticity of the rigid blocks is equivalent
     assert increments[-1].opening.max() == pytest.approx(rigid[-1].opening.max(), rel=0.1)
 
 
-def test_a_block_of_zones_that_nothing_holds_falls() -> None:
-    """Its stiffness is singular, but for rounding: the elastic solution must not be taken for one."""
+def test_an_unsupported_block_of_zones_collapses() -> None:
+    """Its stiffness is singular except for rounding: the elastic solution must be rejected."""
     made = Assembly()
     first = made.add_block(rectangle(0.0, 0.0, 0.24, 0.075), zone_size=0.075)
     made.add_block(rectangle(0.0, 0.076, 0.24, 0.151), zone_size=0.075)

@@ -25,7 +25,7 @@ WEAK = BlockMaterial(elastic_modulus=3e9, cohesion=0.25e6, friction=0.7, dilatio
 
 
 def panel(material: BlockMaterial, courses: int = 4) -> Assembly:
-    """A small wall under a loaded beam that is pushed along."""
+    """A small wall under a loaded beam that is displaced along the wall."""
     joint = Joint(tensile_strength=0.2e6, cohesion=0.3e6)
     assembly = Assembly(thickness=0.11, block=material, joint=joint)
     for j in range(courses):
@@ -45,8 +45,8 @@ def small_wall(length: float, height: float) -> Scene:
     return dataclasses.replace(Scene(), wall=wall, dpc=Dpc(course=2))
 
 
-def test_condensed_blocks_answer_as_all_their_gridpoints_do() -> None:
-    """Voronoi cells, each of its own shape, and bricks that share one: against the equations of all gridpoints."""
+def test_condensed_blocks_are_equivalent_to_all_gridpoints() -> None:
+    """Voronoi cells of different shapes, and bricks of one shape, compared with the equations of all gridpoints."""
     assembly = Assembly(block=BlockMaterial(elastic_modulus=5e8), joint=Joint(tensile_strength=1e9, cohesion=1e9))
     for polygon in reference.voronoi(np.random.default_rng(3)):
         assembly.add_block(polygon, zone_size=0.2)
@@ -64,7 +64,7 @@ def test_condensed_blocks_answer_as_all_their_gridpoints_do() -> None:
 
 
 def test_forces_on_whole_bricks_balance_as_those_on_their_gridpoints_do() -> None:
-    """At first the residual of one elastic solution is spread over all gridpoints alike: far more, on a whole brick."""
+    """The residual of the elastic solution is initially distributed over all gridpoints, and adds up on a brick."""
     scene = small_wall(1.2, 0.6)
     settings = dataclasses.replace(QUASI, symmetric_half=False)
     model = wall_model(dataclasses.replace(scene, solver=settings))
@@ -96,7 +96,7 @@ def test_stiffness_of_levels_is_that_of_all_gridpoints_condensed() -> None:
     exact[free] = spsolve(whole[free][:, free].tocsc(), force[free])
     np.testing.assert_allclose(
         moved[kept], exact[kept], atol=1e-4 * np.abs(exact).max()
-    )  # anchors hold 1e-7 of each stiffness
+    )  # the regularisation is 1e-7 of each stiffness
 
 
 @pytest.mark.parametrize("plane", ["stress", "strain"])
