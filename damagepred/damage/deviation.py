@@ -1,4 +1,4 @@
-"""Out of level and out of plumb: slopes that the eye sees, whether or not there are cracks."""
+"""Deviation from level and plumb: visible slopes, with or without cracks."""
 
 from __future__ import annotations
 

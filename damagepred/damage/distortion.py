@@ -1,4 +1,4 @@
-"""Doors and windows whose opening is forced out of shape, until they stick."""
+"""Distortion of openings, and the limits at which doors and windows stick."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OPPOSITE = ((0, 2), (1, 3))
 
 
 class Distortion(NamedTuple):
-    """What has become of the openings; o of them. NaN where an opening has one jamb only.
+    """Distortion of o openings; NaN where an opening has one jamb only.
 
     Attributes
     ----------

@@ -1,6 +1,7 @@
 """Curves of a common dispersion: statsmodels' ordinal model, known truth, and curves that never cross."""
 
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -16,15 +17,34 @@ from statsmodels.miscmodels.ordinal_model import OrderedModel
 from damagepred.errors import InputError
 from damagepred.uq.fragility import (
     capacities,
-    fit_common,
     fit_fragility,
     fit_lognormal,
-    fit_ordinal,
     stripes,
     stripes_from_counts,
 )
+from damagepred.uq.fragility.grouped_data import group_intervals
+from damagepred.uq.fragility.models import fit_grouped
 from tests.uq.test_fragility import BETA, NAMES, RATE, WIDTHS, fail, known, lognormal, study
 from tests.uq.test_fragility_single import study as single_study
+
+
+class CommonFit(NamedTuple):
+    median: np.ndarray
+    dispersion: float
+    status: list[str]
+
+
+def fit_common(lower: np.ndarray, upper: np.ndarray, single: bool = False) -> CommonFit:
+    """Curves of one dispersion from intervals (categories, walls)."""
+    fits = fit_grouped(group_intervals(lower, upper, np.ones(lower.shape[1])), common=True, single=single)
+    median, dispersion, status = zip(*fits)
+    return CommonFit(np.array(median), next((d for d in dispersion if np.isfinite(d)), np.nan), list(status))
+
+
+def fit_ordinal(movement: np.ndarray, category: np.ndarray, categories: list[int]) -> CommonFit:
+    """The same from walls that are each known at one movement (ordinal probit)."""
+    hit = category >= np.asarray(categories)[:, None]
+    return fit_common(np.where(hit, 0.0, movement), np.where(hit, movement, np.inf), single=True)
 
 
 def ordinal(seed: int, walls: int = 300) -> tuple[np.ndarray, np.ndarray]:
