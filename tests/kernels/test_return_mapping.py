@@ -1,4 +1,4 @@
-"""The law as the quasi-static solver has it, against the explicit solver's, which is cycled until it rests."""
+"""The quasi-static return mapping, compared with the explicit law iterated to convergence."""
 
 import itertools
 from dataclasses import replace
@@ -38,7 +38,7 @@ FEATURES = ("plain", "residual", "dilation", "softening", "residual strength", "
 
 
 def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointProperties:
-    """Return joints with some feature of the law; with all of them, whatever can go together."""
+    """Return joints with one feature of the law; or with all compatible features."""
     has = {name: (feature == name) | ((feature == ALL) & (rng.random(count) < 0.5)) for name in FEATURES}
     cohesion, friction = rng.uniform(0.05e6, 0.4e6, count), rng.uniform(0.3, 1.1, count)
     strength = np.minimum(rng.uniform(0.05e6, 0.5e6, count), cohesion / friction)
@@ -46,7 +46,7 @@ def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointPr
     has["softening"] |= has["slip_weight"]
     weaker = has["residual"] | has["softening"]
     keeps = has["residual strength"] & ~has["softening"]
-    # a critical opening a few times that at which the bond begins to soften
+    # a critical opening of a few times that at the onset of softening
     critical = np.where(has["softening"], strength / K_N * rng.uniform(1.5, 20.0, count), 0.0)
     left = rng.uniform(0.1, 0.5, count)
     return JointProperties(
@@ -71,7 +71,7 @@ def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointPr
 
 
 def random_history(rng: np.random.Generator, joints: JointProperties) -> tuple[np.ndarray, np.ndarray]:
-    """Return whether each is cracked, and how far it was open as the quasi-static solver remembers it."""
+    """Return the crack state and history variable of each joint, as stored by the quasi-static solver."""
     count = len(joints.cohesion)
     cracked = rng.random(count) < 0.6
     softened = joints.tensile_strength / K_N * (1 + rng.exponential(1.0, count) * rng.integers(0, 2, count))
@@ -82,14 +82,14 @@ def random_history(rng: np.random.Generator, joints: JointProperties) -> tuple[n
 
 
 def random_place(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return openings and shears that pull, press and shear by about the strengths, and at times far more."""
+    """Return openings and shears in tension, compression and shear of about the strengths, and sometimes far more."""
     scale = rng.choice([0.3, 1.0, 5.0], count)
     return scale * rng.normal(0.0, 0.4e6, count) / K_N, scale * rng.normal(0.0, 0.5e6, count) / K_S
 
 
 @numba.njit
 def evaluate(joints, cracked, kappa, e, shear):
-    """Return what ``return_mapping`` says of each joint, (count, 9)."""
+    """Return the result of ``return_mapping`` for each joint, (count, 9)."""
     found = np.empty((e.size, 9))
     for i in range(e.size):
         found[i] = np.array(return_mapping(joints, i, cracked[i], kappa[i], e[i], shear[i], OPTIONS))
@@ -140,7 +140,7 @@ def cycle(joints, i, u_n, u_s, slip, dilatant_opening, cracked, kappa):
 
 @numba.njit
 def rested(joints, cracked, kappa, e, shear, cycles):
-    """Return stresses, slip, dilation and whether cracked of each joint at a standing place, (count, 5)."""
+    """Return stresses, slip, dilation and crack state of each joint at constant displacement, (count, 5)."""
     found = np.empty((e.size, 5))
     for i in range(e.size):
         slip, dilatant_opening, broken, largest = 0.0, 0.0, cracked[i], kappa[i]
@@ -156,7 +156,7 @@ def rested(joints, cracked, kappa, e, shear, cycles):
 
 
 @pytest.mark.parametrize("feature", FEATURES)
-def test_the_explicit_law_comes_to_rest_at_these_stresses(feature: str) -> None:
+def test_the_explicit_law_converges_to_these_stresses(feature: str) -> None:
     rng = np.random.default_rng([1, FEATURES.index(feature)])
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
@@ -166,16 +166,17 @@ def test_the_explicit_law_comes_to_rest_at_these_stresses(feature: str) -> None:
     live = evaluate(joints, cracked, kappa, e, shear)
 
     softens, keeps = joints.critical_opening > 0, joints.residual_tensile_strength > 0
-    # the live law breaks no bonds: that is left to the path; nor does it part, or join again, what keeps some strength
+    # the return mapping breaks no bonds, which the continuation does; nor does it open or close joints with residual
+    # strength
     comparable = (rest[:, 4] == 1.0) == cracked
     comparable &= ~(cracked & keeps & ((K_N * e > joints.residual_tensile_strength) != (kappa > 0)) & (e > 0))
-    # where dilation closes what opens, it matters which comes first: see the paths below
+    # where dilation closes an opening joint, the order matters: see the paths below
     comparable &= ~(cracked & (joints.dilation > 0) & (e > 0) & (softens | (kappa == 0)))
-    # nor is it the same whether a pulled joint slides first, or its bond wears and gives way first
+    # nor is the result the same if a joint in tension slides before its bond softens
     comparable &= ~((joints.critical_slip > 0) & (e > 0) & (live[:, 6] != 0))
     assert comparable.sum() > 0.5 * COUNT
     stress = np.abs(live[:, :2]).max(axis=1) + 1e4
-    # the cap is upright where it ends: a root of rounding is left there
+    # the cap is vertical at its end: an error of the root of rounding remains there
     share, length = (1e-7, 1e-12) if feature in ("cap", ALL) else (1e-8, 1e-14)
     for k, name in enumerate(("normal stress", "shear stress")):
         assert (np.abs(live[:, k] - rest[:, k]) <= share * stress)[comparable].all(), name
@@ -214,7 +215,7 @@ def evaluate_plain(joints, cracked, e, shear):
 
 
 @pytest.mark.parametrize("feature", ["plain", "residual"])
-def test_the_short_law_of_plain_joints_is_the_whole_one(feature: str) -> None:
+def test_the_reduced_law_of_plain_joints_is_the_full_one(feature: str) -> None:
     rng = np.random.default_rng([10, FEATURES.index(feature)])
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
@@ -228,7 +229,7 @@ def test_the_short_law_of_plain_joints_is_the_whole_one(feature: str) -> None:
 
 
 @pytest.mark.parametrize("feature", ["plain", "residual"])
-def test_the_short_frozen_law_of_plain_joints_is_the_whole_one(feature: str) -> None:
+def test_the_reduced_tresca_law_of_plain_joints_is_the_full_one(feature: str) -> None:
     rng = np.random.default_rng([12, FEATURES.index(feature)])
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
@@ -251,7 +252,7 @@ def test_joints_with_more_to_their_law_are_not_plain(feature: str) -> None:
 
 
 def settled(joints, cracked, kappa, slip, dilatant_opening, u_n, u_s):
-    """Return stresses and memory after one equilibrium, as ``commit_joint_history`` brings it up to date."""
+    """Return stresses and history after one equilibrium, committed by ``commit_joint_history``."""
     e = u_n - dilatant_opening
     sigma, tau, *_, slid, dilatancy, _ = evaluate(joints, cracked, kappa, e, u_s - slip).T
     softens = joints.critical_opening > 0
@@ -266,7 +267,7 @@ def settled(joints, cracked, kappa, slip, dilatant_opening, u_n, u_s):
 
 @numba.njit
 def walked(joints, u_n, u_s, slip, dilatant_opening, cracked, kappa):
-    """Return stresses of the explicit law at the end of paths, (count, 2); memory is brought up to date."""
+    """Return stresses of the explicit law at the end of paths, (count, 2); the history is updated."""
     found = np.empty((u_n.shape[1], 2))
     for i in range(u_n.shape[1]):
         for t in range(u_n.shape[0]):
@@ -281,7 +282,7 @@ def walked(joints, u_n, u_s, slip, dilatant_opening, cracked, kappa):
 def difference_along_paths(joints, corners, steps):
     """Return by how much the laws' stresses differ at the corners of paths of many small steps, over the strengths.
 
-    A bond that breaks in tension counts as parted from then on, as the path leaves it.
+    A bond that breaks in tension counts as open from then on.
     """
     count = len(joints.cohesion)
     slip, dilatant_opening, kappa = np.zeros(count), np.zeros(count), np.zeros(count)
@@ -325,7 +326,7 @@ def test_along_paths_of_small_steps_both_laws_are_the_same(feature: str) -> None
 
 
 def slopes_by_difference(stresses, e, shear, step):
-    """Return nn, ns, sn, ss by differences to either side, and whether the two sides agree (no kink between)."""
+    """Return nn, ns, sn, ss by one-sided differences, and whether both sides agree (no kink)."""
     found, smooth = [], np.ones(len(e), dtype=np.bool_)
     here = stresses(e, shear)
     for stress in (0, 1):
@@ -348,7 +349,7 @@ def test_slopes(feature: str) -> None:
     assert smooth.sum() > 0.95 * COUNT
     off = np.abs(live[:, 2:6] - expected).max(axis=1)
     assert (off < 1e-4 * K_N)[smooth].all()
-    # every kind of answer is among them
+    # every kind of state occurs
     tau, dilatancy = live[:, 1], live[:, 7]
     assert ((tau == 0.0) & smooth).any()
     assert ((live[:, 6] != 0.0) & (tau != 0.0) & smooth).any()
@@ -360,8 +361,8 @@ def test_slopes(feature: str) -> None:
 
 
 @pytest.mark.parametrize("feature", FEATURES)
-def test_the_frozen_law_has_a_convex_energy(feature: str) -> None:
-    """Its force is monotone, each stress a function of its own displacement; its slopes are those of its stresses."""
+def test_the_tresca_law_has_a_convex_energy(feature: str) -> None:
+    """Its force is monotone and uncoupled; its slopes are those of its stresses."""
     rng = np.random.default_rng([5, FEATURES.index(feature)])
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
@@ -385,7 +386,7 @@ def test_the_frozen_law_has_a_convex_energy(feature: str) -> None:
     assert (np.abs(one[:, 2:6] - expected) < 1e-4 * K_N)[smooth].all()
 
 
-def test_frozen_at_what_the_live_law_says_the_two_agree() -> None:
+def test_tresca_law_with_bounds_of_the_coulomb_law_agrees_with_it() -> None:
     rng = np.random.default_rng(6)
     joints = random_joints(rng, COUNT, ALL)
     cracked, kappa = random_history(rng, joints)
@@ -399,7 +400,7 @@ def test_frozen_at_what_the_live_law_says_the_two_agree() -> None:
     reached = np.where(wears, worn, reached)
     bound = np.maximum(live[:, 8], 0.0)
     tresca = evaluate_tresca(joints, cracked, reached, bound, e - live[:, 7], shear)
-    followed = (live[:, 0] != 0.0) | (live[:, 7] == 0.0)  # what has opened has not climbed
+    followed = (live[:, 0] != 0.0) | (live[:, 7] == 0.0)  # opened joints have not dilated
     np.testing.assert_allclose(tresca[followed, 0], live[followed, 0], rtol=1e-7, atol=1.0)
     np.testing.assert_allclose(tresca[followed, 1], live[followed, 1], rtol=1e-7, atol=1.0)
 
@@ -408,7 +409,7 @@ def test_frozen_at_what_the_live_law_says_the_two_agree() -> None:
 
 
 def pairs(joints: JointProperties) -> Model:
-    """Return a model in which each joint lies between two blocks of their own."""
+    """Return a model in which each joint lies between two separate blocks."""
     wall = Assembly()
     for i in range(len(joints.cohesion)):
         wall.add_block(rectangle(0.5 * i, 0.0, 0.5 * i + 0.2, 0.1))
@@ -447,7 +448,7 @@ def random_wall(feature: str, seed: int) -> tuple[Model, JointHistory, np.ndarra
 
 
 @pytest.mark.parametrize("feature", FEATURES)
-def test_what_is_settled_stays(feature: str) -> None:
+def test_a_committed_state_stays(feature: str) -> None:
     model, history, displacement = random_wall(feature, 7)
     everything, never_opened = np.arange(len(model.interfaces.x)), history.cracked.copy()
     before = stresses_of(model, history, displacement)
@@ -534,8 +535,8 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
     assert off[smooth].max() < 1e-3
 
 
-def test_a_cracked_joint_that_is_apart_touches_as_it_slides_and_climbs() -> None:
-    """By hand: k_s (s - t) = -k_n (e - psi t) f. It touches while e < psi s, beyond it is open."""
+def test_an_open_cracked_joint_closes_as_it_slides_and_dilates() -> None:
+    """By hand: k_s (s - t) = -k_n (e - psi t) f. It is closed while e < psi s, and open beyond."""
     psi, f, shear = 0.2, 0.7, 1e-4
     joints = random_joints(np.random.default_rng(1), 2, "plain")._replace(
         dilation=np.full(2, psi), friction=np.full(2, f), residual_friction=np.full(2, f)

@@ -1,4 +1,4 @@
-"""Any joint that softens, opened and closed in any way: tearing it takes the fracture energy, no more and no less."""
+"""Any softening joint, opened and closed along any path, dissipates exactly its fracture energy."""
 
 from itertools import pairwise
 
@@ -46,13 +46,13 @@ def normal_stress(joint: Joint, opening: float, cracked: bool, kappa: float) -> 
 
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(joints(), SHARES)
-def test_tearing_takes_the_fracture_energy(joint: Joint, shares: list[float]) -> None:
+def test_full_opening_dissipates_the_fracture_energy(joint: Joint, shares: list[float]) -> None:
     k_n, f_t, energy = joint
     w_c = 2 * energy / f_t
     turns = [0.0, *(share * w_c for share in shares), 1.3 * w_c]
     work, sigma, cracked, kappa, bond = 0.0, 0.0, False, 0.0, 1.0
     for here, there in pairwise(turns):
-        # the law is straight between these, so the trapezoidal rule is exact
+        # the law is linear between these, so the trapezoidal rule is exact
         corners = [c for c in (0.0, f_t / k_n, kappa, w_c) if min(here, there) < c < max(here, there)]
         at = here
         for opening in (*sorted(corners, reverse=there < here), there):
@@ -64,5 +64,5 @@ def test_tearing_takes_the_fracture_energy(joint: Joint, shares: list[float]) ->
             assert sigma <= f_t * left * (1 + 1e-12)
             at, bond = opening, left
     assert bond == 0.0
-    largest = max(np.abs(turns).max() * k_n, f_t)  # where it was pressed, much work went in and came out again
+    largest = max(np.abs(turns).max() * k_n, f_t)  # in compression much work is stored and recovered
     assert abs(work - energy) <= 1e-10 * max(energy, largest**2 / k_n)

@@ -214,8 +214,7 @@ def test_fixed_gridpoints_begin_in_equilibrium_too() -> None:
         path = list(course)
         ratio[share] = path[-1].kinetic_energy / path[-1].elastic_energy
     # the remaining error is that of large displacements, of the order of (A L²/I) θ² at rotations θ of 4e-4;
-    # a
-    # start off equilibrium by a share of the load would keep the ratio
+    # a start off equilibrium by a share of the load would keep the ratio
     assert ratio[1.0] < 12 * (1.0 / 0.1) ** 2 * 4e-4**2
     assert ratio[0.1] < 0.011 * ratio[1.0]
     assert path[-1].support_force is not None
