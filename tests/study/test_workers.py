@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from damagepred.errors import StudyError
-from damagepred.study.campaign.dispatch import LONGEST, PARTS, SHORTEST, Batches, LostSample, run_all
+from damagepred.study.campaign.dispatch import Batches, DispatchOptions, LostSample, run_all
 from damagepred.study.campaign.sample import Outcome
 from damagepred.study.campaign.workers import LocalPool
 
@@ -194,7 +194,7 @@ def numbers(batch: Batch | None) -> list[int]:
 def test_batches_hold_samples_that_follow_each_other() -> None:
     batches = Batches([(i, {}) for i in (0, 1, 4, 5, 6, 7, 9)], 7)
     assert numbers(batches.next()) == [0]  # nothing is known yet of what one takes
-    batches.note(SHORTEST / 3.0)
+    batches.note(DispatchOptions.shortest_batch / 3.0)
     assert [numbers(batches.next()) for _ in range(5)] == [[1], [4, 5, 6], [7], [9], []]
 
 
@@ -202,9 +202,9 @@ def test_batches_hold_samples_that_follow_each_other() -> None:
     ("seconds", "count", "timeout", "size"),
     [
         (60.0, 100, None, 1),
-        (0.01, 1000, None, round(SHORTEST / 0.01)),
-        (0.5, 10 * PARTS, None, 10),  # as many files as a folder is to hold
-        (1.0, 10**6, None, int(LONGEST)),
+        (0.01, 1000, None, round(DispatchOptions.shortest_batch / 0.01)),
+        (0.5, 10 * DispatchOptions.most_parts, None, 10),  # as many files as a folder is to hold
+        (1.0, 10**6, None, int(DispatchOptions.longest_batch)),
         (0.01, 1000, 0.4, 10),  # well within what one sample may take
         (0.5, 1000, 0.4, 1),
     ],
