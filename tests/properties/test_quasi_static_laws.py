@@ -95,14 +95,20 @@ def check_path(model: Model, steps: list[Increment], increments: int) -> None:
         assert np.abs(unbalanced(model, step)).max() <= 1.05 * BALANCED
         within_law(model, step)
         assert step.joint_law_violation < 1e-5 * float(model.properties.cohesion.max())
+        energy = step.energy
         for name in ("elastic_energy", "friction_work", "fracture_work"):
-            assert getattr(step, name) >= -1e-9 * abs(step.external_work), name
-        assert step.released_energy >= released - 1e-3 * abs(step.external_work)
-        released = step.released_energy
-        spent = step.elastic_energy + step.friction_work + step.fracture_work + step.released_energy
-        assert abs(step.external_work - spent) <= step.energy_error * (1 + 1e-6) + 1e-9
-        most = max(abs(step.external_work), step.elastic_energy, step.friction_work, step.fracture_work)
-        assert step.energy_error <= UNBALANCED * max(most, step.released_energy)
+            assert getattr(energy, name) >= -1e-9 * abs(energy.external_work), name
+        assert energy.released_energy >= released - 1e-3 * abs(energy.external_work)
+        released = energy.released_energy
+        spent = energy.elastic_energy + energy.friction_work + energy.fracture_work + energy.released_energy
+        assert abs(energy.external_work - spent) <= energy.energy_error * (1 + 1e-6) + 1e-9
+        most = max(
+            abs(energy.external_work),
+            energy.elastic_energy,
+            energy.friction_work,
+            energy.fracture_work,
+        )
+        assert energy.energy_error <= UNBALANCED * max(most, energy.released_energy)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -148,9 +154,9 @@ def test_where_no_bond_breaks_the_energy_error_falls_with_the_number_of_incremen
     for increments in (5, 20, 80):
         last = follow(model, increments)[-1]
         assert (last.state == ContactState.SLIPPING).any()
-        assert last.released_energy == pytest.approx(0.0, abs=1e-9)
-        assert last.friction_work > 0
-        error[increments] = last.energy_error / abs(last.external_work)
+        assert last.energy.released_energy == pytest.approx(0.0, abs=1e-9)
+        assert last.energy.friction_work > 0
+        error[increments] = last.energy.energy_error / abs(last.energy.external_work)
     assert error[80] < 1e-2
     assert error[80] < 0.5 * error[20] < 0.5 * error[5]
 
@@ -161,7 +167,7 @@ def test_energy_error_is_small_with_many_increments(law: str) -> None:
     for seed in range(3):
         _, model = random_wall(law, seed)
         last = [s for s in follow(model, 100) if not s.collapsed][-1]
-        assert last.energy_error < 0.05 * abs(last.external_work)
+        assert last.energy.energy_error < 0.05 * abs(last.energy.external_work)
 
 
 # -- mirror -----------------------------------------------------------------------------------------------------------
@@ -207,5 +213,5 @@ def test_a_wall_in_a_mirror(law: str) -> None:
         np.testing.assert_allclose(one.displacement, moved, rtol=0, atol=scale)
         np.testing.assert_allclose(np.sort(one.opening.ravel()), np.sort(image.opening.ravel()), rtol=0, atol=scale)
         assert (one.state == ContactState.CRACKED).sum() == (image.state == ContactState.CRACKED).sum()
-        assert one.external_work == pytest.approx(image.external_work, rel=1e-4)
+        assert one.energy.external_work == pytest.approx(image.energy.external_work, rel=1e-4)
     assert (one.state == ContactState.CRACKED).any()

@@ -386,7 +386,7 @@ def test_accounts_are_those_of_forces_and_ways(name: str) -> None:
     case = CASES[name]()
     accounts, path = audit(case)
     assert len(path) == case.increments + 1
-    found = {key: np.array([getattr(step, key) for step in path]) for key in ACCOUNTS}
+    found = {key: np.array([getattr(step.energy, key) for step in path]) for key in ACCOUNTS}
     expected = {key: np.array([values[key] for values in accounts]) for key in ACCOUNTS}
     largest = {key: float(np.abs(found[key]).max()) for key in ACCOUNTS}
     for key in case.uses:
@@ -398,7 +398,8 @@ def test_accounts_are_those_of_forces_and_ways(name: str) -> None:
         begun = 0.0 if exact else found[key][0] - expected[key][0]
         np.testing.assert_allclose(found[key] - begun, expected[key], rtol=0.0, atol=within, err_msg=key)
     plastic, released, error = (
-        np.array([getattr(step, key) for step in path]) for key in ("plastic_work", "released_energy", "energy_error")
+        np.array([getattr(step.energy, key) for step in path])
+        for key in ("plastic_work", "released_energy", "energy_error")
     )
     assert (plastic[-1] > 0.1 * largest["external_work"]) == (name == "zones that yield")
     went = sum(found[key] for key in ACCOUNTS[1:]) + plastic + released

@@ -156,8 +156,8 @@ def test_an_elastic_footing_stores_the_work_of_its_jacks(kind: str) -> None:
     size = 2e-3 * PAPER.line_weight * PAPER.length**4 / PAPER.bending
     first, last = path_of(PAPER.on_jacks(kind, size, 16, stop_at_zero=False), Solver())
     assert abs(last.jack_load - first.jack_load) > 0.1 * first.jack_load
-    assert last.external_work == pytest.approx(last.elastic_energy, rel=1e-6)
-    assert last.energy_error < 1e-6 * last.external_work
+    assert last.energy.external_work == pytest.approx(last.energy.elastic_energy, rel=1e-6)
+    assert last.energy.energy_error < 1e-6 * last.energy.external_work
 
 
 def sag(strip: Strip, load: float) -> float:

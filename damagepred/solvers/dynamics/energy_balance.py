@@ -22,6 +22,7 @@ from damagepred.kernels.dynamics.zones import YIELDING, ZONE_DAMPING
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.body_motion import Motion
 from damagepred.solvers.dynamics.gridpoints import Grid, zone_energy
+from damagepred.solvers.state.increment import Energies
 
 
 class EnergyTerms(NamedTuple):
@@ -29,35 +30,6 @@ class EnergyTerms(NamedTuple):
 
     joint_terms: FloatArray
     body_terms: FloatArray
-
-
-class Energies(NamedTuple):
-    """Balance at an output (J); works are summed from the start.
-
-    Attributes
-    ----------
-    kinetic_energy, elastic_energy : float
-        Of the blocks, and held in joints and zones.
-    external_work, boundary_work : float
-        Of loads, ground and supports together; and of ground and supports alone.
-    friction_work, fracture_work, plastic_work, damping_work : float
-        Taken by sliding, by softening bonds, by zones that yield, by damping.
-    released_energy : float
-        Set free where bonds broke and where a point left an edge under pressure.
-    energy_error : float
-        What does not balance.
-    """
-
-    kinetic_energy: float
-    elastic_energy: float
-    external_work: float
-    boundary_work: float
-    friction_work: float
-    fracture_work: float
-    plastic_work: float
-    released_energy: float
-    damping_work: float
-    energy_error: float
 
 
 class EnergyBalance:
@@ -151,16 +123,16 @@ class EnergyBalance:
             damping += float(self._grid.terms[ZONE_DAMPING])
         change = kinetic - self._kinetic + elastic - self._elastic
         return Energies(
-            kinetic,
-            elastic,
-            external,
-            boundary,
-            friction,
-            fracture,
-            plastic,
-            released,
-            damping,
-            external - change - friction - fracture - plastic - released - damping,
+            kinetic_energy=kinetic,
+            elastic_energy=elastic,
+            external_work=external,
+            boundary_work=boundary,
+            friction_work=friction,
+            fracture_work=fracture,
+            plastic_work=plastic,
+            released_energy=released,
+            damping_work=damping,
+            energy_error=external - change - friction - fracture - plastic - released - damping,
         )
 
     def diverged(self, factor: float, made: float) -> bool:

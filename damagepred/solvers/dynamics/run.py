@@ -38,7 +38,7 @@ from damagepred.solvers.dynamics.gridpoints import (
 )
 from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
-from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.state.increment import Counters, Increment
 from damagepred.solvers.state.initial_state import InitialState
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.system.deformable_blocks import at_gridpoints
@@ -354,7 +354,7 @@ class DynamicRun:
             moved[self.mean_motion.block] = self.mean_motion.motion(self.time)
         moved[:, :2] -= motion.displacement[-1, :2]
         loose = detached_blocks(model, moved.ravel(), load_factor)
-        energy, acting = self.energy.balance(), self._acting()
+        acting = self._acting()
         return Increment(
             number=self.output,
             load_factor=load_factor,
@@ -367,14 +367,14 @@ class DynamicRun:
             state=np.where(cracked, ContactState.CRACKED, slipped).astype(np.int8),
             unbalanced_force_ratio=self._unbalanced(),
             base_reaction=self.system.base_reaction(acting),
-            cycles=steps,
+            counters=Counters(cycles=steps),
             support_force=self.system.support_force(acting),
             collapsed=bool(loose.any()),
             time=self.time,
             searches=self.searches,
             zones=None if self.grid is None else results_of_zones(self.grid, motion.displacement[-1, :2]),
             deflection=self._deflection(),
-            **energy._asdict(),
+            energy=self.energy.balance(),
         )
 
     def _deflection(self) -> float:

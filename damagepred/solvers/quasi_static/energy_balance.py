@@ -15,6 +15,7 @@ from damagepred.kernels.interface.energy import energy
 from damagepred.kernels.joint.return_mapping import ReturnMapping
 from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.quasi_static.superelements import Superelements
+from damagepred.solvers.state.increment import Energies
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_energy, section_response_of
 
@@ -75,6 +76,10 @@ class WorkBalance:
     section_error: float = 0.0
     largest_work: float = 0.0
     residual_work: float = 0.0
+
+    def energies(self) -> Energies:
+        """Return the balance as an increment reports it."""
+        return Energies(**{name: value for name, value in vars(self).items() if name in Energies._fields})
 
     def begin(self, model: Model, state: State) -> None:
         """Start the balance at a state.

@@ -129,7 +129,6 @@ class QuasiStaticStepper:
         model, state, superelements = path.model, path.state, path.equilibrium.superelements
         opening, sigma, tau = path.stresses(state)
         force = path.equilibrium.forces(state)
-        balance = path.balance
         accepted, path.largest_accepted_residual = path.largest_accepted_residual, 0.0
         return Increment(
             number=self.number,
@@ -143,15 +142,7 @@ class QuasiStaticStepper:
             unbalanced_force_ratio=max(outcome.unbalanced_force_ratio, accepted),
             base_reaction=path.equilibrium.system.base_reaction(force),
             collapsed=outcome.collapsed,
-            external_work=balance.external_work,
-            elastic_energy=balance.elastic_energy,
-            friction_work=balance.friction_work,
-            fracture_work=balance.fracture_work,
-            crushing_work=balance.crushing_work,
-            plastic_work=balance.plastic_work,
-            released_energy=balance.released_energy,
-            snap_through_energy=balance.snap_through_energy,
-            energy_error=balance.energy_error,
+            energy=path.balance.energies(),
             joint_law_violation=law_violation(model, state, sigma, tau),
             last_stable_load_factor=path.last_stable_load_factor if outcome.collapsed else np.nan,
             support_force=path.equilibrium.system.support_force(force),
