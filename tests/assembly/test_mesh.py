@@ -1,4 +1,4 @@
-"""Zones of deformable blocks: they fill the block, hang together, and share gridpoints on edges that bricks share."""
+"""Zones of deformable blocks: they fill the block, are connected, and share gridpoints on common edges of bricks."""
 
 import numpy as np
 import pytest

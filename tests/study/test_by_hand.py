@@ -474,7 +474,7 @@ def test_a_run_until_something(
     counts: list[int],
     left: list[float | None],
 ) -> None:
-    """Walls are looked at when 8, 16, 32 and 50 are run, each piece taking so long; below 0 it is interrupted."""
+    """Interim analyses at 8, 16, 32 and 50 walls, with given times of the pieces; negative times interrupt."""
     clock, timers, seen = [100.0], [], []
     monkeypatch.setattr(running, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     monkeypatch.setattr(running, "open_study", lambda out: None)

@@ -104,7 +104,7 @@ def test_paths_of_versions_that_scaled_the_final_mound_are_not_read_in_between(
     del ds["surface_movement"].attrs["ground_states"]
     with pytest.raises(InputError, match="scaled the Walsh mound of the final surface movement"):
         fit_fragility(ds, bootstrap=0, categories=[1])
-    # at its end each wall is the one of its own movement
+    # at its end each wall is that of its movement
     ends = ds.isel(increment=-1)
     capacities(ends, 1, "surface_movement")
     # and where nothing grows but the size, all states on the way are

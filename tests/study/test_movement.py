@@ -62,7 +62,7 @@ def test_studies_of_ends_are_read_everywhere(folders: dict[str, Path]) -> None:
 
 @pytest.mark.parametrize(("ground", "measure"), [(MOUND, "surface_movement"), (JACKS, "central_deflection")])
 def test_ends_on_mounds_and_jacks(ground: str, measure: str) -> None:
-    """A mound's movement is the sampled one; jacks that let go end the movement there, and the wall is known there."""
+    """A mound's movement is the sampled one; unloaded jacks end the movement, and the wall is known there."""
     study = Study(StudySettings.from_dict(tomllib.loads(WALL + ground)))
     outputs = (measure, "damage_category", "crack_width_max", "base_reaction")
     vectors = study.function().from_unit(np.full((1, len(study.design.wall)), 0.3))
