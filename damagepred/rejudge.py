@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
@@ -43,8 +42,8 @@ MEASURES = get_args(get_type_hints(Damage)["measure"])
 """Widths that a category is found by."""
 
 
-AT_ONCE = 1 << 16
-"""Samples judged at once: enough to be quick, few enough to take little memory."""
+_CHUNK = 1 << 16
+"""Samples judged at once, for speed and memory."""
 
 
 @checked
@@ -107,7 +106,7 @@ def judge_again(
     for name in ("damage_category", "crack_width_max"):
         if name not in ds:
             raise InputError(f"the dataset has no variable '{name}'; a wall or a study can be judged again.")
-    own = archived_rules(ds)
+    own = _archived_rules(ds)
     wanted = {
         "count_rule": count_rule,
         "group_distance": group_distance,
@@ -137,14 +136,8 @@ def judge_again(
     return judged
 
 
-def archived_rules(ds: xr.Dataset) -> Rules:
-    """Return the rules that an archive was judged by; without a scene in it, the usual ones.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of a wall or a study.
-    """
+def _archived_rules(ds: xr.Dataset) -> Rules:
+    """Return the rules that an archive was judged by; without a scene in it, the defaults."""
     rules = Rules.from_settings(**asdict(Damage(**_scene(ds).get("damage", {}))))
     if "damage_measure" in ds.attrs:  # judged again
         counted = bool(int(ds.attrs["count_footing_gap"]))
@@ -275,7 +268,7 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
     collapsed = ds["status"].values == SampleStatus.COLLAPSED if many else np.array([_collapsed(ds)])
     new = np.empty(old.shape, dtype=np.int8)
     without_group, open_end, followed = 0, 0, rules.table.highest
-    for part in _parts(rows):
+    for part in (slice(first, first + _CHUNK) for first in range(0, rows, _CHUNK)):
         groups = np.full((1, 1), np.nan) if group is None else group[part]
         lacking = np.isfinite(width[part]) & np.isnan(groups)
         without_group += int(lacking.any(axis=1).sum()) if rules.count_rule else 0
@@ -310,11 +303,6 @@ def _widths(ds: xr.Dataset, prefix: str, by_band: bool, rules: Rules) -> FloatAr
     )
     widths = rules.widths(joint, band, gap, has_dpc=has_dpc(ds))
     return np.asarray(widths[by_band], dtype=np.float64)
-
-
-def _parts(rows: int) -> Iterator[slice]:
-    for first in range(0, rows, AT_ONCE):
-        yield slice(first, first + AT_ONCE)
 
 
 def _group(ds: xr.Dataset, prefix: str, rules: Rules, shape: tuple[int, ...]) -> FloatArray | None:
@@ -439,7 +427,7 @@ def footing_gap_note(ds: xr.Dataset) -> str:
     """
     if "footing_opening_max" not in ds or has_dpc(ds):
         return ""
-    rules = archived_rules(ds)
+    rules = _archived_rules(ds)
     if rules.count_footing_gap:
         return ""
     gap, category = np.nan_to_num(ds["footing_opening_max"].values), ds["damage_category"].values
