@@ -47,8 +47,8 @@ cov = 0.5
 """
 STEP = 0.01
 NEAR = 5e-6
-"""Agreement (m). Both paths find the movement at which a bond breaks to 1 % of its strength, each on its own way; what
-neighbouring joints share of an opening then differs by as much, with a mound that only grows in size, too."""
+"""Agreement (m). Both paths locate the breaking of a bond to 1 % of its strength, by different steps. The distribution
+of an opening over neighbouring joints then differs by as much, also with a mound that only grows in size."""
 
 
 def run(folder: Path, kind: str, increments: int) -> Path:

@@ -1,4 +1,4 @@
-"""What a study keeps of the movement: the path, the sampled end of it, or both."""
+"""Stored part of the movement: the path, its sampled end, or both."""
 
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
@@ -77,7 +77,7 @@ def test_ends_on_mounds_and_jacks(ground: str, measure: str) -> None:
         assert last < study.settings.scene.movement.increments, "jacks that never let go test nothing"
 
 
-def test_where_the_end_counts_a_path_goes_to_it() -> None:
+def test_a_path_whose_end_counts_reaches_it() -> None:
     tables = tomllib.loads(SMALL_STUDY.replace("stop_at_category = 4", ""))
     for movement, last in (("path", 4), ("sampled", np.inf), ("both", np.inf)):
         tables["study"]["movement"] = movement

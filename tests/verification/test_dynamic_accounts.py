@@ -1,4 +1,4 @@
-"""Energy accounts of runs in time: joints that stay elastic balance whatever damps and moves them."""
+"""Energy accounts of runs in time: elastic joints balance under any damping and movement."""
 
 from dataclasses import replace
 
@@ -82,7 +82,7 @@ def test_a_bond_that_softens_in_time_holds_and_has_taken_what_its_secant_says() 
     wall.support(low)
     wall.move(high, x=0.02e-3, y=0.06e-3, rotation=0.5e-3)
     model = wall.build(ONE_STEP)
-    # all is held or moved: a step is as long as the time between two outputs
+    # all degrees of freedom are prescribed: a step is as long as the time between two outputs
     dynamics = Dynamics(duration=0.05, outputs=400, movement_time=0.05, start="unstressed", new_contacts=False)
     path = list(dynamic_run(model, ONE_STEP, dynamics))
     assert (path[-1].state == 1).any()

@@ -1,4 +1,4 @@
-"""Energy accounts of whole paths, worked out anew from displacements, stresses and forces that increments hand out."""
+"""Independent energy balance of whole paths, from displacements, stresses and forces of increments."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -149,7 +149,7 @@ def section_work(model: Model, path: list[Increment]) -> float:
 def softening_work(model: Model, path: list[Increment]) -> float:
     """Return what softening took (J): G_f (1 - b) of each bond that opening left b of.
 
-    Slip that wears a bond off lowers the secant by which it still holds at its opening.
+    Softening by slip lowers the secant stiffness of a bond at its opening.
     """
     law, area = model.properties, model.interfaces.contact_area
     soft = law.critical_opening > 0
@@ -269,7 +269,7 @@ def pressed_wall() -> Case:
 
 
 def softening_pair() -> Case:
-    """A block torn off another aslant, by bonds that soften."""
+    """A block pulled obliquely off another, by softening bonds."""
     joint = Joint(
         normal_stiffness=2e9, shear_stiffness=1e9, tensile_strength=0.1e6, cohesion=0.5e6, fracture_energy=9.0
     )
@@ -281,7 +281,7 @@ def softening_pair() -> Case:
 
 
 def worn_pair() -> Case:
-    """A block pulled and pushed along on another, its bond worn off by slip while it opens; then only pressed."""
+    """A block in tension and shear on another, whose bond softens by slip while it opens; then in compression."""
     joint = Joint(
         normal_stiffness=2e9,
         shear_stiffness=1e9,

@@ -312,7 +312,7 @@ def test_the_ends_cantilever(verify: Verify, solver: Solver, strip: Strip, load:
 
 
 def zoned(strip: Strip, solver: Solver, cells: int) -> float:
-    """Return the deflection for a unit load of the jacks (m/N) of a footing with so many cells over its depth."""
+    """Return the deflection for a unit load of the jacks (m/N) of a footing with a number of cells over its depth."""
     settings = replace(solver, footing="deformable", zone_size_footing=strip.depth / cells, tolerance=1e-5)
     size = 2e-3 * strip.line_weight * strip.length**4 / strip.bending
     movement = Movement(kind="dishing", shape="jacks", central_deflection=size)

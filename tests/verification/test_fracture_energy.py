@@ -1,4 +1,4 @@
-"""Work that a softening joint takes until its bond is gone, for every combination of what a joint's law may have.
+"""Work dissipated by a softening joint until its bond is broken, for every combination of features of the law.
 
 A brick on a plate is pulled straight off, turned off, slid off, and pulled and slid at a time. All its degrees of
 freedom are prescribed, so what the support delivers is the integral of its force over its way, whatever the solver.

@@ -1,4 +1,4 @@
-"""Forces, openings, residuals and first breaks that increments report, worked out anew from stresses and motion."""
+"""Reported forces, openings, residuals and first breaks, computed independently from stresses and motion."""
 
 from collections.abc import Callable
 from dataclasses import replace

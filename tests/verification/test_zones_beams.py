@@ -1,4 +1,4 @@
-"""Beams of zones in bending: displacements and stresses against plane elasticity, and how fast they converge."""
+"""Beams of zones in bending: displacements and stresses against plane elasticity, and their convergence."""
 
 from collections.abc import Callable
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Patch tests: what is constant must come out constant, in blocks of any shape and across joints between them."""
+"""Patch tests: constant fields are reproduced in blocks of any shape and across joints between them."""
 
 import numpy as np
 import pytest

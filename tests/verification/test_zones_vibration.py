@@ -40,7 +40,7 @@ LAME = ClosedForm(
 PULSE = ClosedForm(
     chapter=CHAPTER,
     title="Elastic wave in a bar of zones",
-    formula="c = √(E/ρ);   a displacement let go at rest splits into two halves; stress = ρ c × velocity",
+    formula="c = √(E/ρ);   a displacement released at rest splits into two halves; stress = ρ c × velocity",
     source="d'Alembert.",
     note="Explicit cycle with the gridpoints' masses, no damping. Bar of 160 cells, ν = 0; a bell of displacement 8 "
     "cells wide (one standard deviation). Waves of wave number κ in cells of size h lag by about (κ h)²/24. Stress is "

@@ -248,7 +248,7 @@ def test_unloading_leaves_a_set(verify: Verify, solver: Solver, share: float, si
 
 
 def punch(solver: Solver, cells: int, increments: int = 4) -> tuple[Model, Increment, FloatArray]:
-    """Return model, last increment, and mean pressures (Pa) under a punch of half width 1 m on so many cells."""
+    """Return model, last increment, and mean pressures (Pa) under a punch of half width 1 m, for a number of cells."""
     wide, deep, size = 5.0, 2.5, 1.0 / cells
     material = BlockMaterial(elastic_modulus=1e7, poisson_ratio=0.3, cohesion=1e4, friction=0.0)
     assembly = Assembly(thickness=1.0, gravity=(0.0, 0.0), block=material)

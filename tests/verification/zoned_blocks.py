@@ -1,4 +1,4 @@
-"""What checks of deformable blocks share: solving, plane elasticity, and how a refined mesh converges."""
+"""Common parts of the checks of deformable blocks: solution, plane elasticity, and mesh convergence."""
 
 from __future__ import annotations
 
