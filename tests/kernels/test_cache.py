@@ -15,7 +15,7 @@ from damagepred.kernels import jit
 from damagepred.kernels.interface.internal_force import contact_stresses
 from damagepred.scene import Scene, Wall
 from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.quasi_static.equilibrium import State
+from damagepred.solvers.state.wall_state import State
 
 
 def doubled(x):

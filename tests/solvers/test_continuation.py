@@ -19,9 +19,10 @@ from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
 from damagepred.solvers.quasi_static import linear_system as equations
 from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.dense_inverse import invert
-from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
+from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.quasi_static.stepper import quasi_static_path
 from damagepred.solvers.state.increment import Energies
+from damagepred.solvers.state.wall_state import State
 from tests.properties.test_quasi_static_laws import random_wall
 from tests.solvers.test_symmetry_reduction import mirrored
 from tests.solvers.walls import small_scene, stack, weak_pair

@@ -18,7 +18,8 @@ from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit import stepper as explicit
 from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.solvers.quasi_static import stepper as quasi_static
-from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
+from damagepred.solvers.quasi_static.equilibrium import Equilibrium
+from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.symmetry import HalfModel, reduce_by_symmetry
 from tests.solvers.walls import stack
 from tests.validation.test_quasi_static_balance import unbalanced

@@ -12,8 +12,9 @@ from damagepred.enumerations import ZoneState
 from damagepred.pipeline import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Solver
 from damagepred.solvers import solve_path
-from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
+from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.quasi_static.superelements import Superelements
+from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.state.zone_history import exceeds_yield_limit
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.assembly import reference

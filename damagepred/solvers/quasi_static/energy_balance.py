@@ -13,9 +13,9 @@ from damagepred.assembly.model import Ground
 from damagepred.kernels.interface.checks import joint_law_violation_of
 from damagepred.kernels.interface.energy import energy
 from damagepred.kernels.joint.return_mapping import ReturnMapping
-from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.increment import Energies
+from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_energy, section_response_of
 
