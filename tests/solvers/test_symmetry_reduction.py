@@ -88,10 +88,10 @@ def mirrored(model: Model, step: Increment) -> Increment:
 
 
 def symmetric_part(model: Model, step: Increment) -> Increment:
-    """Return what an increment has in common with its mirror image.
+    """Return the symmetric part of an increment: the mean of it and its mirror image.
 
-    A wall that slides at both its ends, or a row of bricks that hangs on nothing, may lie anywhere between; then it
-    need not lie in the middle. The mean of such a state and its image is one just as well, and symmetric.
+    The position of a wall that slides at both ends, or of loose bricks, is not unique and need not be symmetric. The
+    mean of such a state and its image is a solution, too, and symmetric.
     """
     image = mirrored(model, step)
     names = ("displacement", "opening", "slip", "normal_stress", "shear_stress")

@@ -44,7 +44,7 @@ def contact_places(model: Model) -> np.ndarray:
 
 
 def elastic_energy(model: Model, step: Increment) -> float:
-    """Return what joints, zones and sections hold (J)."""
+    """Return the energy stored in joints, zones and sections (J)."""
     law, area = model.properties, model.interfaces.contact_area
     sigma, tau = step.normal_stress, step.shear_stress
     # a softening bond unloads to the origin
@@ -137,7 +137,7 @@ def work_of(model: Model, case: Case, before: Increment | None, now: Increment) 
 
 
 def section_work(model: Model, path: list[Increment]) -> float:
-    """Return what cracking sections took (J): the work done on them less what they hold."""
+    """Return the energy dissipated by cracking sections (J): the work done on them less their stored energy."""
     ways = [section_ways(model, step) for step in path]
     forces = [section_forces(model, step) for step in path]
     taken = 0.5 * float((forces[0] * ways[0]).sum() - (forces[-1] * ways[-1]).sum())
@@ -147,7 +147,7 @@ def section_work(model: Model, path: list[Increment]) -> float:
 
 
 def softening_work(model: Model, path: list[Increment]) -> float:
-    """Return what softening took (J): G_f (1 - b) of each bond that opening left b of.
+    """Return the energy dissipated by softening (J): G_f (1 - b) of each bond of integrity b.
 
     Softening by slip lowers the secant stiffness of a bond at its opening.
     """

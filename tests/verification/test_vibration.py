@@ -96,7 +96,7 @@ def physical(model: Model, dt: float, damping: float = 0.0) -> DampedTimeSteppin
 
 
 def follow(run: DampedTimeStepping, cycles: int, share: float, look: Callable[[FloatArray], float]) -> FloatArray:
-    """Return what a look at the displacements tells after every cycle, at a share of the dead load."""
+    """Return a sampled displacement after every cycle, at a share of the dead load."""
     seen = np.empty(cycles)
     for i in range(cycles):
         run._cycle(1, share, 0.0, 0.0)

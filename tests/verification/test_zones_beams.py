@@ -112,7 +112,7 @@ def deep_beam(material: BlockMaterial, plane: str, half: float, c: float, load: 
 
 
 def at(axis: int, place: float) -> Where:
-    """Return what tells the points on a line of x or of y."""
+    """Return a function that selects the points on a line of x or of y."""
     return lambda x, y: np.abs((x, y)[axis] - place) < 1e-9
 
 

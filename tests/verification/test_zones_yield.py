@@ -97,7 +97,7 @@ def strength(material: BlockMaterial, plane: str, lateral: float, pull: bool) ->
 
 
 def on_line(axis: int, place: float) -> Where:
-    """Return what tells the points on a line of x or of y."""
+    """Return a function that selects the points on a line of x or of y."""
     return lambda x, y: np.abs((x, y)[axis] - place) < 1e-9
 
 

@@ -33,7 +33,7 @@ def solved(
 
 
 def zones_of(increment: Increment) -> ZoneResults:
-    """Return what is reported of the zones."""
+    """Return the reported variables of the zones."""
     assert increment.zones is not None
     return increment.zones
 
