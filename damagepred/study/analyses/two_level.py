@@ -199,7 +199,7 @@ def run_two_level(
 
 
 def _whole(samples: int, turns: int) -> int:
-    """Return so many samples or a few more that each scramble has as many."""
+    """Round a number of samples up to a multiple of the number of scrambles."""
     return -(-samples // turns) * turns
 
 
