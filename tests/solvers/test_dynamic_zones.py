@@ -74,7 +74,7 @@ def test_forces_are_those_of_small_displacements(new_contacts: bool) -> None:
     course.motion.displacement[:] = small[: course.motion.displacement.size].reshape(-1, 3)
     grid.displacement[:] = np.column_stack((small[mesh.dof_x], small[mesh.dof_y]))
     act(course)
-    found = -course._acting()
+    found = -course._total_force()
     found[: course.motion.load.size] += course.motion.load.ravel()
     found[mesh.dof_x] += grid.load[:, 0]
     found[mesh.dof_y] += grid.load[:, 1]

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from itertools import pairwise
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from damagepred.assembly.model import Jacks
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.kernels.dynamics.contact import FREE, LAW
+from damagepred.kernels.interface.checks import joint_law_violation_of
 from damagepred.kernels.interface.residual import combine_loads, free_residual, largest_block_resultant
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
@@ -21,7 +21,6 @@ from damagepred.solvers.dynamics.body_motion import motion_of
 from damagepred.solvers.dynamics.facets import facet_bodies
 from damagepred.solvers.dynamics.gridpoints import gridpoint_arrays, results_of_zones
 from damagepred.solvers.dynamics.options import DEFAULTS
-from damagepred.solvers.quasi_static.energy_balance import law_violation
 from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
 from damagepred.solvers.system.detached_blocks import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, section_lengths, support_loads
@@ -82,10 +81,10 @@ def test_excess_of_stresses_over_the_law(
     history.cracked[0, 1], history.kappa[0, 1] = cracked, kappa
     normal, shear = np.zeros((1, 3)), np.zeros((1, 3))
     normal[0, 1], shear[0, 1] = sigma, tau
-    state = SimpleNamespace(history=history)
-    assert law_violation(model, state, normal, shear) == pytest.approx(beyond, rel=1e-9, abs=1e-6)  # type: ignore[arg-type]
+    stresses = (model.properties, history.cracked, history.kappa, normal, shear)
+    assert joint_law_violation_of(*stresses) == pytest.approx(beyond, rel=1e-9, abs=1e-6)
     shear[0, 2] = np.nan
-    assert np.isnan(law_violation(model, state, normal, shear))  # type: ignore[arg-type]
+    assert np.isnan(joint_law_violation_of(*stresses))
 
 
 def test_residual_is_the_largest_of_free_degrees_of_freedom() -> None:

@@ -1,11 +1,11 @@
-"""The energy audit of a run: where all that was put in has gone.
+"""Energy balance of a run in physical time.
 
 Kinetic energy at a step is taken as m v(n - 1/2) v(n + 1/2) / 2. With it, central differences obey exactly
 
     change of kinetic energy = sum over the steps of (F(n) + F(n + 1)) (x(n + 1) - x(n)) / 2,
 
-so all works are counted by the trapezoidal rule too, and elastic joints balance to the last digits. What does not
-balance is the error of the step: blocks that turn in it, and joints that touch or part in it.
+so all works are summed by the trapezoidal rule too, and elastic joints balance to the last digits. The rest is the
+error of the time step: of blocks that rotate, and of contacts that close or open within it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from damagepred.solvers.state.increment import Energies
 
 
 class EnergyTerms(NamedTuple):
-    """What kernels count: works of joints, see ``large_contact``, and of bodies, see ``large_motion`` (J)."""
+    """Works of contacts and of bodies that kernels sum (J): ``kernels.dynamics``, ``contact`` and ``motion``."""
 
     joint_terms: FloatArray
     body_terms: FloatArray
@@ -49,8 +49,8 @@ class EnergyBalance:
         Local (1), mass-proportional (1/s), stiffness-proportional (s).
     time_step : float
         dt (s).
-    counts : Counts
-        What kernels count.
+    terms : EnergyTerms
+        Works that kernels sum.
     """
 
     def __init__(
@@ -61,17 +61,17 @@ class EnergyBalance:
         grid: Grid | None,
         damping: tuple[float, float, float, float],
         time_step: float,
-        counts: EnergyTerms,
+        terms: EnergyTerms,
     ) -> None:
-        self._scene, self._motion, self._grid, self._counts = scene, motion, grid, counts
+        self._scene, self._motion, self._grid, self._terms = scene, motion, grid, terms
         self._damping, self._step = damping, time_step
-        # what moves: the blocks, and the gridpoints of those that are deformable
+        # rigid blocks, and gridpoints of deformable ones
         self._moving: list[Motion | Grid] = [motion] if grid is None else [motion, grid]
         self._start = [part.displacement.copy() for part in self._moving]
         self._dead = [part.load.copy() for part in self._moving]
         self._kinetic, self._damped, self._pulled = self._half_steps()
         self._elastic = self.elastic_energy()
-        self._given = self._seen = 0.0
+        self._input = self._largest = 0.0
 
     def _half_steps(self) -> tuple[float, float, float]:
         """Return the kinetic energy, and the works of damping and of the base, by damping, in the half step to now."""
@@ -96,7 +96,7 @@ class EnergyBalance:
         return kinetic, damped, -half_step * float((dashpot * base).sum())
 
     def elastic_energy(self) -> float:
-        """Return what joints and zones hold (J)."""
+        """Return the elastic energy of joints and zones (J)."""
         points = self._scene.points
         law = self._scene.laws[points["law"]]
         sigma = points["sigma"]
@@ -108,7 +108,7 @@ class EnergyBalance:
 
     def balance(self) -> Energies:
         """Return the balance now."""
-        joint_terms, body_terms = self._counts
+        joint_terms, body_terms = self._terms
         kinetic, damped, pulled = self._half_steps()
         elastic = self.elastic_energy()
         boundary = float(body_terms[BOUNDARY]) + pulled - self._pulled
@@ -135,18 +135,20 @@ class EnergyBalance:
             energy_error=external - change - friction - fracture - plastic - released - damping,
         )
 
-    def diverged(self, factor: float, made: float) -> bool:
-        """Tell whether there is more energy than a multiple of what has gone about so far, or more was made of nothing.
+    def diverged(self, energy_ratio: float, error_ratio: float) -> bool:
+        """Return whether the energy, or its error, is too large for a stable run.
 
         Parameters
         ----------
-        factor : float
-            Of what there was at first and was put in at most; a block that bounces gives it back time and again.
-        made : float
-            Share of that, and of what there has been at most, which steps that are too long may have made.
+        energy_ratio : float
+            Limit of the energy over the sum of the initial energy and the largest external work (1).
+        error_ratio : float
+            Limit of created energy over the largest energy so far (1).
         """
         now = self.balance()
-        there = now.kinetic_energy + now.elastic_energy
-        self._given = max(self._given, abs(self._kinetic) + self._elastic + max(now.external_work, 0.0))
-        self._seen = max(self._seen, self._given, there)
-        return not (there <= factor * self._given + 1e-300 and -now.energy_error <= made * self._seen + 1e-300)
+        energy = now.kinetic_energy + now.elastic_energy
+        self._input = max(self._input, abs(self._kinetic) + self._elastic + max(now.external_work, 0.0))
+        self._largest = max(self._largest, self._input, energy)
+        return not (
+            energy <= energy_ratio * self._input + 1e-300 and -now.energy_error <= error_ratio * self._largest + 1e-300
+        )

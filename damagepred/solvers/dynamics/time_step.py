@@ -1,4 +1,4 @@
-"""The time step: from the highest frequency of the wall, and of what it may become."""
+"""Critical time step from the highest frequency of the wall, intact or with new contacts."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class HighestFrequency(NamedTuple):
     intact : float
         Of the wall with all joints intact: an eigenvalue.
     touched : float
-        Bound for whatever the wall may become when blocks meet what they did not touch at first.
+        Upper bound for all walls that it may become by new contacts.
     """
 
     intact: float
@@ -37,7 +37,7 @@ class HighestFrequency(NamedTuple):
 def highest_frequency(
     model: Model, scene: BodyArrays, inverse_mass: FloatArray, options: DynamicsOptions, grid: Grid | None = None
 ) -> HighestFrequency:
-    """Return the highest frequency of a model, and a bound for it once blocks meet others.
+    """Return the highest frequency of a model, and a bound for it with new contacts.
 
     The bound: with S the stiffness of all points that act on a block while the other side is held, the energy of each
     contact is at most twice that of both sides' own movement, so omega^2 <= 2 max eig(M^-1 S) over the blocks. S is
@@ -53,7 +53,7 @@ def highest_frequency(
     scene : BodyArrays
         Its points.
     inverse_mass : array (n + 1, 3)
-        0 where it is held.
+        0 where prescribed.
     options : DynamicsOptions
         Accuracy of the highest eigenvalue.
     grid : Grid, optional
@@ -70,7 +70,7 @@ def highest_frequency(
 
 
 def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray, options: DynamicsOptions) -> float:
-    """Return the highest angular frequency (rad/s) of a stiffness; what is held has an inverse mass of 0."""
+    """Return the highest angular frequency (rad/s) of a stiffness; prescribed motion has an inverse mass of 0."""
     root = np.sqrt(inverse_mass)
     free = np.flatnonzero(root > 0)
     scale = sparse.diags_array(root[free])

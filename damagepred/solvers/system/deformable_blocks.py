@@ -184,6 +184,44 @@ def block_moduli(model: Model) -> tuple[FloatArray, FloatArray]:
     return np.column_stack(elastic), np.column_stack(strength)
 
 
+def elastic_stress(elasticity: FloatArray, strain: FloatArray) -> FloatArray:
+    """Return s_xx, s_yy, s_xy, s_zz (z, 4) (Pa), tension positive, of elastic zones.
+
+    Parameters
+    ----------
+    elasticity : array (z, 7)
+        See ``block_moduli``.
+    strain : array (z, 4)
+        Elastic strain e_xx, e_yy, g_xy, e_zz (1).
+    """
+    c11, c12, c33, c13, czz = elasticity[:, :5].T
+    e_xx, e_yy, g_xy, e_zz = strain.T
+    return np.column_stack(
+        (
+            c11 * e_xx + c12 * e_yy + c13 * e_zz,
+            c12 * e_xx + c11 * e_yy + c13 * e_zz,
+            c33 * g_xy,
+            c13 * (e_xx + e_yy) + czz * e_zz,
+        )
+    )
+
+
+def block_resultants(model: Model, force: FloatArray) -> FloatArray:
+    """Return the resultants (n, 3) (N, N m), moments about the centroids, of forces on gridpoints.
+
+    Parameters
+    ----------
+    model : Model
+        With a mesh.
+    force : array (size,)
+        On all degrees of freedom (N).
+    """
+    mesh = _mesh(model)
+    block, x, y = mesh.gridpoint_block, force[mesh.dof_x], force[mesh.dof_y]
+    moment = (mesh.x - model.blocks.x[block]) * y - (mesh.y - model.blocks.y[block]) * x
+    return np.column_stack([np.bincount(block, values, model.n_blocks) for values in (x, y, moment)])
+
+
 def can_yield(model: Model) -> BoolArray:
     """Return which blocks (n,) have a strength."""
     return np.isfinite(model.block_law.cohesion) | np.isfinite(model.block_law.tensile_strength)
