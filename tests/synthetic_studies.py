@@ -1,4 +1,4 @@
-"""Study folders with synthetic results, without solving walls."""
+"""Study folders with made-up results: what solving walls would take long for is there at once."""
 
 import tomllib
 from collections.abc import Collection

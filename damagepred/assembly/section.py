@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -14,21 +13,10 @@ from damagepred.kernels.concrete_section.law import BRANSON, CRACKED, bent_befor
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
 
-
-@dataclass(frozen=True)
-class SectionOptions:
-    """Options of the law of cracked sections.
-
-    Attributes
-    ----------
-    strength_share : float
-        Share of the strength of wires and of concrete in compression that the cracked state may use at first cracking.
-    minimum_reinforcement : float
-        Least area of the top wires over that of the concrete: without wires a face has no cracked state.
-    """
-
-    strength_share: float = 0.9
-    minimum_reinforcement: float = 1e-4
+STRENGTH_SHARE = 0.9
+"""Share of its strength up to which the cracked state can take over what whole concrete lets go of."""
+MINIMUM_REINFORCEMENT = 1e-4
+"""Least area of wires over that of the concrete: a face without wires gets these, so that it has a cracked state."""
 
 
 class Sections(NamedTuple):
@@ -61,9 +49,9 @@ class Sections(NamedTuple):
         Inverse of that stiffness with moment / depth and curvature x depth: f11, f12, f22 (1/N).
     pull, wires_pull : array (s, 2, 2)
         Cracking of top and bottom: r for each N of axial force, and of moment / depth (1/N), by the tensile strength of
-        concrete and by ``strength_share`` of what the wires hold.
+        concrete and by ``STRENGTH_SHARE`` of what the wires hold.
     crush : array (s, 2, 2)
-        Likewise its pressure over ``strength_share`` f'c (1/N).
+        Likewise its pressure over ``STRENGTH_SHARE`` f'c (1/N).
     first_cracked : array (s, 2, 2)
         Strain at mid-depth and curvature x depth of the cracked state at the moment that cracks top and bottom, N = 0.
     cracked_second_moment : array (s, 2)
@@ -146,9 +134,7 @@ class SecondMoments(NamedTuple):
     hogging: float
 
 
-def concrete_sections(
-    interface: IntArray, length: ArrayLike, footing: Footing, options: SectionOptions = SectionOptions()
-) -> Sections:
+def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) -> Sections:
     """Return the sections of a reinforced-concrete footing.
 
     Parameters
@@ -159,8 +145,6 @@ def concrete_sections(
         Length of beam each stands for (m).
     footing : Footing
         With ``concrete``.
-    options : SectionOptions
-        Options of the law.
 
     Raises
     ------
@@ -172,7 +156,7 @@ def concrete_sections(
     width, depth = footing.width, footing.depth
     modulus, steel = concrete.concrete_modulus, concrete.steel_modulus
     (bottom_area, low), (top_area, high) = _wires(footing, concrete)
-    top_area = max(top_area, options.minimum_reinforcement * width * depth)
+    top_area = max(top_area, MINIMUM_REINFORCEMENT * width * depth)
     gross = second_moments(footing)
     more = steel - modulus if concrete.law == "cracked" else 0.0
     stiffness = np.array(
@@ -187,7 +171,7 @@ def concrete_sections(
     faces = np.array(((1.0, -0.5), (1.0, 0.5)))
     wires = (
         concrete.steel_strength
-        * options.strength_share
+        * STRENGTH_SHARE
         * np.array(_wires_hold(width, depth, steel / modulus, bottom_area, low, top_area, high))
     )
     pull = modulus / concrete.flexural_strength * faces @ flexibility
@@ -222,7 +206,7 @@ def concrete_sections(
         "flexibility": flexibility[np.triu_indices(2)],
         "pull": pull,
         "wires_pull": 1.0 / wires,
-        "crush": -modulus / (options.strength_share * concrete.compressive_strength) * faces @ flexibility,
+        "crush": -modulus / (STRENGTH_SHARE * concrete.compressive_strength) * faces @ flexibility,
         "first_cracked": np.array([first(0), first(1)]),
         "cracked_second_moment": (min(gross.hogging, gross.gross), min(gross.sagging, gross.gross)),
         "cracking_moment": concrete.flexural_strength * gross.gross / (depth / 2.0),
@@ -258,7 +242,7 @@ def second_moments(footing: Footing) -> SecondMoments:
 def cracking_moment(footing: Footing, axial_force: float = 0.0, hogging: bool = False) -> float:
     """Return the moment at which a footing cracks (Nm, positive), from below or, hogging, from above.
 
-    For law "cracked" with the steel, at most ``strength_share`` of the wires' moment; for "branson" of the concrete
+    For law "cracked" with the steel, at most ``STRENGTH_SHARE`` of the wires' moment; for "branson" of the concrete
     alone, whatever N. 0 if it cracks without a moment.
 
     Parameters

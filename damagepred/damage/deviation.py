@@ -1,14 +1,15 @@
-"""Deviation from level and plumb: visible slopes, with or without cracks."""
+"""Out of level and out of plumb: slopes that the eye sees, whether or not there are cracks."""
 
 from __future__ import annotations
 
+import tomllib
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
-from damagepred.damage.limits import read_levels
+from damagepred.data_files import data_file
 
 
 class DeviationLimits(NamedTuple):
@@ -49,7 +50,8 @@ class DeviationLimits(NamedTuple):
 @lru_cache(maxsize=1)
 def deviation_limits() -> DeviationLimits:
     """Read the limits of slope."""
-    content, levels = read_levels("deviation")
+    content = tomllib.loads(data_file("damage", "deviation.toml").read_text(encoding="utf-8"))
+    levels = sorted(content["level"], key=lambda one: one["number"])
     return DeviationLimits(
         content["name"],
         content["source"],

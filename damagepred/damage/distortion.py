@@ -1,21 +1,22 @@
-"""Distortion of openings, and the limits at which doors and windows stick."""
+"""Doors and windows whose opening is forced out of shape, until they stick."""
 
 from __future__ import annotations
 
+import tomllib
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
-from damagepred.damage.limits import read_levels
+from damagepred.data_files import data_file
 
 OPPOSITE = ((0, 2), (1, 3))
 """Corners that a diagonal joins."""
 
 
 class Distortion(NamedTuple):
-    """Distortion of o openings; NaN where an opening has one jamb only.
+    """What has become of the openings; o of them. NaN where an opening has one jamb only.
 
     Attributes
     ----------
@@ -79,12 +80,12 @@ def _length(vector: FloatArray) -> FloatArray:
 
 
 class StickingLimits(NamedTuple):
-    """Limits of distortion at which doors and windows stick; from ``data/damage/opening_distortion.toml``.
+    """From which distortion doors and windows stick; from ``data/damage/opening_distortion.toml``.
 
     Attributes
     ----------
     name, source, confidence : str
-        Their source, and the level of confidence (``data_files.CONFIDENCE``).
+        Where they come from, and the level of confidence (``data_files.CONFIDENCE``).
     level_names : tuple of str
         Of level 0, 1, ...
     angle, narrowing, diagonal : tuple of float
@@ -118,8 +119,9 @@ class StickingLimits(NamedTuple):
 
 @lru_cache(maxsize=1)
 def sticking_limits() -> StickingLimits:
-    """Read the limits of distortion at which doors and windows stick."""
-    content, levels = read_levels("opening_distortion")
+    """Read from which distortion doors and windows stick."""
+    content = tomllib.loads(data_file("damage", "opening_distortion.toml").read_text(encoding="utf-8"))
+    levels = sorted(content["level"], key=lambda one: one["number"])
     return StickingLimits(
         content["name"],
         " ".join(content["source"].split()),

@@ -1,4 +1,4 @@
-"""Files are written atomically, and read back unchanged."""
+"""Files are whole or not there, and what is read is what was written."""
 
 import errno
 import os

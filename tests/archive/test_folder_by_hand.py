@@ -1,4 +1,4 @@
-"""Contents of a study folder, and their writing, sample by sample."""
+"""What is in a study folder, and how it is written, sample by sample."""
 
 import subprocess
 from pathlib import Path

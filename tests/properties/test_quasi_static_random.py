@@ -1,4 +1,4 @@
-"""Any valid joint law: the quasi-static solver ends with finite results or a plain message."""
+"""Any joint law a user may ask for: the quasi-static solver ends, and says so in numbers or in plain words."""
 
 from dataclasses import replace
 

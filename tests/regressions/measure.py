@@ -1,7 +1,7 @@
-"""Ratios of the program's times to times of fixed work, measured alternately.
+"""Times of the program's work over times of fixed work, measured in turn.
 
-A slow machine slows both, and the ratio stays. Against short disturbances the shortest of many short times counts, and
-a slow case is measured again.
+What slows the whole machine slows both, and the ratio stays. What slows it for a moment is met by taking the shortest
+of many short times, and by measuring again before anything is called slow.
 """
 
 import resource
@@ -14,17 +14,17 @@ Work = Callable[[], object]
 TRIES = 5
 """Times that a case is measured before it is called slow."""
 PAUSE = 1.0
-"""Seconds between two tries, in which a disturbance may end."""
+"""Seconds between two tries: what disturbed the one may be over by the next."""
 
 
 def processor() -> float:
-    """Return the processor seconds of this process and its finished children."""
+    """Return the seconds of processor that this process and those it waited for have taken."""
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
     return time.process_time() + children.ru_utime + children.ru_stime
 
 
 def seconds(work: Work) -> float:
-    """Return the processor seconds of some work."""
+    """Return the seconds of processor that work takes."""
     began = processor()
     work()
     return processor() - began
@@ -43,11 +43,11 @@ class Rounds:
         return min(self.case) / min(self.yardstick)
 
     def with_yardstick(self, yardstick: Work) -> Callable[[], None]:
-        """Return a function that runs before each round of a case that others measure."""
+        """Return what is done before each round of the case when others measure it."""
         return lambda: self.yardstick.append(seconds(yardstick))
 
     def add(self, work: Work, yardstick: Work, rounds: int) -> None:
-        """Measure further rounds."""
+        """Measure some more."""
         for _ in range(rounds):
             self.yardstick.append(seconds(yardstick))
             self.case.append(seconds(work))

@@ -1,4 +1,4 @@
-"""Summary of the baseline, for studies/benchmarks/results.py."""
+"""What the baseline says in short, for studies/benchmarks/results.py."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ import pandas as pd
 
 from studies.benchmarks.pages import markdown
 
-TITLE = "Kernels, and commands of a user"
+TITLE = "Kernels, and what a user waits for"
 
 
 def text(folder: Path) -> str:
-    """Return the times of the baseline."""
+    """Return time by time what the baseline holds."""
     kept = json.loads((folder / "baseline.json").read_text(encoding="utf-8"))
-    parts = ["Processor time, the shortest of several; the gate compares its ratio to a yardstick of the same run."]
+    parts = [
+        "Time of the processor, the shortest of some; over a yardstick of the same run, which is what the gate "
+        "compares."
+    ]
     for one in kept["processors"].values():
         rows = [
             {"what": name, "time": case["time"], "unit": case["unit"], "over its yardstick": case["ratio"]}
@@ -26,5 +29,5 @@ def text(folder: Path) -> str:
 
 
 def minutes(folder: Path) -> float:
-    """Return NaN: the baseline does not contain the minutes."""
+    """Return what it takes: the baseline does not hold that."""
     return float("nan")

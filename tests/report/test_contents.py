@@ -1,4 +1,4 @@
-"""Contents of reports, compared with known values."""
+"""What reports say, against what is known."""
 
 import math
 import tomllib

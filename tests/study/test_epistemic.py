@@ -1,4 +1,4 @@
-"""Epistemic uncertainty from the stored walls, beside the Monte Carlo error."""
+"""What the inputs leave open, read from the walls that are there, beside the Monte Carlo error."""
 
 import tomllib
 from concurrent.futures import ThreadPoolExecutor

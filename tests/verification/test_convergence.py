@@ -1,4 +1,4 @@
-"""Convergence of an opening joint with the number of its contacts, the only approximation of contacts."""
+"""How fast the joint that opens converges as its contacts grow in number: the one place where contacts approximate."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The manual: its comparisons, refusals, and page."""
+"""The manual itself: what it compares, what it refuses, and what its page says."""
 
 import importlib
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Neighbour search: the blocks near each boundary point (Verlet list with a skin)."""
+"""The search for what is near: when and how it is done."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ class NeighbourList(NamedTuple):
     first : array of int (p + 1,)
         Where the list of each point begins.
     polygon, edge : array of int (k,), distance : array (k,)
-        Neighbouring block, its edge that the point's face looks at, and signed distance to it at the last search (m).
+        Which block, which of its edges the point's face looks at, and signed distance from that when last looked at
+        (m).
     """
 
     first: IntArray
@@ -29,20 +30,20 @@ class NeighbourList(NamedTuple):
 
 
 def empty_neighbour_list(scene: BodyArrays) -> NeighbourList:
-    """Return a list without neighbours."""
+    """Return empty lists."""
     none = np.zeros(0, np.int64)
     return NeighbourList(np.zeros(len(scene.points) + 1, np.int64), none, none, np.zeros(0))
 
 
 def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float, wide: float) -> NeighbourList:
-    """Return the blocks nearer to each point than a margin.
+    """Return what is nearer to each point than a margin.
 
     Parameters
     ----------
     scene : BodyArrays
         Points and edges.
     pose : array (bodies, 4)
-        x, y (m), cosine and sine of the rotation of each body.
+        Where the bodies are.
     margin : float
         Distance of neighbours (m).
     wide : float

@@ -12,16 +12,16 @@ from damagepred.errors import InputError
 
 
 class GroupedIntervals(NamedTuple):
-    """Groups (cells) of walls with equal intervals and weights.
+    """Walls put together that say the same: only how many there are of each matters.
 
     Attributes
     ----------
     lower, upper : array (categories, cells)
         Their intervals.
     weight : array (cells,)
-        Weight of one of their walls.
+        What one of their walls counts for.
     number : array of int (cells,)
-        Number of walls.
+        How many walls there are.
     """
 
     lower: FloatArray
@@ -31,7 +31,7 @@ class GroupedIntervals(NamedTuple):
 
     @property
     def total(self) -> FloatArray:
-        """Total weight of the walls of each cell."""
+        """What the walls of each cell count for together."""
         return self.weight * self.number
 
     def of(self, category: int) -> GroupedIntervals:
@@ -46,16 +46,16 @@ class GroupedIntervals(NamedTuple):
 def group_intervals(
     lower: FloatArray, upper: FloatArray, weight: FloatArray, count: IntArray | None = None
 ) -> GroupedIntervals:
-    """Group walls of equal intervals and weights.
+    """Count walls of the same intervals and weight.
 
     Parameters
     ----------
     lower, upper : array (categories, walls)
         Intervals.
     weight : array (walls,)
-        Weight of each.
+        What each counts for.
     count : array of int (walls,), optional
-        Number of walls of each column.
+        How many walls each stands for.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def group_intervals(
 
 
 def group_equal(columns: FloatArray) -> tuple[IntArray, IntArray]:
-    """Find the groups of equal columns.
+    """Find what has the same values in all columns.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def group_equal(columns: FloatArray) -> tuple[IntArray, IntArray]:
 
 @checked
 def normalised_weights(weight: FloatArray, upper: FloatArray, good: BoolArray | None = None) -> FloatArray:
-    """Scale weights so that those of the walls which reached a category add up to their number.
+    """Scale weights so that walls which reached a category count as many as they are: fits need a few of them.
 
     Parameters
     ----------
