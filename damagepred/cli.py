@@ -252,7 +252,7 @@ def rare(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.rare).")] = None,
     seed: Seed = None,
     level_share: Annotated[float, typer.Option(help="Share of a level's walls that the next starts from.")] = 0.1,
-    reach: Annotated[float, typer.Option(help="Follow walls to so many times the movement.")] = 2.0,
+    reach: Annotated[float, typer.Option(help="Factor on the movement to which walls are solved.")] = 2.0,
     timeout: Timeout = None,
     yes: Yes = False,
     mix_versions: MixVersions = False,

@@ -31,6 +31,7 @@ from damagepred.one_thread import each_with_one_blas_thread, one_blas_thread
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.options import SolverOptions
+from damagepred.solvers.state.increment import Counters, Energies
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, support_loads
 from damagepred.time_limit import time_limit
 
@@ -38,27 +39,8 @@ if TYPE_CHECKING:
     from damagepred.solvers.dynamics.run import DynamicRun
 
 
-QUALITY = (
-    "joint_law_violation",
-    "external_work",
-    "elastic_energy",
-    "friction_work",
-    "fracture_work",
-    "crushing_work",
-    "plastic_work",
-    "released_energy",
-    "snap_through_energy",
-    "energy_error",
-)
-"""What an increment tells of itself: how well it obeys the law of the joints, and where the energy went."""
-
-
-WORK = ("newton_iterations", "cycles", "events", "factorisations")
-"""Counts of the work that the solver spent on an increment."""
-
-
-IN_TIME = ("time", "kinetic_energy", "boundary_work", "damping_work", "searches")
-"""What an increment of a dynamic run tells besides."""
+IN_TIME = ("kinetic_energy", "boundary_work", "damping_work")
+"""Terms of the energy balance that only a dynamic run has."""
 
 
 class Step(NamedTuple):
@@ -385,14 +367,18 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     deflection = progress * model.central_deflection
     if model.deflection is not None:
         deflection = np.abs([s.increment.deflection for s in steps])
+    in_time = bool(np.isfinite(steps[0].increment.time))
+    counters = [s.increment.counters for s in steps]
+    energies = {name: np.array([getattr(s.increment.energy, name) for s in steps]) for name in Energies._fields}
     values = {
         "progress": progress,
         "central_deflection": deflection,
         "deflection_ratio": deflection / model.span,
         "unbalanced_force_ratio": np.array([s.increment.unbalanced_force_ratio for s in steps]),
-        **{name: np.array([getattr(s.increment, name) for s in steps], dtype=np.int64) for name in WORK},
+        **{name: np.array([getattr(c, name) for c in counters], dtype=np.int64) for name in Counters._fields},
         "base_reaction": np.array([s.increment.base_reaction for s in steps]),
-        **{name: np.array([getattr(s.increment, name) for s in steps]) for name in QUALITY},
+        "joint_law_violation": np.array([s.increment.joint_law_violation for s in steps]),
+        **{name: energy for name, energy in energies.items() if in_time or name not in IN_TIME},
         **frames.distortion(moved)._asdict(),
         **lines.deviation(moved)._asdict(),
         "group_count": np.array(GROUP_COUNTS, dtype=np.int64),
@@ -406,8 +392,8 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         values["surface_movement"] = progress * model.surface_movement
     if model.jacks is not None:
         values["jack_load"] = np.array([s.increment.jack_load for s in steps])
-    if np.isfinite(steps[0].increment.time):
-        values |= {name: np.array([getattr(s.increment, name) for s in steps]) for name in IN_TIME}
+    if in_time:
+        values |= {name: np.array([getattr(s.increment, name) for s in steps]) for name in ("time", "searches")}
         values["base_displacement_x"], values["base_displacement_y"] = np.array([s.increment.base for s in steps]).T
     if model.mesh is not None:
         values |= _zone_counts(steps)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
@@ -43,8 +42,8 @@ MEASURES = get_args(get_type_hints(Damage)["measure"])
 """Widths that a category is found by."""
 
 
-AT_ONCE = 1 << 16
-"""Samples judged at once: enough to be quick, few enough to take little memory."""
+_CHUNK = 1 << 16
+"""Samples judged at once, for speed and memory."""
 
 
 @checked
@@ -64,7 +63,7 @@ def judge_again(
     footing_threshold: float | None = None,
     count_footing_gap: bool | None = None,
 ) -> xr.Dataset:
-    """Judge a wall or a study again; what is not given stays as the archive was judged by.
+    """Judge a wall or a study again; rules that are not given stay those of the archive.
 
     A wall with its contacts is judged from these, by all rules. Of a study, which keeps a few numbers a wall, the
     widest crack and the widest group of 2 to 5 cracks are compared with the new limits, which comes to the same; the
@@ -95,9 +94,9 @@ def judge_again(
     Returns
     -------
     xarray.Dataset
-        With the new ``damage_category`` and what goes with it, ``damage_category_band`` where the widths of crack bands
+        With the new ``damage_category`` and its attributes, ``damage_category_band`` where the widths of crack bands
         are known, ``deviation_level`` and ``opening_sticking`` where their
-        measures are archived, and the attribute ``judgement``, which says what could not be told.
+        measures are archived, and the attribute ``judgement``, which names what the archive does not hold.
 
     Raises
     ------
@@ -107,7 +106,7 @@ def judge_again(
     for name in ("damage_category", "crack_width_max"):
         if name not in ds:
             raise InputError(f"the dataset has no variable '{name}'; a wall or a study can be judged again.")
-    own = archived_rules(ds)
+    own = _archived_rules(ds)
     wanted = {
         "count_rule": count_rule,
         "group_distance": group_distance,
@@ -137,14 +136,8 @@ def judge_again(
     return judged
 
 
-def archived_rules(ds: xr.Dataset) -> Rules:
-    """Return the rules that an archive was judged by; without a scene in it, the usual ones.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of a wall or a study.
-    """
+def _archived_rules(ds: xr.Dataset) -> Rules:
+    """Return the rules that an archive was judged by; without a scene in it, the defaults."""
     rules = Rules.from_settings(**asdict(Damage(**_scene(ds).get("damage", {}))))
     if "damage_measure" in ds.attrs:  # judged again
         counted = bool(int(ds.attrs["count_footing_gap"]))
@@ -160,7 +153,7 @@ def _scene(ds: xr.Dataset) -> dict[str, Any]:
 
 
 def _table(own: Rules, table: str | Path | DamageTable | None, plasterboard: bool | None) -> DamageTable:
-    """Return the limits that are asked for."""
+    """Return the limits of the new judgement."""
     if table is None and plasterboard is None:
         return own.table
     if isinstance(table, DamageTable):
@@ -189,8 +182,8 @@ def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
     for name in CATEGORY_VARIABLES:
         values[name] = values[name].astype(np.int8)
         if _collapsed(ds):
-            fell = int(ds.attrs.get("collapse_increment", ds.sizes["increment"] - 1))
-            values[name][fell:] = rules.table.highest
+            first = int(ds.attrs.get("collapse_increment", ds.sizes["increment"] - 1))
+            values[name][first:] = rules.table.highest
     for name, value in values.items():
         variable = VARIABLES[name]
         if name in ds or variable.dims == ("increment",):  # archives of older versions lack some, contacts hold them
@@ -272,15 +265,15 @@ def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, o
     old = was.values.reshape(rows, -1)
     width = _widths(ds, prefix, by_band, rules).reshape(old.shape)
     group = _group(ds, prefix, rules, old.shape)
-    fell = ds["status"].values == SampleStatus.COLLAPSED if many else np.array([_collapsed(ds)])
+    collapsed = ds["status"].values == SampleStatus.COLLAPSED if many else np.array([_collapsed(ds)])
     new = np.empty(old.shape, dtype=np.int8)
     without_group, open_end, followed = 0, 0, rules.table.highest
-    for part in _parts(rows):
+    for part in (slice(first, first + _CHUNK) for first in range(0, rows, _CHUNK)):
         groups = np.full((1, 1), np.nan) if group is None else group[part]
         lacking = np.isfinite(width[part]) & np.isnan(groups)
         without_group += int(lacking.any(axis=1).sum()) if rules.count_rule else 0
         new[part] = np.where(np.isfinite(width[part]), rules.table.by_width_and_group(width[part], groups), FLAG_FILL)
-        reached = _beyond_the_end(new[part], old[part], fell[part], rules.table.highest, same)
+        reached = _beyond_the_end(new[part], old[part], collapsed[part], rules.table.highest, same)
         open_end += reached.size
         followed = min(followed, int(reached.min(initial=followed)))
     ds[f"{prefix}{name}"] = (was.dims, new.reshape(was.shape), was.attrs)
@@ -312,11 +305,6 @@ def _widths(ds: xr.Dataset, prefix: str, by_band: bool, rules: Rules) -> FloatAr
     return np.asarray(widths[by_band], dtype=np.float64)
 
 
-def _parts(rows: int) -> Iterator[slice]:
-    for first in range(0, rows, AT_ONCE):
-        yield slice(first, first + AT_ONCE)
-
-
 def _group(ds: xr.Dataset, prefix: str, rules: Rules, shape: tuple[int, ...]) -> FloatArray | None:
     """Return the width of the widest group that counts, of the shape of the categories; None if it is not kept."""
     if not rules.count_rule:
@@ -332,17 +320,17 @@ def _collapsed(wall: xr.Dataset) -> bool:
     return bool(wall.attrs.get("status") == PathStatus.COLLAPSED)
 
 
-def _beyond_the_end(new: Int8Array, old: Int8Array, fell: BoolArray, highest: int, same: bool) -> Int8Array:
-    """Fill in what follows the last state known of each path (n, k); return what paths of open end had reached there.
+def _beyond_the_end(new: Int8Array, old: Int8Array, collapsed: BoolArray, highest: int, same: bool) -> Int8Array:
+    """Fill in the categories after the last known state of paths (n, k); return those reached by paths of open end.
 
-    A wall that fell keeps the highest category; a path that ended because it had gone far enough is not known beyond,
+    A collapsed wall keeps the highest category. A path that ended at its last category of interest is unknown beyond,
     unless it had reached the highest category, or the rules are the archive's own.
     """
     steps = np.arange(new.shape[1])
     last = np.where(new >= 0, steps, -1).max(axis=1)
     beyond = steps > last[:, None]
-    new[fell[:, None] & (steps >= np.maximum(last, 0)[:, None])] = highest
-    ended = ~fell & (beyond & (old >= 0)).any(axis=1)
+    new[collapsed[:, None] & (steps >= np.maximum(last, 0)[:, None])] = highest
+    ended = ~collapsed & (beyond & (old >= 0)).any(axis=1)
     reached = np.where(last >= 0, new[np.arange(len(new)), np.maximum(last, 0)], 0)
     there = np.int8(highest) if not same else old
     held = (ended & ((reached == highest) | same))[:, None] & beyond & (old >= 0)
@@ -350,7 +338,7 @@ def _beyond_the_end(new: Int8Array, old: Int8Array, fell: BoolArray, highest: in
     return np.asarray(reached[ended & (reached < highest) & (not same)], dtype=np.int8)
 
 
-# -- what is no crack ------------------------------------------------------------------------------------------------
+# -- deviation and sticking openings ---------------------------------------------------------------------------------
 
 
 def _levels(ds: xr.Dataset) -> list[str]:
@@ -388,7 +376,7 @@ class Share(NamedTuple):
 
 
 def shares(ds: xr.Dataset) -> dict[int, Share]:
-    """Return how many walls reach each category at worst, by category; -1 stands for walls of which it is not known.
+    """Return the number of walls whose worst category is each one; -1: unknown.
 
     Of a wall that failed on its way it is known only if it has reached the highest category before.
 
@@ -439,7 +427,7 @@ def footing_gap_note(ds: xr.Dataset) -> str:
     """
     if "footing_opening_max" not in ds or has_dpc(ds):
         return ""
-    rules = archived_rules(ds)
+    rules = _archived_rules(ds)
     if rules.count_footing_gap:
         return ""
     gap, category = np.nan_to_num(ds["footing_opening_max"].values), ds["damage_category"].values

@@ -23,7 +23,7 @@ __all__ = ["SimpleVerdict", "angular_distortion", "simple_categories", "simple_c
 
 
 class SimpleVerdict(NamedTuple):
-    """What the limiting tensile strain says of a wall; arrays of the shape of the deflection ratio.
+    """Category of a wall by its limiting tensile strain; arrays of the shape of the deflection ratio.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ def simple_category(
 
     The methods of Burland and Wroth (1974) and, with a ground strain, Boscardin and Cording (1989); see
     ``damagepred.damage.deep_beam``. Of the scene they read the wall's length and height, the movement, and of the
-    bricks Poisson's ratio; openings, joints and dpc they do not know.
+    bricks Poisson's ratio; openings, joints and dpc do not count.
 
     Parameters
     ----------

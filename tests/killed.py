@@ -1,4 +1,4 @@
-"""Kills a command at each of its writes, in a process of its own: what a rename, removal or fsync leaves behind."""
+"""Kills a command at each of its writes, in a separate process, before a rename, removal or fsync."""
 
 import os
 from collections.abc import Callable

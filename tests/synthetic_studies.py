@@ -1,4 +1,4 @@
-"""Study folders with made-up results: what solving walls would take long for is there at once."""
+"""Study folders with synthetic results, without solving walls."""
 
 import tomllib
 from collections.abc import Collection

@@ -1,4 +1,4 @@
-"""Two hundred mutated files: refused in a sentence, failed by name, or with a finite result; and the run goes on."""
+"""Two hundred mutated files: refused in a sentence, failed by name, or with a finite result; and the run resumes."""
 
 from pathlib import Path
 

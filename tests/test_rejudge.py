@@ -25,7 +25,7 @@ OLD = Path(__file__).parent / "archive" / "version_1"
 
 
 def study(width: list, group: list | None = None, status: list | None = None, category: list | None = None):
-    """A study made up: widths (mm) on (sample, increment); of all groups the same width."""
+    """A synthetic study: widths (mm) on (sample, increment); of all groups the same width."""
     wide = np.array(width, dtype=np.float64) * MM
     table = load_table("as2870")
     known = np.where(np.isfinite(wide), table.by_width(np.nan_to_num(wide)), -1)
@@ -124,13 +124,13 @@ def test_what_cannot_be_is_said(rules: dict, words: str):
 # -- paths that ended ------------------------------------------------------------------------------------------------
 
 
-def test_beyond_the_end_of_a_path_nothing_is_made_up():
+def test_no_values_beyond_the_end_of_a_path():
     nan = np.nan
     ds = study(
         [[0.0, 16.0, nan], [0.0, 30.0, nan], [0.0, 2.0, 3.0], [0.0, 1.5, nan], [0.0, 6.0, nan]],
         np.zeros((5, 3)),
         status=[0, 0, 0, 1, 0],  # the fourth fell down in increment 1
-        category=[[0, 4, 4], [0, 4, 4], [0, 2, 2], [0, 4, 4], [0, 3, -1]],  # the fifth's rig let go
+        category=[[0, 4, 4], [0, 4, 4], [0, 2, 2], [0, 4, 4], [0, 3, -1]],  # the fifth's jacks were unloaded
     )
     judged = damagepred.judge_again(ds, table="bre251")
     assert judged["damage_category"].values.tolist() == [[0, 4, -1], [0, 5, 5], [0, 2, 2], [0, 5, 5], [0, 3, -1]]

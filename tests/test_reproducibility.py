@@ -1,6 +1,6 @@
 """Results are the same to the last bit, whatever threads BLAS has and whatever is imported first.
 
-A small job of every kind (``reproducibility_job.py``) runs in processes of its own.
+A small job of every kind (``reproducibility_job.py``) runs in separate processes.
 """
 
 import json

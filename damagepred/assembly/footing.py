@@ -28,9 +28,7 @@ from damagepred.scene import Footing, Joint, Scene
 SHEAR_AREA = 5.0 / 6.0
 """Share of a rectangle's area that carries shear, kappa."""
 UNLIMITED_STRENGTH = 1e13
-"""Strength (Pa) that nothing reaches, as a number that the laws can still calculate with."""
-GUIDE_STIFFNESS_RATIO = 1e-6
-"""Stiffness of a support along the wall, over its upright one: it guides the footing, and holds no force worth it."""
+"""Strength (Pa) above any stress, and small enough for the laws to calculate with."""
 
 
 class Foundation(NamedTuple):
@@ -223,8 +221,8 @@ def soil_joint(scene: Scene) -> Joint:
     )
 
 
-def support_joint(scene: Scene, pulls: bool) -> Joint:
-    """Return the law of supports, which do not hold along the wall: no force acts there that would need it.
+def support_joint(scene: Scene, pulls: bool, guide_stiffness_ratio: float = 1e-6) -> Joint:
+    """Return the law of supports, which guide the footing along the wall and hold it upright.
 
     Parameters
     ----------
@@ -232,12 +230,14 @@ def support_joint(scene: Scene, pulls: bool) -> Joint:
         With a rig.
     pulls : bool
         Whether they hold the footing down, too.
+    guide_stiffness_ratio : float
+        Stiffness along the wall over the upright one; small, as no force acts along the wall.
     """
     stiffness = scene.rig.support_stiffness / (BEARING_WIDTH * scene.footing.width)
     strength = UNLIMITED_STRENGTH if pulls else 0.0
     return Joint(
         normal_stiffness=stiffness,
-        shear_stiffness=GUIDE_STIFFNESS_RATIO * stiffness,
+        shear_stiffness=guide_stiffness_ratio * stiffness,
         tensile_strength=strength,
         cohesion=strength,
         friction=0.0 if pulls else 1.0,

@@ -17,12 +17,12 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.geometry import mass_properties
 from damagepred.errors import InputError
 
-EDGE_TOLERANCE = 1e-6
-"""Share of the longest edge below which cells of another shrink to a point: gridpoints are joined by their places."""
+SHORTEST_CELL = 1e-6
+"""Shortest edge of a cell over the longest: gridpoints are joined by their coordinates, which are rounded."""
 MOST_ZONES = 2_000_000
-"""Zones that are cut at most: beyond, a slip of the unit is likelier than a wish."""
-SIDE_BY_SIDE = 8
-"""Blocks of one pattern that stand side by side in memory: as many numbers as the widest registers hold."""
+"""Limit of input, in zones: above it, a mistaken unit is likely."""
+LANES = 8
+"""Blocks of one pattern that lie side by side in memory: the float64 lanes of the widest registers."""
 
 
 class Pattern(NamedTuple):
@@ -206,7 +206,7 @@ def _division(polygon: FloatArray, size: float) -> tuple[list[FloatArray], tuple
         longest = max(np.hypot(*(np.roll(q, -1, axis=0) - q).T).max() for q in quads)
         cells = (max(1, int(np.ceil(longest / size * (1 - 1e-9)))),) * 2
         shortest = float(np.hypot(*(middle - corners).T).min())
-        if shortest < EDGE_TOLERANCE * cells[0] * longest:
+        if shortest < SHORTEST_CELL * cells[0] * longest:
             raise InputError(
                 f"zone_size = {size:g} m: an edge of {2 * shortest:g} m is too short to be cut into zones in a "
                 f"block of {2 * longest:g} m; leave out one of its corners, or keep the block rigid (zone_size = 0)."
@@ -335,7 +335,7 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
     known: dict[tuple[int, bytes], int] = {}
     numbers, places, total = [], [], 0
     blocks = sorted(sizes)
-    for block in blocks:  # before any is cut: so many would take long, and fill the memory
+    for block in blocks:  # before any is cut: millions of zones would take long, and fill the memory
         total += _zones_of(*_division(polygons[block] - polygons[block].mean(axis=0), sizes[block]))
         if total > MOST_ZONES:
             raise InputError(
@@ -356,11 +356,11 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
     count_g = np.array([patterns[p].gridpoints for p in number])
     first_gridpoint = np.concatenate(([0], np.cumsum(count_g)))
     start = 3 * (len(polygons) + 1)
-    in_batch = np.array([2 * SIDE_BY_SIDE * patterns[p].gridpoints for p in batch_pattern])
+    in_batch = np.array([2 * LANES * patterns[p].gridpoints for p in batch_pattern])
     batch_dof = start + np.concatenate(([0], np.cumsum(in_batch)))
     owner = np.repeat(np.arange(len(blocks)), count_g)
     local = np.arange(len(owner)) - first_gridpoint[owner]
-    dof_x = batch_dof[batch[owner]] + 2 * SIDE_BY_SIDE * local + lane[owner]
+    dof_x = batch_dof[batch[owner]] + 2 * LANES * local + lane[owner]
     xy = np.concatenate(places)
     return Mesh(
         patterns=tuple(patterns),
@@ -380,7 +380,7 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
         piece_facet=np.empty(0, dtype=np.int64),
         piece_place=np.empty(0),
         dof_x=dof_x,
-        dof_y=dof_x + SIDE_BY_SIDE,
+        dof_y=dof_x + LANES,
         size=int(batch_dof[-1]),
     )
 
@@ -401,8 +401,8 @@ def _batches(pattern: IntArray, outlines: list[FloatArray]) -> tuple[IntArray, I
         members = np.flatnonzero(pattern == p)
         members = members[np.argsort(shape[members], kind="stable")]
         at = np.arange(len(members))
-        batch[members], lane[members] = len(batch_pattern) + at // SIDE_BY_SIDE, at % SIDE_BY_SIDE
-        batch_pattern += [p] * (-(-len(members) // SIDE_BY_SIDE))
+        batch[members], lane[members] = len(batch_pattern) + at // LANES, at % LANES
+        batch_pattern += [p] * (-(-len(members) // LANES))
     return batch, lane, np.array(batch_pattern)
 
 

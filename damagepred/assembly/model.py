@@ -12,7 +12,6 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.section import Sections
-from damagepred.kernels.joint.parameters import JointParameters, joint_parameters
 
 
 class Blocks(NamedTuple):
@@ -136,6 +135,13 @@ class JointProperties(NamedTuple):
     critical_slip: FloatArray
     gap: FloatArray
 
+    @property
+    def slip_weight(self) -> FloatArray:
+        """Opening that uses up as much of the bond as a unit of slip (1); 0 where slip leaves it as it is."""
+        softening = self.critical_opening - self.tensile_strength / self.normal_stiffness
+        worn = self.critical_slip > 0
+        return np.divide(softening, self.critical_slip, out=np.zeros_like(softening), where=worn)
+
 
 class Ground(NamedTuple):
     """Displacement of the ground in one state, under the contacts with it, the last g interfaces.
@@ -154,12 +160,6 @@ class Ground(NamedTuple):
         return float(np.hypot(self.normal, self.shear).max(initial=0.0))
 
 
-SAMPLED_STATES = 8
-"""States that stand for all of a growing movement where all are to be looked at."""
-STATES_KEPT = 32
-"""States of a growing ground that are kept: the solvers ask for the same few again and again."""
-
-
 @dataclass(frozen=True, eq=False)
 class GroundMovement:
     """Displacement of the ground as a function of the load factor; it begins at 0 at load factor 0.
@@ -171,15 +171,18 @@ class GroundMovement:
     state : callable or None
         Load factor -> state, where the form of the ground changes as the movement grows; None where every state is
         ``full`` times the load factor.
+    sampled_states : int
+        Number of states, at equal steps of the load factor, that stand for all of a growing movement.
     """
 
     full: Ground
     state: Callable[[float], Ground] | None = None
+    sampled_states: int = 8
 
     @classmethod
     def growing(cls, state: Callable[[float], Ground]) -> GroundMovement:
         """Return the movement through states that are given at each load factor."""
-        known = lru_cache(maxsize=STATES_KEPT)(state)
+        known = lru_cache(maxsize=32)(state)  # solvers ask for the same few again and again
         return cls(known(1.0), known)
 
     @property
@@ -199,17 +202,19 @@ class GroundMovement:
         return self.state(load_factor)
 
     def states(self) -> tuple[Ground, ...]:
-        """Return states that stand for all of the movement: the full one, and others where the form changes."""
+        """Return the states that stand for all of the movement: the full one, and others where the form changes."""
         if self.proportional:
             return (self.full,)
-        return tuple(self.at(float(factor)) for factor in np.linspace(1.0, 0.0, SAMPLED_STATES, endpoint=False))
+        return tuple(self.at(factor) for factor in self._sampled_factors())
 
     def largest_rate(self) -> float:
         """Return the largest displacement over its load factor (m)."""
         if self.proportional:
             return self.full.largest()
-        factors = np.linspace(1.0, 0.0, SAMPLED_STATES, endpoint=False)
-        return max(state.largest() / factor for state, factor in zip(self.states(), factors.tolist(), strict=True))
+        return max(self.at(factor).largest() / factor for factor in self._sampled_factors())
+
+    def _sampled_factors(self) -> list[float]:
+        return np.linspace(1.0, 0.0, self.sampled_states, endpoint=False).tolist()
 
     def map(self, change: Callable[[Ground], Ground]) -> GroundMovement:
         """Return the movement with each state changed."""
@@ -423,11 +428,6 @@ class Model:
         course = int(self.blocks.course[block])
         where = f"x = {self.blocks.x[block]:.3g} m, y = {self.blocks.y[block]:.3g} m"
         return f"block {block} ({where}" + (f", course {course + 1})" if course >= 0 else ")")
-
-    @cached_property
-    def joint_parameters(self) -> JointParameters:
-        """Parameters of the joint law of the interfaces, arrays (m,)."""
-        return joint_parameters(self.properties)
 
     @cached_property
     def moves(self) -> BoolArray:

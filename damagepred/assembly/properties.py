@@ -10,9 +10,6 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.model import BlockLaw, Blocks, Interfaces, JointProperties
 from damagepred.scene import BlockMaterial, Joint
 
-SNAP_BACK_RATIO = 1.1
-"""Smallest critical slip over the elastic shear displacement it uses up; below, the first slip breaks the bond."""
-
 #: Values that vary from joint to joint: for a material's number, field name -> one value for each joint.
 Fields = Mapping[int, Mapping[str, FloatArray]]
 
@@ -134,7 +131,9 @@ def lump_block_elasticity(
     return properties._replace(normal_stiffness=1.0 / soft_n, shear_stiffness=1.0 / soft_s)
 
 
-def brittle_where_soft(properties: JointProperties, joint: IntArray) -> tuple[JointProperties, int]:
+def brittle_where_soft(
+    properties: JointProperties, joint: IntArray, snap_back_ratio: float = 1.1
+) -> tuple[JointProperties, int]:
     """Make joints brittle whose fracture energy is below their elastic energy at cracking (snap-back); count them.
 
     Their tension would have to fall to nothing at an opening, w_c, that is not beyond the one at which they crack,
@@ -147,12 +146,14 @@ def brittle_where_soft(properties: JointProperties, joint: IntArray) -> tuple[Jo
         With critical_opening = 2 G_f / f_t, critical_slip = 2 G_f / (C - C_r).
     joint : array of int (m,)
         Which joint each interface belongs to.
+    snap_back_ratio : float
+        Smallest critical slip over the elastic shear displacement at cracking; below, the first slip breaks the bond.
     """
     elastic = properties.tensile_strength / properties.normal_stiffness
     opening = properties.critical_opening
     soft = opening > elastic
     slip = np.where(soft, properties.critical_slip, 0.0)
-    shear = SNAP_BACK_RATIO * (properties.cohesion - properties.residual_cohesion) / properties.shear_stiffness
+    shear = snap_back_ratio * (properties.cohesion - properties.residual_cohesion) / properties.shear_stiffness
     limited = ((opening > 0) & ~soft) | ((properties.critical_slip > 0) & (slip <= shear))
     brittle = properties._replace(
         critical_opening=np.where(soft, opening, 0.0),

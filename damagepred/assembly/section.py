@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +14,21 @@ from damagepred.kernels.concrete_section.law import BRANSON, CRACKED, bent_befor
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
 
-STRENGTH_SHARE = 0.9
-"""Share of its strength up to which the cracked state can take over what whole concrete lets go of."""
-MINIMUM_REINFORCEMENT = 1e-4
-"""Least area of wires over that of the concrete: a face without wires gets these, so that it has a cracked state."""
+
+@dataclass(frozen=True)
+class SectionOptions:
+    """Options of the law of cracked sections.
+
+    Attributes
+    ----------
+    strength_share : float
+        Share of the strength of wires and of concrete in compression that the cracked state may use at first cracking.
+    minimum_reinforcement : float
+        Least area of the top wires over that of the concrete: without wires a face has no cracked state.
+    """
+
+    strength_share: float = 0.9
+    minimum_reinforcement: float = 1e-4
 
 
 class Sections(NamedTuple):
@@ -49,9 +61,9 @@ class Sections(NamedTuple):
         Inverse of that stiffness with moment / depth and curvature x depth: f11, f12, f22 (1/N).
     pull, wires_pull : array (s, 2, 2)
         Cracking of top and bottom: r for each N of axial force, and of moment / depth (1/N), by the tensile strength of
-        concrete and by ``STRENGTH_SHARE`` of what the wires hold.
+        concrete and by ``strength_share`` of what the wires hold.
     crush : array (s, 2, 2)
-        Likewise its pressure over ``STRENGTH_SHARE`` f'c (1/N).
+        Likewise its pressure over ``strength_share`` f'c (1/N).
     first_cracked : array (s, 2, 2)
         Strain at mid-depth and curvature x depth of the cracked state at the moment that cracks top and bottom, N = 0.
     cracked_second_moment : array (s, 2)
@@ -134,7 +146,9 @@ class SecondMoments(NamedTuple):
     hogging: float
 
 
-def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) -> Sections:
+def concrete_sections(
+    interface: IntArray, length: ArrayLike, footing: Footing, options: SectionOptions = SectionOptions()
+) -> Sections:
     """Return the sections of a reinforced-concrete footing.
 
     Parameters
@@ -145,6 +159,8 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
         Length of beam each stands for (m).
     footing : Footing
         With ``concrete``.
+    options : SectionOptions
+        Options of the law.
 
     Raises
     ------
@@ -156,7 +172,7 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
     width, depth = footing.width, footing.depth
     modulus, steel = concrete.concrete_modulus, concrete.steel_modulus
     (bottom_area, low), (top_area, high) = _wires(footing, concrete)
-    top_area = max(top_area, MINIMUM_REINFORCEMENT * width * depth)
+    top_area = max(top_area, options.minimum_reinforcement * width * depth)
     gross = second_moments(footing)
     more = steel - modulus if concrete.law == "cracked" else 0.0
     stiffness = np.array(
@@ -171,7 +187,7 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
     faces = np.array(((1.0, -0.5), (1.0, 0.5)))
     wires = (
         concrete.steel_strength
-        * STRENGTH_SHARE
+        * options.strength_share
         * np.array(_wires_hold(width, depth, steel / modulus, bottom_area, low, top_area, high))
     )
     pull = modulus / concrete.flexural_strength * faces @ flexibility
@@ -206,7 +222,7 @@ def concrete_sections(interface: IntArray, length: ArrayLike, footing: Footing) 
         "flexibility": flexibility[np.triu_indices(2)],
         "pull": pull,
         "wires_pull": 1.0 / wires,
-        "crush": -modulus / (STRENGTH_SHARE * concrete.compressive_strength) * faces @ flexibility,
+        "crush": -modulus / (options.strength_share * concrete.compressive_strength) * faces @ flexibility,
         "first_cracked": np.array([first(0), first(1)]),
         "cracked_second_moment": (min(gross.hogging, gross.gross), min(gross.sagging, gross.gross)),
         "cracking_moment": concrete.flexural_strength * gross.gross / (depth / 2.0),
@@ -242,7 +258,7 @@ def second_moments(footing: Footing) -> SecondMoments:
 def cracking_moment(footing: Footing, axial_force: float = 0.0, hogging: bool = False) -> float:
     """Return the moment at which a footing cracks (Nm, positive), from below or, hogging, from above.
 
-    For law "cracked" with the steel, at most ``STRENGTH_SHARE`` of the wires' moment; for "branson" of the concrete
+    For law "cracked" with the steel, at most ``strength_share`` of the wires' moment; for "branson" of the concrete
     alone, whatever N. 0 if it cracks without a moment.
 
     Parameters

@@ -11,7 +11,7 @@ from damagepred.damage.tracing import Links, Pieces
 def links_of(
     pieces: Pieces, part: BoolArray, x: FloatArray, y: FloatArray, zones: IntArray, yields: BoolArray
 ) -> Links:
-    """Return what joins cracks through bricks in one state.
+    """Return the links by which cracks run through bricks in one state.
 
     Zones that have yielded and share a gridpoint are linked from middle to middle; a zone in whose side a piece of a
     cracked joint lies is linked to the nearer end of that piece.

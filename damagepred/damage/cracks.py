@@ -93,10 +93,10 @@ def _connected(joints: JointMap, part: BoolArray, number: IntArray) -> tuple[int
 
 
 def group_widths(cracks: Cracks, distance: float, counts: Sequence[int]) -> tuple[float, ...]:
-    """Return for each count the largest width of which so many cracks, or wider ones, make a group (m), 0 if none do.
+    """Return for each count the width of the narrowest crack in the widest group of that many cracks (m), 0 if none.
 
-    With it the rule of any damage table is a comparison: so many cracks of at least a width lie within the distance of
-    one of them if, and only if, that width is not larger.
+    The rule of any damage table is then a comparison: a group of that many cracks of at least some width exists if, and
+    only if, this width is as large.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ two the bending strain is the larger where L/H > E/(4 G) in sagging, L/H > E/(2 
 The slope in shear is the shear strain at the neutral axis, 3/2 of the mean; by its energy it would be 6/5 of it, so for
 a given deflection the strains are underrated by up to a quarter where shear governs.
 
-The beam knows no joints, no openings and no damp-proof course, and it follows the ground wherever that goes.
+The beam has no joints, openings or damp-proof course, and it follows the ground everywhere.
 """
 
 from __future__ import annotations

@@ -1,15 +1,14 @@
-"""Out of level and out of plumb: slopes that the eye sees, whether or not there are cracks."""
+"""Deviation from level and plumb: visible slopes, with or without cracks."""
 
 from __future__ import annotations
 
-import tomllib
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
-from damagepred.data_files import data_file
+from damagepred.damage.limits import read_levels
 
 
 class DeviationLimits(NamedTuple):
@@ -50,8 +49,7 @@ class DeviationLimits(NamedTuple):
 @lru_cache(maxsize=1)
 def deviation_limits() -> DeviationLimits:
     """Read the limits of slope."""
-    content = tomllib.loads(data_file("damage", "deviation.toml").read_text(encoding="utf-8"))
-    levels = sorted(content["level"], key=lambda one: one["number"])
+    content, levels = read_levels("deviation")
     return DeviationLimits(
         content["name"],
         content["source"],

@@ -1,22 +1,21 @@
-"""Doors and windows whose opening is forced out of shape, until they stick."""
+"""Distortion of openings, and the limits at which doors and windows stick."""
 
 from __future__ import annotations
 
-import tomllib
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
-from damagepred.data_files import data_file
+from damagepred.damage.limits import read_levels
 
 OPPOSITE = ((0, 2), (1, 3))
 """Corners that a diagonal joins."""
 
 
 class Distortion(NamedTuple):
-    """What has become of the openings; o of them. NaN where an opening has one jamb only.
+    """Distortion of o openings; NaN where an opening has one jamb only.
 
     Attributes
     ----------
@@ -80,12 +79,12 @@ def _length(vector: FloatArray) -> FloatArray:
 
 
 class StickingLimits(NamedTuple):
-    """From which distortion doors and windows stick; from ``data/damage/opening_distortion.toml``.
+    """Limits of distortion at which doors and windows stick; from ``data/damage/opening_distortion.toml``.
 
     Attributes
     ----------
     name, source, confidence : str
-        Where they come from, and the level of confidence (``data_files.CONFIDENCE``).
+        Their source, and the level of confidence (``data_files.CONFIDENCE``).
     level_names : tuple of str
         Of level 0, 1, ...
     angle, narrowing, diagonal : tuple of float
@@ -119,9 +118,8 @@ class StickingLimits(NamedTuple):
 
 @lru_cache(maxsize=1)
 def sticking_limits() -> StickingLimits:
-    """Read from which distortion doors and windows stick."""
-    content = tomllib.loads(data_file("damage", "opening_distortion.toml").read_text(encoding="utf-8"))
-    levels = sorted(content["level"], key=lambda one: one["number"])
+    """Read the limits of distortion at which doors and windows stick."""
+    content, levels = read_levels("opening_distortion")
     return StickingLimits(
         content["name"],
         " ".join(content["source"].split()),

@@ -1,4 +1,4 @@
-"""The joints of a wall as damage assessment sees them: lines on a wall, some of them the dpc."""
+"""The joints of a wall for damage assessment: lines on a wall, some of them the dpc."""
 
 from __future__ import annotations
 
@@ -19,11 +19,10 @@ if TYPE_CHECKING:
 
 
 class Ends(NamedTuple):
-    """How the opening at the ends of n interfaces follows from the contacts.
+    """Linear extrapolation of the opening from the contacts to the ends of n interfaces.
 
-    The opening of an interface is a straight line: with its outermost contact and the one beside it, it is known at the
-    end. Of an interface with a single contact, the line goes through that of the next interface between the same two
-    blocks; where there is none, the opening is that of the contact all along.
+    The line goes through the outermost contact and the one beside it. Of an interface with a single contact, it goes
+    through that of the next interface between the same two blocks; without such an interface the opening is constant.
 
     Attributes
     ----------
@@ -60,7 +59,7 @@ class JointMap:
     kind : array of int8 (m,)
         See ``ContactKind.BED_JOINT`` and the names beside it.
     contact_x, contact_y, contact_length : array (m, q)
-        Place of each contact and the length it stands for (m).
+        Place of each contact and its tributary length (m).
     blocks : array of int (m, 2)
         Block that the normal of each interface points from, and block that it points to, -1 where there is none, or it
         is not known.
@@ -89,7 +88,7 @@ class JointMap:
         Parameters
         ----------
         x, y, length : array (m, q)
-            Place of each contact and the length it stands for (m).
+            Place of each contact and its tributary length (m).
         normal : array (m, 2)
             Unit normal of each interface.
         kind : array (m,)
@@ -203,7 +202,7 @@ class JointMap:
         return found
 
     def widest(self, opening: FloatArray) -> FloatArray:
-        """Return the widest opening of the piece of joint that each contact stands for (m), (m, q), its ends included.
+        """Return the widest opening over the tributary length of each contact (m), (m, q), ends of joints included.
 
         Parameters
         ----------

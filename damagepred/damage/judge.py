@@ -14,11 +14,11 @@ from damagepred.damage.table import DamageTable, load_table
 Widths = FloatArray | float
 
 GROUP_COUNTS = (2, 3, 4, 5)
-"""Numbers of cracks of which archives keep how wide a group they make, so that they can be judged by other rules."""
+"""Numbers of cracks in a group whose width archives keep, so that they can be judged by other rules."""
 
 
 class Verdict(NamedTuple):
-    """What is wrong with a wall. Openings are the widest along the whole of a joint, up to its ends.
+    """Damage of a wall in one state. Openings are the widest along the whole of a joint, up to its ends.
 
     Attributes
     ----------
@@ -35,8 +35,8 @@ class Verdict(NamedTuple):
     crack_count : int
         Separate cracks of the wall proper at least as wide as category 1 starts.
     crack_group_width : tuple of float
-        Largest width (m) of which at least 2, 3, 4, 5 cracks of the wall proper lie in one group, 0 if there are not so
-        many; see ``damagepred.damage.cracks.group_widths`` and ``GROUP_COUNTS``.
+        Width (m) of the narrowest crack in the widest group of 2, 3, 4, 5 cracks of the wall proper, 0 without such a
+        group; see ``damagepred.damage.cracks.group_widths`` and ``GROUP_COUNTS``.
     base_crack_width_max : float
         Widest crack in the courses below the dpc (m).
     dpc_opening_max : float

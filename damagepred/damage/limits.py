@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -130,7 +131,13 @@ def construction_limits() -> dict[str, MovementLimit]:
     }
 
 
-def _read(name: str) -> dict:
+def read_levels(name: str) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Return a data file of ``data/damage`` and its levels, the first of which has no limit."""
+    content = _read(name)
+    return content, sorted(content["level"], key=lambda level: level["number"])
+
+
+def _read(name: str) -> dict[str, Any]:
     return tomllib.loads(data_file("damage", f"{name}.toml").read_text(encoding="utf-8"))
 
 

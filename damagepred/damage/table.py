@@ -1,4 +1,4 @@
-"""Damage tables: which width of crack is which category. The limits are data, with their source."""
+"""Damage tables: limits of crack width for each category. The limits are data, with their source."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class DamageTable:
         width : array or float
             Of the widest crack (m).
         group_width : array or float
-            Largest width of which as many cracks as make a group lie in one (m); 0 or NaN if that does not count.
+            Width of the narrowest crack in the widest group (m), see ``group_widths``; 0 or NaN: groups do not count.
         """
         category = self.by_width(width)
         grouped = np.asarray(group_width) >= self.group_width * (1 - 1e-12)

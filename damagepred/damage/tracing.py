@@ -1,7 +1,7 @@
 """Cracks as objects in one state of a wall: contacts that have opened or slid, joined end to end, and traced.
 
-Each contact stands for a piece of its joint. Pieces that meet, within a joint or at a corner where joints meet, belong
-to one crack; pieces of bricks that have yielded join what they touch. ``damagepred.damage.find_cracks``, by which
+The tributary length of each contact is a piece of its joint. Pieces that meet, within a joint or at a corner, belong to
+one crack; pieces of bricks that have yielded join those that they touch. ``damagepred.damage.find_cracks``, by which
 categories are found, joins whole joints instead.
 """
 
@@ -27,7 +27,7 @@ LEVEL, UPRIGHT = 15.0, 75.0
 
 @dataclass(frozen=True)
 class Pieces:
-    """The joints of a wall cut into the pieces that contacts stand for, p = m q of them, and points where they meet.
+    """The joints of a wall cut into pieces, p = m q of them, one for each contact, and the points where they meet.
 
     Attributes
     ----------
@@ -239,9 +239,9 @@ def _mean_line(place: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatAr
 def _longest_course(
     ends: IntArray, step: FloatArray, place: FloatArray, direction: FloatArray
 ) -> tuple[IntArray, BoolArray]:
-    """Return the edges of the longest of all shortest courses between two points, and which are walked forward.
+    """Return the edges of the longest shortest path (diameter of the graph), and which of them run forward.
 
-    Found from the point farthest from any: exact where a crack has no loops, which is how cracks are.
+    Two searches from farthest points find it: exact where a crack has no loops.
     """
     points, local = np.unique(ends, return_inverse=True)
     local = local.reshape(-1, 2)
@@ -275,10 +275,7 @@ def _longest_course(
 def _which_side(
     pieces: Pieces, own: IntArray, contact: IntArray, path: IntArray, forward: BoolArray, normal: FloatArray
 ) -> FloatArray:
-    """Return for each piece +1 where its block b lies on the left of the crack as it is walked, else -1.
-
-    Off the path, where left and right are not told by walking, by which side of the mean line the block lies on.
-    """
+    """Return for each piece +1 where its block b is on the left of the path (off it: of the mean line), else -1."""
     tangent = pieces.tangent[own]
     beside = np.column_stack((-tangent[:, 1], tangent[:, 0])) @ normal
     side = np.where(beside >= 0, 1.0, -1.0)

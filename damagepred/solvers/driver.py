@@ -139,7 +139,7 @@ def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int
         elif outcome.collapsed:
             stable = max(number - 1, 0) / increments
             increment = _locate_collapse(stepper, start if bisects else None, increment, stable)
-        yield replace(increment, **stepper.counters()._asdict())
+        yield replace(increment, counters=stepper.counters())
         if ended or outcome.collapsed:
             return
         stepper.end_increment()

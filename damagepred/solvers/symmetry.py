@@ -24,9 +24,8 @@ from damagepred.assembly.model import BlockLaw, Ground, Jambs, JointProperties, 
 from damagepred.assembly.section import Sections
 from damagepred.errors import SolverError
 from damagepred.solvers.options import DEFAULTS, SymmetryOptions
-from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.state.increment import Energies, Increment
 
-SUMS = frozenset({"base_reaction", "energy_error"})
 """Numbers of an ``Increment`` that are sums over the wall, besides all whose names end in ``_energy`` or ``_work``."""
 
 
@@ -75,7 +74,6 @@ class HalfModel(Model):
         if force is not None:  # twice that on half a block; sideways force and moment of the axis are no support's
             force = np.where(geometry.cut[:, None], np.array([0.0, 2.0, 0.0]) * force, force)
             force = geometry.block_sign * force[geometry.block_source]
-        sums = (f.name for f in fields(increment) if f.name in SUMS or f.name.endswith(("_energy", "_work")))
         return replace(
             increment,
             displacement=geometry.block_sign * increment.displacement[geometry.block_source],
@@ -86,7 +84,8 @@ class HalfModel(Model):
             state=at_contacts(increment.state),
             broken_at=None if increment.broken_at is None else at_contacts(increment.broken_at),
             support_force=force,
-            **{name: 2 * getattr(increment, name) for name in sums},
+            base_reaction=2 * increment.base_reaction,
+            energy=Energies(*(2 * value for value in increment.energy)),
         )
 
     def renumber(self, error: SolverError) -> SolverError:

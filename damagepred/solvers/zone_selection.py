@@ -22,8 +22,10 @@ from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.system.deformable_blocks import (
     block_moduli,
+    block_resultants,
     can_yield,
     cell_gridpoints,
+    elastic_stress,
     strain_rows,
     zone_stiffness,
 )
@@ -152,7 +154,7 @@ class BlockLoads:
                 np.add.at(load, mesh.dof_x[at], part[:, 0])
                 np.add.at(load, mesh.dof_y[at], part[:, 1])
         # what is left over by rounding, or by what holds the block, accelerates it as a whole
-        load -= self._system.rigid_motion.T @ _rigid_share(self.cut, load)
+        load -= self._system.rigid_motion.T @ block_resultants(self.cut, load).ravel()
         energy, yielding = np.zeros(whole.n_blocks), np.zeros(whole.n_blocks, dtype=np.bool_)
         displacement = np.zeros(self.cut.size)
         for block, dofs, flexibility in self._group_by_shape:
@@ -193,9 +195,8 @@ class BlockLoads:
         mesh = self.mesh
         points = cell_gridpoints(mesh.zones)
         u = np.stack((displacement[mesh.dof_x[points]], displacement[mesh.dof_y[points]]), axis=2).reshape(-1, 10)
-        e_xx, e_yy, g_xy = np.einsum("zij,zj->iz", self._rows, np.repeat(u, 4, axis=0))
-        c11, c12, c33, c13, *_ = self._moduli[mesh.zone_block].T
-        stress = np.stack((c11 * e_xx + c12 * e_yy, c12 * e_xx + c11 * e_yy, c33 * g_xy, c13 * (e_xx + e_yy)), axis=1)
+        strain = np.pad(np.einsum("zij,zj->zi", self._rows, np.repeat(u, 4, axis=0)), ((0, 0), (0, 1)))
+        stress = elastic_stress(self._moduli[mesh.zone_block], strain)
         beyond = np.zeros(len(stress), dtype=np.bool_)
         find_yielding_zones(np.ascontiguousarray(stress), self._strength, mesh.zone_block, beyond)
         return np.unique(mesh.zone_block[beyond])
@@ -217,12 +218,3 @@ class BlockLoads:
             shear = (area * increment.shear_stress[known] ** 2).sum(axis=1) / shear_modulus[of]
             np.add.at(total, of, 0.5 * depth * (normal + shear))
         return total
-
-
-def _rigid_share(model: Model, load: FloatArray) -> FloatArray:
-    """Return force and moment about the centroid (3 n,) of loads on gridpoints."""
-    mesh, block, n = model.mesh, model.mesh.gridpoint_block, model.n_blocks  # type: ignore[union-attr]
-    assert mesh is not None
-    x, y = load[mesh.dof_x], load[mesh.dof_y]
-    turning = (mesh.x - model.blocks.x[block]) * y - (mesh.y - model.blocks.y[block]) * x
-    return np.asarray(np.column_stack([np.bincount(block, values, n) for values in (x, y, turning)]).ravel())

@@ -54,8 +54,8 @@ class Sampling:
     sampler : {"sobol", "lhs", "random", "table"}
         For the values that hold for a whole wall. Only a Latin hypercube cannot be extended.
     replicates : int
-        Sobol points from so many independent scrambles that take turns. From 4 on the error of an estimate is read from
-        how far their means differ. With fewer the points are taken as random, which errs to the safe side.
+        Number of independent scrambles of the Sobol points, which take turns. From 4 on, the differences of their means
+        give the error of an estimate. With fewer, the points are taken as random, which errs to the safe side.
     table, table_columns : str or None, tuple of str
         CSV file with the samples for ``sampler = "table"`` (see ``damagepred.uq.table.read_table``), by its place
         beside the study file, and the places it gives; the latter are read from it.

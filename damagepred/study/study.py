@@ -49,7 +49,7 @@ class Study(Campaign):
         out : str or Path
             Folder; the same call goes on where an interrupted one stopped.
         reach : float
-            Walls are followed to so many times this movement, to tell how far from it they are.
+            Factor on this movement to which walls are solved, to tell how far from the category they are.
         options
             samples (a level), level_share, workers, executor, timeout, confidence, on_level; see
             ``damagepred.study.analyses.rare_event.rare_event``.

@@ -1,6 +1,6 @@
 """Uncertainty: distributions, correlation, fields along joints, samplers, fragility, sensitivity.
 
-- ``variable``: what a study file says of one uncertain number; ``columns``: measured values from a file
+- ``variable``: the description of one uncertain number in a study file; ``columns``: measured values from a file
 - ``families``: which parameters each distribution takes; ``marginals``: tables of values and mixtures
 - ``correlation``: Nataf: the correlation of normals that gives variables theirs
 - ``fields``: values along a course, each depending on the one before; ``wall_fields``: by the distance of joints
@@ -9,5 +9,5 @@
 - ``fragility``: curves and surfaces, their bands and how well they fit; ``exceedance``: one probability, one median
 - ``sensitivity``: Sobol's indices; ``given_data``: rank correlation and first-order shares from any study;
   ``crossed``: what varies from joint to joint against what holds for a wall
-- ``ranks``: also of capacities of which intervals are known
+- ``ranks``: of numbers and of interval-censored capacities
 """

@@ -259,7 +259,7 @@ class Design:
         Raises
         ------
         InputError
-            If the fields need to know where the joints are, or cannot be had.
+            If the fields need the places of the joints, or their correlation is impossible.
         """
         if self.by_distance is not None:
             if not isinstance(places, JointPlaces):

@@ -1,4 +1,4 @@
-"""What samples say of a probability or a mean, and how surely.
+"""Estimates of a probability or a mean from samples, with their errors and intervals.
 
 Three kinds of samples need three kinds of error:
 
@@ -19,7 +19,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.one_thread import one_blas_thread
 
 ENOUGH_REPLICATES = 4
-"""From so many on, their scatter is read."""
+"""Replicates from which the standard error is that of their means."""
 
 
 class Estimate(NamedTuple):
@@ -38,7 +38,7 @@ class Estimate(NamedTuple):
     samples : int
         Samples that count.
     effective_samples : float
-        Equally weighted samples that would know as much of what all samples have in common (Kish): (sum w)^2 / sum w^2.
+        Samples of equal weight with the same variance (Kish 1965): (sum w)^2 / sum w^2.
     """
 
     value: float
@@ -62,12 +62,12 @@ def effective_samples(weight: FloatArray) -> float:
 
 
 def normal_factor(confidence: float) -> float:
-    """Return how many standard errors an interval of this level reaches to either side."""
+    """Return the half width of a normal interval of this level, in standard errors."""
     return float(special.ndtri(0.5 + 0.5 * confidence))
 
 
 def student_factor(confidence: float, freedom: float) -> float:
-    """Return the same for an error that is itself estimated, with a number of degrees of freedom.
+    """Return the half width of Student's interval, in standard errors.
 
     Parameters
     ----------
@@ -158,12 +158,12 @@ def probability(
         return Estimate(np.nan, np.nan, 0.0, 1.0, confidence, count, kish)
     value, error, freedom = _mean_and_error(heavy * hit, replicate)
     if not (0 < value < 1) or error == 0:
-        # nothing seen to differ: no scatter to read an error from
+        # all samples agree: their variance gives no error
         share = min(max(value, 0.0), 1.0)
         lower, upper = wilson(share, min(kish, count), normal_factor(confidence))
         return Estimate(value, error, min(lower, value), max(upper, value), confidence, count, kish)
     if weight is not None:
-        # weights scatter: the error is only as well known as the hits that carry it are many
+        # the degrees of freedom of a weighted estimate are those of the effective number of hits
         freedom = min(freedom, effective_samples(heavy[hit > 0]) - 1)
     # of whole samples no error is smaller than what half of one makes
     spread = max(error, 0.5 / count) if weight is None else error

@@ -36,7 +36,7 @@ from damagepred.uq.samplers import Stream, generator
 
 
 class CategoryCapacities(NamedTuple):
-    """What is known of walls that were run and did not fail, for one category.
+    """Capacities for one category, of walls that were run and did not fail.
 
     Attributes
     ----------
@@ -80,8 +80,8 @@ class Exceedance(NamedTuple):
     Attributes
     ----------
     estimate : Estimate
-        From the walls of which it is known; a wall that failed beyond the movement is one of them. Its value is NaN
-        where no wall was followed as far.
+        From the walls with a known state at the movement, those that failed beyond it included. Its value is NaN where
+        no wall was followed as far.
     failed : int
         Walls that failed before the movement, and had not reached the category.
     failed_undamaged, failed_damaged : float
@@ -101,7 +101,7 @@ class Exceedance(NamedTuple):
 def category_capacities(
     ds: xr.Dataset, category: int, intensity: str | None = None, keep_failed: bool = False
 ) -> CategoryCapacities:
-    """Read what a study knows of one category.
+    """Read the capacities of a study for one category.
 
     Parameters
     ----------
@@ -151,8 +151,8 @@ def exceedance(
 ) -> Exceedance:
     """Estimate the probability that a category or a worse one is reached at a movement.
 
-    A wall of which it is only known that it reached the category between two increments, with the movement between the
-    two, counts for the share of that step which lies below the movement.
+    Where the movement lies between the two increments at which a wall was below and in the category, the wall counts
+    for the share of that step below the movement.
 
     Where a study keeps the end of each wall's own movement alone, no two walls are known at the same one: then the
     probability is that of the lognormal curve fitted to all walls, with its band.
@@ -171,7 +171,7 @@ def exceedance(
     intensity : str, optional
         Measure of the movement; by default the study's own.
     options : FragilityOptions
-        Of the curve.
+        Options of the curve's fit.
 
     Raises
     ------
@@ -180,21 +180,21 @@ def exceedance(
         beyond the study's movement; of walls known at their own movements alone, if there is no curve.
     """
     measure = chosen_intensity(ds, intensity)
-    asked = as_distribution(at, str(attributes(ds, measure)["units"]))
-    asked.require_measure(measure)
+    wanted = as_distribution(at, str(attributes(ds, measure)["units"]))
+    wanted.require_measure(measure)
     if "damage_category" in ds and ds["damage_category"].ndim == 1:
-        if len(asked.points) > 1:
-            raise InputError(f"at = {asked.name}: the study knows each wall at its own movement alone; ask for one.")
-        return _from_curve(ds, category, asked.largest, confidence, measure, options)
+        if len(wanted.points) > 1:
+            raise InputError(f"at = {wanted.name}: the study knows each wall at its own movement alone; ask for one.")
+        return _from_curve(ds, category, wanted.largest, confidence, measure, options)
     known = category_capacities(ds, category, measure, keep_failed=True)
-    if len(asked.points) > 1:
+    if len(wanted.points) > 1:
         followed = float(np.where(np.isinf(known.upper), known.lower, known.upper).max(initial=0.0))
-        if beyond := float(np.mean(np.asarray(asked.points) > followed * (1 + 1e-9))):
+        if beyond := float(np.mean(np.asarray(wanted.points) > followed * (1 + 1e-9))):
             raise InputError(
-                f"at = {asked.name}: {beyond:.0%} of it lies beyond {followed:g}, the largest movement of the study's "
+                f"at = {wanted.name}: {beyond:.0%} of it lies beyond {followed:g}, the largest movement of the study's "
                 "walls; run the study with a larger movement."
             )
-    return estimate_exceedance(known, asked, confidence)
+    return estimate_exceedance(known, wanted, confidence)
 
 
 def estimate_exceedance(
@@ -237,7 +237,7 @@ def estimate_exceedance(
         )
         if known.weight is None or not lost.any() or not weight[~lost].any():
             return found
-        # over all walls, with the failed ones as those of which it is known: between the two bounds whatever they weigh
+        # over all walls, the failed ones with the mean of the others: between the two bounds for any weights
         scale = float(np.mean(~lost) * (1 + weight[lost].sum() / weight[~lost].sum()))
         value, error, lower, upper = (scale * number for number in found[:4])
         return found._replace(value=value, error=error, lower=min(lower, 1.0), upper=min(upper, 1.0))
@@ -257,7 +257,7 @@ def estimate_exceedance(
 
 
 def _redistributed(hit: FloatArray, lower: FloatArray, weight: FloatArray, short: BoolArray) -> FloatArray:
-    """Return hits in which walls of which it is not known take the share of those followed further; NaN if none was."""
+    """Return hits in which a wall that was not followed takes the share of those followed further; NaN if none was."""
     found = hit.copy()
     order = np.argsort(-lower, kind="stable")
     heavy, hits, done = 0.0, 0.0, 0
@@ -339,7 +339,7 @@ def median_movement(
     Failed walls count as far as they were followed, as in ``damagepred.fit_fragility``.
 
     Its error is that of the logarithm: by leaving out one replicate of Sobol points after the other where there are at
-    least four, otherwise by resampling walls. Where fewer than 100 walls tell of it, error and interval are those of
+    least four, otherwise by resampling walls. Where fewer than 100 walls determine it, error and interval are those of
     the posterior (``damagepred.uq.fragility.posterior``). Where it lies beyond the largest movement to which a wall was
     followed, the value is that movement, a lower bound, and the interval has no upper end.
 
@@ -356,10 +356,10 @@ def median_movement(
     seed : int
         Of the resampling.
     options : FragilityOptions
-        Of the curve.
+        Options of the curve's fit.
     """
     known = category_capacities(ds, category, intensity, keep_failed=True)
-    # those damaged before any movement say nothing of the others' curve
+    # walls damaged before any movement are no part of the curve of the others
     known = known._replace(upper=np.where(known.upper <= 0, np.inf, known.upper))
     largest = float(np.where(np.isinf(known.upper), known.lower, known.upper).max(initial=0.0))
     found = _median_of(known, category, confidence, seed, options)

@@ -1,4 +1,4 @@
-"""What fragility curves can be drawn against: measures of the movement, read or worked out from an archive."""
+"""Intensity measures of fragility curves: measures of the movement, read or computed from an archive."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MEASURES = (
     "curvature",
     "footing_curvature",
 )
-"""What curves can be drawn against:
+"""Intensity measures:
 
 - ``surface_movement``: y_s of a mound (m);
 - ``differential_movement``: y_m of a mound, the share of y_s that comes between edge and middle (m);
@@ -76,7 +76,7 @@ def check_states(ds: xr.Dataset, name: str) -> None:
 
 
 def movement_measure(ds: xr.Dataset) -> str:
-    """Return the name of what a study or a wall is moved by: ``surface_movement`` on a mound, else the deflection.
+    """Return the measure that drives a study or a wall: ``surface_movement`` on a mound, else the deflection.
 
     Parameters
     ----------
@@ -87,22 +87,22 @@ def movement_measure(ds: xr.Dataset) -> str:
     return "surface_movement" if on_ground else "central_deflection"
 
 
-def chosen_intensity(ds: xr.Dataset, asked: str | None) -> str:
-    """Return the measure of the movement that a fit reads, the study's own if none is asked for.
+def chosen_intensity(ds: xr.Dataset, intensity: str | None) -> str:
+    """Return the name of the measure of the movement, by default the study's own.
 
     Parameters
     ----------
     ds : xarray.Dataset
         A study.
-    asked : str or None
-        Name of the measure asked for.
+    intensity : str or None
+        Name of the measure.
 
     Raises
     ------
     InputError
         If the dataset does not have it.
     """
-    name = asked or movement_measure(ds)
+    name = intensity or movement_measure(ds)
     if _available(ds, name):
         return name
     known = [m for m in MEASURES if _available(ds, m)]
@@ -170,7 +170,7 @@ def intensity_values(ds: xr.Dataset, name: str) -> FloatArray:
 
 
 def _movement_ratio(ds: xr.Dataset) -> FloatArray | float | None:
-    """Return y_m / y_s of each wall or of all, from what was sampled or what the scene says; None if neither tells."""
+    """Return y_m / y_s of each wall or of all, from the sampled values or the scene; None if neither has it."""
     if "mound.movement_ratio" in ds.variables:
         return np.asarray(ds["mound.movement_ratio"].values, dtype=np.float64)
     text = ds.attrs.get("scene")

@@ -1,4 +1,4 @@
-"""Ranks, of numbers and of capacities of which only intervals are known."""
+"""Ranks of numbers and of interval-censored capacities."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def ranks(values: FloatArray, weight: FloatArray | None = None) -> FloatArray:
 
 
 def interval_ranks(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None) -> FloatArray:
-    """Return the rank that walls are expected to have of whose capacity an interval is known.
+    """Return the expected rank of each wall by its interval-censored capacity.
 
     The mean of the empirical distribution function (Turnbull) at both ends of the interval. Walls that have not reached
     a category by the end of a movement that all share are tied at the top, walls of one increment in it; one that was

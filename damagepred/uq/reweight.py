@@ -1,7 +1,7 @@
-"""What if the distributions were others? The same walls, counted anew: no wall is run again.
+"""Reweighting: estimates under other distributions from the same walls, without running any again.
 
-What the model leaves open about its inputs, an assumed scatter above all, is no Monte Carlo error, and more
-walls do not make it smaller. So it is reported apart: the estimate under each alternative, each with its own error.
+Uncertainty about the distributions themselves, above all about an assumed scatter, is no Monte Carlo error: more walls
+do not reduce it. It is reported apart, as the estimate under each alternative with its own error.
 """
 
 from __future__ import annotations

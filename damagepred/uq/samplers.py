@@ -48,8 +48,8 @@ def unit_points(sampler: str, dimensions: int, samples: int, seed: int, replicat
     dimensions, samples, seed : int
         Size and seed.
     replicates : int
-        Sobol points from so many scrambles, each independent of the others, that take turns: sample i is the next point
-        of scramble i modulo ``replicates``. How far their means differ tells the error of the whole.
+        Number of independent scrambles of Sobol points that take turns: sample i is the next point of scramble i modulo
+        ``replicates``. The variance of their means gives the error of the whole.
 
     Returns
     -------

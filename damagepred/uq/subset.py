@@ -151,8 +151,8 @@ def subset_simulation(
     confidence : float
         Of the interval.
     failed_reached : bool
-        Whether NaN counts as reached. The probability lies between those of two runs, one each way: a run estimates
-        what it counts without bias, whatever the regions look like in which nothing is known.
+        Whether NaN counts as reached. The probability lies between those of two runs, one each way, whatever the
+        region of NaN looks like.
     runs : int
         Independent runs whose mean is taken. Levels of one run are correlated, and a run without initial samples in
         one of several failure regions may never find it: the interval of a single run covers the truth less often than

@@ -28,8 +28,8 @@ def read_table(path: str | Path, unit_of: Callable[[str], str], known: Sequence[
     ----------
     path : str or Path
         The first line names the columns by place, with a unit in brackets if they are not in SI:
-        ``joint.tensile_strength [MPa],dpc.friction``. A cell may carry its own unit instead. A column ``weight`` says
-        what each sample counts for, for samples of which some were drawn more often than they are likely.
+        ``joint.tensile_strength [MPa],dpc.friction``. A cell may carry its own unit instead. A column ``weight`` has
+        the weight of each sample, for samples from another distribution (importance sampling).
     unit_of : callable
         Returns a place's SI unit.
     known : sequence of str

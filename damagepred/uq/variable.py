@@ -1,4 +1,4 @@
-"""Uncertain numbers of a scene: how they scatter, and whether from wall to wall or from joint to joint."""
+"""Uncertain numbers of a scene: their distributions, and whether they vary from wall to wall or from joint to joint."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class JointField:
 
     @property
     def by_course(self) -> bool:
-        """Whether each joint knows only the one before it in its course."""
+        """Whether each joint depends only on the one before it in its course."""
         return self.correlation_length is None and self.over != "wall"
 
 

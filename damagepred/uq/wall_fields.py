@@ -117,7 +117,7 @@ class WallFields:
         Raises
         ------
         InputError
-            If no values can be correlated as the fields say.
+            If no values can have the correlation of the fields.
         """
         found = np.empty_like(independent)
         for kind in self._kinds(places):

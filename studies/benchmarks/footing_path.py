@@ -69,11 +69,11 @@ def main() -> None:
             for key, found in steps.items():
                 taken, last = statistics.median(times[key]), found[-1].increment
                 deflection = last.load_factor * 8e-3 if key == "prescribed" else abs(last.deflection)
-                spent = sum(s.increment.newton_iterations for s in found)
+                spent = sum(s.increment.counters.newton_iterations for s in found)
                 print(
                     f"{title:24} {key:20} {taken:9.3f}  {taken / statistics.median(times['prescribed']):5.2f}  "
                     f"{last.number:10d}  {1e3 * deflection:13.3f}  {spent:6d}  "
-                    f"{sum(s.increment.events for s in found):6d}",
+                    f"{sum(s.increment.counters.events for s in found):6d}",
                     flush=True,
                 )
 

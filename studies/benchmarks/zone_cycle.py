@@ -71,12 +71,12 @@ def nanoseconds(work: Callable[[int], object], cycles: int = CYCLES, repeats: in
 
 
 def whole(run: DampedTimeStepping) -> Callable[[int], object]:
-    """Return what runs cycles of the solver."""
+    """Return a function that runs cycles of the solver."""
     return lambda cycles: run._cycle(cycles, run.load_share, run.load_factor, 0.0)
 
 
 def alone(run: DampedTimeStepping) -> tuple[Callable[[int], object], Callable[[int], object]]:
-    """Return what runs zones alone and facets alone, at a standing displacement."""
+    """Return functions that run zones alone and facets alone, at constant displacement."""
     assert run.zones is not None
     facets, zones = run.zones.packed
     displacement, force = run.motion.displacement, run.motion.force.copy()

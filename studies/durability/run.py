@@ -39,7 +39,7 @@ def command(folder: Path, walls: int, *more: str) -> list[str]:
 
 
 def start(folder: Path, walls: int, *more: str) -> subprocess.Popen[str]:
-    """Start a study as the leader of a process group of its own."""
+    """Start a study as the leader of a new process group."""
     return subprocess.Popen(
         command(folder, walls, *more),
         stdout=subprocess.PIPE,

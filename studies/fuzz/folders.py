@@ -223,7 +223,7 @@ def defect(command: str, said: Said, honest: Said, gone: bool) -> str:
     if said.code not in (0, 2, 3) or "Traceback" in said.err:
         return f"{command}: exit code {said.code}: {said.err.strip()[-300:]}"
     if said.code and not (said.err.strip() or said.out.strip()):
-        return f"{command}: exit code {said.code} without a word"
+        return f"{command}: exit code {said.code} without a message"
     named = gone or said.err.strip() or "damaged" in said.out or "nothing to compare with" in said.out
     if said.code == honest.code and not named and said.plain() != honest.plain():
         return f"{command}: silently different"
@@ -239,7 +239,7 @@ def values_differ(folder: Path, honest: xr.Dataset, gone: bool) -> str:
         except InputError:
             return ""
     return different(ds, honest) or (
-        "open_study: samples are missing without a word"
+        "open_study: samples are missing without a message"
         if (ds["status"].values == 3).any() and not (said or gone)
         else ""
     )

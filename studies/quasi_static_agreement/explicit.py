@@ -52,7 +52,7 @@ def path_of(case: Case, solver: Solver) -> Result:
                     verdict.damage_category,
                     (inc.state == 1).sum(),
                     inc.unbalanced_force_ratio,
-                    inc.newton_iterations + inc.cycles,
+                    inc.counters.newton_iterations + inc.counters.cycles,
                     verdict.crack_band_width_max,
                     verdict.damage_category_band,
                 )

@@ -21,7 +21,7 @@ from damagepred.archive.digest import signature
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import joined, read_part, write_part
 from damagepred.study import Study
-from damagepred.study.campaign.dispatch import PARTS
+from damagepred.study.campaign.dispatch import DispatchOptions
 from damagepred.study.campaign.status import study_status
 
 
@@ -57,7 +57,7 @@ def main() -> None:
         study.run(folder.path, samples=1)
         (first,) = folder.part_files()
         row = read_part(first)
-        each = max(1, options.walls // PARTS)
+        each = max(1, options.walls // DispatchOptions.most_parts)
         timed(f"drawing and writing the design of {options.walls} walls", lambda: study._prepare(folder, options.walls))
         began = time.perf_counter()
         files = 0

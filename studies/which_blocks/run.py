@@ -52,7 +52,7 @@ def solved(scene: Scene, settings: dict[str, Any]) -> list[str]:
         f"{done - chosen:.2f} s",
         f"{openings[0]:.3f} mm",
         f"{openings[1]:.3f} mm",
-        f"{last.elastic_energy:.2f} J",
+        f"{last.energy.elastic_energy:.2f} J",
     ]
 
 

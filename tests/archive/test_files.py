@@ -1,4 +1,4 @@
-"""Files are whole or not there, and what is read is what was written."""
+"""Files are written atomically, and read back unchanged."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""What is in a study folder, and how it is written, sample by sample."""
+"""Contents of a study folder, and their writing, sample by sample."""
 
 import subprocess
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Slow and simple: every edge of every polygon against every other."""
+"""Reference computation: every edge of every polygon against every other."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""The footing of a model: its segments, what joins, carries and pushes them, and how its deflection is measured."""
+"""The footing of a model: segments, sections, supports, jacks, and the measure of its deflection."""
 
 from dataclasses import replace
 from typing import Any

@@ -1,4 +1,4 @@
-"""Zones of deformable blocks: they fill the block, hang together, and share gridpoints on edges that bricks share."""
+"""Zones of deformable blocks: they fill the block, are connected, and share gridpoints on common edges of bricks."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.geometry import mass_properties
-from damagepred.assembly.mesh import SIDE_BY_SIDE, cut_into_zones, mesh_of, without_straight_corners
+from damagepred.assembly.mesh import LANES, cut_into_zones, mesh_of, without_straight_corners
 from damagepred.errors import InputError
 from damagepred.scene import Solver
 from tests.assembly import reference
@@ -58,7 +58,7 @@ def test_blocks_of_one_pattern_stand_side_by_side() -> None:
     mesh = mesh_of(bricks, dict.fromkeys(range(12), 0.03))
     assert mesh is not None
     assert len(mesh.patterns) == 2
-    assert np.bincount(mesh.batch).tolist() == [SIDE_BY_SIDE, 3, 1]
+    assert np.bincount(mesh.batch).tolist() == [LANES, 3, 1]
     every = np.concatenate((mesh.dof_x, mesh.dof_y))
     assert len(np.unique(every)) == len(every)  # nobody shares a place
     assert every.max() < mesh.size

@@ -40,7 +40,7 @@ class TestSecondMoments:
         assert moments.sagging == pytest.approx(expected, rel=1e-12)
 
     def test_pressed_wires_by_hand(self):
-        """So much steel below that the top wires lie in pressed concrete, whose place they take."""
+        """With much steel below, the top wires lie in compressed concrete, which they replace."""
         concrete = {"bottom": "12-L12TM", "top": "2-L12TM", "cover": 0.01}
         found = second_moments(footing(**concrete)).sagging
         n, area, other = 200 / 26.7, 12 * 111.2e-6, 2 * 111.2e-6
@@ -92,7 +92,7 @@ class TestMomentCurvature:
         assert moment_curvature(beam, [-curvature])[0] == pytest.approx(-moment, rel=1e-9)
 
     def test_yield_by_hand(self):
-        """The wires yield at f_y I_cr / (n (d - x)); after it the curvature runs away."""
+        """The wires yield at f_y I_cr / (n (d - x)); beyond it the curvature grows rapidly."""
         beam = footing(bottom="3-L8TM", top="none")
         area, d = 3 * 45.4e-6, 0.3 - 0.04 - 0.0076 / 2
         x, second = by_hand(0.3, 0.3, 200 / 26.7, area, d)
@@ -192,7 +192,7 @@ class TestWrongInput:
 class TestEarlierMoment:
     @pytest.mark.parametrize("law", ["cracked", "branson"])
     def test_is_as_if_it_had_been_bent_by_it(self, law):
-        """Unloaded from a moment, and bent by half of it again, it is as soft as a section that is told of it."""
+        """Unloaded from a moment, and bent by half of it again, it is as soft as a section with this earlier moment."""
         loading = np.linspace(0.0, 3e-3, 400)
         moments = moment_curvature(footing(law=law), loading)
         reached = moments[-1]

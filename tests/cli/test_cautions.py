@@ -1,4 +1,4 @@
-"""What a run says of itself: energy that does not balance, and joints whose bond could not soften."""
+"""Cautions of a run: energy errors, and joints whose bond could not soften."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Files and numbers that were meant otherwise: the answer names what was meant, before anything is built."""
+"""Mistaken files and numbers: the message names the probable intention, before any model is built."""
 
 from pathlib import Path
 

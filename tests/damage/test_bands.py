@@ -1,4 +1,4 @@
-"""Widths of crack bands, of openings made up by hand, and what holds for any openings."""
+"""Widths of crack bands, of openings by hand, and properties for any openings."""
 
 from dataclasses import replace
 

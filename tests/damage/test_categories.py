@@ -1,4 +1,4 @@
-"""Limits of AS 2870 and BRE 251 exactly at their edges, groups, plasterboard, and what does not count."""
+"""Limits of AS 2870 and BRE 251 exactly at their edges, groups, plasterboard, and joints that do not count."""
 
 import dataclasses
 from pathlib import Path

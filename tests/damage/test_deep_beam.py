@@ -73,7 +73,7 @@ def test_a_timoshenko_beam_by_quadrature(kind: str, slenderness: float):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("slenderness", "cells"), [(1.0, 32), (4.0, 16)])
 def test_a_plate_of_plane_elasticity(kind: str, slenderness: float, cells: int):
-    """Half of a plate with a load in the middle, in zones; in hogging the underside is held along x.
+    """Half of a plate with a load in the middle, in zones; in hogging the underside is fixed along x.
 
     It is loaded as a beam is: by shear at its end, shear and bending in its middle, where at the neutral axis the
     section does not turn.

@@ -15,7 +15,7 @@ from damagepred.kernels import jit
 from damagepred.kernels.interface.internal_force import contact_stresses
 from damagepred.scene import Scene, Wall
 from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.quasi_static.equilibrium import State
+from damagepred.solvers.state.wall_state import State
 
 
 def doubled(x):
@@ -43,7 +43,7 @@ Values = namedtuple("Values", [f"array_{k}" for k in range(15)])
 
 
 def counts(compile_law: Callable[..., Any], compile_kernel: Callable[..., Any]) -> int:
-    """Return how often a kernel that hands a tuple of arrays to a law counts their references."""
+    """Return the number of reference counts in a kernel that passes a tuple of arrays to a law."""
 
     @compile_law
     def inner(values: Values, i: int) -> float:
@@ -65,15 +65,15 @@ def counts(compile_law: Callable[..., Any], compile_kernel: Callable[..., Any]) 
     return code.count("@NRT_incref(")
 
 
-def test_arrays_that_a_law_is_handed_are_not_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(jit, "CACHE_FOLDER", None)  # code from a cache cannot be looked at
+def test_arrays_passed_to_a_law_are_not_reference_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jit, "CACHE_FOLDER", None)  # code from a cache cannot be inspected
     assert counts(jit.law, jit.kernel) == counts(jit.rule, jit.kernel) == 0 < counts(numba.njit, numba.njit)
     model = wall_model(Scene(wall=Wall(length=0.48, height=0.2)))
     at_rest, shape = State.rest(model), model.interfaces.contact_area.shape
     stresses = jit.kernel(contact_stresses.py_func)
     stresses(
         model.interfaces,
-        model.joint_parameters,
+        model.properties,
         DEFAULTS.return_mapping.for_kernels(),
         model.ground.at(0.0),
         at_rest.history,

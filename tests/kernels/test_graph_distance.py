@@ -1,4 +1,4 @@
-"""How many joints away blocks are: against scipy's shortest paths."""
+"""Number of joints between blocks, compared with scipy's shortest paths."""
 
 import numpy as np
 import pytest

@@ -1,10 +1,10 @@
-"""The law of a contact along every path for which the answer is known."""
+"""The law of a contact along paths with known solutions."""
 
 import numpy as np
 import pytest
 
-from damagepred.kernels.joint.explicit_update import explicit_update
-from tests.kernels.one_joint import one_joint
+from damagepred.kernels.joint.law import joint_law
+from damagepred.kernels.joint.limits import slip_compliance
 
 K_N, K_S = 82e9, 36e9
 F_T, COHESION, FRICTION = 0.45e6, 0.375e6, 0.75
@@ -21,9 +21,11 @@ def contact(
     strength=(F_T, COHESION, FRICTION),
     residual_strength=(0.0, 0.0, FRICTION),
 ):
-    """Return (sigma, tau) and the new memory."""
-    parameters = one_joint(K_N, K_S, strength, residual_strength, psi=psi, brittle=brittle)
-    sigma, tau, *new, kappa = explicit_update(opening, shear, *history, 0.0, parameters, True, None)
+    """Return (sigma, tau) and the new history."""
+    with_compliance = [(*s, slip_compliance(K_N, K_S, s[2], psi)) for s in (strength, residual_strength)]
+    sigma, tau, *new, kappa = joint_law(
+        opening, shear, *history, 0.0, (K_N, K_S, 1.0 / K_S), *with_compliance, None, psi, brittle
+    )
     assert kappa == 0.0
     return (sigma, tau), tuple(new)
 
@@ -82,8 +84,8 @@ def test_coulomb_slip_both_ways(direction):
     assert stress == pytest.approx((sigma, direction * limit))
     assert slip == pytest.approx(direction * shear_for(2 * limit))
     assert dilatant_opening == 0.0
-    assert not cracked  # Eq. 4 as printed: slip leaves the bond
-    # elastic on the way back, and slip the other way beyond twice the limit
+    assert not cracked  # Eq. 4 as printed: slip does not break the bond
+    # elastic unloading, and slip in the other direction beyond twice the limit
     stress, history = contact(opening_for(sigma), shear - direction * shear_for(limit), (slip, 0.0, False))
     assert stress[1] == pytest.approx(0.0, abs=1e-6 * limit)
     stress, history = contact(opening_for(sigma), shear - direction * shear_for(3 * limit), history)
@@ -117,7 +119,7 @@ def test_brittle_shear_leaves_residual_values_after_the_first_slip():
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_dilation_presses_the_joint_and_stays_on_the_limit(direction):
+def test_dilation_compresses_the_joint_and_stays_on_the_limit(direction):
     psi, sigma = 0.3, -1e6
     shear = direction * shear_for(3e6)
     travelled = (3e6 - (COHESION - sigma * FRICTION)) / (K_S + K_N * FRICTION * psi)
@@ -126,7 +128,7 @@ def test_dilation_presses_the_joint_and_stays_on_the_limit(direction):
     assert dilatant_opening == pytest.approx(psi * travelled)
     assert s == pytest.approx(sigma - K_N * psi * travelled)
     assert t == pytest.approx(direction * (COHESION - s * FRICTION))
-    # the state is its own image: nothing moves when the same displacement comes again
+    # the state is a fixed point: the same displacement again changes nothing
     (s2, t2), history = contact(opening_for(sigma), shear, (slip, dilatant_opening, False), psi=psi)
     assert (s2, t2) == pytest.approx((s, t), rel=1e-12)
     assert history == pytest.approx((slip, dilatant_opening, 0.0), rel=1e-12)
@@ -150,7 +152,7 @@ def test_at_the_apex_tension_breaks_first():
     assert not history[2]
 
 
-def test_nan_is_seen():
+def test_nan_is_propagated():
     assert np.isnan(contact(np.nan, 0.0)[0][0])
     assert np.isnan(contact(0.0, np.nan)[0][1])
 
@@ -175,9 +177,12 @@ F_C, C_SS = 4e6, 9.0
 
 
 def capped_contact(opening, shear, history):
-    """Return (sigma, tau) and the new memory of a joint with a cap."""
-    parameters = one_joint(K_N, K_S, (F_T, COHESION, FRICTION), (0.0, 0.0, FRICTION), cap=(F_C, C_SS))
-    sigma, tau, *new, _ = explicit_update(opening, shear, *history, 0.0, parameters, True, None)
+    """Return (sigma, tau) and the new history of a joint with a cap."""
+    limits = [(*s, 1.0 / K_S) for s in ((F_T, COHESION, FRICTION), (0.0, 0.0, FRICTION))]
+    cap = (F_C, F_C / K_N, 1.0 / C_SS)
+    sigma, tau, *new, _ = joint_law(
+        opening, shear, *history, 0.0, (K_N, K_S, 1.0 / K_S), *limits, None, 0.0, False, cap
+    )
     return (sigma, tau), tuple(new)
 
 
@@ -187,7 +192,7 @@ def test_a_crushed_joint_keeps_its_strength_and_has_closed_for_good():
         (sigma, _), history = capped_contact(-share * F_C / K_N, 0.0, history)
         assert sigma == pytest.approx(-min(share, 1.0) * F_C, rel=1e-14)
     assert history[1] == pytest.approx(-2.0 * F_C / K_N, rel=1e-14)
-    # unloading is elastic, from where it was crushed to
+    # unloading is elastic from the crushed state
     (sigma, _), history = capped_contact(-2.6 * F_C / K_N, 0.0, history)
     assert sigma == pytest.approx(-0.6 * F_C, rel=1e-12)
     assert history[1] == pytest.approx(-2.0 * F_C / K_N, rel=1e-14)
@@ -196,7 +201,7 @@ def test_a_crushed_joint_keeps_its_strength_and_has_closed_for_good():
     (sigma, _), history = capped_contact(-2.0 * F_C / K_N + 1.1 * F_T / K_N, 0.0, history)
     assert sigma == 0.0
     assert history[2]
-    # loading again it is crushed on from there
+    # reloading crushes it further
     (sigma, _), history = capped_contact(-4.0 * F_C / K_N, 0.0, history)
     assert sigma == pytest.approx(-F_C, rel=1e-14)
     assert history[1] == pytest.approx(-3.0 * F_C / K_N, rel=1e-14)
@@ -211,7 +216,7 @@ def test_a_joint_with_a_cap_slides_on_the_cone_or_on_the_ellipse(share, sign):
     assert sigma == pytest.approx(-pressure, rel=1e-12)
     assert tau == pytest.approx(sign * limit, rel=1e-9, abs=1.0)
     assert history[0] == pytest.approx(sign * shear_for(3e6 - limit), rel=1e-6)
-    # what has slid has left the limit where it was
+    # slip has not changed the limit
     again, after = capped_contact(-share * F_C / K_N, sign * shear_for(3e6), history)
     assert again == pytest.approx((sigma, tau), rel=1e-9, abs=1.0)
     assert after == pytest.approx(history, rel=1e-6)

@@ -1,4 +1,4 @@
-"""The law of one section: forces, tangent and memory, over random states and histories."""
+"""The law of one section: forces, tangent and history, over random states and histories."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def cracked_state(sections, memory, strain, curvature):
 
 @kernel
 def two_states(sections, memory, strain, curvature):
-    """Return share, strain and curvature of the cracked state, and the share that the forces ask for."""
+    """Return share, strain and curvature of the cracked state, and the share that follows from the forces."""
     values, limits, depth = law._section(sections, 0, memory), law._limits(sections, 0), sections.depth[0]
     share, strain2, turn2, axial, moment = law._shared(
         values, limits, law._start(sections, 0), strain, curvature * depth
@@ -58,7 +58,7 @@ def stiffness(sections):
 
 
 def by_layers(sections, plastic, strain, curvature, layers=40000):
-    """N and M of the cracked state: concrete in layers, wires in a line of its own."""
+    """N and M of the cracked state: concrete in layers, wires in separate lines."""
     width, depth = sections.width[0], sections.depth[0]
     z = (np.arange(layers) + 0.5) / layers * depth - depth / 2
 
@@ -101,7 +101,7 @@ def test_cracked_state_is_that_of_many_layers():
 
 
 def test_two_states_add_up_and_the_tangent_is_that_of_the_forces():
-    """Over random histories: the residual of the law, worked out apart, and finite differences."""
+    """Over random histories: an independent residual of the law, and finite differences."""
     rng = np.random.default_rng(2)
     cracked = 0
     for _ in range(60):
@@ -134,7 +134,7 @@ def test_two_states_add_up_and_the_tangent_is_that_of_the_forces():
     assert cracked > 120
 
 
-def test_settling_leaves_the_forces_as_they_are():
+def test_commit_does_not_change_the_forces():
     rng = np.random.default_rng(3)
     for _ in range(100):
         sections, memory = random_section(rng), SectionMemory.fresh(1)
@@ -148,7 +148,7 @@ def test_settling_leaves_the_forces_as_they_are():
         assert (memory.cracked <= 1).all()
 
 
-def test_pull_cracks_it_through_and_the_wires_remain():
+def test_tension_cracks_the_section_and_the_wires_remain():
     """N = E_s A_s e2 and e = (1 - zeta) N / EA + zeta e2 with zeta = 1 - (N_cr / N)^2, by hand."""
     sections, memory = section(width=0.15, bottom="4-L12TM"), SectionMemory.fresh(1)
     wires = 200e9 * 8 * 111.2e-6
@@ -164,7 +164,7 @@ def test_pull_cracks_it_through_and_the_wires_remain():
     assert memory.plastic[0, 0] > 0.04
 
 
-def test_pressed_whole_section_is_linear_until_it_crushes():
+def test_uncracked_section_in_compression_is_linear_until_it_crushes():
     sections, memory = section(), SectionMemory.fresh(1)
     memory.cracked[0] = (0.3, 0.8)
     axial, moment, *_ = response(sections, memory, -5e-4, 1e-3)
@@ -194,7 +194,7 @@ def test_tangent_of_bending_is_positive(beta, axial):
         settle(sections, memory, strain, curvature)
 
 
-def test_finite_whatever_is_asked():
+def test_finite_for_any_input():
     rng = np.random.default_rng(4)
     for _ in range(300):
         sections, memory = random_section(rng), SectionMemory.fresh(1)
@@ -218,11 +218,11 @@ def strained(sections, memory, axial, moment):
 
 @pytest.mark.parametrize("crushed", ["top", "bottom"])
 @pytest.mark.parametrize("pulled", ["top", "bottom"])
-def test_a_crushed_face_is_remembered_whichever_is_pulled_next(crushed, pulled):
-    """Pressed off centre beyond 0.9 f'c, then bent below the cracking moment, either way: by hand.
+def test_a_crushed_face_stays_in_the_history(crushed, pulled):
+    """Eccentric compression beyond 0.9 f'c, then bending below the cracking moment of either sign: by hand.
 
-    The wires are alike above and below. zeta = 1 - (0.9 f'c / p)^2 with p the largest pressure of state I; without N
-    the curvature is then (1 - zeta) M / EI + zeta M / (E I_cr).
+    The wires at top and bottom are the same. zeta = 1 - (0.9 f'c / p)^2 with p the largest pressure of state I; without
+    N the curvature is then (1 - zeta) M / EI + zeta M / (E I_cr).
     """
     width, depth, modulus, steel, wire = 0.3, 0.3, 26.7e9, 200e9, 3 * 89.9e-6
     sections, memory = section(width, depth), SectionMemory.fresh(1)
@@ -232,7 +232,7 @@ def test_a_crushed_face_is_remembered_whichever_is_pulled_next(crushed, pulled):
     area = width * depth + 2 * (steel / modulus - 1) * wire
     second = width * depth**3 / 12 + 2 * (steel / modulus - 1) * wire * level**2
     axial, eccentric = -1.6e6, 0.02
-    moment = abs(axial) * eccentric * (1 if crushed == "top" else -1)  # sagging presses the top
+    moment = abs(axial) * eccentric * (1 if crushed == "top" else -1)  # sagging compresses the top
     pressure = abs(axial) / area + abs(moment) * depth / 2 / second
     least = abs(axial) / area - abs(moment) * depth / 2 / second
     assert 0.9 * 25e6 > least > 0.0
@@ -259,7 +259,7 @@ def test_a_crushed_face_is_remembered_whichever_is_pulled_next(crushed, pulled):
 
 @kernel
 def bracketed(sections, memory, strain, curvature):
-    """Return share, strain and curvature of the cracked state, N and M, by the search that cannot fail."""
+    """Return share, strain and curvature of the cracked state, N and M, by bisection."""
     values, depth = law._section(sections, 0, memory), sections.depth[0]
     turn = curvature * depth
     scale = abs(strain) + abs(turn) + abs(values.top_plastic) + abs(values.bottom_plastic)

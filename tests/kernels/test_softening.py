@@ -1,13 +1,13 @@
-"""A bond that softens: along every path for which the answer is known, and against the law written with branches."""
+"""A softening bond along paths with known solutions, and compared with the law written with branches."""
 
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from damagepred.kernels.joint.explicit_update import explicit_update
-from damagepred.kernels.joint.softening import integrity_of
-from tests.kernels.one_joint import one_joint
+from damagepred.kernels.joint.law import joint_law
+from damagepred.kernels.joint.limits import slip_compliance
+from damagepred.kernels.joint.softening import damage_rate, integrity_of
 
 K_N, K_S = 82e9, 36e9
 F_T, COHESION, FRICTION = 0.45e6, 0.375e6, 0.75
@@ -28,15 +28,15 @@ def contact(
     strength=(F_T, COHESION, FRICTION),
     residual_strength=(0.0, C_LEFT, FRICTION_LEFT),
 ):
-    """Return (sigma, tau) and the new memory; w_c = None leaves softening out when compiling."""
-    softening = None if w_c is None else True
-    parameters = one_joint(K_N, K_S, strength, residual_strength, w_c=w_c or 0.0, psi=psi, brittle=brittle)
-    sigma, tau, *new = explicit_update(opening, shear, *history, parameters, True, softening)
+    """Return (sigma, tau) and the new history; w_c = None compiles the law without softening."""
+    limits = [(*s, slip_compliance(K_N, K_S, s[2], psi)) for s in (strength, residual_strength)]
+    softening = None if w_c is None else (w_c, damage_rate(K_N, strength[0], w_c))
+    sigma, tau, *new = joint_law(opening, shear, *history, (K_N, K_S, 1.0 / K_S), *limits, softening, psi, brittle)
     return (sigma, tau), tuple(new)
 
 
 def pull(openings, history=REST, **law):
-    """Return the normal stress along a path of openings, and the memory at its end."""
+    """Return the normal stress along a path of openings, and the final history."""
     stress = np.empty(len(openings))
     for i, opening in enumerate(openings):
         (stress[i], _), history = contact(opening, 0.0, history, **law)
@@ -54,7 +54,7 @@ def work(openings, stress):
 # -- opening and closing ---------------------------------------------------------------------------------------------
 
 
-def test_tension_rises_to_strength_and_falls_to_nothing_at_the_critical_opening():
+def test_tension_rises_to_strength_and_softens_to_zero_at_the_critical_opening():
     stress, _ = pull(U_0 * np.array([0.5, 1.0 - 1e-12]))
     np.testing.assert_allclose(stress, [0.5 * F_T, F_T], rtol=1e-11)
     share = np.array([1e-9, 0.25, 0.5, 0.9, 1.0 - 1e-12])
@@ -68,8 +68,8 @@ def test_tension_rises_to_strength_and_falls_to_nothing_at_the_critical_opening(
 
 @pytest.mark.parametrize("energy", [1.5, 5.0, 20.0, 1e3])
 @pytest.mark.parametrize("pieces", [1, 1000])
-def test_opening_a_crack_takes_the_fracture_energy(energy, pieces):
-    """The path is straight between its corners, so the trapezoidal rule is exact however fine it is."""
+def test_opening_a_crack_dissipates_the_fracture_energy(energy, pieces):
+    """The path is linear between its corners, so the trapezoidal rule is exact for any step."""
     w_c = 2 * energy / F_T
     corners = np.array([0.0, U_0, w_c, 1.5 * w_c])
     path = np.concatenate([np.linspace(a, b, pieces, endpoint=False) for a, b in pairwise(corners)])
@@ -77,7 +77,7 @@ def test_opening_a_crack_takes_the_fracture_energy(energy, pieces):
     assert work(path, stress) == pytest.approx(energy, rel=1e-10)
 
 
-def test_turning_back_on_the_way_neither_costs_nor_gives_energy():
+def test_unloading_and_reloading_conserve_energy():
     turns = np.array([0, 4, 2, 10, -3, 15, 0, 30, 20, 60, -10, 80])
     path = np.concatenate([np.linspace(a, b, abs(a - b) + 1) for a, b in pairwise(turns)]) * 0.1 * U_0
     stress, _ = pull(path)
@@ -85,7 +85,7 @@ def test_turning_back_on_the_way_neither_costs_nor_gives_energy():
 
 
 def bond_energy(kappa):
-    """Work of opening so far, the elastic part at that opening included: the area under the law."""
+    """Work up to an opening, with the elastic part: the area under the law."""
     left = F_T * bond(kappa)
     return 0.5 * F_T * U_0 + 0.5 * (F_T + left) * (kappa - U_0)
 
@@ -105,7 +105,7 @@ def test_unloading_goes_straight_to_the_origin_and_reloading_back_to_the_envelop
 
 
 @pytest.mark.parametrize("far", [0.5, 3.0, 20.0])
-def test_compression_never_notices(far):
+def test_compression_is_not_affected(far):
     _, history = pull([far * U_0])
     pressed = -U_0 * np.array([1e-6, 0.5, 10.0])
     stress, after = pull(pressed, history)
@@ -113,7 +113,7 @@ def test_compression_never_notices(far):
     assert after == history
 
 
-def test_the_bond_only_goes_and_stress_stays_below_what_is_left():
+def test_integrity_only_decreases_and_limits_the_stress():
     rng = np.random.default_rng(1)
     for psi, brittle in ((0.0, False), (0.0, True), (0.4, False), (0.4, True)):
         for _ in range(20):
@@ -122,7 +122,7 @@ def test_the_bond_only_goes_and_stress_stays_below_what_is_left():
                 opening += rng.normal(scale=2 * U_0)
                 shear += rng.normal(scale=2e-5)
                 (sigma, _), history = contact(opening, shear, history, psi=psi, brittle=brittle)
-                left = integrity_of(history[3], history[2], W_C, 1.0 / (W_C - F_T / K_N))
+                left = integrity_of(history[3], history[2], W_C, damage_rate(K_N, F_T, W_C))
                 assert 0.0 <= left <= last
                 assert sigma <= F_T * left * (1 + 1e-12)
                 assert (history[3] > 0.0) == history[2]
@@ -136,7 +136,7 @@ def test_the_bond_only_goes_and_stress_stays_below_what_is_left():
 @pytest.mark.parametrize("brittle", [False, True])
 @pytest.mark.parametrize("strength", [(F_T, COHESION, FRICTION), (0.0, 0.0, FRICTION), (0.0, COHESION, 0.0)])
 def test_no_critical_opening_is_the_brittle_law_to_the_last_bit(psi, brittle, strength):
-    """So walls of which only some joints soften are right, too."""
+    """So walls with some softening joints are right, too."""
     rng = np.random.default_rng(2)
     residual_strength = (0.1 * strength[0], 0.3 * strength[1], 0.8 * strength[2])
     for _ in range(20):
@@ -167,14 +167,14 @@ def test_a_fracture_energy_hardly_beyond_the_elastic_one_breaks_almost_at_once(o
 
 @pytest.mark.parametrize("far", [1.5, 3.0, 6.0, 20.0])
 @pytest.mark.parametrize("sigma", [-1e6, -1e3, 0.0])
-def test_cohesion_and_friction_go_with_the_bond(far, sigma):
+def test_cohesion_and_friction_soften_with_the_bond(far, sigma):
     _, history = pull([far * U_0])
     b = bond(far * U_0)
     limit = C_LEFT + b * (COHESION - C_LEFT) - sigma * (FRICTION_LEFT + b * (FRICTION - FRICTION_LEFT))
     stress, after = contact(sigma / K_N, history[0] + 5e-4, history)
     assert stress == pytest.approx((sigma, limit), rel=1e-12)
     assert after[0] == pytest.approx(5e-4 + history[0] - limit / K_S)
-    # just below, nothing slides
+    # just below, no slip
     shear = history[0] + 0.999 * limit / K_S
     assert contact(sigma / K_N, shear, history)[1] == history
 
@@ -188,7 +188,7 @@ def test_a_softening_contact_shears_in_tension_and_an_open_one_slides_freely():
     stress, history = contact(1.1 * W_C, 2e-3, history)
     assert stress == (0.0, 0.0)
     assert history[0] == 2e-3
-    # closed again there is friction, and what cohesion is left
+    # closed again there is friction, and the residual cohesion
     stress, _ = contact(-1e6 / K_N, 3e-3, history)
     assert stress == pytest.approx((-1e6, C_LEFT + FRICTION_LEFT * 1e6))
 
@@ -210,7 +210,7 @@ def test_with_brittle_shear_the_first_slip_breaks_the_whole_bond(opening):
 @pytest.mark.parametrize("psi", [0.2, 0.5])
 @pytest.mark.parametrize("opening", [-3 * U_0, 0.2 * U_0, 3 * U_0, 6 * U_0])
 @pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_what_slides_while_it_softens_comes_to_rest_on_the_limit(psi, opening, direction):
+def test_slip_during_softening_converges_on_the_limit(psi, opening, direction):
     history = pull([4 * U_0])[1]
     for _ in range(200):
         (sigma, tau), history = contact(opening, direction * 5e-5, history, psi=psi)
@@ -222,21 +222,21 @@ def test_what_slides_while_it_softens_comes_to_rest_on_the_limit(psi, opening, d
     assert sigma == pytest.approx(K_N * u if u < 0 else F_T * b / kappa * u, rel=1e-9)
     friction = FRICTION_LEFT + b * (FRICTION - FRICTION_LEFT)
     assert tau == pytest.approx(direction * (C_LEFT + b * (COHESION - C_LEFT) - sigma * friction), rel=1e-9)
-    # at rest it is its own image
+    # a fixed point
     stress, again = contact(opening, direction * 5e-5, history, psi=psi)
     assert stress == pytest.approx((sigma, tau), rel=1e-12)
     assert again == pytest.approx(history, rel=1e-12)
 
 
 def test_what_dilation_opens_is_no_crack():
-    """The bond goes with the opening beyond dilation."""
+    """The bond softens with the opening beyond dilation."""
     dilatant_opening = 7 * U_0
     stress, history = contact(dilatant_opening + 3 * U_0, 0.0, (0.0, dilatant_opening, False, 0.0), psi=0.2)
     assert stress[0] == pytest.approx(F_T * bond(3 * U_0))
     assert history == pytest.approx((0.0, dilatant_opening, True, 3 * U_0))
 
 
-def test_nan_is_seen():
+def test_nan_is_propagated():
     for history in (REST, pull([3 * U_0])[1], pull([2 * W_C])[1]):
         assert np.isnan(contact(np.nan, 0.0, history)[0][0])
         assert np.isnan(contact(0.0, np.nan, history)[0][1])
@@ -246,7 +246,7 @@ def test_nan_is_seen():
 
 
 def by_branches(opening, shear, slip, cracked, kappa, brittle):
-    """Return (sigma, tau), slip, cracked, opened, as one would write it on paper; without dilation."""
+    """Return (sigma, tau), slip, cracked, opened, by the law on paper; without dilation."""
     if opening > U_0:
         cracked = True
     if cracked:

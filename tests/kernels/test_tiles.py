@@ -1,4 +1,4 @@
-"""What runs in tiles equals the same law taken contact by contact."""
+"""The tiled law equals the law evaluated contact by contact."""
 
 import platform
 import re
@@ -117,8 +117,8 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
         assert (after.cracked >= history.cracked).all()
         assert (after.kappa >= history.kappa).all()
         if special and softening:
-            continue  # dilation takes more than one look to come to rest: see the tests of the law
-        # a second look at the same displacement changes nothing but digits beyond rounding
+            continue  # dilation needs more than one iteration to converge: see the tests of the law
+        # a second evaluation at the same displacement changes only rounding
         again = fields_of(model, after, displacement, progress)
         first = fields_of(model, history, displacement, progress)
         scale = np.abs(first.normal_stress).max()
@@ -127,7 +127,7 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
 
 
 @pytest.mark.parametrize("joint", [PLAIN, replace(SPECIAL, dilation=0.0), SOFT], ids=["plain", "residual", "soft"])
-def test_leaving_out_what_no_joint_needs_changes_no_bit(joint):
+def test_omitting_unused_features_changes_no_bit(joint):
     model = brick_wall(joint)
     paths = []
     for every in (False, True):
@@ -139,7 +139,7 @@ def test_leaving_out_what_no_joint_needs_changes_no_bit(joint):
     np.testing.assert_array_equal(paths[0][0], paths[1][0])
     for one, other in zip(paths[0][1], paths[1][1]):
         np.testing.assert_array_equal(one, other)
-    assert np.abs(paths[0][1].slip).max() > 0.0  # it did something
+    assert np.abs(paths[0][1].slip).max() > 0.0  # the law acted
 
 
 def test_packing_keeps_every_value_in_its_place():
@@ -153,7 +153,7 @@ def test_packing_keeps_every_value_in_its_place():
     assert joints.position.size == 2 * face.block_a.size
 
 
-def test_local_damping_opposes_the_velocity_and_spares_what_rests():
+def test_local_damping_opposes_the_velocity_and_is_zero_at_rest():
     force = np.array([1.0, 1.0, 1.0, -2.0, 3.0])
     velocity = np.array([1.0, -1.0, 0.0, 1.0, 0.0])
     displacement = np.zeros(5)
@@ -167,10 +167,10 @@ def test_local_damping_opposes_the_velocity_and_spares_what_rests():
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads the assembly of x86")
 @pytest.mark.parametrize("special", [None, True])
 @pytest.mark.parametrize("softening", [None, True])
-def test_the_compiler_works_on_many_contacts_at_a_time(special, softening, monkeypatch):
-    """A change to the law that the compiler cannot vectorise costs a factor of three and no other test sees it."""
+def test_the_law_is_vectorised(special, softening, monkeypatch):
+    """A change that prevents vectorisation slows the law by a factor of three, which no other test detects."""
 
-    monkeypatch.setattr(jit, "CACHE_FOLDER", None)  # what comes from the cache cannot be read
+    monkeypatch.setattr(jit, "CACHE_FOLDER", None)  # code from the cache cannot be inspected
 
     @jit.kernel
     def forces(tiles):

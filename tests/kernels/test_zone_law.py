@@ -1,4 +1,4 @@
-"""The law of a zone: against closed forms, against the closest point found by other means, and against its own rules.
+"""The law of a zone, compared with closed forms, with independent closest points, and with its own conditions.
 
 Everything is tested in both planes, for materials that are intact, frictionless, without cohesion, without a limit.
 """
@@ -75,7 +75,7 @@ def _returns(trial, elasticity, strength, stress, strain, code, tangent, elastic
 
 
 class Returned:
-    """What becomes of trial stresses (k, 4): xx, yy, xy, zz."""
+    """Results of trial stresses (k, 4): xx, yy, xy, zz."""
 
     def __init__(self, trial, elasticity, strength):
         trial = np.atleast_2d(np.asarray(trial, float))
@@ -127,13 +127,13 @@ def limits(material, dilation=None):
 
 
 def excess(stress, material):
-    """By how much principal stresses pass the limits, at most (Pa)."""
+    """Largest excess of principal stresses over the limits (Pa)."""
     s = principal(stress)
     return np.max([s @ normal - bound for normal, _, bound in limits(material)], axis=0)
 
 
 def compliance(plane, nu=NU):
-    """Strain (xx, yy, xy, zz; the third engineering shear) of stress; in plane stress zz has none of its own."""
+    """Strain (xx, yy, xy, zz; the third engineering shear) of stress; in plane stress that of zz is zero."""
     c = np.array([[1, -nu, 0, -nu], [-nu, 1, 0, -nu], [0, 0, 2 * (1 + nu), 0], [-nu, -nu, 0, 1]]) / E
     if plane == "stress":
         c[3], c[:, 3] = 0.0, 0.0
@@ -154,7 +154,7 @@ def test_parameters_of_strength(friction):
     assert (at_no_pressure, sine, inverse_n) == pytest.approx((1e6 * math.cos(phi), math.sin(phi), 1 / n), rel=1e-14)
 
 
-def test_tension_cannot_pass_the_apex_and_nothing_limits_what_has_no_strength():
+def test_tension_is_limited_by_the_apex_and_elastic_zones_have_no_limit():
     assert zone_strength(1e6, 0.5, 0.0, 5e6)[3] == 2e6
     assert zone_strength(1e6, 0.5, 0.0, 1e5)[3] == 1e5
     elasticity, strength = parameters("strain", (NO_LIMIT, 0.75, 0.0, NO_LIMIT))
@@ -184,7 +184,7 @@ def test_codes_are_the_states_of_zones():
 
 
 @plane_and_material
-def test_quick_test_is_right_and_sharp(plane, material):
+def test_quick_yield_check_is_right_and_sharp(plane, material):
     elasticity, strength = parameters(plane, material)
     trial = trials(plane, 3000)
     trial = np.concatenate([trial, trial * 0.1])
@@ -193,14 +193,14 @@ def test_quick_test_is_right_and_sharp(plane, material):
     result = Returned(trial, elasticity, strength)
     assert (result.elastic == (over <= 0))[clear].all()
     assert clear.mean() > 0.7  # the rest lies on a limit, such as pressure one way where there is no tension
-    # elastic is what the return leaves alone, to the last digit
+    # elastic stresses are unchanged by the return mapping, to the last digit
     assert (result.elastic == (result.code == ELASTIC)).all()
     assert (result.stress[result.elastic] == trial[result.elastic]).all()
     assert not result.strain[result.elastic].any()
 
 
 @plane_and_material
-def test_quick_test_finds_the_limit_along_any_ray(plane, material):
+def test_quick_yield_check_finds_the_limit_along_any_ray(plane, material):
     """From a stress inside, up to 1e-8 before the limit and from 1e-8 beyond it."""
     if (plane, material) == ("stress", "sand"):
         return  # nothing is inside: with one stress 0, sand carries none
@@ -227,7 +227,7 @@ def test_quick_test_finds_the_limit_along_any_ray(plane, material):
 @plane_and_material
 @pytest.mark.parametrize("nu", [0.0, NU, 0.45])
 def test_return_is_admissible_and_flows_as_it_should(plane, material, nu):
-    """Koiter: plastic strain is a sum, not negative, of the flows of the limits that hold at the returned stress."""
+    """Koiter: plastic strain is a nonnegative sum of the flows of the limits active at the returned stress."""
     elasticity, strength = parameters(plane, material, nu)
     trial = trials(plane, 500, seed=1)
     result = Returned(trial, elasticity, strength)
@@ -235,7 +235,7 @@ def test_return_is_admissible_and_flows_as_it_should(plane, material, nu):
     assert (excess(result.stress, material) <= 1e-12 * size).all()
     if plane == "stress":
         assert not result.stress[:, 3].any()
-    # what was taken off is the elastic stress of the plastic strain
+    # the correction is the elastic stress of the plastic strain
     taken = (trial - result.stress) @ compliance(plane, nu)
     known = slice(None) if plane == "strain" else slice(3)
     assert np.abs(taken - result.strain)[:, known].max() <= 1e-13 * size.max() / E
@@ -257,7 +257,7 @@ def test_return_is_admissible_and_flows_as_it_should(plane, material, nu):
         assert shear or tension
         _, rest = nnls(np.array(shear + tension).T, strain[i] * E)
         assert rest <= 1e-9 * size[i]
-        # and what is said to yield is enough for it
+        # and the reported limits suffice for it
         said = {SHEAR: shear, TENSION: tension, BOTH: shear + tension}[result.code[i]]
         _, rest = nnls(np.array(said).T, strain[i] * E)
         assert rest <= 1e-9 * size[i]
@@ -300,7 +300,7 @@ def test_return_of_any_material_flows_as_it_should(plane, cohesion, friction, sh
 
 @pytest.mark.parametrize(("material", "fewest"), [("dilating", 9), ("shear never", 3), ("metal", 3)])
 def test_trials_end_on_every_plane_edge_and_corner(material, fewest):
-    """Otherwise the tests here would say less than they seem to."""
+    """All cases of the return mapping occur in these tests."""
     elasticity, strength = parameters("strain", material)
     trial = trials("strain", 2000, seed=1)
     yielding = ~Returned(trial, elasticity, strength).elastic
@@ -407,7 +407,7 @@ def drive(plane, material, strained, steps, held=(), nu=NU):
     Parameters
     ----------
     strained : array (3,)
-        Growth of e_xx, e_yy, g_xy each step; NaN where the stress is held.
+        Growth of e_xx, e_yy, g_xy each step; NaN where the stress is prescribed.
     held : tuple of float
         Stresses held, for each NaN.
 
@@ -475,7 +475,7 @@ def test_triaxial_in_plane_strain(material, confinement):
     cohesion, friction, _, _ = MATERIALS[material]
     n = math.tan(math.pi / 4 + math.atan(friction) / 2) ** 2
     expected = n * confinement + 2 * cohesion * math.sqrt(n)
-    # the confinement comes first, equal all round, then axial strain alone
+    # first isotropic confinement, then axial strain alone
     stress, code = drive("strain", material, [NAN, -3 * expected / E / 60, 0.0], 120, [-confinement])
     assert stress[-1, 0] == pytest.approx(-confinement, rel=1e-9)
     assert stress[-1, 1] == pytest.approx(-expected, rel=1e-9)
@@ -492,7 +492,7 @@ def test_biaxial_compression_in_plane_stress():
         assert code[-1] == SHEAR
     stress, code = drive("stress", "brick", [-u / E / 30, -u / E / 30, 0.0], 60)
     assert stress[-1] == pytest.approx([-u, -u, 0.0, 0.0], rel=1e-9)
-    # pulled sideways it carries less
+    # with lateral tension it carries less
     stress, code = drive("stress", "brick", [NAN, -1.5 * u / E / 30, 0.0], 60, [0.3e6])
     assert stress[-1, 1] == pytest.approx(-(u - n * 0.3e6), rel=1e-9)
 
@@ -515,7 +515,7 @@ def test_pure_shear(plane):
 
 
 @pytest.mark.parametrize("nu", [0.1, 0.19, 0.21, 0.3])
-def test_sand_pressed_without_sideways_strain(nu):
+def test_sand_in_oedometric_compression(nu):
     """Oedometer, s_xx = s_zz, N = 4: K0 = nu / (1 - nu) < 1 / N yields at once, on the edge where both are equal."""
     material = (0.0, 0.75, 0.1, NO_LIMIT)
     n = math.tan(math.pi / 4 + math.atan(0.75) / 2) ** 2
@@ -526,7 +526,7 @@ def test_sand_pressed_without_sideways_strain(nu):
 
 
 @pytest.mark.parametrize("plane", PLANES)
-def test_pulled_all_ways_it_holds_the_tensile_strength_all_ways(plane):
+def test_isotropic_tension_reaches_the_tensile_strength(plane):
     elongation = [1e-4, 1.01e-4, 0.0]
     stress, code = drive(plane, "brick", elongation, 30)
     cut_off = MATERIALS["brick"][3]
@@ -570,7 +570,7 @@ def test_tangent_is_the_slope_of_the_return(plane, material, dilation):
         ahead, behind = (Returned(trial + s * change, elasticity, strength).stress for s in (1, -1))
         forward, backward = (ahead - result.stress)[:, :3], (result.stress - behind)[:, :3]
         expected = (forward + backward) / (2 * step) * stiffness[k].max()
-        compared &= np.abs(forward - backward).max(axis=1) < 1e-4 * step[:, 0]  # else a kink or a sharp bend in between
+        compared &= np.abs(forward - backward).max(axis=1) < 1e-4 * step[:, 0]  # otherwise there is a kink in between
         worst = np.maximum(worst, np.abs(result.tangent[:, :, k] - expected).max(axis=1) / c11)
     assert compared.mean() > 0.75
     assert np.bincount(result.code[compared & ~result.elastic], minlength=4).sum() > 100
@@ -578,7 +578,7 @@ def test_tangent_is_the_slope_of_the_return(plane, material, dilation):
 
 
 @plane_and_material
-def test_associated_tangent_is_symmetric_and_pushes_nothing_back(plane, material):
+def test_associated_tangent_is_symmetric_and_positive_semidefinite(plane, material):
     friction = MATERIALS[material][1]
     elasticity, strength = parameters(plane, material, dilation=friction)
     tangent = Returned(trials(plane, 500, seed=8), elasticity, strength).tangent
@@ -590,7 +590,7 @@ def test_associated_tangent_is_symmetric_and_pushes_nothing_back(plane, material
 
 
 def turned(stress, angle):
-    """Stress (k, 4) in axes turned by an angle."""
+    """Stress (k, 4) in rotated axes."""
     c, s = math.cos(angle), math.sin(angle)
     xx, yy, xy, zz = stress.T
     return np.stack(
@@ -624,7 +624,7 @@ def test_any_axes(plane, material, stress, angle):
     # across the plane of plane stress only: on a limit, rounding decides which of equal flows it is
     in_plane = np.abs(turned(one.strain * halved, angle) - other.strain * halved)[:, : 3 if plane == "stress" else 4]
     assert in_plane.max() <= 1e-12 * size / E
-    # a return is not returned again
+    # the return mapping is idempotent
     again = Returned(one.stress, elasticity, strength)
     assert np.abs(again.stress - one.stress).max() <= 1e-12 * size
 

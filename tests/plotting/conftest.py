@@ -54,7 +54,7 @@ def deformable() -> xr.Dataset:
 
 @pytest.fixture(scope="session")
 def on_jacks() -> xr.Dataset:
-    """A tiny wall on a dpc on a footing on jacks, dishing until they carry nothing."""
+    """A tiny wall on a dpc on a footing on jacks, dishing until they carry no load."""
     return damagepred.solve(_on_footing("dishing", "jacks"))
 
 
@@ -76,7 +76,7 @@ def _on_footing(kind: str, shape: str) -> Scene:
 
 @pytest.fixture
 def study() -> xr.Dataset:
-    """Eight walls made up: cracks grow linearly; one collapsed, one failed, one is missing."""
+    """Eight synthetic walls: cracks grow linearly; one collapsed, one failed, one is missing."""
     deflection = np.tile(np.linspace(0.0, 40e-3, 5), (8, 1))
     width = deflection * np.linspace(0.05, 0.4, 8)[:, None]
     category = np.searchsorted([0.1e-3, 1e-3, 5e-3, 15e-3], width, side="right").astype(np.int8)
@@ -103,7 +103,7 @@ def study() -> xr.Dataset:
 
 @pytest.fixture
 def curves() -> xr.Dataset:
-    """Fragility curves made up: two fitted, one not."""
+    """Synthetic fragility curves: two fitted, one not."""
     x = np.linspace(0.0, 40e-3, 21)
     rise = np.stack([np.clip(x / m, 0.0, 1.0) for m in (20e-3, 60e-3)] + [np.full(21, np.nan)])
     both = ("category", "intensity")

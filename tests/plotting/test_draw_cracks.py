@@ -45,7 +45,7 @@ def test_the_sheet_bears_a_table(cracked: xr.Dataset, on_dpc: xr.Dataset):
 
 
 def test_every_number_of_the_sheet(cracked: xr.Dataset):
-    """Each column is the variable that its head names, in its unit; a row made up has a value of its own in each."""
+    """Each column is the variable that its head names, in its unit; a synthetic row has different values in all."""
     frame = widest_of_each_part(crack_frame(damagepred.cracks(cracked)))
     cells = cracks_sheet(cracked).axes[1].tables[0].get_celld()
     names = {

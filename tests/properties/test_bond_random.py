@@ -1,4 +1,4 @@
-"""Any wall with any openings: what is solid is covered once by bricks, and brick meets brick everywhere."""
+"""Any wall with any openings: bricks cover the solid area exactly once, and share edges everywhere."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What must hold for any pattern of cracks."""
+"""Properties of the verdict for any pattern of cracks."""
 
 import dataclasses
 
@@ -42,7 +42,7 @@ def test_wider_is_never_less_damage(wall: Pattern, factor: float):
 
 @SETTINGS
 @given(cracked_walls())
-def test_verdict_and_cracks_tell_the_same(wall: Pattern):
+def test_verdict_and_cracks_agree(wall: Pattern):
     verdict = wall.judge()
     found = find_cracks(wall.map, wall.opening, wall.slip, wall.cracked)
     assert (np.diff(found.width) <= 0).all()

@@ -1,4 +1,4 @@
-"""Random small walls on jacks whose deflection is given: their load is found, also where the wall gives way."""
+"""Random small walls on jacks of prescribed deflection: the load is found, also where the wall fails."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from damagepred import Scene, solve
 
 SEEDS = [0, 12, 20, 24, 27, 32, 46, 52, 60, 67, 95]
-"""Of 100, some of the 21 at which relaxation under a standing load found no equilibrium."""
+"""Some of the 21 walls of 100 for which relaxation under a constant load found no equilibrium."""
 
 
 def wall_on_jacks(seed: int) -> Scene:
@@ -55,7 +55,7 @@ def wall_on_jacks(seed: int) -> Scene:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_load_of_jacks_is_found(seed: int) -> None:
-    """The deflection is the one asked for, in balance, and the joints obey their law."""
+    """The deflection is the prescribed one, in balance, and the joints obey their law."""
     scene = wall_on_jacks(seed)
     ds = solve(scene)
     assert ds.attrs["status"] == "complete"
@@ -66,7 +66,7 @@ def test_the_load_of_jacks_is_found(seed: int) -> None:
 
 
 def on_supports_that_only_push(tables: dict[str, object]) -> float:
-    """Return at which deflection the jacks carry nothing any more (m), after the first look at the path's end."""
+    """Return the deflection at which the jacks carry no load (m), after the first check of the path's end."""
     rig = {"support": "lift_off", **tables.pop("rig", {})}  # type: ignore[dict-item]
     ds = solve(Scene.from_dict(tables | {"rig": rig}))
     assert ds.attrs["status"] == "complete"
@@ -78,7 +78,7 @@ def on_supports_that_only_push(tables: dict[str, object]) -> float:
 def test_a_wall_that_lifts_off_its_footing_as_that_bends_does_not_collapse() -> None:
     """It is softer by far than its tangent under dead load; the explicit solver finds the limit at 0.0589 mm.
 
-    Dry joints wedge, so where the limit lies depends on the way; that there is one does not.
+    Dry joints wedge, so the limit depends on the path; its existence does not.
     """
     tables: dict[str, object] = {
         "wall": {"length": 1.05, "height": 0.56, "thickness": 0.1176, "block_length": 0.15, "block_height": 0.14},
@@ -102,7 +102,7 @@ def test_a_wall_that_lifts_off_its_footing_as_that_bends_does_not_collapse() -> 
 
 
 def test_a_footing_that_overhangs_its_supports_is_level_where_jacks_pull() -> None:
-    """Half of it stands out; the jacks carry less than nothing in the level state, and the path ends there."""
+    """Half of it overhangs; the jacks pull in the level state, and the path ends there."""
     tables: dict[str, object] = {
         "wall": {"length": 1.75, "height": 0.3, "thickness": 0.1316, "block_length": 0.25, "block_height": 0.15},
         "block": {"elastic_modulus": 4.119e9, "density": 1966.0},
@@ -129,9 +129,9 @@ def test_a_footing_that_overhangs_its_supports_is_level_where_jacks_pull() -> No
 
 
 def test_a_footing_that_yields_on_its_jacks_does_not_collapse() -> None:
-    """A short footing of one section cracks and its steel yields: the load hardly grows, the deflection is given.
+    """A short footing of one section cracks and its steel yields: the load hardly grows at prescribed deflection.
 
-    Where the wall gives way meanwhile, it comes to rest at that deflection, and the footing does not run away under a
+    Where the wall fails meanwhile, equilibrium is found at that deflection, and the footing does not collapse under a
     load. The explicit solver finds the same load.
     """
     strength = {"tensile_strength": 0.0, "cohesion": 1521.13, "residual_cohesion": 1404.64, "friction": 0.50885}
@@ -168,10 +168,8 @@ def test_a_footing_that_yields_on_its_jacks_does_not_collapse() -> None:
 
 
 @pytest.mark.parametrize(("length", "courses", "depth"), [(0.68, 5, 0.48), (0.88, 3, 0.18), (2.2, 4, 0.15)])
-def test_a_stiff_wall_lifts_off_its_supports_where_supports_that_hold_would_begin_to_pull(
-    length: float, courses: int, depth: float
-) -> None:
-    """Its jacks carry all of its weight by then: at a larger deflection there is no equilibrium."""
+def test_a_stiff_wall_lifts_off_where_bilateral_supports_would_pull(length: float, courses: int, depth: float) -> None:
+    """Its jacks then carry all of its weight: no equilibrium exists at a larger deflection."""
     tables: dict[str, object] = {
         "wall": {
             "length": length,

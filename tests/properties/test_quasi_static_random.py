@@ -1,4 +1,4 @@
-"""Any joint law a user may ask for: the quasi-static solver ends, and says so in numbers or in plain words."""
+"""Any valid joint law: the quasi-static solver ends with finite results or a plain message."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Any small wall a user may ask for, by any solver: an answer in numbers or plain words, no energy from nothing."""
+"""Any valid small wall, by any solver: finite results or a plain message, and no gain of energy."""
 
 import sys
 from pathlib import Path
@@ -26,7 +26,7 @@ def _stressed() -> Any:
 
 
 def size(low: float, high: float) -> st.SearchStrategy[float]:
-    """Powers of ten, and nothing at all."""
+    """Powers of ten, and zero."""
     return st.one_of(st.just(0.0), number(np.log10(low), np.log10(high)).map(lambda power: float(10.0**power)))
 
 
@@ -66,7 +66,7 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
 
 
 def answer(tables: dict[str, Any], method: str, blocks: str) -> tuple[list[Any], str]:
-    """Return the increments that were found, and what was said if they are not all."""
+    """Return the solved increments, and the message if they are incomplete."""
     found: list[Any] = []
     try:
         scene = Scene.from_dict(tables | {"solver": {"method": method, "blocks": blocks, "maximum_cycles": 20_000}})

@@ -69,7 +69,7 @@ def results(only: list[str]) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def differences(before: xr.Dataset, after: xr.Dataset, tolerance: float) -> list[str]:
-    """Return what differs between two datasets, in words.
+    """Return the differences between two datasets, in words.
 
     Parameters
     ----------

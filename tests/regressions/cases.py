@@ -1,4 +1,4 @@
-"""What is timed: the kernels, and what a user waits for."""
+"""The timed cases: kernels, and commands of a user."""
 
 import os
 import subprocess
@@ -52,9 +52,9 @@ class Case:
     unit : str
         Of the time that people read.
     prepare : callable
-        Makes the work ready, in a folder of its own.
+        Prepares the work in a separate folder.
     beside : mapping of str to int
-        Yardsticks, each so many times: about as long as the work, and of its kind.
+        Number of repetitions of each yardstick: about as long as the work, and of its kind.
     bound : float
         How many times the baseline's ratio it may take.
     rounds : int
@@ -197,7 +197,7 @@ def fit_curves(folder: Path) -> Ready:
 
 
 def command(*words: str, says: str = "") -> Callable[[Path], Ready]:
-    """Return a process of Python, and what it must say."""
+    """Return a process of Python that must print a given text."""
 
     def prepare(folder: Path) -> Ready:
         def work() -> None:
@@ -226,7 +226,7 @@ def compile_kernel(folder: Path) -> Ready:
 
 
 def compile_all(method: str) -> Callable[[Path], Ready]:
-    """A small wall solved in a process of its own that finds no compiled kernels."""
+    """A small wall solved in a separate process without compiled kernels."""
     code = (
         "from damagepred import Scene, solve; from damagepred.scene import Dpc, Solver, Wall; "
         f"solve(Scene(wall=Wall(length=1.44, height=0.45), dpc=Dpc(), solver=Solver(method={method!r})), increments=1)"
@@ -245,7 +245,7 @@ def compile_all(method: str) -> Callable[[Path], Ready]:
 
 
 PIECE = Wall(length=2.4, height=0.9)
-"""Of the wall, for kernels whose cost a small one shows as well."""
+"""Size of the wall for kernels whose time does not depend on it."""
 WALL = {"compiled": 100, "interpreter": 50, "lapack": 100}
 """Beside a wall of full size."""
 

@@ -29,11 +29,11 @@ OTHER_PROCESSOR = 2.0
 """Factor on the bound where the processor has no baseline: between two models, ratios differ that much."""
 
 FASTER = 0.7
-"""Times the baseline's ratio from which a new baseline is due, or what was won may be lost again unseen."""
+"""Share of the baseline's ratio below which a new baseline is due, so that later losses are detected."""
 
 
 class Found(NamedTuple):
-    """What was measured of a case."""
+    """Measurements of a case."""
 
     case: Case
     rounds: Rounds
@@ -68,7 +68,7 @@ def reference(processors: dict[str, dict[str, Any]], model: str) -> tuple[dict[s
 
 
 class Record:
-    """What this run measured, and the baseline it is compared with."""
+    """Measurements of this run, and the baseline."""
 
     def __init__(self, renew: bool) -> None:
         self.renew = renew
@@ -95,7 +95,7 @@ class Record:
         return pd.DataFrame(rows)
 
     def save(self) -> None:
-        """Write the baseline, and the page; what was not measured stays."""
+        """Write the baseline, and the page; cases that were not measured keep their values."""
         measured = {
             case.name: {
                 "unit": case.unit,
@@ -123,7 +123,7 @@ RECORD = pytest.StashKey[Record]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--renew-baseline", action="store_true", help="measure with care and write the baseline anew")
+    parser.addoption("--renew-baseline", action="store_true", help="measure repeatedly and write a new baseline")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -132,14 +132,14 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture(autouse=True)
 def _one_thread() -> Iterator[None]:
-    """Time one thread, of the yardsticks', too: two take more time of processor for the same work."""
+    """Time one thread, also of the yardsticks: two take more processor time for the same work."""
     with one_blas_thread():
         yield
 
 
 @pytest.fixture
 def is_no_slower(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[[Case], None]:
-    """Return what measures a case, and fails where it takes longer than its bound allows."""
+    """Return a function that measures a case, and fails where it takes longer than its bound."""
     record = request.config.stash[RECORD]
     # not marked so in the file: there, the mark would take it out of the default run
     request.node.add_marker(pytest.mark.benchmark(group="regressions", timer=processor))
@@ -170,7 +170,7 @@ def is_no_slower(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[[Ca
         benchmark.extra_info.update(ratio=found.ratio, baseline=known, bound=bound)
         assert not was_slow, (
             f"{case.name}: {found.ratio:.3g} times its yardstick, {found.ratio / known:.3g} times the baseline "
-            f"({len(found.case)} rounds), of {bound:g} that are allowed. If it is worth its price: {COMMAND}"
+            f"({len(found.case)} rounds), of {bound:g} that are allowed. If the change is worth it: {COMMAND}"
         )
 
     return check

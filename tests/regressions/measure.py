@@ -1,7 +1,7 @@
-"""Times of the program's work over times of fixed work, measured in turn.
+"""Ratios of the program's times to times of fixed work, measured alternately.
 
-What slows the whole machine slows both, and the ratio stays. What slows it for a moment is met by taking the shortest
-of many short times, and by measuring again before anything is called slow.
+A slow machine slows both, and the ratio stays. Against short disturbances the shortest of many short times counts, and
+a slow case is measured again.
 """
 
 import resource
@@ -14,17 +14,17 @@ Work = Callable[[], object]
 TRIES = 5
 """Times that a case is measured before it is called slow."""
 PAUSE = 1.0
-"""Seconds between two tries: what disturbed the one may be over by the next."""
+"""Seconds between two tries, in which a disturbance may end."""
 
 
 def processor() -> float:
-    """Return the seconds of processor that this process and those it waited for have taken."""
+    """Return the processor seconds of this process and its finished children."""
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
     return time.process_time() + children.ru_utime + children.ru_stime
 
 
 def seconds(work: Work) -> float:
-    """Return the seconds of processor that work takes."""
+    """Return the processor seconds of some work."""
     began = processor()
     work()
     return processor() - began
@@ -43,11 +43,11 @@ class Rounds:
         return min(self.case) / min(self.yardstick)
 
     def with_yardstick(self, yardstick: Work) -> Callable[[], None]:
-        """Return what is done before each round of the case when others measure it."""
+        """Return a function that runs before each round of a case that others measure."""
         return lambda: self.yardstick.append(seconds(yardstick))
 
     def add(self, work: Work, yardstick: Work, rounds: int) -> None:
-        """Measure some more."""
+        """Measure further rounds."""
         for _ in range(rounds):
             self.yardstick.append(seconds(yardstick))
             self.case.append(seconds(work))

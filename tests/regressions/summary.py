@@ -1,4 +1,4 @@
-"""What the baseline says in short, for studies/benchmarks/results.py."""
+"""Summary of the baseline, for studies/benchmarks/results.py."""
 
 from __future__ import annotations
 
@@ -9,16 +9,13 @@ import pandas as pd
 
 from studies.benchmarks.pages import markdown
 
-TITLE = "Kernels, and what a user waits for"
+TITLE = "Kernels, and commands of a user"
 
 
 def text(folder: Path) -> str:
-    """Return time by time what the baseline holds."""
+    """Return the times of the baseline."""
     kept = json.loads((folder / "baseline.json").read_text(encoding="utf-8"))
-    parts = [
-        "Time of the processor, the shortest of some; over a yardstick of the same run, which is what the gate "
-        "compares."
-    ]
+    parts = ["Processor time, the shortest of several; the gate compares its ratio to a yardstick of the same run."]
     for one in kept["processors"].values():
         rows = [
             {"what": name, "time": case["time"], "unit": case["unit"], "over its yardstick": case["ratio"]}
@@ -29,5 +26,5 @@ def text(folder: Path) -> str:
 
 
 def minutes(folder: Path) -> float:
-    """Return what it takes: the baseline does not hold that."""
+    """Return NaN: the baseline does not contain the minutes."""
     return float("nan")

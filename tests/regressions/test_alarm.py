@@ -1,4 +1,4 @@
-"""What has become slow is caught, and a slow machine is not taken for it."""
+"""Slower code is detected, and a slow machine is not mistaken for it."""
 
 import json
 import subprocess
@@ -58,8 +58,8 @@ def test_a_kernel_run_twice_inside_is_caught(tmp_path: Path, monkeypatch: pytest
     assert judged(case, work, work_slowly)[0]
 
 
-def test_a_machine_that_is_slow_as_a_whole_is_not_taken_for_it() -> None:
-    """All takes four times as long, and that hits case and yardstick alike."""
+def test_a_machine_that_is_slow_as_a_whole_does_not_fail() -> None:
+    """All times are four times as long, of case and yardstick alike."""
     case = BY_NAME["explicit cycle, cracked"]
     beside = yardstick(case.beside)
     found = Rounds()
@@ -72,7 +72,7 @@ def test_a_machine_that_is_slow_as_a_whole_is_not_taken_for_it() -> None:
     assert 0.8 < found.ratio < 1.25
 
 
-def test_what_disturbs_for_a_moment_is_measured_again() -> None:
+def test_after_a_short_disturbance_a_case_is_measured_again() -> None:
     burst = iter([5, 5, 5, 1, 1, 1])
     work = yardstick({"interpreter": 1})
 
@@ -102,7 +102,7 @@ def test_busy_neighbours_do_not_make_it_slow(tmp_path: Path) -> None:
             process.wait()
 
 
-def test_each_case_has_a_baseline_and_a_name_of_its_own() -> None:
+def test_each_case_has_a_baseline_and_a_unique_name() -> None:
     names = [case.name for case in (*GATE, *cases.LONG)]
     assert len(set(names)) == len(names)
     for processor in PROCESSORS.values():
@@ -112,7 +112,7 @@ def test_each_case_has_a_baseline_and_a_name_of_its_own() -> None:
     assert all(case.bound < 2.0 for case in GATE)  # so that work done twice is caught
 
 
-def test_a_processor_without_a_baseline_is_held_against_the_largest_ratio() -> None:
+def test_a_processor_without_a_baseline_is_compared_with_the_largest_ratio() -> None:
     one, other = ({"cases": {"a": {"ratio": 1.0}, "b": {"ratio": 3.0}}}, {"cases": {"a": {"ratio": 2.0}}})
     known = {"one": one, "other": other}
     assert reference(known, "one") == (one["cases"], 1.0)

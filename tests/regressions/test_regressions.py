@@ -38,7 +38,7 @@ MOST = {
 
 @pytest.mark.benchmark
 @pytest.mark.parametrize("case", [case for case in (*GATE, *LONG) if case.name in MOST], ids=name)
-def test_takes_at_most_so_many_nanoseconds(case: Case, tmp_path: Path) -> None:
+def test_takes_at_most_a_number_of_nanoseconds(case: Case, tmp_path: Path) -> None:
     work, count = case.prepare(tmp_path)
     work()  # compiles
     best = np.inf

@@ -1,4 +1,4 @@
-"""Fixed work, one kind for each kind of cost: what the program's own work is compared with, in the same run.
+"""Fixed work of several kinds, with which the program's work is compared in the same run.
 
 Nothing here uses damagepred, and nothing here may change: a baseline holds only for the yardsticks it was taken with.
 """
@@ -19,7 +19,7 @@ Work = Callable[[], object]
 
 @numba.njit(nogil=True, error_model="numpy")
 def _law(opening, slip, stress, shear):
-    """Find stresses of springs that break and slide: arithmetic that the compiler can do for several at a time."""
+    """Stresses of springs that break and slide: arithmetic that the compiler can vectorise."""
     for i in range(len(opening)):
         normal = 1.3 * opening[i]
         normal = normal if normal < 0.4 else 0.0
@@ -31,7 +31,7 @@ def _law(opening, slip, stress, shear):
 
 @numba.njit(nogil=True, error_model="numpy")
 def _collect(at, stress, shear, force):
-    """Add up what is scattered: one at a time, as each may hit what the last has written."""
+    """Scattered sums, which cannot be vectorised, because each may depend on the last."""
     force[:] = 0.0
     for i in range(len(at)):
         force[at[i]] += stress[i] - shear[i]
@@ -155,7 +155,7 @@ _MADE: dict[str, Work] = {}
 
 
 def yardstick(times: Mapping[str, int]) -> Work:
-    """Return work made up of kinds, each so many times."""
+    """Return work of several kinds, each with a number of repetitions."""
     for kind in times:
         if kind not in _MADE:
             _MADE[kind] = MAKERS[kind]()

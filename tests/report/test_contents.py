@@ -1,4 +1,4 @@
-"""What reports say, against what is known."""
+"""Contents of reports, compared with known values."""
 
 import math
 import tomllib

@@ -1,4 +1,4 @@
-"""Presets of accuracy: what they set, what is given besides, and what is told of them."""
+"""Presets of accuracy: their settings, overrides, and reported errors."""
 
 import re
 import tomllib

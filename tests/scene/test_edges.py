@@ -1,4 +1,4 @@
-"""What just fits and what just does not, and complaints word for word."""
+"""Limits of valid scenes, and error messages word for word."""
 
 import math
 from typing import Any

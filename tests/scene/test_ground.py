@@ -1,4 +1,4 @@
-"""Rig, soil and the footing on them: what a scene says of the ground, and which footing follows from it."""
+"""Rig, soil and footing: the ground of a scene, and the footing that follows from it."""
 
 import re
 import tomllib

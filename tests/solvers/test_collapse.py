@@ -146,8 +146,8 @@ def test_a_collapsing_wall_gains_no_energy() -> None:
     wall.push_body(x=0.4)
     settings = Solver()
     for step in solve_path(wall.build(settings), settings, 1):
-        assert step.released_energy >= -1e-9
-        assert step.friction_work >= 0.0
+        assert step.energy.released_energy >= -1e-9
+        assert step.energy.friction_work >= 0.0
 
 
 def test_a_wall_that_balances_too_far_away_stood_an_increment_before() -> None:

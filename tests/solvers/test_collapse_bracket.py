@@ -15,6 +15,7 @@ from damagepred.scene import Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
+from damagepred.solvers.quasi_static import equilibrium
 from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
@@ -73,7 +74,7 @@ def test_the_bracket_ends_where_a_wall_stands_in_smaller_steps(monkeypatch: pyte
 
 def test_few_distant_equilibria_are_searched_until_collapse_is_bracketed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Under a growing push a wall of few courses slides at mu; beyond it, few expensive searches are needed."""
-    monkeypatch.setattr(Equilibrium, "_coulomb_fixed_point", within(6, Equilibrium._coulomb_fixed_point))
+    monkeypatch.setattr(equilibrium, "coulomb_fixed_point", within(6, equilibrium.coulomb_fixed_point))
     last = list(solve_path(pushed(3, 4, 1.5), Solver(), 1))[-1]
     assert last.collapsed
     assert 1.5 * last.last_stable_load_factor == pytest.approx(0.75, abs=2e-4)

@@ -114,9 +114,8 @@ def test_condensed_and_full_systems_agree():
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["doming", "dishing"])
 def test_both_solvers_agree_on_a_dpc(kind: str):
-    """Where nothing cracks below the dpc, on which panels slide: how far depends on such cracks.
-
-    Which panel slides first depends on the way, too: without time the steps must be short enough to show it.
+    """Without cracks below the dpc, on which the slip of the panels depends. The first panel to slide depends on the
+    path, so the quasi-static steps must be short.
     """
     described = scene(LENGTH / 2, kind=kind, width=1e-3, dpc=Dpc(), joint=UNBROKEN)
     count = described.movement.increments

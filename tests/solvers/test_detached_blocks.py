@@ -40,8 +40,7 @@ def test_blocks_beyond_the_limit_are_detached() -> None:
     far = largest_elastic_displacement(model, 0.0)
     assert far == pytest.approx(40 * 41 * WEIGHT / 2e7, rel=1e-6)
     # a suddenly applied load doubles the elastic displacement; half a brick is allowed besides,
-    # and twice the
-    # settlement of the bed joint on the ground
+    # and twice the settlement of the bed joint on the ground
     limit = 2.0 * far + 0.5 * np.sqrt(LENGTH * HEIGHT) + 2.0 * 40 * WEIGHT / 1e7
     for share, loose in ((0.999, []), (1.001, [20])):
         moved[3 * 20] = share * limit

@@ -274,7 +274,7 @@ def test_steps_are_counted_in_any_batches() -> None:
     course = started(stack(2).build(STIFF), 0.01, 2)
     course.options = replace(DEFAULTS, point_steps_per_check=7 * len(course.bodies.points))
     assert course.steps_each > 20
-    assert [step.cycles for step in course] == [0, course.steps_each, course.steps_each]
+    assert [step.counters.cycles for step in course] == [0, course.steps_each, course.steps_each]
 
 
 def test_a_study_of_runs_in_time_is_refused(tmp_path: Path) -> None:
@@ -326,8 +326,8 @@ def test_bouncing_gains_hardly_any_energy(side: float, high: float, count: int, 
     model = hopping.build(STIFF)
     bounce = 2.0 * np.pi * np.sqrt(model.mass[1] * count / (stiffness * side * THICKNESS))
     steps = list(started(model, 200.0 * bounce, 20, start="unstressed"))
-    most = max(step.kinetic_energy + step.elastic_energy for step in steps)
-    assert max(abs(step.energy_error) for step in steps) < 0.015 * most
+    most = max(step.energy.kinetic_energy + step.energy.elastic_energy for step in steps)
+    assert max(abs(step.energy.energy_error) for step in steps) < 0.015 * most
 
 
 @pytest.mark.parametrize(

@@ -89,7 +89,7 @@ def test_level_state_of_an_intact_wall_is_found_at_once() -> None:
     scene = replace(on_jacks(increments=1), dpc=None, joint=Joint(tensile_strength=1e6, cohesion=1e6))
     model, explicit, quasi_static = both(scene)
     level = explicit[0]
-    assert level.cycles == 150  # three convergence checks
+    assert level.counters.cycles == 150  # three convergence checks
     assert level.deflection == pytest.approx(0.0, abs=1e-12)
     assert level.jack_load == pytest.approx(quasi_static[0].jack_load, rel=1e-6)
     assert 3.0 * level.jack_load + support_loads(model, level) == pytest.approx(weight(model), rel=1e-6)

@@ -142,7 +142,7 @@ def test_a_live_load_is_mirrored_or_the_wall_is_solved_in_full() -> None:
         for name in ("displacement", "normal_stress", "support_force"):
             there = getattr(whole, name)
             np.testing.assert_allclose(getattr(half, name), there, atol=1e-6 * (np.abs(there).max() + 1e-9))
-        assert half.external_work == pytest.approx(whole.external_work, rel=1e-6)
+        assert half.energy.external_work == pytest.approx(whole.energy.external_work, rel=1e-6)
     assert abs(whole.support_force[top[1], 1]) > 1.0
     wall.push(top[0], x=1.0)
     assert reduce_by_symmetry(wall.build(quasi_static)) is None
@@ -289,9 +289,10 @@ def test_ground_that_moves_along_a_block_does_work_on_it(friction: float) -> Non
     stored = min(force**2 / spring, spring * way**2) / 2
     slid = force * (way - force / spring) if slides else 0.0
     first, last = path[0], path[-1]
-    assert last.elastic_energy - first.elastic_energy == pytest.approx(stored, rel=1e-6)
-    assert last.friction_work == pytest.approx(slid, rel=1e-6)
+    assert last.energy.elastic_energy - first.energy.elastic_energy == pytest.approx(stored, rel=1e-6)
+    assert last.energy.friction_work == pytest.approx(slid, rel=1e-6)
     # in the step in which sliding begins the work is that of linear interpolation
-    assert last.external_work - first.external_work == pytest.approx(stored + slid, rel=0.02 if slides else 1e-6)
+    work = last.energy.external_work - first.energy.external_work
+    assert work == pytest.approx(stored + slid, rel=0.02 if slides else 1e-6)
     assert last.support_force is not None
     assert last.support_force[block, 0] == pytest.approx(-min(force, spring * way), rel=1e-6)

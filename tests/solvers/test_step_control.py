@@ -11,8 +11,8 @@ import damagepred
 from damagepred import Scene
 from damagepred.scene import Dpc, Joint, Movement, Solver, Wall
 from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.quasi_static.step_control import StepControl
+from damagepred.solvers.state.wall_state import State
 from tests.solvers.walls import stack
 
 DATA = Path(__file__).parents[2] / "data"

@@ -12,8 +12,9 @@ from damagepred.enumerations import ZoneState
 from damagepred.pipeline import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Solver
 from damagepred.solvers import solve_path
-from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
+from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.quasi_static.superelements import Superelements
+from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.state.zone_history import exceeds_yield_limit
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.assembly import reference
@@ -120,8 +121,8 @@ def test_both_solvers_agree(material: BlockMaterial, plane: str) -> None:
     away = np.abs(zones.stress - expected[-1].zones.stress).max() / largest
     assert away < (0.2 if yields else 1e-3)
     if yields:
-        assert found[-1].plastic_work > 0.1
-    assert found[-1].energy_error < 0.02 * found[-1].external_work
+        assert found[-1].energy.plastic_work > 0.1
+    assert found[-1].energy.energy_error < 0.02 * found[-1].energy.external_work
 
 
 def test_forces_are_the_slope_of_what_the_blocks_push_back_also_where_they_yield() -> None:
@@ -185,7 +186,7 @@ def test_automatic_zones_leave_out_no_more_energy_than_asked() -> None:
         solver = Solver(blocks=blocks, rigid_error=error, symmetric_half=False)  # type: ignore[arg-type]
         model = model_of(dataclasses.replace(scene, solver=solver))
         last = list(solve_path(model, solver, 4))[-1]
-        return last.elastic_energy, 0 if model.mesh is None else len(model.mesh.block)
+        return last.energy.elastic_energy, 0 if model.mesh is None else len(model.mesh.block)
 
     every, count = solved("deformable")
     rigid, none = solved("rigid")

@@ -27,7 +27,7 @@ def modules(folder: Path) -> dict[str, str]:
 
 
 def is_number(node: ast.expr | None) -> bool:
-    """Tell whether an expression is made of numbers alone."""
+    """Return whether an expression consists of numbers alone."""
     match node:
         case ast.Constant():
             return isinstance(node.value, int | float) and not isinstance(node.value, bool)

@@ -1,4 +1,4 @@
-"""What a study says of itself against numbers by hand, no two of them alike."""
+"""Reported values of a study, compared with hand calculation."""
 
 import json
 import math
@@ -232,7 +232,7 @@ def test_rows_of_a_batch_that_follow_each_other_share_a_file(monkeypatch: pytest
     ]
 
 
-def test_what_is_kept_of_a_path() -> None:
+def test_stored_part_of_a_path() -> None:
     values = np.array([[0.0, 1.5, 2.5, 4.0]])
     columns = {
         "crack_width_max": Column(("sample", "increment"), values, {"units": "m", "long_name": "widest crack"}),
@@ -329,7 +329,7 @@ WALL = {"distribution": "lognormal", "mean": 0.75, "cov": 0.15}
         ({}, {"nominal_share": 0.1}, "nominal_share = 0.1: goes with"),
     ],
 )
-def test_settings_that_do_not_go_together(changes: dict[str, Any], sampling: dict[str, Any], words: str) -> None:
+def test_incompatible_settings(changes: dict[str, Any], sampling: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         settings(changes, **sampling)
 
@@ -360,7 +360,7 @@ def test_memory_of_a_design_and_time_of_a_sample() -> None:
 
 
 def test_workers_of_a_given_executor(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Threads of a client's workers before those that an executor tells of; counted again after ten seconds."""
+    """Threads of a client's workers come before those of an executor; counted again after ten seconds."""
     clock = [50.0]
     monkeypatch.setattr(dispatch, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     for executor, width in (
@@ -474,7 +474,7 @@ def test_a_run_until_something(
     counts: list[int],
     left: list[float | None],
 ) -> None:
-    """Walls are looked at when 8, 16, 32 and 50 are run, each piece taking so long; below 0 it is interrupted."""
+    """Interim analyses at 8, 16, 32 and 50 walls, with given times of the pieces; negative times interrupt."""
     clock, timers, seen = [100.0], [], []
     monkeypatch.setattr(running, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     monkeypatch.setattr(running, "open_study", lambda out: None)

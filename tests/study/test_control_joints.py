@@ -9,7 +9,7 @@ from damagepred.study import Study
 from damagepred.study.settings import StudySettings
 
 
-def test_a_study_tells_how_far_joints_open(tmp_path: Path):
+def test_a_study_stores_openings_of_control_joints(tmp_path: Path):
     tables = {
         "scene": {
             "wall": {"length": 2.4, "height": 0.6},

@@ -1,4 +1,4 @@
-"""What the inputs leave open, read from the walls that are there, beside the Monte Carlo error."""
+"""Epistemic uncertainty from the stored walls, beside the Monte Carlo error."""
 
 import tomllib
 from concurrent.futures import ThreadPoolExecutor

@@ -1,4 +1,4 @@
-"""What a study folder promises: one writer, nothing lost, clear words, quick also when it is large."""
+"""Guarantees of a study folder: one writer, no lost result, clear messages, fast also when large."""
 
 import json
 import multiprocessing
@@ -56,7 +56,7 @@ def test_the_design_is_there_before_any_part_and_the_folder_reads_while_it_runs(
 
 @pytest.mark.parametrize("moment", ["manifest.json", "design.nc", "study.toml"])
 def test_killed_while_the_folder_is_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str) -> None:
-    """Whatever was there by then is no hindrance, and no half-made study is taken for one."""
+    """Files left behind are no obstacle, and an incomplete study is not taken for one."""
     from damagepred.archive import files
     from damagepred.archive import folder as module
 
@@ -143,7 +143,7 @@ field = { course_correlation = 0.2 }
 
 
 @pytest.mark.parametrize("kind", ["explicit", "deformable", "softening"])
-def test_replay_is_bit_for_bit_whatever_the_solver_and_the_fields(tmp_path: Path, kind: str) -> None:
+def test_replay_is_bit_for_bit_with_any_solver_and_fields(tmp_path: Path, kind: str) -> None:
     text = SMALL_STUDY.replace("increments = 6", "increments = 2")
     if kind == "softening":
         text = text.replace("[scene.joint]", "[scene.joint]\nfracture_energy = 10.0").replace(
@@ -185,7 +185,7 @@ COMMITTED = environment() | {"damagepred_commit": "0123456789ab"}
         (None, {}, "older version, which did not record where"),
     ],
 )
-def test_a_replay_that_differs_says_what_else_differs(
+def test_a_replay_that_differs_names_other_differences(
     recorded: dict[str, str] | None, here: dict[str, str], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from damagepred.study.campaign import replay as module
@@ -225,7 +225,7 @@ def without_environment(row: Callable[..., Columns]) -> Callable[..., Columns]:
     return older
 
 
-def test_each_sample_says_where_it_was_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_sample_records_where_it_was_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from damagepred.study.campaign import sample
 
     folder = StudyFolder(tmp_path / "study.dp")
@@ -280,7 +280,7 @@ def test_watching_ends_when_nothing_is_left(done: Path) -> None:
 
 
 def without_rights(folder: str, answer) -> None:
-    """Try to go on with a study as somebody who may not write there."""
+    """Try to resume a study without permission to write."""
     if os.getuid() == 0:
         os.setgid(65534)
         os.setuid(65534)
@@ -312,8 +312,8 @@ def test_a_folder_that_may_only_be_read(done: Path, tmp_path_factory: pytest.Tem
     assert said[1] == "6", "reading it is no matter"
 
 
-def test_a_hundred_thousand_samples_are_listed_in_no_time(done: Path, tmp_path: Path) -> None:
-    """As many parts as a study of that size makes; their names alone tell what is done."""
+def test_a_hundred_thousand_samples_are_listed_fast(done: Path, tmp_path: Path) -> None:
+    """With the parts of a study of that size; their names determine the finished samples."""
     import shutil
 
     folder = StudyFolder(shutil.copytree(done, tmp_path / "study.dp"))

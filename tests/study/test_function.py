@@ -1,4 +1,4 @@
-"""A study as a plain function, and in the hands of OpenTURNS and SALib."""
+"""A study as a plain function, and its use by OpenTURNS and SALib."""
 
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
@@ -78,7 +78,7 @@ def test_a_wall_that_fails_is_nan_and_sobol_s_indices_refuse_it(
         hooks.sobol(with_salib.OUTPUT, 8)
 
 
-def test_what_varies_from_joint_to_joint_counts_as_one_input(study: Study) -> None:
+def test_values_of_joints_count_as_one_input(study: Study) -> None:
     wall = study.function()
     rows, numbers, names = wall.sobol_rows(4, seed=1)
     assert names == [*INPUTS, JOINTS]
@@ -99,7 +99,7 @@ def test_what_varies_from_joint_to_joint_counts_as_one_input(study: Study) -> No
         (lambda s: s.function()([-0.75, 0.006]), "no wall could be solved; the first: InputError"),
     ],
 )
-def test_what_cannot_be_asked(study: Study, ask, words: str) -> None:
+def test_invalid_requests_are_refused(study: Study, ask, words: str) -> None:
     with pytest.raises(InputError) as caught:
         ask(study)
     assert words in str(caught.value)

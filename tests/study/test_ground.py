@@ -1,4 +1,4 @@
-"""Studies of walls whose footing finds its own form: on a mound, and on jacks that come to the limit of their rig."""
+"""Studies of walls on a flexible footing: on a mound, and on jacks up to the limit of the rig."""
 
 import sys
 import tomllib
@@ -151,7 +151,7 @@ def test_fits_take_a_wall_at_the_limit_of_its_rig_as_censored_there(jacks: Path)
     assert not bounds.failed.any()
 
 
-def test_status_and_pictures_tell_of_the_limit(jacks: Path) -> None:
+def test_status_and_pictures_report_the_limit(jacks: Path) -> None:
     ds = open_study(jacks)
     line = next(text for text in study_status(jacks).lines if "ended before the full movement" in text)
     assert line.startswith("4 walls ended")

@@ -47,8 +47,8 @@ cov = 0.5
 """
 STEP = 0.01
 NEAR = 5e-6
-"""Agreement (m). Both paths find the movement at which a bond breaks to 1 % of its strength, each on its own way; what
-neighbouring joints share of an opening then differs by as much, with a mound that only grows in size, too."""
+"""Agreement (m). Both paths locate the breaking of a bond to 1 % of its strength, by different steps. The distribution
+of an opening over neighbouring joints then differs by as much, also with a mound that only grows in size."""
 
 
 def run(folder: Path, kind: str, increments: int) -> Path:
@@ -104,7 +104,7 @@ def test_paths_of_versions_that_scaled_the_final_mound_are_not_read_in_between(
     del ds["surface_movement"].attrs["ground_states"]
     with pytest.raises(InputError, match="scaled the Walsh mound of the final surface movement"):
         fit_fragility(ds, bootstrap=0, categories=[1])
-    # at its end each wall is the one of its own movement
+    # at its end each wall is that of its movement
     ends = ds.isel(increment=-1)
     capacities(ends, 1, "surface_movement")
     # and where nothing grows but the size, all states on the way are

@@ -1,4 +1,4 @@
-"""A kill at any write of any command loses nothing: the same command once more, and all is as if undisturbed."""
+"""A kill at any write of any command loses no result: after the same command all is as if undisturbed."""
 
 import itertools
 import json
@@ -42,7 +42,7 @@ def run(folder: Path, samples: int = SAMPLES, **more: bool) -> None:
 
 
 def fail(folder: Path, sample: int) -> None:
-    """Make a sample one that failed and left a part, as a solver does that gives up."""
+    """Turn a sample into a failed one with a part, as after a solver error."""
     place = StudyFolder(folder)
     part = read_part(place.part_file(sample))
     part["status"].values[:] = SampleStatus.FAILED
@@ -59,7 +59,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def content(folder: Path) -> xr.Dataset:
-    """What the results are, without how long they took."""
+    """Return the results without times."""
     place = StudyFolder(folder)
     ds = place.results()
     xr.testing.assert_identical(ds["status"], read_dataset(place.results_file)["status"])
@@ -181,7 +181,7 @@ def what_is_found(folder: Path) -> dict[str, object]:
 def test_estimates_that_solve_walls(
     go_on: Callable[[Path], None], at_each: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What the walls cost decides how many are run, so that the clock ticks once a wall here."""
+    """The cost of walls determines their number, so the clock ticks once a wall here."""
     ticks = itertools.count()
     monkeypatch.setattr(sample, "time", SimpleNamespace(perf_counter=lambda: float(next(ticks))))
     go_on(tmp_path / "undisturbed")
@@ -199,8 +199,8 @@ def test_estimates_that_solve_walls(
         at += at_each
 
 
-def test_a_stale_summary_is_not_believed(done: Path, tmp_path: Path) -> None:
-    """A failed wall that has been solved since is solved, whatever the summary of before says."""
+def test_a_stale_summary_is_not_used(done: Path, tmp_path: Path) -> None:
+    """A failed wall that has been solved since counts as solved, despite the earlier summary."""
     with_failure(done)(tmp_path / "study.dp")
     folder = StudyFolder(tmp_path / "study.dp")
     shutil.copy(folder.results_file, tmp_path / "stale.nc")
@@ -232,11 +232,11 @@ COMMANDS = {
 
 
 PICTURES = ("plot", "export")
-"""Of these all writes are killed by the slow tests alone: each run draws again."""
+"""Of these the slow tests alone kill all writes, because each run samples again."""
 
 
 @pytest.mark.parametrize("command", [pytest.param(c, marks=pytest.mark.slow) if c in PICTURES else c for c in COMMANDS])
-def test_what_commands_write_is_whole_or_not_there(
+def test_commands_write_files_atomically(
     command: str, done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.copytree(done, tmp_path / "study.dp")

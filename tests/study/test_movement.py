@@ -1,4 +1,4 @@
-"""What a study keeps of the movement: the path, the sampled end of it, or both."""
+"""Stored part of the movement: the path, its sampled end, or both."""
 
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
@@ -62,7 +62,7 @@ def test_studies_of_ends_are_read_everywhere(folders: dict[str, Path]) -> None:
 
 @pytest.mark.parametrize(("ground", "measure"), [(MOUND, "surface_movement"), (JACKS, "central_deflection")])
 def test_ends_on_mounds_and_jacks(ground: str, measure: str) -> None:
-    """A mound's movement is the sampled one; jacks that let go end the movement there, and the wall is known there."""
+    """A mound's movement is the sampled one; unloaded jacks end the movement, and the wall is known there."""
     study = Study(StudySettings.from_dict(tomllib.loads(WALL + ground)))
     outputs = (measure, "damage_category", "crack_width_max", "base_reaction")
     vectors = study.function().from_unit(np.full((1, len(study.design.wall)), 0.3))
@@ -77,7 +77,7 @@ def test_ends_on_mounds_and_jacks(ground: str, measure: str) -> None:
         assert last < study.settings.scene.movement.increments, "jacks that never let go test nothing"
 
 
-def test_where_the_end_counts_a_path_goes_to_it() -> None:
+def test_a_path_whose_end_counts_reaches_it() -> None:
     tables = tomllib.loads(SMALL_STUDY.replace("stop_at_category = 4", ""))
     for movement, last in (("path", 4), ("sampled", np.inf), ("both", np.inf)):
         tables["study"]["movement"] = movement

@@ -1,4 +1,4 @@
-"""Rare categories of a study: the same however they are run, and what random sampling finds where it can."""
+"""Rare categories of a study: independent of the way they are run, and in agreement with random sampling."""
 
 import json
 import tomllib
@@ -30,7 +30,7 @@ def settings(text: str = TINY) -> StudySettings:
     return StudySettings.from_dict(tomllib.loads(text))
 
 
-def test_the_movement_is_the_one_asked_for() -> None:
+def test_the_movement_is_the_requested_one() -> None:
     asked = asked_of(settings(), Question(1, 2e-3, reach=1.5))
     assert "movement.central_deflection" not in asked.variables
     assert asked.scene.movement.central_deflection == pytest.approx(2e-3 * 4 / 3)
@@ -113,7 +113,7 @@ def test_interrupted_and_run_by_others_it_is_the_same(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("steps", "known"), [(0, None), (2, None), (3, "not by 4 mm"), (5, "not by 4 mm")])
-def test_a_wall_that_fails_on_its_way_is_known_as_far_as_it_came(
+def test_a_failed_wall_is_known_up_to_its_failure(
     steps: int, known: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = asked_of(settings(), Question(4, 4e-3))
@@ -154,7 +154,7 @@ std = 0.01e6
 
 
 def injected(scene: Scene, fields: object, question: Question) -> Margin:
-    """A known answer: reached if friction is 3 deviations low, not known if strength is 2 deviations high."""
+    """A known answer: reached if friction is 3 deviations low, unknown if strength is 2 deviations high."""
     z = (scene.joint.friction - 1.0) / 0.1, (scene.joint.tensile_strength - 0.1e6) / 0.01e6
     return NOTHING_KNOWN._replace(why="injected") if z[1] > 2.0 else Margin(z[0] + 3.0, z[0] + 3.0)
 
@@ -204,7 +204,7 @@ def test_worker_processes_give_the_same(tmp_path: Path) -> None:
     np.testing.assert_array_equal(one.estimate.samples, two.estimate.samples)
 
 
-def test_what_cannot_be_asked(tmp_path: Path) -> None:
+def test_invalid_requests_are_refused(tmp_path: Path) -> None:
     study = Study(settings())
     for category, at, message in ((9, 4e-3, "category = 9"), (1, 0.0, "greater than 0")):
         with pytest.raises(InputError, match=message):

@@ -26,7 +26,7 @@ def settings(text: str = SMALL_STUDY) -> StudySettings:
 
 
 def same(first: xr.Dataset, second: xr.Dataset) -> None:
-    """All but the time it took, and where, is the same to the last bit."""
+    """All variables except time and place are the same to the last bit."""
     assert set(first.data_vars) == set(second.data_vars)
     for name in set(first.data_vars) - {"run_time", "environment"}:
         np.testing.assert_array_equal(first[name].values, second[name].values, err_msg=str(name))
@@ -51,7 +51,7 @@ def test_any_executor_gives_the_same_bits(serial: Path, tmp_path: Path) -> None:
     same(open_study(serial), open_study(tmp_path / "threads.dp"))
 
 
-def test_extending_keeps_what_was_and_adds_what_a_larger_run_has(serial: Path, tmp_path: Path) -> None:
+def test_extending_keeps_samples_and_adds_those_of_a_larger_run(serial: Path, tmp_path: Path) -> None:
     folder = tmp_path / "grown.dp"
     with ThreadPoolExecutor(2) as executor:
         Study(settings()).run(folder, samples=2, executor=executor)
@@ -145,7 +145,7 @@ def test_another_study_is_refused_and_the_keys_are_named(serial: Path) -> None:
     assert sorted(p.name for p in serial.rglob("*")) == before
 
 
-def test_a_second_writer_is_told(serial: Path) -> None:
+def test_a_second_writer_is_refused(serial: Path) -> None:
     lock = StudyFolder(serial).lock()
     try:
         with pytest.raises(StudyError, match="another damagepred is writing"):
@@ -170,7 +170,7 @@ def test_a_latin_hypercube_cannot_be_extended(tmp_path: Path) -> None:
             Study(settings(text)).run(tmp_path / "lhs.dp", samples=4, executor=executor)
 
 
-def test_a_failed_sample_is_recorded_and_the_rest_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_sample_is_recorded_and_the_others_continue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from damagepred.errors import ConvergenceError
     from damagepred.study.campaign import sample as module
 
@@ -246,7 +246,7 @@ def test_a_fracture_energy_that_the_scene_leaves_out_cannot_be_sampled() -> None
 
 
 @pytest.mark.parametrize("stop", [2, '"none"'])
-def test_a_path_ends_where_the_study_says(serial: Path, tmp_path: Path, stop: int | str) -> None:
+def test_a_path_ends_at_the_category_of_the_study(serial: Path, tmp_path: Path, stop: int | str) -> None:
     """The table's highest, which no wall of this study reaches, category 2, or nowhere."""
     study = settings(SMALL_STUDY.replace("stop_at_category = 4", f"stop_at_category = {stop}"))
     with ThreadPoolExecutor(2) as executor:

@@ -1,4 +1,4 @@
-"""A study that stops when it knows enough has run the walls of one that did not."""
+"""A study that stops early has run the first walls of one that did not."""
 
 import json
 import tomllib
@@ -23,7 +23,7 @@ def settings(extra: str = "", **sampling: object) -> StudySettings:
     return StudySettings.from_dict(tables)
 
 
-def test_a_study_stops_when_it_knows_enough(tmp_path: Path) -> None:
+def test_a_study_stops_when_the_interval_is_small_enough(tmp_path: Path) -> None:
     rule = {"category": 1, "at": "6 mm", "half_width": 0.32, "first": 8}
     study = Study(settings(samples=64, replicates=4, stop_when=rule))
     with ThreadPoolExecutor(2) as executor:
@@ -32,7 +32,7 @@ def test_a_study_stops_when_it_knows_enough(tmp_path: Path) -> None:
         counts = [look.samples for look in ending.looks]
         assert counts == [8, 16, 32, 64][: len(counts)]
         assert counts[-1] < 64
-        # the same again, and a study that was never told to stop
+        # the same again, and a study without a stopping rule
         again = run_until(study, tmp_path / "s.dp", executor=executor)
         Study(settings(samples=counts[-1], replicates=4)).run(tmp_path / "plain.dp", executor=executor)
     assert again.looks == ending.looks
@@ -72,7 +72,7 @@ def test_a_latin_hypercube_cannot_be_stopped(tmp_path: Path) -> None:
         ({"sampler": "table"}, "needs it"),
     ],
 )
-def test_what_does_not_go_together(sampling: dict[str, object], message: str) -> None:
+def test_incompatible_settings_are_refused(sampling: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         settings(**sampling)
 

@@ -77,8 +77,8 @@ def test_the_pilot_is_of_other_samples_that_do_not_count() -> None:
     assert pilots[0].study.sampler == pilots[1].study.sampler == "random"
 
 
-def test_a_coarse_wall_that_is_the_same_tells_all(tmp_path: Path) -> None:
-    """Without a difference in cost it can pay by mere chance of the clock; what it runs stays within the budget."""
+def test_an_identical_coarse_wall_is_perfectly_correlated(tmp_path: Path) -> None:
+    """Without a difference in cost it may pay by chance of the clock; it stays within the budget."""
     said: list[PilotReport] = []
     with ThreadPoolExecutor(2) as executor:
         found, again = (
@@ -120,13 +120,13 @@ def test_failed_walls_bound_the_probability(tmp_path: Path, monkeypatch: pytest.
     assert found.failed_damaged.value == pytest.approx(found.estimate.value + 0.25, abs=0.15 if found.coarse else 1e-9)
 
 
-def test_an_interrupt_ends_it_and_it_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_run_is_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Campaign, "run", lambda *given, **more: RunSummary(tmp_path, 12, 3, 0, True, 1.0))
     with pytest.raises(KeyboardInterrupt):
         run_two_level(settings(LARGER), 1, 5e-3, tmp_path / "two", pilot=12)
 
 
-def test_what_makes_no_sense_is_refused(tmp_path: Path) -> None:
+def test_invalid_requests_are_refused(tmp_path: Path) -> None:
     for given, message in (
         ({"category": 7}, "category = 7"),
         ({"at": -1.0}, "greater than 0"),
@@ -138,7 +138,7 @@ def test_what_makes_no_sense_is_refused(tmp_path: Path) -> None:
             run_two_level(settings(LARGER), **{"category": 1, "at": 5e-3, "out": tmp_path / "two", **given})  # type: ignore[arg-type]
 
 
-def test_a_study_without_a_coarse_wall_says_what_to_do(tmp_path: Path) -> None:
+def test_a_study_without_a_coarse_wall_is_refused_with_advice(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"study.coarse\]: say in which"):
         levels(settings({}))
     # said when the study is read, whatever it is read for

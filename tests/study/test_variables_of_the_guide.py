@@ -1,4 +1,4 @@
-"""The guide's example of what is uncertain is a study that can be drawn."""
+"""The guide's example of uncertain variables is a valid study."""
 
 import tomllib
 from pathlib import Path
@@ -11,7 +11,7 @@ from damagepred.study.campaign.sample import joint_places
 from tests.guide.pages import WRITTEN, blocks
 
 
-def test_the_example_can_be_drawn(tmp_path: Path) -> None:
+def test_the_example_can_be_sampled(tmp_path: Path) -> None:
     example, measured = blocks(WRITTEN["uncertainty"])[:2]
     (tmp_path / "house.toml").write_text(example.text)
     (tmp_path / "shear_tests.csv").write_text(measured.text)

@@ -1,4 +1,4 @@
-"""Crossed studies: the same walls and fields in every combination, and what they say."""
+"""Crossed studies: the same walls and fields in every combination, and their shares of variance."""
 
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
@@ -46,7 +46,7 @@ def test_both_walls_of_a_table_are_independent() -> None:
     np.testing.assert_array_equal(more[: 4 * 512].reshape(-1, 2, 2)[:, :, 0], friction)
 
 
-def test_a_crossed_study_runs_as_any_other_and_tells_its_shares(tmp_path: Path) -> None:
+def test_a_crossed_study_runs_as_any_other_and_gives_its_shares(tmp_path: Path) -> None:
     crossed = crossed_study(settings(movement="path"))
     with ThreadPoolExecutor(1) as executor:
         Study(crossed).run(tmp_path / "small.dp", samples=24, executor=executor)
@@ -81,7 +81,7 @@ def test_shares_of_known_walls() -> None:
     assert float(found["spearman"][0]) == pytest.approx(6 / np.pi * np.arcsin(np.sqrt(0.8) / 2), abs=0.03)
 
 
-def test_censored_and_failed_walls_are_told_and_not_left_out() -> None:
+def test_censored_and_failed_walls_are_reported_and_included() -> None:
     ds = crossed_walls(300, 0.4, 0.2, end=8.0)
     for wall in range(0, 1200, 12):
         fail(ds, wall, 150)
@@ -99,14 +99,14 @@ def test_curves_say_that_their_walls_are_crossed() -> None:
     assert "crossed" not in damagepred.fit_fragility(ds.drop_attrs(), categories=[1], bootstrap=0).attrs
 
 
-def test_tables_that_are_not_whole_are_left_out() -> None:
+def test_incomplete_tables_are_left_out() -> None:
     ds = crossed_walls(30, 0.4, 0.2)
     ds["status"].values[[5, 118, 119]] = 3
     assert study_sensitivity(ds, category=1, resamples=5).attrs["tables"] == 28
 
 
-def test_ranks_and_shares_are_of_walls_that_share_nothing() -> None:
-    """An input that does nothing: where walls come in pairs, their likeness would pass for its doing."""
+def test_ranks_and_shares_are_of_independent_walls() -> None:
+    """An input without effect: in pairs of walls, their correlation would be taken for an effect."""
     held = []
     for seed in range(30):
         ds = crossed_walls(12, 0.4, 0.2, seed=seed, end=60.0)
@@ -135,7 +135,7 @@ def test_an_ordinary_study_has_ranks_and_no_groups() -> None:
         ({"output": "damage_category"}, "1 of 40 walls have no value at the end"),
     ],
 )
-def test_what_cannot_be_asked(ask: dict, words: str) -> None:
+def test_invalid_requests_are_refused(ask: dict, words: str) -> None:
     ds = crossed_walls(10, 0.4, 0.2)
     ds["status"].values[3] = FAILED
     ds["damage_category"].values[3, 5:] = -1

@@ -1,4 +1,4 @@
-"""Damage to a study folder is seen, said and mended; no bit of it changes a value silently."""
+"""Damage to a study folder is detected, reported and repaired; no bit changes a value silently."""
 
 import json
 import os
@@ -62,7 +62,7 @@ def files(folder: Path) -> list[Path]:
 
 
 def read_or_refused(folder: Path) -> tuple[dict[str, np.ndarray], list[str]]:
-    """Return the values of the samples that have one, and what was said."""
+    """Return the values of the samples that have one, and the messages."""
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         try:
@@ -159,7 +159,7 @@ DAMAGE: dict[str, Callable[[StudyFolder, Path], object]] = {
 @pytest.mark.filterwarnings("ignore::damagepred.errors.ArchiveWarning")
 @pytest.mark.timeout(120)
 @pytest.mark.parametrize("damage", DAMAGE)
-def test_damage_is_said_and_mended(
+def test_damage_is_reported_and_repaired(
     damage: str, folder: StudyFolder, done: Path, other: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     DAMAGE[damage](folder, other)
@@ -213,7 +213,7 @@ def test_an_edited_study_is_noticed_by_every_command(what: str, folder: StudyFol
     assert "Traceback" not in result.err
 
 
-def test_the_exit_code_of_verify_says_the_outcome(folder: StudyFolder, command: Run) -> None:  # noqa: F811
+def test_exit_codes_of_verify(folder: StudyFolder, command: Run) -> None:  # noqa: F811
     result = command("verify", folder.path, "--samples", 2)
     assert result.code == 0
     assert "solving 2 samples again" in result.out
@@ -244,7 +244,7 @@ VALUES: dict[str, tuple[str, Callable[[np.ndarray], object]]] = {
 
 @pytest.mark.parametrize("digest", [True, False], ids=["", "older version"])
 @pytest.mark.parametrize("wrong", VALUES)
-def test_values_that_cannot_be_are_refused(
+def test_impossible_values_are_refused(
     wrong: str, digest: bool, folder: StudyFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = part(folder)
@@ -275,7 +275,7 @@ def test_versions_mix_only_when_asked_to(done: Path, tmp_path: Path, monkeypatch
 
 
 @pytest.mark.filterwarnings("ignore::damagepred.errors.ArchiveWarning")
-def test_a_file_changed_by_another_program_says_so(folder: StudyFolder) -> None:
+def test_a_file_changed_by_another_program_is_reported(folder: StudyFolder) -> None:
     ds = read_dataset(folder.results_file)
     ds.to_netcdf(folder.path.parent / "mine.nc")
     with pytest.warns(ArchiveWarning, match=r"mine\.nc: was written or changed by another program"):

@@ -1,4 +1,4 @@
-"""Kernels are compiled before the first sample: workers that compile, each for itself, cost minutes."""
+"""Kernels are compiled before the first sample: otherwise each worker would compile for minutes."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""A worker that dies or hangs costs nobody anything but time; a sample that always kills its worker has failed."""
+"""A worker that dies or hangs costs only time; a sample that always kills its worker has failed."""
 
 import os
 import signal
@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from damagepred.errors import StudyError
-from damagepred.study.campaign.dispatch import LONGEST, PARTS, SHORTEST, Batches, LostSample, run_all
+from damagepred.study.campaign.dispatch import Batches, DispatchOptions, LostSample, run_all
 from damagepred.study.campaign.sample import Outcome
 from damagepred.study.campaign.workers import LocalPool
 
@@ -37,7 +37,7 @@ def troubled(folder: str, batch: Batch) -> list[Outcome]:
 
 
 def moody(folder: str, batch: Batch) -> list[Outcome]:
-    """Die, hang or fail at the first attempt only; a file in the folder tells that it was made."""
+    """Die, hang or fail at the first attempt only; a file in the folder records the attempt."""
     for sample, _ in batch:
         note = Path(folder) / str(sample)
         if not note.exists():
@@ -80,8 +80,8 @@ def test_the_others_survive() -> None:
     assert all(r.seconds == r.sample and r.message == "1" for r in good), "one BLAS thread a worker"
 
 
-def test_who_is_not_to_blame_gets_a_second_chance(tmp_path: Path) -> None:
-    """Killed from outside, stopped, an answer lost: each sample comes to its result all the same."""
+def test_lost_samples_are_tried_again(tmp_path: Path) -> None:
+    """Killed workers, stopped workers, lost answers: each sample has its result."""
     pool = LocalPool(str(tmp_path), workers=2, timeout=0.5, task=moody, ready=at_once)
     try:
         results = list(run_all(pool, str(tmp_path), Batches(tasks(4), 4), never))
@@ -103,7 +103,7 @@ def test_idle_workers_that_are_killed_are_replaced() -> None:
         pool.kill()
 
 
-def test_workers_that_cannot_begin_are_given_up() -> None:
+def test_workers_that_cannot_start_end_the_run() -> None:
     pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=stillborn)
     try:
         with pytest.raises(StudyError, match=r"3 worker processes in a row died before they began \(exit code 7\)"):
@@ -137,7 +137,7 @@ time.sleep(60)
 
 
 class Threads:
-    """An engine of threads, for what has nothing to do with processes."""
+    """An engine of threads, for tests without processes."""
 
     width = 2
 
@@ -153,7 +153,7 @@ class Threads:
     kill = terminate = close
 
 
-def test_draining_waits_for_what_runs_and_starts_nothing_new() -> None:
+def test_draining_waits_for_running_samples_and_starts_no_others() -> None:
     started: list[int] = []
 
     def slow(folder: str, batch: Batch) -> list[Outcome]:
@@ -194,7 +194,7 @@ def numbers(batch: Batch | None) -> list[int]:
 def test_batches_hold_samples_that_follow_each_other() -> None:
     batches = Batches([(i, {}) for i in (0, 1, 4, 5, 6, 7, 9)], 7)
     assert numbers(batches.next()) == [0]  # nothing is known yet of what one takes
-    batches.note(SHORTEST / 3.0)
+    batches.note(DispatchOptions.shortest_batch / 3.0)
     assert [numbers(batches.next()) for _ in range(5)] == [[1], [4, 5, 6], [7], [9], []]
 
 
@@ -202,9 +202,9 @@ def test_batches_hold_samples_that_follow_each_other() -> None:
     ("seconds", "count", "timeout", "size"),
     [
         (60.0, 100, None, 1),
-        (0.01, 1000, None, round(SHORTEST / 0.01)),
-        (0.5, 10 * PARTS, None, 10),  # as many files as a folder is to hold
-        (1.0, 10**6, None, int(LONGEST)),
+        (0.01, 1000, None, round(DispatchOptions.shortest_batch / 0.01)),
+        (0.5, 10 * DispatchOptions.most_parts, None, 10),  # as many files as a folder is to hold
+        (1.0, 10**6, None, int(DispatchOptions.longest_batch)),
         (0.01, 1000, 0.4, 10),  # well within what one sample may take
         (0.5, 1000, 0.4, 1),
     ],

@@ -1,4 +1,4 @@
-"""Steps of the estimates against numbers by hand, no two of them alike."""
+"""Steps of the estimates, compared with hand calculation."""
 
 import math
 from pathlib import Path
@@ -56,7 +56,7 @@ def test_table_of_values_at_its_values() -> None:
     assert (table.mean(), table.std()) == pytest.approx((3.2, math.sqrt(0.5 * 2.2**2 + 0.2 * 0.2**2 + 0.3 * 3.8**2)))
 
 
-def test_quantiles_of_what_is_partly_or_never_known() -> None:
+def test_quantiles_of_partly_or_never_known_values() -> None:
     found = Npmle(np.array([0.0, 2.0, 5.0]), np.array([1.0, 3.0, np.inf]), np.array([0.25, 0.35, 0.4]))
     assert [found.quantile(q) for q in (0.2, 0.25, 0.26, 0.6, 0.61)] == [1.0, 1.0, 3.0, 3.0, np.inf]
     np.testing.assert_allclose(found.probability(np.array([0.9, 1.0, 2.9, 3.0])), [0.0, 0.25, 0.25, 0.6])
@@ -154,7 +154,7 @@ def test_measures_of_the_movement_by_hand() -> None:
     assert movement_measure(ds) == "surface_movement"
 
 
-def test_the_measure_asked_for_is_read(tmp_path: Path) -> None:
+def test_the_requested_measure_is_read(tmp_path: Path) -> None:
     """Walls of 1.44 m: a ratio is the deflection over it, and its probability that of the deflection."""
     ds = StudyFolder(synthetic_study(tmp_path / "house.dp", 40)).results()
     deflection = exceedance(ds, 1, 2e-3).estimate

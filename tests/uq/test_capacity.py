@@ -1,4 +1,4 @@
-"""One definition of the movement at which a category is reached: all that use it agree."""
+"""One definition of the movement at which a category is reached, common to all analyses."""
 
 from collections.abc import Iterator
 from types import SimpleNamespace
@@ -24,7 +24,7 @@ MARKS = np.arange(9) * 1e-3
 
 
 def paths(seed: int, ended: bool) -> tuple[xr.Dataset, np.ndarray]:
-    """Crack widths (m) that grow at random, array (walls, increments); some walls fail or collapse on their way."""
+    """Randomly growing crack widths (m), array (walls, increments); some walls fail or collapse."""
     random = np.random.default_rng(seed)
     limits = settings().damage_table.limits
     width = np.cumsum(np.append(np.zeros((40, 1)), random.exponential(1e-3, (40, 8)), axis=1), axis=1)

@@ -1,6 +1,7 @@
 """Curves of a common dispersion: statsmodels' ordinal model, known truth, and curves that never cross."""
 
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -16,15 +17,34 @@ from statsmodels.miscmodels.ordinal_model import OrderedModel
 from damagepred.errors import InputError
 from damagepred.uq.fragility import (
     capacities,
-    fit_common,
     fit_fragility,
     fit_lognormal,
-    fit_ordinal,
     stripes,
     stripes_from_counts,
 )
+from damagepred.uq.fragility.grouped_data import group_intervals
+from damagepred.uq.fragility.models import fit_grouped
 from tests.uq.test_fragility import BETA, NAMES, RATE, WIDTHS, fail, known, lognormal, study
 from tests.uq.test_fragility_single import study as single_study
+
+
+class CommonFit(NamedTuple):
+    median: np.ndarray
+    dispersion: float
+    status: list[str]
+
+
+def fit_common(lower: np.ndarray, upper: np.ndarray, single: bool = False) -> CommonFit:
+    """Curves of one dispersion from intervals (categories, walls)."""
+    fits = fit_grouped(group_intervals(lower, upper, np.ones(lower.shape[1])), common=True, single=single)
+    median, dispersion, status = zip(*fits)
+    return CommonFit(np.array(median), next((d for d in dispersion if np.isfinite(d)), np.nan), list(status))
+
+
+def fit_ordinal(movement: np.ndarray, category: np.ndarray, categories: list[int]) -> CommonFit:
+    """The same from walls that are each observed at one movement (ordinal probit)."""
+    hit = category >= np.asarray(categories)[:, None]
+    return fit_common(np.where(hit, 0.0, movement), np.where(hit, movement, np.inf), single=True)
 
 
 def ordinal(seed: int, walls: int = 300) -> tuple[np.ndarray, np.ndarray]:
@@ -106,7 +126,7 @@ def test_where_separate_curves_cross_those_of_a_common_dispersion_do_not() -> No
     st.integers(0, 10**6),
 )
 def test_medians_stand_in_the_categories_order(capacity: list[list[int]], fails: bool, seed: int) -> None:
-    """Whatever the walls: at 1 to 13 of 12 increments each category is reached, 13 meaning never."""
+    """For any walls: each category is reached at increment 1 to 12, or never (13)."""
     ds = study(np.sort(np.array(capacity, dtype=float), axis=1) - 0.5, end=12.0, increments=12)
     if fails:
         for wall in np.random.default_rng(seed).choice(len(capacity), len(capacity) // 3, replace=False):
@@ -138,7 +158,7 @@ def test_two_categories_that_the_same_walls_reached_have_one_curve() -> None:
     np.testing.assert_allclose(found.median[:2], alone.median, rtol=1e-8)
 
 
-def test_a_category_that_no_wall_reached_spoils_nothing() -> None:
+def test_a_category_that_no_wall_reached_does_not_affect_the_others() -> None:
     capacity = known(np.random.default_rng(1), 60)
     capacity[:, 3] = 999.0
     both = [
@@ -159,7 +179,7 @@ def test_with_one_category_it_is_the_separate_curve() -> None:
 
 
 @pytest.mark.parametrize(("model", "single"), [("common", False), ("common", True)])
-def test_bands_hold_the_truth_about_nine_times_in_ten(model: str, single: bool) -> None:
+def test_bands_cover_the_true_value_about_nine_times_in_ten(model: str, single: bool) -> None:
     hits, repetitions = np.zeros(2), 30
     for seed in range(repetitions):
         random = np.random.default_rng([5, seed])
@@ -234,13 +254,13 @@ def test_flags_are_kept() -> None:
         ({"model": "common", "band": "profile"}, "band = 'profile': is for curves"),
     ],
 )
-def test_what_cannot_be_asked(options: dict, words: str) -> None:
+def test_invalid_requests_are_refused(options: dict, words: str) -> None:
     with pytest.raises(InputError, match=words):
         fit_fragility(study(known(np.random.default_rng(1), 30)), **options)
 
 
-def test_what_no_category_tells_is_said_of_each() -> None:
-    """Movements that part walls perfectly; or capacities of one increment: no dispersion for any."""
+def test_without_information_each_category_has_a_note() -> None:
+    """Movements that separate walls perfectly, or capacities in one increment: no dispersion for any."""
     movement = np.linspace(1, 20, 40)
     parted = fit_ordinal(movement, (movement > 5).astype(int) + (movement > 12), [1, 2])
     assert np.isnan(parted.median).all()
@@ -259,7 +279,7 @@ def test_a_category_that_lacks_scatter_borrows_it_from_another() -> None:
     assert alone["fit_status"].values.tolist() == ["all walls within one increment: refine the increments", "fitted"]
 
 
-def test_few_walls_have_no_band_however_many_of_them_tell() -> None:
+def test_few_walls_have_no_band() -> None:
     """A bound on the walls that reached a category alone would give bands to the unusual studies of 20 walls."""
     for count, has_band in ((20, False), (30, True)):
         capacity = lognormal(np.random.default_rng(3), 8.0, 0.4, count)[:, None] * np.array([1.0, 1.2])

@@ -1,4 +1,4 @@
-"""Comparison of studies: paired differences of probabilities, with intervals that hold what they say."""
+"""Comparison of studies: paired differences of probabilities, with intervals of the stated coverage."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def pair(random: np.random.Generator, count: int, before: float, after: float, c
 @pytest.mark.parametrize("count", [20, 60, 200])
 @pytest.mark.parametrize(("before", "after"), [(0.5, 0.3), (0.2, 0.1), (0.9, 0.7), (0.4, 0.4)])
 @pytest.mark.parametrize("correlation", [0.0, 0.8])
-def test_ninety_percent_intervals_hold_ninety_percent(
+def test_ninety_percent_intervals_cover_ninety_percent(
     count: int, before: float, after: float, correlation: float
 ) -> None:
     random, repetitions = np.random.default_rng(5), 300
@@ -92,7 +92,7 @@ def wilson(share: float, n: int) -> tuple[float, float]:
     return (middle - half) / (1 + z**2 / n), (middle + half) / (1 + z**2 / n)
 
 
-def test_pairs_know_more_than_other_samples() -> None:
+def test_pairs_have_smaller_intervals_than_independent_samples() -> None:
     first, second = pair(np.random.default_rng(2), 100, 0.5, 0.35, 0.95)
     paired = compare({"a": first, "b": second}, categories=[1]).isel(study=1, category=0, movement=0)
     other = compare({"a": first, "b": second.assign_attrs(seed=2)}, categories=[1]).isel(
@@ -129,7 +129,7 @@ def test_failed_samples_are_counted_and_leave_the_pairs() -> None:
     assert float(found["difference"][1]) == pytest.approx(known)
 
 
-def test_what_cannot_be_compared_is_refused_in_a_sentence() -> None:
+def test_incomparable_studies_are_refused_in_a_sentence() -> None:
     one = study(0.5, np.zeros(10))
     with pytest.raises(InputError, match="two studies or more"):
         compare({"a": one})
@@ -155,7 +155,7 @@ def test_a_site_class_is_compared_by_its_mean() -> None:
         compare({name: ds.rename(surface_movement="central_deflection") for name, ds in studies.items()}, at=["H1"])
 
 
-def test_unknown_probabilities_are_said_to_be_unknown() -> None:
+def test_unknown_probabilities_are_reported_as_unknown() -> None:
     first, second = pair(np.random.default_rng(4), 20, 0.0, 0.0, 0.5)
     said = sentences(compare({"a": first, "b": second}, categories=[1], at=[0.02]), 1, 0.02)
     assert said == ["a: unknown, no sample was followed as far; there is nothing to compare with"]

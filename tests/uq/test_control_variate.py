@@ -1,4 +1,4 @@
-"""Two levels: unbiased, as sure as stated, and taken only where it pays."""
+"""Two levels: unbiased, with the stated coverage, and used only where they pay."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def pair(correlation: float, n: int, random: np.random.Generator) -> tuple[np.nd
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.9, 0.99])
-def test_unbiased_and_as_sure_as_stated(correlation: float) -> None:
+def test_unbiased_with_the_stated_coverage(correlation: float) -> None:
     exact = special.ndtr(-1.0)
     found = []
     for seed in range(400):
@@ -33,7 +33,7 @@ def test_unbiased_and_as_sure_as_stated(correlation: float) -> None:
 
 
 @pytest.mark.parametrize("slope", [1.0, 0.5])
-def test_where_coarse_results_tell_the_fine_ones_all_of_them_count(slope: float) -> None:
+def test_perfectly_correlated_coarse_results_all_count(slope: float) -> None:
     """Fine results in proportion to coarse ones: the estimate is that of all coarse results, and so is its error."""
     coarse, further = np.arange(40) % 2 * 1.0, (np.arange(120) % 4 < 1) * 1.0
     found = two_level(slope * coarse, coarse, further)
@@ -43,7 +43,7 @@ def test_where_coarse_results_tell_the_fine_ones_all_of_them_count(slope: float)
     assert found.error == pytest.approx(error)
 
 
-def test_scrambles_where_coarse_results_tell_the_fine_ones() -> None:
+def test_scrambles_with_perfectly_correlated_coarse_results() -> None:
     """Each scramble's estimate is the mean of its coarse results: 0.3, 0.4, 0.5 and 0.6 of ten each."""
     label = np.arange(40) % 4
     hits = (np.arange(40) // 4 < np.array([3, 4, 5, 6])[label]) * 1.0
@@ -57,7 +57,7 @@ def test_scrambles_where_coarse_results_tell_the_fine_ones() -> None:
 
 
 def test_each_fifth_has_its_coefficient_from_the_other_four() -> None:
-    """Value and error of unlike results, fold by fold, by least squares of the other folds."""
+    """Value and error, fold by fold, by least squares of the other folds."""
     random = np.random.default_rng(5)
     fine, coarse, further = random.random(23), random.random(23), random.random(31)
     fine += 0.6 * coarse
@@ -120,10 +120,10 @@ def test_a_pilot_that_counts_would_bias_the_estimate_and_does_not_count() -> Non
         found = np.array([whole_procedure(seed, counted) for seed in range(2500)])
         bias[counted] = (found.mean() - 0.05) / (found.std(ddof=1) / np.sqrt(len(found)))
     assert abs(bias[False]) < 3.5
-    assert bias[True] > 5  # standard errors: what this test is able to see
+    assert bias[True] > 5  # standard errors: the sensitivity of this test
 
 
-def test_scrambles_of_sobol_points_tell_their_error_and_take_fewer_walls() -> None:
+def test_scrambles_of_sobol_points_estimate_their_error_and_need_fewer_walls() -> None:
     """Shares that are smooth in two numbers; the coarse one is biased."""
     exact, found, plain = 0.25, [], []
     for seed in range(200):
@@ -141,8 +141,8 @@ def test_scrambles_of_sobol_points_tell_their_error_and_take_fewer_walls() -> No
         two_level(fine[:32], coarse[:32], coarse[32:], replicates=3)
 
 
-def test_results_that_all_agree_do_not_call_for_ever_more_coarse_ones() -> None:
-    """A pilot in which both agree, and a budget that is kept to."""
+def test_identical_results_do_not_require_ever_more_coarse_ones() -> None:
+    """A pilot in which both agree, and a budget that is not exceeded."""
     hits = np.arange(12) % 2 * 1.0
     report = read_pilot(hits, hits, 1.0, 0.5)
     assert report.coarse_per_fine < 6
@@ -151,7 +151,7 @@ def test_results_that_all_agree_do_not_call_for_ever_more_coarse_ones() -> None:
         assert n + 0.5 * m <= budget + 1
 
 
-def test_the_cost_is_what_the_allocation_brings() -> None:
+def test_the_cost_is_that_of_the_allocation() -> None:
     """The formula against the variance of the estimator, minimised by hand."""
     for correlation, ratio in ((0.95, 0.1), (0.8, 0.02), (0.5, 0.3)):
         each = np.linspace(1, 60, 20000)
@@ -159,11 +159,11 @@ def test_the_cost_is_what_the_allocation_brings() -> None:
         cost, best = relative_cost(correlation, ratio)
         assert cost == pytest.approx(by_hand.min(), rel=1e-4)
         assert best == pytest.approx(each[by_hand.argmin()], abs=0.02)
-    # with many coarse walls, what two formulas say is the same
+    # with many coarse walls the two formulas agree
     assert relative_cost(0.95, 0.01)[0] == pytest.approx((np.sqrt(1 - 0.95**2) + 0.95 * 0.1) ** 2)
 
 
-def test_the_gain_that_the_pilot_promises_is_there() -> None:
+def test_the_gain_predicted_by_the_pilot_is_reached() -> None:
     random = np.random.default_rng(1)
     fine, coarse = pair(0.995, 400, random)
     report = read_pilot(fine, coarse, 1.0, 0.02)
@@ -180,7 +180,7 @@ def test_the_gain_that_the_pilot_promises_is_there() -> None:
     assert np.var(errors) / (share * (1 - share) / 200) == pytest.approx(report.relative_cost, rel=0.4)
 
 
-def test_what_does_not_pay_is_left() -> None:
+def test_coarse_walls_that_do_not_pay_are_not_used() -> None:
     random = np.random.default_rng(1)
     for correlation, ratio in ((0.3, 0.01), (0.9, 0.9)):
         report = read_pilot(*pair(correlation, 200, random), 1.0, ratio)
@@ -193,8 +193,8 @@ def test_what_does_not_pay_is_left() -> None:
 
 @pytest.mark.parametrize("share", [0.05, 0.2])
 @pytest.mark.parametrize("correlation", [0.9, 0.98])
-def test_intervals_of_twenty_fine_walls_hold_what_they_say(share: float, correlation: float) -> None:
-    """Few walls in which both agree do not prove that both always do: 0.6 where 0.9 was stated."""
+def test_intervals_of_twenty_fine_walls_have_the_stated_coverage(share: float, correlation: float) -> None:
+    """Agreement of few walls does not prove agreement of all: coverage 0.6 instead of 0.9 before."""
     limit, held = special.ndtri(1 - share), 0
     for seed in range(200):
         random = np.random.default_rng([3, seed])

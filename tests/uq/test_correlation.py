@@ -1,4 +1,4 @@
-"""The correlation asked for is that of the variables, not of the normals behind them."""
+"""The given correlation is that of the variables, not of the underlying normals."""
 
 import itertools
 import math
@@ -57,7 +57,7 @@ def test_no_correlation_is_none():
 
 
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_what_two_lognormals_cannot_have(sign: int):
+def test_impossible_correlation_of_two_lognormals(sign: int):
     c1, c2 = 2.0, 1.5
     scale = math.sqrt(math.log(1 + c1**2) * math.log(1 + c2**2))
     low, high = ((math.exp(s * scale) - 1) / (c1 * c2) for s in (-1, 1))
@@ -97,7 +97,7 @@ WANTED = {
 
 
 @pytest.mark.parametrize("sampler", ["random", "sobol", "lhs"])
-def test_twenty_thousand_samples_have_the_correlations_asked_for(sampler: str):
+def test_twenty_thousand_samples_have_the_given_correlations(sampler: str):
     values = Design.make(VARIABLES, {p: UNITS.get(p, "1") for p in VARIABLES}, WANTED, sampler, 5).wall_values(20000)
     for a, b in itertools.combinations(VARIABLES, 2):
         found = np.corrcoef(values[a], values[b])[0, 1]

@@ -1,4 +1,4 @@
-"""Nataf for values that come singly and for mixtures: closed forms, attainable ranges, and samples."""
+"""Nataf model for discrete values and mixtures: closed forms, attainable ranges, and samples."""
 
 import math
 
@@ -48,7 +48,7 @@ def test_two_tables_by_the_binormal_distribution(rho: float):
     assert float(NatafCurve(first, second)(rho)) == pytest.approx(expected, abs=2e-4)
 
 
-def test_the_range_of_tables_is_told():
+def test_the_attainable_range_of_tables_is_reported():
     rare = Table([0.0, 1.0], [9, 1])
     # comonotone: both 1 with probability 0.1; countermonotone: never both
     high, low = (0.1 - 0.05) / (0.5 * 0.3), (0 - 0.05) / (0.5 * 0.3)
@@ -80,7 +80,7 @@ def test_a_mixture_of_two_equal_parts_is_that_part():
     assert gaussian_correlation(both, stats.norm(), 0.5) == pytest.approx(gaussian_correlation(part, stats.norm(), 0.5))
 
 
-def test_no_correlation_of_what_has_no_scatter():
+def test_no_correlation_without_scatter():
     for without in (Table([3.0]), stats.cauchy()):
         with pytest.raises(ValueError, match="has no correlation"):
             gaussian_correlation(without, COIN, 0.1)

@@ -1,4 +1,4 @@
-"""A curve ends where walls end, and walls damaged before any movement leave the others their curve."""
+"""A curve ends at the largest movement, and walls damaged before any movement do not prevent it."""
 
 from pathlib import Path
 
@@ -49,7 +49,7 @@ def test_older_curves_beyond_the_movement_are_refused_too(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("model", ["separate", "common"])
-def test_a_wall_damaged_before_any_movement_leaves_the_others_their_curve(model: str, tmp_path: Path) -> None:
+def test_a_wall_damaged_before_any_movement_does_not_prevent_a_curve(model: str, tmp_path: Path) -> None:
     random = np.random.default_rng(2)
     others = lognormal(random, 8.0, 0.4, 99)[:, None] * np.array([1.0, 1.5])
     two, rest = (study(values, end=30.0, increments=30) for values in (np.vstack((others, [0.0, 5.0])), others))

@@ -1,4 +1,4 @@
-"""Estimates from samples: unbiased where the answer is known, and as sure as they say, counted over repetitions."""
+"""Estimates from samples: unbiased, with the stated coverage, counted over repetitions."""
 
 from pathlib import Path
 
@@ -35,14 +35,14 @@ def coverage(found: list[Estimate], exact: float) -> float:
 
 
 def covered_enough(found: list[Estimate], exact: float) -> bool:
-    """Whether the share of intervals that hold the truth could come from the level they state, or more."""
+    """Return whether the coverage is compatible with the stated level, or higher."""
     hits = round(coverage(found, exact) * len(found))
     return bool(stats.binom.cdf(hits, len(found), found[0].confidence) > 1e-3)
 
 
 @pytest.mark.parametrize(("scale", "share"), [(1.0, 0.0), (1.3, 0.0), (1.0, 0.2)])
 @pytest.mark.parametrize("beta", [3.0, 4.0])
-def test_importance_sampling_is_unbiased_and_knows_its_error(beta: float, scale: float, share: float) -> None:
+def test_importance_sampling_is_unbiased_and_estimates_its_error(beta: float, scale: float, share: float) -> None:
     exact = special.ndtr(-beta)
     found = [rare(beta, 300, seed, scale, share) for seed in range(60)]
     values = np.array([f.value for f in found])
@@ -54,8 +54,8 @@ def test_importance_sampling_is_unbiased_and_knows_its_error(beta: float, scale:
     assert np.mean([f.half_width for f in found]) < 2.2 * values.std(ddof=1)
 
 
-def test_a_wrong_weight_is_found_out() -> None:
-    """The same check fails where weights are left out of account: it can."""
+def test_a_wrong_weight_is_detected() -> None:
+    """The same check fails without weights: it is sensitive."""
     exact = special.ndtr(-3.0)
     values = np.array([rare(3.0, 300, seed).value for seed in range(30)]) * 1.15
     assert abs(values.mean() - exact) > 4 * values.std(ddof=1) / np.sqrt(len(values))
@@ -93,13 +93,13 @@ def test_random_samples_cover(share: float) -> None:
 
 
 def smooth_and_rough(points: np.ndarray, noise: np.random.Generator) -> np.ndarray:
-    """A wall's damage: a sum of its variables, and chance of its own that no sampler can even out."""
+    """A wall's damage: a sum of its variables, and random noise that no sampler can stratify."""
     return special.ndtri(points).sum(axis=1) + noise.standard_normal(len(points))
 
 
 @pytest.mark.parametrize("limit", [0.0, 2.4, 4.5])
 def test_replicates_of_sobol_points_cover(limit: float) -> None:
-    """With 8 scrambles the error is read from how they differ; as if random, the same points err to the safe side."""
+    """With 8 scrambles the error follows from their variance; treated as random, it is conservative."""
     exact = special.ndtr(-limit / np.sqrt(5))
     found, safe, plain = [], [], []
     label = np.arange(256) % 8
@@ -112,7 +112,7 @@ def test_replicates_of_sobol_points_cover(limit: float) -> None:
     assert covered_enough(found, exact)
     assert covered_enough(safe, exact)
     assert covered_enough(plain, exact)
-    if limit < 4:  # what the replicates gain is seen in their intervals
+    if limit < 4:  # the gain of the replicates appears in their intervals
         assert np.mean([f.half_width for f in found]) < 0.95 * np.mean([f.half_width for f in safe])
 
 
@@ -139,7 +139,7 @@ def test_the_error_of_replicates_is_that_of_the_mean_of_their_means() -> None:
     assert probability(hit, replicate=label).error == pytest.approx(error)
 
 
-def test_nothing_seen_still_has_an_interval() -> None:
+def test_no_events_still_have_an_interval() -> None:
     for hit in (np.zeros(50), np.ones(50)):
         e = probability(hit)
         assert (e.lower, e.upper) == pytest.approx(wilson(hit[0], 50, 1.6449), abs=1e-4)
@@ -180,6 +180,6 @@ def test_a_table_may_carry_units_in_its_header_or_its_cells(tmp_path: Path) -> N
         ("joint.friction,weight\n0.7,-1\n", "weight = -1: must not be negative"),
     ],
 )
-def test_a_table_that_cannot_be_used_says_where(tmp_path: Path, text: str, message: str) -> None:
+def test_an_invalid_table_is_refused_with_its_place(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         table(tmp_path, text)

@@ -132,7 +132,7 @@ def test_samples_follow_the_stated_distribution(name: str):
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_the_test_can_fail(name: str):
-    """A scatter that is a tenth larger is seen."""
+    """A standard deviation that is a tenth larger is detected."""
     written, unit, cdf, mean, _ = FAMILIES[name]
     wrong = stats.kstest(sampled(written, unit, 20000), lambda x: cdf(mean + (x - mean) / 1.1))
     assert wrong.pvalue < 1e-3

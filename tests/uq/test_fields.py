@@ -1,4 +1,4 @@
-"""Values that vary from joint to joint: how alike neighbours are, and where they are not."""
+"""Values that vary from joint to joint: correlation of neighbours, and where it ends."""
 
 from typing import NamedTuple
 
@@ -129,7 +129,7 @@ def test_each_field_keeps_its_own_course_correlation_though_correlated_with_the_
 
 
 def test_a_smooth_field_cannot_follow_a_rough_one():
-    """One that hardly changes from joint to joint and one that changes wholly cannot be the same in every joint."""
+    """A strongly and an uncorrelated field cannot be equal in every joint."""
     variables = {TENSION: field(1e6, 0.1, 0.95), COHESION: field(1e6, 0.1, 0.0)}
     with pytest.raises(InputError, match="different course_correlation cannot be so strongly correlated"):
         sample(variables, 0.9, 1)
@@ -139,7 +139,7 @@ def test_a_smooth_field_cannot_follow_a_rough_one():
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.4, 0.95, -0.3])
-def test_noise_is_the_recursion_it_says(rho: float):
+def test_noise_is_the_stated_recursion(rho: float):
     random = np.random.default_rng(1)
     sequence = np.repeat([0, 1, 2, 3, 4], [1, 5, 1, 2, 30])
     innovation = random.standard_normal(len(sequence))
@@ -157,7 +157,7 @@ def test_sequences_end_where_course_or_kind_changes():
     assert course_sequences(course, kind, x).tolist() == [0, 0, 1, 1, 2, 3, 3, 4]
 
 
-def test_an_opening_parts_neighbours():
+def test_an_opening_separates_neighbours():
     course, kind = np.zeros(5, dtype=np.int64), np.zeros(5, dtype=np.int8)
     x = np.array([0.12, 0.36, 0.60, 1.50, 1.74])
     assert course_sequences(course, kind, x, apart=0.36).tolist() == [0, 0, 0, 1, 1]

@@ -1,4 +1,4 @@
-"""Fragility curves against known truth, against scipy, and in all the cases in which there is none."""
+"""Fragility curves compared with true values and scipy, and all cases without a curve."""
 
 import math
 
@@ -108,7 +108,7 @@ def test_the_unit_of_the_movement_does_not_matter(seed: int, factor: float, disp
         assert scaled.dispersion == pytest.approx(fit.dispersion, rel=1e-6)
 
 
-def test_a_wall_of_which_nothing_is_known_changes_nothing():
+def test_an_unknown_wall_changes_nothing():
     lower, upper = brackets(lognormal(np.random.default_rng(4), 8.0, 0.45, 40), np.arange(0.0, 15.0))
     fit = fit_lognormal(lower, upper)
     more = fit_lognormal(np.append(lower, [0.0, 0.0]), np.append(upper, [np.inf, np.inf]))
@@ -119,7 +119,7 @@ def test_a_wall_of_which_nothing_is_known_changes_nothing():
     ("lower", "upper"),
     [([np.nan, 1, 2], [1, 2, 3]), ([0, 1, 2], [1, np.nan, 3]), ([2, 1, 2], [1, 2, 3])],
 )
-def test_what_is_no_interval_is_refused(lower: list, upper: list):
+def test_an_invalid_interval_is_refused(lower: list, upper: list):
     with pytest.raises(InputError, match="lower <= upper without NaN"):
         fit_lognormal(np.array(lower, dtype=float), np.array(upper, dtype=float))
 
@@ -136,7 +136,7 @@ def test_what_is_no_interval_is_refused(lower: list, upper: list):
         ([0, 0, 0, 9, 9, 9], [1, 1, 1, np.inf, np.inf, np.inf], "no finite dispersion explains the walls"),
     ],
 )
-def test_what_cannot_be_fitted_says_why(lower: list, upper: list, status: str):
+def test_a_curve_that_cannot_be_fitted_has_a_reason(lower: list, upper: list, status: str):
     fit = fit_lognormal(np.array(lower, dtype=float), np.array(upper, dtype=float))
     assert fit.status.startswith(status)
     assert math.isnan(fit.median)
@@ -195,7 +195,7 @@ TRUTH, SCATTER = 8.0, 0.45
 
 
 def coverage(end: float, confidence: float, repetitions: int = 60, walls: int = 60) -> dict[str, int]:
-    """How often the band from 60 resamples holds the truth."""
+    """Coverage of the band from 60 resamples."""
     hits = {"median": 0, "dispersion": 0, "probability": 0}
     for seed in range(repetitions):
         capacity = lognormal(np.random.default_rng(1000 + seed), TRUTH, SCATTER, walls)
@@ -220,7 +220,7 @@ def coverage(end: float, confidence: float, repetitions: int = 60, walls: int = 
 
 
 @pytest.mark.parametrize("end", [30.0, 7.0])
-def test_the_band_holds_the_truth_about_nine_times_in_ten(end: float):
+def test_the_band_covers_the_true_value_about_nine_times_in_ten(end: float):
     """At 7 mm 60 % of the walls are not yet damaged. 54 of 60 expected; a bootstrap of 60 walls is a little narrow."""
     if end == 7.0:
         assert stats.norm.sf(math.log(7.0 / TRUTH) / SCATTER) == pytest.approx(0.6, abs=0.02)
@@ -229,15 +229,15 @@ def test_the_band_holds_the_truth_about_nine_times_in_ten(end: float):
         assert 45 <= count <= 59, (name, hits)
 
 
-def test_a_narrower_band_holds_it_less_often():
-    """So that the test above is known to fail for a band of the wrong width."""
+def test_a_narrower_band_covers_less_often():
+    """The test above would fail for a band of the wrong width."""
     hits = coverage(30.0, 0.5, repetitions=40)
     for name, count in hits.items():
         assert 10 <= count <= 28, (name, hits)
 
 
 def test_walls_that_were_not_yet_damaged_must_count():
-    """Leaving them out makes the wall look weaker and more alike than it is."""
+    """Without them median and dispersion are too small."""
     capacity = lognormal(np.random.default_rng(5), TRUTH, SCATTER, 2000)
     lower, upper = brackets(capacity, np.arange(0.0, 10.5, 0.5))
     survived = np.isinf(upper)
@@ -288,7 +288,7 @@ def failing(lost: bool = False) -> tuple[xr.Dataset, np.ndarray]:
     for wall in walls:
         fail(ds, wall, max(1, int(0.6 * capacity[wall])))
     if lost:
-        ds["damage_category"].values[16] = -1  # the worker died before anything was known
+        ds["damage_category"].values[16] = -1  # the worker died before any result
         ds["central_deflection"].values[16] = np.nan
     return ds, walls
 
@@ -303,7 +303,7 @@ def test_failed_walls_give_bounds_on_either_side(lost: bool):
     assert curve["median_failed_damaged"] < curve["median"] < curve["median_failed_undamaged"]
 
 
-def test_bounds_are_what_they_say():
+def test_bounds_are_those_of_undamaged_and_damaged_failures():
     ds, walls = failing()
     lower, upper, failed, _ = capacities(ds, 1)
     assert np.flatnonzero(failed).tolist() == walls.tolist()
@@ -341,7 +341,7 @@ def test_without_failures_the_bounds_are_the_estimate():
         (np.full(20, 5.5), "all walls within one increment: refine the increments"),
     ],
 )
-def test_a_category_without_a_curve_says_why_and_spoils_nothing(capacity: np.ndarray, status: str):
+def test_a_category_without_a_curve_has_a_reason_and_does_not_affect_the_others(capacity: np.ndarray, status: str):
     other = np.linspace(2.2, 9.2, 20)
     ds = study(np.column_stack((np.minimum(other, capacity), np.maximum(other, capacity))), end=20.0, increments=20)
     ds["damage_category"].values[:] = (ds["central_deflection"].values >= capacity[:, None]).astype(np.int8)
@@ -352,7 +352,7 @@ def test_a_category_without_a_curve_says_why_and_spoils_nothing(capacity: np.nda
     assert np.isnan(curves["probability"].values).all()
     assert np.isnan(curves["probability_lower"].values).all()
     if status != "never reached":
-        assert curves["empirical"].values.max() > 0  # what was counted is still told
+        assert curves["empirical"].values.max() > 0  # the counts are still reported
     else:
         assert (curves["empirical"] == 0).all()
 
@@ -418,7 +418,7 @@ def test_bands_enclose_the_curve_and_widen_with_confidence():
         assert (wide[f"{name}_upper"] >= wide[name] - 1e-9).all()
 
 
-def test_the_dataset_says_what_is_in_it():
+def test_the_dataset_is_documented():
     ds = study(known(np.random.default_rng(1), 40), highest_category=4, seed=7)
     curves = fit_fragility(ds, bootstrap=5, seed=3, confidence=0.8)
     assert curves["category"].values.tolist() == [1, 2, 3, 4]
@@ -474,7 +474,7 @@ def test_the_damage_table_decides_how_many_categories_there_are():
         (lambda ds: ds.assign(status=ds["status"] * 0 + FAILED), {}, "no finished sample yet"),
     ],
 )
-def test_what_cannot_be_used(spoil, options: dict, words: str):
+def test_invalid_input_is_refused(spoil, options: dict, words: str):
     with pytest.raises(InputError, match=words):
         fit_fragility(spoil(study(known(np.random.default_rng(1), 10))), **options)
 

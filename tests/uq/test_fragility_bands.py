@@ -1,4 +1,4 @@
-"""Bands of fragility curves: how often they hold the truth, and that they are what their names say."""
+"""Bands of fragility curves: their coverage, and their definitions."""
 
 import math
 
@@ -29,7 +29,7 @@ def made_up(situation: str, seed: int, walls: int) -> xr.Dataset:
 
 
 def coverage(situation: str, band: str, repetitions: int, walls: int, bootstrap: int) -> dict[str, float]:
-    """Share of repetitions in which the 90 % band holds the truth."""
+    """Coverage of the 90 % band."""
     held = {"median": 0, "dispersion": 0, "probability": 0}
     for seed in range(repetitions):
         ds = made_up(situation, seed, walls)
@@ -42,14 +42,14 @@ def coverage(situation: str, band: str, repetitions: int, walls: int, bootstrap:
     return {name: count / repetitions for name, count in held.items()}
 
 
-def test_the_situations_are_what_they_say() -> None:
+def test_the_situations_are_those_of_their_names() -> None:
     found = capacities(made_up("60 % censored", 0, 4000), 1)
     assert np.isinf(found.upper).mean() == pytest.approx(0.6, abs=0.03)
     assert made_up("10 % failed", 0, 2000)["status"].values.astype(bool).mean() == pytest.approx(0.1, abs=0.02)
 
 
 @pytest.mark.parametrize("situation", ["10 % failed", "both"])
-def test_the_band_holds_the_truth_where_walls_fail(situation: str) -> None:
+def test_the_band_covers_the_true_value_where_walls_fail(situation: str) -> None:
     held = coverage(situation, "bca", 40, 100, 100)
     for name, share in held.items():
         assert 0.75 <= share <= 1.0, (name, held)  # 0.9 expected; less than 0.75 comes in 1 % of binomial draws
@@ -59,7 +59,7 @@ def test_the_band_holds_the_truth_where_walls_fail(situation: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("band", ["bca", "profile"])
 @pytest.mark.parametrize("situation", SITUATIONS)
-def test_the_band_of_90_percent_holds_the_truth_in_85_to_95_percent(situation: str, band: str) -> None:
+def test_the_coverage_of_the_band_of_90_percent_is_85_to_95_percent(situation: str, band: str) -> None:
     """200 repetitions of 400 walls: 0.9 +- 0.021, so that one in fifty falls outside 0.85 to 0.95 by chance."""
     held = coverage(situation, band, 200, 400, 1000)
     print(situation, band, held)
@@ -149,7 +149,7 @@ def test_few_walls_have_student_s_and_chi_squared_s_limits() -> None:
             assert float(curve[f"dispersion_{end}"]) == pytest.approx(exact, rel=0.06)
 
 
-def test_the_band_holds_the_truth_where_few_walls_reach_the_category() -> None:
+def test_the_band_covers_the_true_value_where_few_walls_reach_the_category() -> None:
     """A tenth of 32 walls; resamples that have fewer than three of them would leave the band with nearly no width."""
     end, fitted, held = 7.0, 0, 0
     median = end * math.exp(1.28155 * SCATTER)
@@ -163,15 +163,15 @@ def test_the_band_holds_the_truth_where_few_walls_reach_the_category() -> None:
     assert 0.8 <= held / fitted < 1.0
 
 
-def test_a_first_increment_that_hides_the_scatter_is_told() -> None:
+def test_a_first_increment_that_hides_the_scatter_is_reported() -> None:
     ds = study(np.append(np.linspace(0.1, 0.9, 15), [1.5, 2.5, 3.5]), end=10.0, increments=10)
     assert "15 of 18 walls reached it in the first increment" in str(
         fit_fragility(ds, bootstrap=0)["fit_note"].values[0]
     )
 
 
-def test_all_that_is_known_of_a_failed_wall_counts() -> None:
-    """One that had gone on unharmed for long is worth more than one that was lost at once."""
+def test_the_known_part_of_a_failed_wall_counts() -> None:
+    """A wall that failed late and undamaged has more information than one that failed at once."""
     ds = study(np.linspace(2.2, 9.2, 30), end=12.0, increments=12)
     medians = []
     for increment in (1, 9):
@@ -181,7 +181,7 @@ def test_all_that_is_known_of_a_failed_wall_counts() -> None:
         medians.append(float(fit_fragility(other, categories=[1], bootstrap=0)["median"][0]))
     c = capacities(ds, 1)
     lost = fit_lognormal(c.lower[:27], c.upper[:27]).median
-    assert medians[0] == pytest.approx(lost, rel=1e-6)  # followed to 0: nothing is known
+    assert medians[0] == pytest.approx(lost, rel=1e-6)  # followed to 0: no information
     assert medians[1] > 1.05 * lost
 
 

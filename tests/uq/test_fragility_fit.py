@@ -1,4 +1,4 @@
-"""How well curves fit, and against what they are drawn."""
+"""Goodness of fit of curves, and their measures of movement."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def test_lognormal_walls_are_not_refused_and_others_are(kind: str) -> None:
     assert chances[1] == pytest.approx(1 / 20)
 
 
-def test_chances_are_even_where_the_curve_is_right() -> None:
+def test_p_values_are_uniform_for_the_right_curve() -> None:
     """Of 30 studies of lognormal walls, half are below 1/2."""
     chance = [
         float(
@@ -59,7 +59,7 @@ def test_chances_are_even_where_the_curve_is_right() -> None:
     assert 7 <= np.sum(np.array(chance) < 0.5) <= 23
 
 
-def test_not_judged_unless_asked_for() -> None:
+def test_goodness_of_fit_is_optional() -> None:
     ds = study(known(np.random.default_rng(1), 30))
     assert np.isnan(fit_fragility(ds, bootstrap=0)["p_value"]).all()
 

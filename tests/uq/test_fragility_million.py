@@ -1,4 +1,4 @@
-"""Very many walls: counted, not copied; the same answer as wall by wall."""
+"""Very many walls: grouped data give the same result as single walls."""
 
 import resource
 import subprocess
@@ -43,7 +43,7 @@ def check(curves: xr.Dataset, walls: int) -> None:
     assert beyond.tolist() == (float(curves["intensity"][-1]) < 1e-3 * MEDIANS).tolist()
     assert (curves["fit_status"].values[~beyond] == "fitted").all()
     reached = curves["reached"].values / walls
-    # what n walls know, less where few of them reached it; ten standard errors would be a mistake, not bad luck
+    # standard errors of n walls, larger where few of them reached it; ten of them would be a mistake, not chance
     error = 10 * SCATTER / np.sqrt(walls * np.minimum(reached, 0.3))
     assert (np.abs(np.log(form.median / (1e-3 * MEDIANS))) < error).all()
     assert (np.abs(curves["dispersion"].values / SCATTER - 1) < error / SCATTER).all()
@@ -78,7 +78,7 @@ def test_resamples_by_one_step_have_the_errors_of_fitted_ones() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("own_movement", [False, True])
 def test_a_million_walls_in_a_minute_and_two_gibibytes(own_movement: bool) -> None:
-    """In a process of its own, whose memory is its own."""
+    """In a separate process, to measure its memory."""
     code = f"from tests.uq.test_fragility_million import report; report(1_000_000, {own_movement})"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     seconds, size = (float(v) for v in out.split()[-2:])
@@ -87,7 +87,7 @@ def test_a_million_walls_in_a_minute_and_two_gibibytes(own_movement: bool) -> No
 
 
 def report(walls: int, own_movement: bool) -> None:
-    """Print what it takes: seconds, and bytes at most, the archive included."""
+    """Print seconds and peak memory in bytes, the archive included."""
     ds = archive(walls, own_movement)
     began = time.process_time()
     curves = fit_fragility(ds, bootstrap=200)

@@ -1,4 +1,4 @@
-"""Fragility from walls known at one movement each: 0 or 1 at the sample's own movement."""
+"""Fragility from walls observed at one movement each: 0 or 1 at the sample's movement."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def test_the_fit_is_that_of_a_probit_by_another_way(seed: int) -> None:
     assert float(fit["dispersion"][0]) == pytest.approx(1 / b, rel=1e-6)
 
 
-def test_the_truth_is_found_and_lies_in_the_band_about_nine_times_in_ten() -> None:
+def test_the_true_value_is_estimated_and_covered_about_nine_times_in_ten() -> None:
     inside = 0
     for seed in range(30):
         fit = fit_fragility(walls(np.random.default_rng([7, seed]), 250), categories=[1], bootstrap=60, seed=seed)
@@ -78,11 +78,11 @@ def test_failed_walls_are_bounds() -> None:
     fit = fit_fragility(ds, categories=[1], bootstrap=0).isel(category=0)
     low, best, high = (float(fit[n]) for n in ("median_failed_damaged", "median", "median_failed_undamaged"))
     assert int(fit["failed"]) == failed.sum()
-    # a tenth of the walls: the medians differ, but not by more than so many walls can bring about
+    # a tenth of the walls: the medians differ by no more than these walls explain
     assert 0.75 * best < low < best < high < 1.35 * best
 
 
-def test_walls_that_the_movement_alone_parts_are_not_fitted() -> None:
+def test_walls_that_the_movement_separates_perfectly_are_not_fitted() -> None:
     movement = np.linspace(1, 10, 20)
     fit = fit_fragility(study(movement, movement > 5), categories=[1], bootstrap=0)
     assert np.isnan(float(fit["median"][0]))
@@ -109,6 +109,6 @@ def test_failed_walls_bound_that_probability() -> None:
     assert found.failed_undamaged < found.estimate.value < found.failed_damaged
 
 
-def test_beyond_all_movements_nothing_is_told() -> None:
+def test_no_probability_beyond_all_movements() -> None:
     with pytest.raises(InputError, match="no wall was moved as far"):
         exceedance(walls(np.random.default_rng(4), 100), 1, 30.0)

@@ -31,7 +31,7 @@ def test_walls_that_have_not_reached_it_are_tied_at_the_top() -> None:
 
 
 def test_a_wall_that_failed_early_may_rank_anywhere_above() -> None:
-    """(1, inf) among 1, 2, 3, 4 known exactly: it lies above the first, else nothing is known."""
+    """(1, inf) among 1, 2, 3, 4 known exactly: it is known to lie above the first only."""
     lower, upper = np.array([1.0, 2, 3, 4, 1.0]), np.array([1.0, 2, 3, 4, INF])
     found = interval_ranks(lower, upper)
     assert found[4] == pytest.approx((0.2 + 1.0) / 2, abs=1e-6)
@@ -65,7 +65,7 @@ def normal_spearman(rho: float) -> float:
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.7])
-def test_intervals_of_rank_correlation_hold_the_truth_about_nine_times_in_ten(rho: float) -> None:
+def test_intervals_of_rank_correlation_cover_about_nine_times_in_ten(rho: float) -> None:
     held, repetitions = 0, 50
     for seed in range(repetitions):
         random = np.random.default_rng([3, seed])
@@ -89,7 +89,7 @@ def test_first_order_shares_of_ishigami() -> None:
     unit = np.random.default_rng(5).random((8000, 3))
     found = first_order(dict(zip("abc", unit.T)), ishigami(unit), resamples=30)
     np.testing.assert_allclose(found["first_order"], closed_form()[0], atol=0.03)
-    # what rank correlation cannot see: the second input goes up and down
+    # rank correlation cannot detect it: the effect of the second input is not monotone
     assert abs(float(rank_correlation({"b": unit[:, 1]}, ishigami(unit), resamples=0)["spearman"][0])) < 0.05
 
 
@@ -117,7 +117,7 @@ def test_intervals_are_the_error_times_the_normal_s_quantile(confidence: float, 
     assert error == pytest.approx(np.std(again), rel=0.35)
 
 
-def test_an_input_that_does_nothing_has_no_share_on_average() -> None:
+def test_an_input_without_effect_has_no_share_on_average() -> None:
     shares = []
     for seed in range(150):
         random = np.random.default_rng([6, seed])
@@ -126,7 +126,7 @@ def test_an_input_that_does_nothing_has_no_share_on_average() -> None:
     assert abs(np.mean(shares)) < 3 * np.std(shares) / np.sqrt(150)
 
 
-def test_intervals_of_first_order_shares_hold_the_truth_about_nine_times_in_ten() -> None:
+def test_intervals_of_first_order_shares_cover_about_nine_times_in_ten() -> None:
     held, repetitions = 0, 60
     for seed in range(repetitions):
         random = np.random.default_rng([7, seed])
@@ -148,7 +148,7 @@ def test_intervals_of_first_order_shares_hold_the_truth_about_nine_times_in_ten(
         ({"x": np.arange(5.0)}, np.arange(20.0), "x: has 5 values for 20 walls"),
     ],
 )
-def test_what_is_refused(what, inputs: dict, output: np.ndarray, words: str) -> None:
+def test_invalid_input_is_refused(what, inputs: dict, output: np.ndarray, words: str) -> None:
     with pytest.raises(InputError, match=words):
         what(inputs, output)
 
@@ -176,7 +176,7 @@ def test_crossed_shares_add_up() -> None:
     np.testing.assert_allclose(found["total"], found["first_order"] + found["interaction"], atol=1e-12)
 
 
-def test_crossed_intervals_hold_the_truth_about_nine_times_in_ten() -> None:
+def test_crossed_intervals_cover_about_nine_times_in_ten() -> None:
     held = []
     for seed in range(80):
         found = crossed_shares(tables(np.random.default_rng([3, seed]), 60, 1.0, 1.0, 0.5), resamples=200, seed=seed)

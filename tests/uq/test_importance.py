@@ -1,4 +1,4 @@
-"""Importance sampling where variables are correlated, and what a pilot proposes to shift."""
+"""Importance sampling with correlated variables, and the shift that a pilot proposes."""
 
 import tomllib
 from pathlib import Path
@@ -41,8 +41,8 @@ def scatter_of(correlation: float) -> float:
 
 
 @pytest.mark.parametrize("correlation", [0.6, -0.6, 0.9])
-def test_a_shift_goes_along_with_the_correlation(correlation: float) -> None:
-    """Against it, the estimate scattered five times as much."""
+def test_a_shift_includes_the_correlation(correlation: float) -> None:
+    """A shift against it increases the standard error five times."""
     assert scatter_of(correlation) == pytest.approx(scatter_of(0.0), rel=0.1)
 
 
@@ -69,7 +69,7 @@ def test_the_proposed_shift_is_the_mean_beyond_the_limit() -> None:
         assert found.error.max() < 0.15
 
 
-def test_a_study_s_walls_propose_what_to_shift(tmp_path: Path, command: Run) -> None:  # noqa: F811
+def test_a_study_s_walls_propose_a_shift(tmp_path: Path, command: Run) -> None:  # noqa: F811
     house = synthetic_study(tmp_path / "house.dp", 200)
     found = propose(house, 1, 1e-3)
     assert found.walls >= 20
@@ -112,4 +112,4 @@ def test_skewed_values_along_a_course_are_correlated_as_stated() -> None:
     value = np.exp(np.sqrt(variance) * noise)
     for lag, exact in ((1, wanted), (2, np.expm1(rho**2 * variance) / np.expm1(variance))):
         assert np.corrcoef(value[lag:], value[:-lag])[0, 1] == pytest.approx(exact, abs=0.015)
-    assert abs(exact - wanted**2) > 0.01  # what the field's description says is otherwise
+    assert abs(exact - wanted**2) > 0.01  # the field's description differs

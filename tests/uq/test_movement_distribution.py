@@ -63,7 +63,7 @@ def test_failed_walls_are_between_bounds() -> None:
     assert found.failed_damaged - found.failed_undamaged == pytest.approx(10 / 200)
 
 
-def test_what_the_walls_do_not_tell_is_refused() -> None:
+def test_movements_beyond_the_walls_are_refused() -> None:
     with pytest.raises(InputError, match=r"50% of it lies beyond 0\.05"):
         exceedance(lognormal_study(20, end=0.05), 1, "H1")
     moved = lognormal_study(20).rename(surface_movement="central_deflection")

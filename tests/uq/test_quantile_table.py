@@ -1,4 +1,4 @@
-"""Quantiles from a table against those that are found one by one."""
+"""Quantiles from a table, compared with those computed one by one."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Walls counted anew under other distributions, against walls drawn from these."""
+"""Walls reweighted for other distributions, compared with walls sampled from these."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Points in the unit cube: sample i depends on (seed, i) alone, and Sobol points are spread evenly."""
+"""Points in the unit cube: sample i depends on (seed, i) alone, and Sobol points are stratified."""
 
 import warnings
 
@@ -45,7 +45,7 @@ def test_seeds_next_to_each_other_are_unrelated():
     assert np.abs(first[:, None, :] - second[None, :, :]).max(axis=2).min() > 1e-4
 
 
-def test_streams_are_those_the_design_promises():
+def test_streams_are_those_of_the_design():
     """SeedSequence(seed, spawn_key=(stream, i)): an archive of today must be replayed by a package of tomorrow."""
     expected = np.random.Generator(np.random.PCG64(np.random.SeedSequence(7, spawn_key=(0, 4)))).random(3)
     np.testing.assert_array_equal(unit_points("random", 3, 6, 7)[4], expected)
@@ -121,7 +121,7 @@ def test_walls_do_not_change_when_a_study_grows(sampler: str):
 def test_joints_of_a_sample_depend_on_seed_and_number_alone():
     first = design().joint_values(5, SEQUENCE)["joint.cohesion"]
     again = design()
-    for other in (0, 3, 9):  # whatever was drawn before
+    for other in (0, 3, 9):  # after any earlier draws
         again.joint_values(other, SEQUENCE)
     np.testing.assert_array_equal(again.joint_values(5, SEQUENCE)["joint.cohesion"], first)
     np.testing.assert_array_equal(design("random").joint_values(5, SEQUENCE)["joint.cohesion"], first)
@@ -129,7 +129,7 @@ def test_joints_of_a_sample_depend_on_seed_and_number_alone():
         assert not (other["joint.cohesion"] == first).any()
 
 
-def test_joints_come_from_the_stream_the_design_promises():
+def test_joints_come_from_the_stream_of_the_design():
     variable = Variable(distribution="normal", mean=10.0, std=2.0, field=JointField())
     drawn = Design.make({"joint.cohesion": variable}, UNITS, {}, "sobol", 7).joint_values(5, SEQUENCE)
     random = np.random.Generator(np.random.PCG64(np.random.SeedSequence(7, spawn_key=(1, 5))))

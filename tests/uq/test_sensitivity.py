@@ -45,7 +45,7 @@ def test_salib_gets_the_same_to_the_last_digits(size: int) -> None:
     np.testing.assert_allclose(ours["total"], theirs["ST"], rtol=0, atol=1e-13)
 
 
-def test_openturns_gets_the_same_from_points_of_its_own() -> None:
+def test_openturns_computes_the_same_from_its_own_points() -> None:
     size = 2**12
     inputs = ot.JointDistribution([ot.Uniform(0, 1)] * 3)
     design = ot.SobolIndicesExperiment(ot.LowDiscrepancyExperiment(ot.SobolSequence(), inputs, size)).generate()
@@ -63,7 +63,7 @@ def test_an_additive_function_has_no_interactions() -> None:
     np.testing.assert_allclose(found["total"], np.array([1, 4, 9, 0]) / 14, atol=0.01)
 
 
-def test_intervals_of_random_points_hold_the_truth_as_often_as_they_say() -> None:
+def test_intervals_of_random_points_have_the_stated_coverage() -> None:
     first, total = closed_form()
     held = []
     for seed in range(60):
@@ -83,7 +83,7 @@ def test_rows_hold_what_their_names_say() -> None:
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_one_value_that_is_not_known_is_refused(bad: float) -> None:
+def test_an_unknown_value_is_refused(bad: float) -> None:
     values = ishigami(saltelli_points(3, 16, 1))
     values[[7, 30]] = bad
     with pytest.raises(InputError, match="2 of 80 values are not finite, the first in row 7"):

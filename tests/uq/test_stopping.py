@@ -1,4 +1,4 @@
-"""Looking again and again and stopping when it pleases: intervals that hold all the same."""
+"""Sequential stopping: intervals with simultaneous coverage over all interim analyses."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 
 
-def test_looks_double() -> None:
+def test_interim_analyses_double() -> None:
     assert interim_sizes(64, 1000) == [64, 128, 256, 512, 1000]
     assert interim_sizes(64, 64) == [64]
     assert interim_sizes(64, 10) == [10]
@@ -35,7 +35,7 @@ def test_the_factor_is_that_of_the_tables() -> None:
 
 @pytest.mark.parametrize("share", [0.1, 0.4])
 def test_intervals_hold_where_a_study_stopped_early(share: float) -> None:
-    """Covered as stated, and at all looks at once; at a plain 90 % a look they would not be."""
+    """Simultaneous coverage as stated; intervals of 90 % at each analysis would not have it."""
     random = np.random.default_rng(5)
     rule = StopWhen(category=1, at=0.01, half_width=0.05)
     at = interim_sizes(32, 1024)
@@ -127,7 +127,7 @@ def test_the_error_of_a_median_is_that_of_the_jackknife() -> None:
     assert found.upper == pytest.approx(found.value * np.exp(stats.t.ppf(0.95, 4) * error), rel=1e-6)
 
 
-def test_a_rule_says_what_it_takes() -> None:
+def test_a_rule_names_its_parameters() -> None:
     for bad in (
         {"category": 1, "at": 0.01},
         {"category": 1, "at": 0.01, "half_width": 0.1, "relative_half_width": 0.1},

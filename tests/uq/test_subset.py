@@ -1,4 +1,4 @@
-"""Subset simulation on problems with known answers: unbiased, as sure as it says, the same when followed again."""
+"""Subset simulation on problems with known answers: unbiased, with the stated coverage, and repeatable."""
 
 from collections.abc import Callable
 
@@ -33,7 +33,7 @@ def exact_curved() -> float:
 
 
 def exact_series() -> float:
-    """The safe region is star-shaped: integrate how far it reaches in each direction."""
+    """The safe region is star-shaped: integrate its radius over all directions."""
     angle = (np.arange(4000) + 0.5) * 2 * np.pi / 4000
     low, high = np.zeros_like(angle), np.full_like(angle, 20.0)
     for _ in range(60):
@@ -65,7 +65,7 @@ def check(name: str, times: int, samples: int) -> None:
     found = repeat(name, times, samples)
     values = np.array([f.probability for f in found])
     error = values.std(ddof=1) / np.sqrt(times)
-    # a bias of the order of the squared coefficient of variation is the method's own
+    # the method has a bias of the order of the squared coefficient of variation
     assert abs(values.mean() - exact) < 3.5 * error + 0.3 * values.var() / exact
     stated = np.sqrt(np.mean([f.variation**2 for f in found]))
     assert 0.6 * stated < values.std(ddof=1) / exact < 1.5 * stated
@@ -76,13 +76,13 @@ def check(name: str, times: int, samples: int) -> None:
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_unbiased_and_as_sure_as_stated(name: str) -> None:
+def test_unbiased_with_the_stated_coverage(name: str) -> None:
     check(name, 24, 500)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_unbiased_and_as_sure_as_stated_many_times(name: str) -> None:
+def test_unbiased_with_the_stated_coverage_many_times(name: str) -> None:
     check(name, 300, 1000)
 
 
@@ -95,9 +95,7 @@ def test_unbiased_and_as_sure_as_stated_many_times(name: str) -> None:
         (lambda z: (z[:, 0] > 2.8) & (z[:, 0] < 3.2), special.ndtr(-3.2), special.ndtr(-2.8)),
     ],
 )
-def test_what_is_not_known_is_bounded(
-    unknown_from: Callable[[Array], Array], lower: float, upper: float | None
-) -> None:
+def test_unknown_samples_give_bounds(unknown_from: Callable[[Array], Array], lower: float, upper: float | None) -> None:
     """Failures injected into a problem with a known answer: one run each way is unbiased for its bound."""
 
     def g(z: Array, _: Array) -> Array:
@@ -165,12 +163,12 @@ def test_steps_and_ties_do_not_mislead() -> None:
     found = [
         subset_simulation(lambda z, n: np.ceil(4 * g(z, n)) / 4, 2, samples=500, seed=s).probability for s in range(24)
     ]
-    # the ceiling moves no sample over 0
+    # below the upper bound no sample exceeds 0
     error = np.std(found, ddof=1) / np.sqrt(len(found))
     assert abs(np.mean(found) - special.ndtr(-3.0)) < 4 * error
 
 
-def test_what_cannot_be_climbed_is_said() -> None:
+def test_a_plateau_is_reported() -> None:
     found = subset_simulation(lambda z, n: np.where(z[:, 0] > 6, -1.0, 1.0), 2, samples=100)
     assert not found.reached
     assert found.lower == 0
@@ -185,11 +183,11 @@ def test_sizes_that_do_not_fit(samples: int, share: float) -> None:
 
 
 def late(z: Array, _: Array) -> Array:
-    """Two regions of the same probability, one of which comes into sight late."""
+    """Two regions of the same probability, one of which appears only at late levels."""
     return np.minimum(3.0 - z[:, 0], 5.0 * (3.0 - z[:, 1]))
 
 
-def test_independent_runs_tell_the_error_that_one_alone_does_not() -> None:
+def test_independent_runs_reveal_the_error_of_a_single_run() -> None:
     exact, times = 1 - special.ndtr(3.0) ** 2, 24
     held = {1: 0, 5: 0}
     for seed in range(times):

@@ -1,4 +1,4 @@
-"""Fragility surfaces: known truth, a general optimiser, coverage, and what has none."""
+"""Fragility surfaces: true values, a general optimiser, coverage, and cases without a surface."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_it_is_the_maximum_of_the_likelihood() -> None:
     np.testing.assert_allclose(found["median"], np.minimum(expected, 9.0), rtol=1e-5)
 
 
-def test_bands_hold_the_truth_about_nine_times_in_ten() -> None:
+def test_bands_cover_the_true_value_about_nine_times_in_ten() -> None:
     """Half of the walls censored."""
     hits, repetitions = np.zeros(3), 40
     for seed in range(repetitions):
@@ -59,7 +59,7 @@ def test_bands_hold_the_truth_about_nine_times_in_ten() -> None:
     assert (hits >= 30).all(), hits
 
 
-def test_what_the_second_variable_explains_is_told() -> None:
+def test_the_share_explained_by_the_second_variable() -> None:
     ds = walls(3, 400)
     found = fit_surface(ds, 1, "joint.tensile_strength", bootstrap=0)
     assert float(found["dispersion"]) == pytest.approx(SCATTER, rel=0.12)

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import optimize, special
 
-from damagepred.uq.fragility import fit_fragility, kaplan_meier, turnbull
+from damagepred.arrays import FloatArray
+from damagepred.uq.fragility import fit_fragility, turnbull
 from damagepred.uq.fragility.turnbull import isotonic
 from tests.uq.test_fragility import brackets, known, lognormal, study
 from tests.uq.test_fragility_single import study as single_study
@@ -61,13 +62,21 @@ def test_published_data() -> None:
     np.testing.assert_allclose(found.mass[there], published, atol=1e-4)
 
 
+def kaplan_meier(lower: FloatArray, upper: FloatArray, grid: FloatArray) -> FloatArray:
+    """Return the closed form for increments common to all walls."""
+    last = np.where(np.isfinite(upper), upper, lower)
+    movement = np.unique(upper[np.isfinite(upper)])
+    survival = np.cumprod([1.0 - (upper == m).sum() / (last >= m).sum() for m in movement])
+    return np.append(0.0, 1.0 - survival)[np.searchsorted(movement, grid * (1 + 1e-9), side="right")]
+
+
 def test_on_shared_increments_it_is_kaplan_meier() -> None:
     lower, upper = brackets(lognormal(np.random.default_rng(2), 8.0, 0.5, 200), np.arange(0.0, 12.5))
     cut = np.random.default_rng(3).integers(1, 12, 200).astype(float)
     upper = np.where(lower >= cut, INF, upper)
     lower = np.minimum(lower, cut)
     grid = np.arange(0.0, 13.0)
-    expected = kaplan_meier(lower, upper, np.ones(200), grid)
+    expected = kaplan_meier(lower, upper, grid)
     np.testing.assert_allclose(turnbull(lower, upper).probability(grid), expected, atol=1e-6)
 
 

@@ -1,4 +1,4 @@
-"""What is not known is not estimated, and walls that weigh more count for more."""
+"""Unknown probabilities are not estimated, and estimates include the weights of walls."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def failing(ds: xr.Dataset, wall: int, increment: int) -> xr.Dataset:
     return ds
 
 
-def test_beyond_what_any_wall_was_moved_to_nothing_is_known() -> None:
+def test_no_estimate_beyond_the_largest_movement() -> None:
     found = exceedance(study(np.full(20, 0.5)), 1, 0.5)
     assert np.isnan(found.estimate.value)
     assert (found.estimate.lower, found.estimate.upper) == (0.0, 1.0)
@@ -33,7 +33,7 @@ def test_beyond_what_any_wall_was_moved_to_nothing_is_known() -> None:
     assert "at 500 mm) is unknown, between 0 and 1" in said
 
 
-def test_what_was_reached_before_stays_known_beyond() -> None:
+def test_categories_reached_before_stay_known_beyond() -> None:
     found = exceedance(study(CAPACITY), 1, 0.5)
     assert np.isnan(found.estimate.value)
     assert found.estimate.lower == exceedance(study(CAPACITY), 1, 0.02).estimate.lower > 0.3
@@ -42,7 +42,7 @@ def test_what_was_reached_before_stays_known_beyond() -> None:
     assert every.value == 1.0
 
 
-def test_walls_that_were_followed_less_far_count_as_those_followed_further() -> None:
+def test_censored_walls_count_up_to_their_end() -> None:
     """Kaplan and Meier by hand: four walls; one damaged at 4 mm, one followed to 6 mm, one damaged at 8 mm of two."""
     ds = study(np.array([0.0035, 0.5, 0.0075, 0.5]))
     ds["central_deflection"][1] = ds["central_deflection"][1] * 0.3  # to 6 mm
@@ -56,9 +56,9 @@ def test_walls_that_were_followed_less_far_count_as_those_followed_further() -> 
 
 @pytest.mark.parametrize("single", [False, True])
 @pytest.mark.parametrize("begun", [False, True])
-def test_names_that_are_none_are_refused_in_all_branches(single: bool, begun: bool) -> None:
+def test_unknown_names_are_refused_in_all_branches(single: bool, begun: bool) -> None:
     ds = study(np.linspace(0.001, 0.03, 30))
-    ds["surface_movement"] = 1.5 * ds["central_deflection"]  # on a mound another measure was read without a word
+    ds["surface_movement"] = 1.5 * ds["central_deflection"]  # on a mound another measure was read without a message
     if single:
         ds = ds.isel(increment=-1)
     if not begun:
@@ -70,7 +70,7 @@ def test_names_that_are_none_are_refused_in_all_branches(single: bool, begun: bo
         median_movement(ds, 1, intensity="typo")
 
 
-def test_categories_that_there_are_not_are_refused() -> None:
+def test_categories_beyond_the_table_are_refused() -> None:
     ds = study(CAPACITY)
     for category in (0, 2, 9):
         message = f"category = {category}: .* categories 1 to 1"

@@ -1,4 +1,4 @@
-"""The audit of random scenes: what it draws, that its checks pass on sound results and see what is wrong."""
+"""The audit of random scenes: its scenes, and its checks on right and wrong results."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -188,7 +188,7 @@ SPOILT: dict[str, tuple[str, str, str, Callable[[Any], Any]]] = {
 
 
 @pytest.mark.parametrize("seen_by", SPOILT)
-def test_a_spoilt_result_is_seen(seen_by: str, request: pytest.FixtureRequest) -> None:
+def test_a_wrong_result_is_detected(seen_by: str, request: pytest.FixtureRequest) -> None:
     which, name, place, change = SPOILT[seen_by]
     ds = request.getfixturevalue(which)
     if name == "block_rotation":
@@ -198,7 +198,7 @@ def test_a_spoilt_result_is_seen(seen_by: str, request: pytest.FixtureRequest) -
     assert seen_by in {one.check for one in checked(spoilt).values() if not one.stated}
 
 
-def test_a_bond_said_to_break_at_another_time_is_seen(softened: xr.Dataset) -> None:
+def test_a_wrong_breaking_of_a_bond_is_detected(softened: xr.Dataset) -> None:
     broke = np.flatnonzero(~np.isnan(softened["contact_broken_at"].values))
     for wrong in (1.5, -0.1, np.nan):
         spoilt = softened.copy(deep=True)
@@ -206,12 +206,12 @@ def test_a_bond_said_to_break_at_another_time_is_seen(softened: xr.Dataset) -> N
         assert "broken at" in checked(spoilt)
 
 
-def test_a_status_that_does_not_fit_is_seen(softened: xr.Dataset) -> None:
+def test_a_wrong_status_is_detected(softened: xr.Dataset) -> None:
     assert "status" in checked(softened.isel(increment=slice(0, -1)))
     assert "status" in checked(softened.assign_attrs(status="running"))
 
 
-def test_a_large_energy_error_and_a_missed_tolerance_are_told(softened: xr.Dataset) -> None:
+def test_a_large_energy_error_and_a_missed_tolerance_are_reported(softened: xr.Dataset) -> None:
     found = checked(changed(softened, "energy_error", lambda v: v + softened["external_work"].values))
     assert found["energy error"].stated
     found = checked(changed(softened, "unbalanced_force_ratio", last(lambda v: 5e-4)))
@@ -250,7 +250,7 @@ def test_a_joint_on_a_footing_narrower_than_the_wall_keeps_its_length() -> None:
     np.testing.assert_allclose(ds["contact_thickness"].values[bed], 0.08, rtol=1e-12)
 
 
-def test_no_slope_is_asked_for_where_a_door_leaves_no_two_bricks_far_enough_apart() -> None:
+def test_no_slope_where_a_door_leaves_no_two_bricks_far_enough_apart() -> None:
     scene = Scene(
         wall=Wall(length=1.92, height=0.56, block_length=0.48, block_height=0.14),
         opening=(Opening(kind="door", x=0.81, width=0.66, height=0.3),),
@@ -276,8 +276,8 @@ def test_the_category_is_read_from_the_table() -> None:
     assert highest({"table": "bre251"}) == 5
 
 
-def test_limit_analysis_of_an_archive_tells_a_wall_that_falls() -> None:
-    """A jack that pushes with more than all of the weight lifts the footing off its supports; nothing holds it down."""
+def test_limit_analysis_of_an_archive_proves_collapse() -> None:
+    """A jack load above the total weight lifts the footing off its unilateral supports."""
     from audited.collapse import must_collapse
     from audited.wall import ArchivedWall
 
@@ -293,7 +293,7 @@ def test_limit_analysis_of_an_archive_tells_a_wall_that_falls() -> None:
 
 
 def test_twenty_scenes_by_both_solvers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command in small: no violation that the archive does not state, and nothing ends in a traceback."""
+    """The small command: no silent violation, and no traceback."""
     from audited import campaign, page
 
     rows = [campaign.one(job) for job in campaign.jobs(6, 10)]

@@ -1,4 +1,4 @@
-"""The benchmarks on one page: it is what the data say, and one command measures all, notes it, and can be stopped."""
+"""The results page agrees with the data; one command runs all benchmarks, records them, and can be stopped."""
 
 import importlib
 import signal
@@ -30,7 +30,7 @@ def ours() -> Iterator[dict[str, ModuleType]]:
     sys.path[:] = path
 
 
-def test_the_page_is_what_the_data_say(ours: dict[str, ModuleType]) -> None:
+def test_the_page_agrees_with_the_data(ours: dict[str, ModuleType]) -> None:
     before, path = set(sys.modules), [*sys.path]
     text = ours["results"].text(ours["notes"].read())
     again = f"{ours['results'].ALL} --from-data"
@@ -53,7 +53,7 @@ def test_a_changed_datum_changes_the_page(ours: dict[str, ModuleType], tmp_path:
     assert "cases.csv is missing" in ours["results"].section(room, tmp_path / "nowhere")
 
 
-def test_every_room_says_how_long_it_takes(ours: dict[str, ModuleType]) -> None:
+def test_every_benchmark_has_an_expected_time(ours: dict[str, ModuleType]) -> None:
     rooms = ours["rooms"]
     for room in rooms.ROOMS.values():
         minutes = rooms.minutes_by_data(room)
@@ -76,7 +76,7 @@ def test_a_wrong_name_is_named() -> None:
     assert "skips" in done.stderr
 
 
-def test_the_small_form_of_a_room_leaves_its_data_alone(ours: dict[str, ModuleType]) -> None:
+def test_the_small_form_of_a_benchmark_does_not_change_its_data(ours: dict[str, ModuleType]) -> None:
     room = ours["rooms"].ROOMS["work_precision"]
     before = ours["rooms"].fingerprint(room), ours["notes"].read().to_csv()
     done = subprocess.run([*COMMAND, "--quick", "--rooms", room.name], capture_output=True, text=True)
@@ -85,7 +85,7 @@ def test_the_small_form_of_a_room_leaves_its_data_alone(ours: dict[str, ModuleTy
     assert (ours["rooms"].fingerprint(room), ours["notes"].read().to_csv()) == before
 
 
-# -- a room made up, of which each call measures one more -----------------------------------------------------------
+# -- a synthetic benchmark, of which each call measures one more-------------------------------------------------------
 
 TOY = """
 import sys, time
@@ -107,7 +107,7 @@ def toy(ours: dict[str, ModuleType], tmp_path: Path, monkeypatch: pytest.MonkeyP
     return ours["rooms"].Room("toy", tmp_path, call, call, ("data.csv",))
 
 
-def test_what_is_measured_is_noted(ours: dict[str, ModuleType], toy: object, tmp_path: Path) -> None:
+def test_measurements_are_recorded(ours: dict[str, ModuleType], toy: object, tmp_path: Path) -> None:
     run, notes = ours["run"], ours["notes"]
     for _ in range(2):
         assert run.measure(toy) == 0
@@ -133,7 +133,7 @@ def test_what_is_measured_is_noted(ours: dict[str, ModuleType], toy: object, tmp
     assert list(notes.read()["began"]) == ["anew"]
 
 
-def test_rooms_of_different_runs_are_told(ours: dict[str, ModuleType]) -> None:
+def test_benchmarks_of_different_runs_are_reported(ours: dict[str, ModuleType]) -> None:
     notes, results = ours["notes"], ours["results"]
     row = {"began": "anew", "command": "", "machine": "1 core", "version": "1, commit a", "date": "2000-01-02"}
     kept = pd.DataFrame([row | {"room": name, "minutes": 1.0, "end": "complete"} for name in ours["rooms"].ROOMS])
@@ -146,7 +146,7 @@ def test_rooms_of_different_runs_are_told(ours: dict[str, ModuleType]) -> None:
     assert "Data of work_precision are, at least in part" in results.whence(other)
 
 
-def test_a_room_is_stopped_with_all_that_it_started(tmp_path: Path) -> None:
+def test_a_benchmark_is_stopped_with_its_child_processes(tmp_path: Path) -> None:
     sleeper = tmp_path / "sleeper.py"
     sleeper.write_text(
         "import subprocess, sys; subprocess.run([sys.executable, '-c', "

@@ -1,4 +1,4 @@
-"""The comparison with other solvers: our side of it, what is kept of a run, and pymunk where it is installed."""
+"""The comparison with other solvers: damagepred's part, the record of a run, and pymunk where it is installed."""
 
 import json
 import sys
@@ -26,7 +26,7 @@ def room(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("room")
-def test_our_side_of_it(tmp_path: Path) -> None:
+def test_damagepred_in_the_comparison(tmp_path: Path) -> None:
     import run
     from settings import OURS, our_solver
 
@@ -48,7 +48,7 @@ def test_our_side_of_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("room")
-def test_when_a_run_has_settled() -> None:
+def test_convergence_of_a_run() -> None:
     from cases import settling
     from record import HOLD, Record, Wall
 
@@ -90,7 +90,7 @@ def test_the_committed_data() -> None:
 
 
 @pytest.mark.usefixtures("room")
-def test_pymunk_says_so_too(tmp_path: Path) -> None:
+def test_pymunk_agrees(tmp_path: Path) -> None:
     pytest.importorskip("pymunk")
     import in_pymunk
     from cases import settling

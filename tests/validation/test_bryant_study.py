@@ -1,4 +1,4 @@
-"""The study of the full-scale test: what it measures, what it draws, and what comes out on jacks."""
+"""The study of the full-scale test: its measures, pictures, and results on jacks."""
 
 import importlib
 import sys
@@ -76,7 +76,7 @@ def test_the_dpc_is_measured(study):
     assert dpc.sliding == 2e-3
 
 
-def test_a_line_is_judged_by_what_it_explains(study):
+def test_a_line_has_its_share_of_explained_variance(study):
     x = np.arange(5.0)
     exact = study.measures.line_through(x, 2.0 - 3.0 * x)
     assert (exact.slope, exact.start, exact.r2) == pytest.approx((-3.0, 2.0, 1.0))
@@ -86,7 +86,7 @@ def test_a_line_is_judged_by_what_it_explains(study):
 
 
 def test_limits_of_the_solid_wall_on_jacks(study):
-    """An elastic footing bonded to two courses ends at about 3 mm, on a sheet at 6; cracks of old bring it near 8."""
+    """The limit of an elastic footing bonded to two courses is about 3 mm, on a sheet 6, with earlier cracks near 8."""
     found = {}
     scene = study.cases.on_jacks(study.cases.read_case("dishing").scene)
     made = {
@@ -126,7 +126,7 @@ def test_doming_ends_where_statics_says_it_must(study):
 
 
 @pytest.mark.slow
-def test_a_window_wall_that_stays_whole_closes_about_as_measured(study):
+def test_the_window_of_an_uncracked_wall_closes_about_as_measured(study):
     case = study.cases.read_case("window_dishing")
     whole = damagepred.solve(study.sensitivity.unbreakable(study.cases.on_jacks(case.scene)))
     assert 0.7 < -1e3 * float(whole.opening_width_change[-1, 0]) < 2.0
@@ -137,7 +137,7 @@ def test_a_window_wall_that_stays_whole_closes_about_as_measured(study):
     assert line.r2 > 0.95
 
 
-def test_tables_have_what_was_measured(study, small, tmp_path):
+def test_tables_have_the_measured_values(study, small, tmp_path):
     found = study.table.rows(small)
     by_name = {row.quantity: row for row in found}
     width = by_name["change of the window's width at 1 mm, mm"]
@@ -174,7 +174,7 @@ def test_pictures_are_drawn(study, small, tmp_path):
     assert len([ax for ax in stress.axes if "stress at" in ax.get_title(loc="left")]) == 4
 
 
-def test_one_thing_is_changed_at_a_time(study):
+def test_one_parameter_is_changed_at_a_time(study):
     scene = study.cases.on_jacks(study.cases.read_case("dishing").scene)
     names = [v.name for v in study.sensitivity.variants(19.8e3)]
     assert len(set(names)) == len(names)

@@ -1,4 +1,4 @@
-"""The study of coverage: a few of its cases, as it runs them."""
+"""The study of coverage: a few of its cases."""
 
 import importlib.util
 import sys
@@ -35,7 +35,7 @@ def study() -> ModuleType:
         ("two-level", "20 fine walls, correlation 0.98, probability 0.05"),
     ],
 )
-def test_intervals_hold_what_they_say(study: ModuleType, interval: str, samples: str) -> None:
+def test_intervals_have_the_stated_coverage(study: ModuleType, interval: str, samples: str) -> None:
     """Of 60 repetitions 54 expected; 46 or fewer come in 0.3 % of binomial draws of 0.9."""
     rows = study.measure(interval, samples, study.cases()[interval, samples], 60, 2)
     assert rows
@@ -44,7 +44,7 @@ def test_intervals_hold_what_they_say(study: ModuleType, interval: str, samples:
         assert row["coverage"] >= 46 / 60, row
 
 
-def test_the_table_is_written_and_marks_what_does_not_hold(study: ModuleType, tmp_path: Path) -> None:
+def test_the_table_marks_low_coverage(study: ModuleType, tmp_path: Path) -> None:
     found = study.run(tmp_path, 3, 1, ["estimate, 8"])
     assert len(pd.read_csv(tmp_path / "coverage.csv")) == len(found) == 4
     found.assign(coverage=0.5, error=0.01).to_csv(tmp_path / "coverage.csv", index=False)

@@ -1,4 +1,4 @@
-"""Studies that are treated badly, as studies/durability does it: a little of it always, all of it in the slow tests."""
+"""Disturbed studies, as in studies/durability: a part by default, all in the slow tests."""
 
 import importlib.util
 import sys
@@ -34,8 +34,8 @@ def test_everything_at_once(study: ModuleType, tmp_path: Path) -> None:
     assert "parts kept" in found["disk"]
 
 
-def test_it_can_fail(study: ModuleType, tmp_path: Path) -> None:
-    """The comparison notices a single bit, a lost part and a wall that was not solved."""
+def test_the_comparison_is_sensitive(study: ModuleType, tmp_path: Path) -> None:
+    """The comparison detects a single bit, a lost part and an unsolved wall."""
     import numpy as np
 
     from damagepred.archive.folder import StudyFolder

@@ -1,4 +1,4 @@
-"""The study that has exported curves read by the programs they are meant for."""
+"""The study that reads exported curves in pelicun and OpenQuake."""
 
 import importlib.util
 import subprocess
@@ -13,7 +13,7 @@ from damagepred.exports import pelicun_frame
 STUDY = Path(__file__).resolve().parents[2] / "studies" / "exports"
 
 
-def test_the_study_compares_the_curves_it_says() -> None:
+def test_the_study_compares_its_curves() -> None:
     spec = importlib.util.spec_from_file_location("exports_run", STUDY / "run.py")
     assert spec is not None
     assert spec.loader is not None
@@ -29,7 +29,7 @@ def test_the_study_compares_the_curves_it_says() -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize("program", ["pelicun", "openquake"])
-def test_the_programs_read_what_was_written(program: str) -> None:
+def test_the_programs_read_exported_curves_correctly(program: str) -> None:
     run = subprocess.run([sys.executable, str(STUDY / "run.py"), "--only", program], capture_output=True, text=True)
     if "pip" in run.stderr and run.returncode and "failed:" not in run.stderr:
         pytest.skip(f"no environment for {program} can be made here: {run.stderr.strip().splitlines()[-1]}")

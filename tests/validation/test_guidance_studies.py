@@ -147,7 +147,7 @@ def test_readmes_show_the_committed_tables(name: str) -> None:
         assert module("curves").markdown_of_curves(curves) in text
 
 
-def test_curves_say_what_shares_do() -> None:
+def test_curves_agree_with_shares() -> None:
     """Of a hundred walls whose capacities are lognormal."""
     curves, tables = module("curves"), module("tables")
     capacity = 6.0 * np.exp(0.4 * np.random.default_rng(1).standard_normal(100))

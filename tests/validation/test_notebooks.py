@@ -28,7 +28,7 @@ def pictures(notebook: Any) -> int:
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
-def test_what_is_stored_is_whole_and_small(path: Path) -> None:
+def test_stored_outputs_are_complete_and_small(path: Path) -> None:
     notebook = nbformat.read(path, as_version=4)
     nbformat.validate(notebook)
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]

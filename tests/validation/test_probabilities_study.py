@@ -1,4 +1,4 @@
-"""The benchmark of probabilities: its measure of errors where the answer is known, and its small form."""
+"""The benchmark of probabilities: its errors for known answers, and its small form."""
 
 import math
 import subprocess
@@ -74,7 +74,7 @@ def test_errors_of_walls_with_a_known_answer(room: dict[str, ModuleType], monkey
     assert abs(floors.loc["lognormal form", "difference"]) < 4 * floors.loc["lognormal form", "error"] + 1e-3
 
 
-def test_a_bias_is_no_scatter(room: dict[str, ModuleType]) -> None:
+def test_bias_and_variance_are_separated(room: dict[str, ModuleType]) -> None:
     found = 1.1 + 0.05 * np.random.default_rng(2).standard_normal(4000)
     ask, truth = room["errors"].Question("median", np.nan), room["errors"].Truth(1.0, 0.0)
     row = room["errors"].row_of(ask, "random", 1, 1.0, found, truth, 4000)

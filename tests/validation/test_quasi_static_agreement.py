@@ -1,8 +1,8 @@
 """The quasi-static solver gives what the explicit one gives in the limit of slow loading.
 
-Where bonds break the two may take different paths; before that, what a path settles on is unique but for one thing:
-how the sliding between the two ends of a wall that rests on them alone is shared out. There friction has the same
-resistance at either end; only the sum of the two slips follows from the movement.
+Where bonds break, the two may follow different paths. Before that the solution is unique, except for the slips at the
+two ends of a wall that rests on these only: friction is equal at both ends, so only the sum of the slips follows from
+the movement.
 """
 
 import numpy as np
@@ -81,7 +81,7 @@ def compare(scene: Scene, increments: int | None = None, slow: Solver = SLOW) ->
 
 
 def slip_without_drift(end: xr.Dataset, on_dpc: np.ndarray) -> np.ndarray:
-    """Slip along the dpc, less its mean: the wall above may drift along as a whole."""
+    """Slip along the dpc, less its mean: the wall above may translate."""
     slip = end["contact_slip"].values[on_dpc]
     return slip - slip.mean()
 

@@ -1,4 +1,4 @@
-"""Forces and joint law of the quasi-static solver's states, worked out anew from what it hands out."""
+"""Forces and joint law of the quasi-static solver's states, computed independently from its output."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Beams on springs without the package: finite elements with springs that let go, and the exact Timoshenko beam."""
+"""Beams on springs without the package: finite elements with no-tension springs, and the exact Timoshenko beam."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from damagepred.arrays import FloatArray
 
 
 class Resting(NamedTuple):
-    """A beam that has come to rest.
+    """A beam in equilibrium.
 
     Attributes
     ----------

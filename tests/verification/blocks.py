@@ -1,4 +1,4 @@
-"""Units of masonry of several sizes and materials, and the small arrangements that many checks share."""
+"""Units of masonry of several sizes and materials, and small arrangements for many checks."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def stack(unit: Unit, count: int, joint: Joint | None = None, material: BlockMat
 def on_plate(
     unit: Unit, joint: Joint, gravity: tuple[float, float] = (0.0, -G), plates: int = 1
 ) -> tuple[Assembly, int]:
-    """Return an assembly with one unit, its middle over x = 0, on a plate that is held, and the unit's number.
+    """Return an assembly with one unit, its middle over x = 0, on a fixed plate, and the unit's number.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def on_plate(
     gravity : tuple of float
         Acceleration (m/s2); (0, 0) for a weightless block.
     plates : int
-        Number of equal pieces of the plate, each an interface of its own.
+        Number of equal pieces of the plate, each with a separate interface.
     """
     assembly = Assembly(thickness=unit.t, gravity=gravity, joint=joint, block=unit.material)
     top = assembly.add_block(unit.at(-unit.b / 2, 0.0))

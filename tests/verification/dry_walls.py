@@ -1,4 +1,4 @@
-"""Dry walls that fall: the polygons alone, so that solvers and limit analysis build on the same."""
+"""Dry walls near collapse: polygons common to solvers and limit analysis."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DENSITY, THICKNESS, G = 2000.0, 0.2, 9.81
 
 @dataclass(frozen=True)
 class DryWall:
-    """Blocks, some of which are held.
+    """Blocks, some of which are fixed.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class DryWall:
     loaded: int = -1
 
     def weights(self) -> FloatArray:
-        """Return the weight of each block (N), 0 for what is held."""
+        """Return the weight of each block (N), 0 for fixed blocks."""
         area = np.array([polygon_area(block) for block in self.blocks])
         area[list(self.held)] = 0.0
         return DENSITY * G * THICKNESS * area

@@ -1,4 +1,4 @@
-"""What checks of the footing share: the beam alone, how it is solved, and the Timoshenko beam it stands for."""
+"""Common parts of the checks of the footing: the beam alone, its solution, and the equivalent Timoshenko beam."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Strip:
         return GRAVITY * self.density * self.width * self.depth
 
     def scene(self, movement: Movement, pieces: int, **tables: Any) -> Scene:
-        """Return a scene with this footing, cut into so many segments."""
+        """Return a scene with this footing, divided into a number of segments."""
         step = self.length / pieces
         return Scene(
             wall=Wall(length=self.length, height=0.075, block_length=step, bond="stack"),
@@ -98,7 +98,7 @@ STRIPS = (SLENDER, PAPER, STOCKY)
 
 
 def path_of(model: Model, solver: Solver, increments: int = 1, **settings: Any) -> list[Increment]:
-    """Return the path of a model; a stiff beam on soft soil takes the explicit solver many cycles to come to rest."""
+    """Return the path of a model; for a stiff beam on soft soil the explicit solver needs many cycles."""
     if solver.method == "explicit":
         settings = {"tolerance": 1e-5, "maximum_cycles": 1_000_000} | settings
     return list(solve_path(model, replace(solver, **settings), increments))

@@ -1,4 +1,4 @@
-"""A wall that collapses by movement alone: where it stood last, against closed forms, and what had broken by then."""
+"""A wall that collapses by movement alone: its last equilibrium, compared with closed forms, and its broken bonds."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""How fast the joint that opens converges as its contacts grow in number: the one place where contacts approximate."""
+"""Convergence of an opening joint with the number of its contacts, the only approximation of contacts."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Energy accounts of whole paths, worked out anew from displacements, stresses and forces that increments hand out."""
+"""Independent energy balance of whole paths, from displacements, stresses and forces of increments."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -44,7 +44,7 @@ def contact_places(model: Model) -> np.ndarray:
 
 
 def elastic_energy(model: Model, step: Increment) -> float:
-    """Return what joints, zones and sections hold (J)."""
+    """Return the energy stored in joints, zones and sections (J)."""
     law, area = model.properties, model.interfaces.contact_area
     sigma, tau = step.normal_stress, step.shear_stress
     # a softening bond unloads to the origin
@@ -137,7 +137,7 @@ def work_of(model: Model, case: Case, before: Increment | None, now: Increment) 
 
 
 def section_work(model: Model, path: list[Increment]) -> float:
-    """Return what cracking sections took (J): the work done on them less what they hold."""
+    """Return the energy dissipated by cracking sections (J): the work done on them less their stored energy."""
     ways = [section_ways(model, step) for step in path]
     forces = [section_forces(model, step) for step in path]
     taken = 0.5 * float((forces[0] * ways[0]).sum() - (forces[-1] * ways[-1]).sum())
@@ -147,9 +147,9 @@ def section_work(model: Model, path: list[Increment]) -> float:
 
 
 def softening_work(model: Model, path: list[Increment]) -> float:
-    """Return what softening took (J): G_f (1 - b) of each bond that opening left b of.
+    """Return the energy dissipated by softening (J): G_f (1 - b) of each bond of integrity b.
 
-    Slip that wears a bond off lowers the secant by which it still holds at its opening.
+    Softening by slip lowers the secant stiffness of a bond at its opening.
     """
     law, area = model.properties, model.interfaces.contact_area
     soft = law.critical_opening > 0
@@ -269,7 +269,7 @@ def pressed_wall() -> Case:
 
 
 def softening_pair() -> Case:
-    """A block torn off another aslant, by bonds that soften."""
+    """A block pulled obliquely off another, by softening bonds."""
     joint = Joint(
         normal_stiffness=2e9, shear_stiffness=1e9, tensile_strength=0.1e6, cohesion=0.5e6, fracture_energy=9.0
     )
@@ -281,7 +281,7 @@ def softening_pair() -> Case:
 
 
 def worn_pair() -> Case:
-    """A block pulled and pushed along on another, its bond worn off by slip while it opens; then only pressed."""
+    """A block in tension and shear on another, whose bond softens by slip while it opens; then in compression."""
     joint = Joint(
         normal_stiffness=2e9,
         shear_stiffness=1e9,
@@ -386,7 +386,7 @@ def test_accounts_are_those_of_forces_and_ways(name: str) -> None:
     case = CASES[name]()
     accounts, path = audit(case)
     assert len(path) == case.increments + 1
-    found = {key: np.array([getattr(step, key) for step in path]) for key in ACCOUNTS}
+    found = {key: np.array([getattr(step.energy, key) for step in path]) for key in ACCOUNTS}
     expected = {key: np.array([values[key] for values in accounts]) for key in ACCOUNTS}
     largest = {key: float(np.abs(found[key]).max()) for key in ACCOUNTS}
     for key in case.uses:
@@ -398,7 +398,8 @@ def test_accounts_are_those_of_forces_and_ways(name: str) -> None:
         begun = 0.0 if exact else found[key][0] - expected[key][0]
         np.testing.assert_allclose(found[key] - begun, expected[key], rtol=0.0, atol=within, err_msg=key)
     plastic, released, error = (
-        np.array([getattr(step, key) for step in path]) for key in ("plastic_work", "released_energy", "energy_error")
+        np.array([getattr(step.energy, key) for step in path])
+        for key in ("plastic_work", "released_energy", "energy_error")
     )
     assert (plastic[-1] > 0.1 * largest["external_work"]) == (name == "zones that yield")
     went = sum(found[key] for key in ACCOUNTS[1:]) + plastic + released

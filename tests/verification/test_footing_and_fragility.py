@@ -1,4 +1,4 @@
-"""Shapes of the footing against independent solutions of the beam, and fragility curves of made-up walls."""
+"""Shapes of the footing against independent solutions of the beam, and fragility curves of synthetic walls."""
 
 import numpy as np
 import pytest

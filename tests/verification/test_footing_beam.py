@@ -156,8 +156,8 @@ def test_an_elastic_footing_stores_the_work_of_its_jacks(kind: str) -> None:
     size = 2e-3 * PAPER.line_weight * PAPER.length**4 / PAPER.bending
     first, last = path_of(PAPER.on_jacks(kind, size, 16, stop_at_zero=False), Solver())
     assert abs(last.jack_load - first.jack_load) > 0.1 * first.jack_load
-    assert last.external_work == pytest.approx(last.elastic_energy, rel=1e-6)
-    assert last.energy_error < 1e-6 * last.external_work
+    assert last.energy.external_work == pytest.approx(last.energy.elastic_energy, rel=1e-6)
+    assert last.energy.energy_error < 1e-6 * last.energy.external_work
 
 
 def sag(strip: Strip, load: float) -> float:
@@ -312,7 +312,7 @@ def test_the_ends_cantilever(verify: Verify, solver: Solver, strip: Strip, load:
 
 
 def zoned(strip: Strip, solver: Solver, cells: int) -> float:
-    """Return the deflection for a unit load of the jacks (m/N) of a footing with so many cells over its depth."""
+    """Return the deflection for a unit load of the jacks (m/N) of a footing with a number of cells over its depth."""
     settings = replace(solver, footing="deformable", zone_size_footing=strip.depth / cells, tolerance=1e-5)
     size = 2e-3 * strip.line_weight * strip.length**4 / strip.bending
     movement = Movement(kind="dishing", shape="jacks", central_deflection=size)

@@ -1,4 +1,4 @@
-"""The footing on ground: settlement, the beam on an elastic foundation, and where it lifts off as the ground moves."""
+"""The footing on ground: settlement, the beam on an elastic foundation, and lift-off as the ground moves."""
 
 from dataclasses import replace
 

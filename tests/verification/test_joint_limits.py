@@ -1,4 +1,4 @@
-"""Joints that open, break and slide: where, and what then, in both solvers."""
+"""Joints that open, break and slide: limits and residual behaviour, in both solvers."""
 
 from dataclasses import replace
 

@@ -78,11 +78,13 @@ def standing(wall: DryWall, solver: Solver, top: float) -> float:
         assembly.push_body(x=top)
     else:
         assembly.push(wall.loaded, y=top * wall.loads()[1][wall.loaded, 1])
-    # the quasi-static solver brackets the fall by itself; the explicit one goes on in steps until it does not settle
+    # the quasi-static solver brackets the collapse itself; the explicit one continues in steps until it does not
+    # converge
     increments = 1 if solver.method == "quasi_static" else 200
     settings = solver
     if solver.method == "explicit":
-        # at the limit itself contacts open and close; with the default step 14 courses keep trembling above 1e-4
+        # at the limit contacts open and close; with the default step 14 courses alternate between sticking and slipping
+        # above 1e-4
         settings = replace(solver, tolerance=1e-4, time_step_safety=0.5)
     ds = damagepred.solve(assembly, solver=settings, increments=increments, on_failure="return")
     assert ds.attrs["status"] in ("collapsed", "failed")
@@ -159,7 +161,8 @@ def test_an_arch_too_thin_falls(verify: Verify, solver: Solver, voussoirs: int, 
     assembly = semicircle(voussoirs, bound * (1 + offset)).assembly()
     settings = solver
     if solver.method == "explicit":
-        # at the limit itself contacts open and close; with the default step 14 courses keep trembling above 1e-4
+        # at the limit contacts open and close; with the default step 14 courses alternate between sticking and slipping
+        # above 1e-4
         settings = replace(solver, tolerance=1e-4, time_step_safety=0.5)
     try:
         status = damagepred.solve(assembly, solver=settings, increments=1).attrs["status"]

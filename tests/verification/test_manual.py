@@ -1,4 +1,4 @@
-"""The manual itself: what it compares, what it refuses, and what its page says."""
+"""The manual: its comparisons, refusals, and page."""
 
 import importlib
 from pathlib import Path

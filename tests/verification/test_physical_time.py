@@ -1,4 +1,4 @@
-"""Stacks and single blocks in runs of physical mass and time, which let blocks move as far as they like.
+"""Stacks and single blocks in runs of physical mass and time, with displacements of any size.
 
 Rocking, bouncing, pulses and the energy over long runs are in the chapter on dynamics.
 """
@@ -194,7 +194,7 @@ def test_a_block_thrown_up_lands_on_its_joint(verify: Verify, unit: Unit, height
 @pytest.mark.parametrize("wider", [0.0, 0.3])
 @pytest.mark.parametrize(("unit", "height"), THROWN)
 def test_a_block_dropped_on_a_plate(verify: Verify, unit: Unit, height: float, wider: float) -> None:
-    """What was not touched before is met on contacts of its own, flush corners among them."""
+    """New contacts of blocks that did not touch before, with flush corners."""
     assembly = Assembly(thickness=unit.t, joint=unit.joint(), block=unit.material)
     plate = assembly.add_block(rectangle(-wider * unit.b, -unit.h, (1 + wider) * unit.b, 0.0))
     block = assembly.add_block(unit.at(0.0, height))

@@ -1,4 +1,4 @@
-"""Forces, openings, residuals and first breaks that increments report, worked out anew from stresses and motion."""
+"""Reported forces, openings, residuals and first breaks, computed independently from stresses and motion."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -194,6 +194,6 @@ def test_cycles_are_counted_increment_by_increment() -> None:
     """With next to no tolerance each takes its ramp and the least number of looks at the residual."""
     settings = replace(EXPLICIT, tolerance=1e3)
     path = list(solve_path(moved_wall(DRY), settings, 3))
-    assert [step.cycles for step in path[1:]] == [
+    assert [step.counters.cycles for step in path[1:]] == [
         settings.ramp_cycles + DEFAULTS.explicit.check_interval * DEFAULTS.explicit.passed_checks
     ] * 3

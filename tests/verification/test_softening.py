@@ -34,7 +34,7 @@ PAIR = ClosedForm(
     chapter=CHAPTER,
     title="Two softening joints in a row",
     formula="u_1 + u_2 = u,   f_t (w_c - u_1)/(w_c - u_0) = k_n u_2",
-    source="Both joints carry the same: the weaker one softens, the stronger one lets go elastically.",
+    source="Both joints carry the same: the weaker one softens, the stronger one unloads elastically.",
 )
 TILT = ClosedForm(
     chapter=CHAPTER,
@@ -187,7 +187,7 @@ def test_a_block_is_tilted_off(verify: Verify, solver: Solver, contacts: int) ->
 
 
 def tilted(turn: float, x: np.ndarray, area: float) -> tuple[float, float]:
-    """Return rise and moment of a plate on such joints, tilted by more and more, by a root finder of its own."""
+    """Return rise and moment of a plate on such joints, rotated step by step, by an independent root finder."""
     reach = abs(turn * x).max() + 1e-12
     rise = optimize.brentq(lambda up: envelope(up + turn * x).sum(), -reach, reach, xtol=1e-18, rtol=1e-14)
     return rise, float((envelope(rise + turn * x) * area * x).sum())

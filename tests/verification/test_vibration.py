@@ -1,4 +1,4 @@
-"""Frequencies of stacks, and what the explicit time step makes of them.
+"""Frequencies of stacks, and the effect of the explicit time step on them.
 
 The explicit solver scales its masses to a time step of 1. Given the masses m / dt², its cycle is that of a dynamic run;
 the cases say "explicit cycle" where that is done.
@@ -58,9 +58,9 @@ WAVE = ClosedForm(
     chapter=CHAPTER,
     title="Wave in a stack",
     formula="c = √(E_eff/ρ),   1/E_eff = 1/E + 1/(k_n h),   rigid blocks: E_eff = k_n h;\n"
-    "a displacement let go at rest splits into two halves",
+    "a displacement released at rest splits into two halves",
     source="d'Alembert; stiffness of joint and block in series.",
-    note="A bell of displacement, 10 blocks (one standard deviation) wide, let go 140 blocks above the ground. Waves "
+    note="A bell of displacement, 10 blocks (one standard deviation) wide, released 140 blocks above the ground. Waves "
     "of wave number κ lag by (κ h)²/24, which is the error seen.",
 )
 
@@ -69,7 +69,7 @@ SLIDE = ClosedForm(
     title="Block that slides down an incline",
     formula="s = a T²/2,   a = g (sin α - tan φ cos α)",
     source="Newton and Coulomb.",
-    note="Let go at rest where an intact joint would hold it, without damping; no edge lifts: tan α < b/(3 h).",
+    note="Released at rest where an intact joint would hold it, without damping; no edge lifts: tan α < b/(3 h).",
 )
 
 
@@ -96,7 +96,7 @@ def physical(model: Model, dt: float, damping: float = 0.0) -> DampedTimeSteppin
 
 
 def follow(run: DampedTimeStepping, cycles: int, share: float, look: Callable[[FloatArray], float]) -> FloatArray:
-    """Return what a look at the displacements tells after every cycle, at a share of the dead load."""
+    """Return a sampled displacement after every cycle, at a share of the dead load."""
     seen = np.empty(cycles)
     for i in range(cycles):
         run._cycle(1, share, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Beams of zones in bending: displacements and stresses against plane elasticity, and how fast they converge."""
+"""Beams of zones in bending: displacements and stresses against plane elasticity, and their convergence."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -112,7 +112,7 @@ def deep_beam(material: BlockMaterial, plane: str, half: float, c: float, load: 
 
 
 def at(axis: int, place: float) -> Where:
-    """Return what tells the points on a line of x or of y."""
+    """Return a function that selects the points on a line of x or of y."""
     return lambda x, y: np.abs((x, y)[axis] - place) < 1e-9
 
 

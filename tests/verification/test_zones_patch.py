@@ -1,4 +1,4 @@
-"""Patch tests: what is constant must come out constant, in blocks of any shape and across joints between them."""
+"""Patch tests: constant fields are reproduced in blocks of any shape and across joints between them."""
 
 import numpy as np
 import pytest
@@ -137,12 +137,12 @@ def cut(polygon: list[tuple[float, float]], line: Line) -> list[list[tuple[float
 
 
 def along(axis: int, at: float) -> Where:
-    """Return what tells the points on a line of x or of y."""
+    """Return a function that selects the points on a line of x or of y."""
     return lambda x, y: np.abs((x, y)[axis] - at) < 1e-9
 
 
 def at_point(point: FloatArray) -> Where:
-    """Return what tells the points at a place."""
+    """Return a function that selects the points at a place."""
     return lambda x, y: np.hypot(x - point[0], y - point[1]) < 1e-9
 
 

@@ -97,7 +97,7 @@ def strength(material: BlockMaterial, plane: str, lateral: float, pull: bool) ->
 
 
 def on_line(axis: int, place: float) -> Where:
-    """Return what tells the points on a line of x or of y."""
+    """Return a function that selects the points on a line of x or of y."""
     return lambda x, y: np.abs((x, y)[axis] - place) < 1e-9
 
 
@@ -248,7 +248,7 @@ def test_unloading_leaves_a_set(verify: Verify, solver: Solver, share: float, si
 
 
 def punch(solver: Solver, cells: int, increments: int = 4) -> tuple[Model, Increment, FloatArray]:
-    """Return model, last increment, and mean pressures (Pa) under a punch of half width 1 m on so many cells."""
+    """Return model, last increment, and mean pressures (Pa) under a punch of half width 1 m, for a number of cells."""
     wide, deep, size = 5.0, 2.5, 1.0 / cells
     material = BlockMaterial(elastic_modulus=1e7, poisson_ratio=0.3, cohesion=1e4, friction=0.0)
     assembly = Assembly(thickness=1.0, gravity=(0.0, 0.0), block=material)

@@ -1,4 +1,4 @@
-"""What checks of deformable blocks share: solving, plane elasticity, and how a refined mesh converges."""
+"""Common parts of the checks of deformable blocks: solution, plane elasticity, and mesh convergence."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def solved(
 
 
 def zones_of(increment: Increment) -> ZoneResults:
-    """Return what is reported of the zones."""
+    """Return the reported variables of the zones."""
     assert increment.zones is not None
     return increment.zones
 

@@ -1,4 +1,4 @@
-"""Where the base is at any time: pulses and records, integrated exactly."""
+"""Displacement of the base over time: pulses and records, integrated exactly."""
 
 from __future__ import annotations
 
@@ -55,19 +55,13 @@ def _one(motion: BaseMotion) -> Displacement:
             )
         return from_record(time, scaled, motion.quantity, motion.baseline)
     peak, length = motion.acceleration, motion.duration
-    return {"rectangular": rectangular, "half_sine": half_sine, "full_sine": full_sine}[motion.kind](peak, length)
+    if motion.kind == "rectangular":
+        return _rectangular(peak, length)
+    return _sine(peak, length, 1 if motion.kind == "half_sine" else 2)
 
 
-def rectangular(peak: float, length: float) -> Displacement:
-    """Return the displacement (m) of a base, over time (s), under a rectangular pulse of acceleration.
-
-    Parameters
-    ----------
-    peak : float
-        Acceleration during the pulse (m/s2).
-    length : float
-        Duration of the pulse (s); the base goes on at constant velocity.
-    """
+def _rectangular(peak: float, length: float) -> Displacement:
+    """Return the displacement under a pulse of constant acceleration; after it the velocity is constant."""
 
     def displacement(t: FloatArray) -> FloatArray:
         inside = np.minimum(t, length)
@@ -76,55 +70,29 @@ def rectangular(peak: float, length: float) -> Displacement:
     return displacement
 
 
-def half_sine(peak: float, length: float) -> Displacement:
-    """Return the displacement (m) of a base, over time (s), under a half-sine pulse of acceleration.
-
-    Parameters
-    ----------
-    peak : float
-        Largest acceleration (m/s2).
-    length : float
-        Duration of the half wave (s); the base goes on at constant velocity.
-    """
-    omega = np.pi / length
+def _sine(peak: float, length: float, half_waves: int) -> Displacement:
+    """Return the displacement under one or two half waves of acceleration; after them the velocity is constant."""
+    omega = half_waves * np.pi / length
+    end_velocity = 2.0 * peak / omega if half_waves == 1 else 0.0
 
     def displacement(t: FloatArray) -> FloatArray:
         inside = np.minimum(t, length)
-        return np.asarray(peak / omega * (inside - np.sin(omega * inside) / omega) + 2.0 * peak / omega * (t - inside))
-
-    return displacement
-
-
-def full_sine(peak: float, length: float) -> Displacement:
-    """Return the displacement (m) of a base, over time (s), under a full-sine pulse of acceleration.
-
-    Parameters
-    ----------
-    peak : float
-        Largest acceleration (m/s2).
-    length : float
-        Duration of the wave (s); the base rests after it.
-    """
-    omega = 2.0 * np.pi / length
-
-    def displacement(t: FloatArray) -> FloatArray:
-        inside = np.minimum(t, length)
-        return np.asarray(peak / omega * (inside - np.sin(omega * inside) / omega))
+        return np.asarray(peak / omega * (inside - np.sin(omega * inside) / omega) + end_velocity * (t - inside))
 
     return displacement
 
 
 def from_record(time: FloatArray, values: FloatArray, quantity: str, baseline: str) -> Displacement:
-    """Return the displacement (m) that a record tells; before it rest, after it constant velocity (or rest).
+    """Return the displacement (m) of a recorded base: at rest before the record, at constant velocity or rest after it.
 
     Parameters
     ----------
     time, values : array (k,)
         Points of the record (s, SI).
     quantity : {"acceleration", "velocity", "displacement"}
-        What it tells.
+        Of the record.
     baseline : {"none", "velocity"}
-        Whether the constant acceleration is taken off that lets the base end at rest.
+        Whether a constant acceleration is subtracted so that the base ends at rest.
     """
     step = np.diff(time)
     if quantity == "displacement":

@@ -18,7 +18,8 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.dynamics.contact import BONDED, EDGE, FREE, LAW, POINT
-from damagepred.kernels.joint.parameters import joint_parameters
+from damagepred.kernels.joint.limits import slip_compliance
+from damagepred.kernels.joint.softening import damage_rate
 from damagepred.solvers.dynamics.facets import FacetBodies
 from damagepred.solvers.dynamics.options import DynamicsOptions
 
@@ -29,7 +30,7 @@ GROUND_REACH = 1e9
 
 
 class BodyArrays(NamedTuple):
-    """What bodies look like to each other.
+    """Outlines of bodies for contact detection.
 
     Attributes
     ----------
@@ -41,7 +42,7 @@ class BodyArrays(NamedTuple):
     first_edge : array of int (polygons + 1,)
         Where the edges of each polygon begin: the blocks and, if anything rests on it, the ground at its lowest level.
     laws : array (l, LAW)
-        Laws of bonds, each followed by the one of what is met later.
+        Laws of bonds, each followed by that of later contacts.
     reach : array (n,)
         Largest distance of a corner from its block's centroid (m).
     """
@@ -69,8 +70,8 @@ def body_arrays(
     options : DynamicsOptions
         Lengths of edges and cells.
     search : bool
-        Whether points may meet what they did not face at first. If not, a joint's facet goes on in its line to the
-        ends of its face, so that what slides does not lose it.
+        Whether points may meet other edges than their first. If not, a joint's facet extends to the ends of its face,
+        so that a sliding point does not leave it.
     """
     centre = np.vstack((_centres(model, origin), facets.place))
     edges, first_edge = _edges(model, origin, facets, centre, search)
@@ -156,7 +157,7 @@ def _bodies(body: IntArray, n: int, facets: FacetBodies) -> IntArray:
 
 
 class _BondedEdges(NamedTuple):
-    """Edges of block a and of block b on which each interface lies: those of the blocks, and those it is held to."""
+    """Edges of blocks a and b on which each interface lies, and those that its points are measured against."""
 
     a: IntArray
     b: IntArray
@@ -249,7 +250,7 @@ def _free_points(
     centre: FloatArray,
     options: DynamicsOptions,
 ) -> NDArray[Any]:
-    """Put points on what of the faces of blocks has no joint, corners included."""
+    """Return points on the parts of faces without a joint, corners included."""
     law = _default_law(model)
     own_edges = edges[: first_edge[model.n_blocks]]
     stretches = _free_stretches(model, own_edges, home, centre)
@@ -284,7 +285,7 @@ def _free_points(
 def _free_stretches(
     model: Model, edges: NDArray[Any], home: _BondedEdges, centre: FloatArray
 ) -> list[tuple[int, float, float]]:
-    """Return edge, start and end (m along it) of what of the blocks' faces has no joint."""
+    """Return edge, start and end (m along it) of the parts of blocks' faces without a joint."""
     face, n = model.interfaces, model.n_blocks
     covered: dict[int, list[tuple[float, float]]] = {}
     for block, on in ((face.block_a, home.a), (face.block_b, home.b)):
@@ -331,7 +332,7 @@ def _spread(
 
 
 def _default_law(model: Model) -> IntArray:
-    """Return whose law each block has where it has no joint: its longest joint's, or that of the model's loose ends."""
+    """Return the law of each block where it has no joint: of its longest joint, or that of blocks without any."""
     face, n = model.interfaces, model.n_blocks
     usual = np.full(n + 1, len(face.kind), dtype=np.int64)  # the law after those of the interfaces
     for i in np.argsort(face.length, kind="stable").tolist():
@@ -340,21 +341,32 @@ def _default_law(model: Model) -> IntArray:
 
 
 def _laws(model: Model) -> FloatArray:
-    """Return the laws of the interfaces and, last, the one of blocks without any, each followed by its bare one."""
+    """Return the laws of the interfaces and, last, of blocks without any, each followed by that with a broken bond."""
     own = model.properties
     loose = model.loose_joint or JointProperties._make(values[:1] for values in own)
     properties = JointProperties._make(np.concatenate(pair) for pair in zip(own, loose))
-    none = np.zeros_like(properties.friction)
-    bare = properties._replace(
-        tensile_strength=none,
-        cohesion=none,
-        friction=properties.residual_friction,
-        dilation=none,
-        residual_tensile_strength=none,
-        residual_cohesion=none,
-        brittle_shear=none > 0.0,
-        critical_opening=none,
-        critical_slip=none,
+    laws = np.zeros((len(properties.friction), 2, LAW))
+    k_n, k_s = properties.normal_stiffness, properties.shear_stiffness
+    laws[..., 0], laws[..., 1], laws[..., 2] = k_n[:, None], k_s[:, None], 1.0 / k_s[:, None]
+    bond, bare = laws[:, 0], laws[:, 1]
+    bond[:, 3:6] = np.column_stack((properties.tensile_strength, properties.cohesion, properties.friction))
+    bond[:, 6] = slip_compliance.py_func(k_n, k_s, properties.friction, properties.dilation)
+    bond[:, 7:10] = np.column_stack(
+        (properties.residual_tensile_strength, properties.residual_cohesion, properties.residual_friction)
     )
-    laws = np.stack([np.column_stack(joint_parameters(of_pair)) for of_pair in (properties, bare)], axis=1)
-    return laws.reshape(-1, LAW)
+    bond[:, 10] = slip_compliance.py_func(k_n, k_s, properties.residual_friction, properties.dilation)
+    bond[:, 11] = properties.critical_opening
+    bond[:, 12] = damage_rate.py_func(k_n, properties.tensile_strength, properties.critical_opening)
+    bond[:, 13], bond[:, 14] = properties.dilation, properties.brittle_shear
+    strongest = properties.compressive_strength[:, None]
+    laws[..., 15], laws[..., 16], laws[..., 17] = (
+        strongest,
+        strongest / k_n[:, None],
+        1.0 / properties.cap_shear[:, None],
+    )
+    bond[:, 18] = properties.slip_weight
+    for first in (3, 7):
+        bare[:, first + 2] = properties.residual_friction
+        bare[:, first + 3] = slip_compliance.py_func(k_n, k_s, properties.residual_friction, 0.0)
+    bare[:, 12] = damage_rate.py_func(k_n, 0.0, 0.0)
+    return np.ascontiguousarray(laws.reshape(-1, LAW))

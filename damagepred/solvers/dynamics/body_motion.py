@@ -20,23 +20,23 @@ class Motion(NamedTuple):
     Attributes
     ----------
     reference : array (n + 1, 2)
-        Where centroids were before anything moved, from the run's origin (m).
+        Initial centroids, from the run's origin (m).
     pose : array (bodies, 4)
-        x, y (m), cosine and sine of the angle turned: all that contacts look at.
+        x, y (m), cosine and sine of the rotation: all that contacts depend on.
     force : array (bodies, 3)
-        What contacts do to each body (N, N, N m).
+        Of contacts on each body (N, N, N m).
     load, live_load : array (n + 1, 3)
         Load now, dead and live, and live load at full movement (N, N m).
     inverse_mass : array (n + 1, 3)
-        1 / mass, 0 where it is held.
+        1 / mass, 0 where prescribed.
     velocity : array (n + 1, 3)
         Half a step ago (m/s, rad/s).
     displacement : array (n + 1, 3)
         From the reference (m, rad).
     held : array of int (h,)
-        Degrees of freedom 3 block + axis that are held or moved.
+        Prescribed degrees of freedom, 3 block + axis.
     held_start, held_displacement : array (h,)
-        Where they start, and how far they go at full movement (m, rad).
+        Their displacement at the start, and its change at full movement (m, rad).
     """
 
     reference: FloatArray
@@ -53,7 +53,7 @@ class Motion(NamedTuple):
 
 
 def motion_of(model: Model, origin: FloatArray, facets: int) -> Motion:
-    """Return the bodies of a model at rest where they are built.
+    """Return the bodies of a model at rest in their initial places.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def motion_of(model: Model, origin: FloatArray, facets: int) -> Motion:
 
 
 def update_poses(motion: Motion) -> None:
-    """Bring poses in line with displacements."""
+    """Update the poses of blocks from their displacements."""
     motion.pose[: len(motion.displacement), :2] = motion.reference + motion.displacement[:, :2]
     motion.pose[: len(motion.displacement), 2] = np.cos(motion.displacement[:, 2])
     motion.pose[: len(motion.displacement), 3] = np.sin(motion.displacement[:, 2])

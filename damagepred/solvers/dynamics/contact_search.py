@@ -1,4 +1,4 @@
-"""The search for what is near: when and how it is done."""
+"""Neighbour search: the blocks near each boundary point (Verlet list with a skin)."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ class NeighbourList(NamedTuple):
     first : array of int (p + 1,)
         Where the list of each point begins.
     polygon, edge : array of int (k,), distance : array (k,)
-        Which block, which of its edges the point's face looks at, and signed distance from that when last looked at
-        (m).
+        Neighbouring block, its edge that the point's face looks at, and signed distance to it at the last search (m).
     """
 
     first: IntArray
@@ -30,20 +29,20 @@ class NeighbourList(NamedTuple):
 
 
 def empty_neighbour_list(scene: BodyArrays) -> NeighbourList:
-    """Return empty lists."""
+    """Return a list without neighbours."""
     none = np.zeros(0, np.int64)
     return NeighbourList(np.zeros(len(scene.points) + 1, np.int64), none, none, np.zeros(0))
 
 
 def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float, wide: float) -> NeighbourList:
-    """Return what is nearer to each point than a margin.
+    """Return the blocks nearer to each point than a margin.
 
     Parameters
     ----------
     scene : BodyArrays
         Points and edges.
     pose : array (bodies, 4)
-        Where the bodies are.
+        x, y (m), cosine and sine of the rotation of each body.
     margin : float
         Distance of neighbours (m).
     wide : float

@@ -1,11 +1,11 @@
-"""The energy audit of a run: where all that was put in has gone.
+"""Energy balance of a run in physical time.
 
 Kinetic energy at a step is taken as m v(n - 1/2) v(n + 1/2) / 2. With it, central differences obey exactly
 
     change of kinetic energy = sum over the steps of (F(n) + F(n + 1)) (x(n + 1) - x(n)) / 2,
 
-so all works are counted by the trapezoidal rule too, and elastic joints balance to the last digits. What does not
-balance is the error of the step: blocks that turn in it, and joints that touch or part in it.
+so all works are summed by the trapezoidal rule too, and elastic joints balance to the last digits. The rest is the
+error of the time step: of blocks that rotate, and of contacts that close or open within it.
 """
 
 from __future__ import annotations
@@ -19,46 +19,17 @@ from damagepred.assembly import Model
 from damagepred.kernels.dynamics.contact import DASHPOT, FRACTURE, FRICTION, RELEASED
 from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING, LIVE
 from damagepred.kernels.dynamics.zones import YIELDING, ZONE_DAMPING
-from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.body_motion import Motion
 from damagepred.solvers.dynamics.gridpoints import Grid, zone_energy
+from damagepred.solvers.state.increment import Energies
 
 
 class EnergyTerms(NamedTuple):
-    """What kernels count: works of joints, see ``large_contact``, and of bodies, see ``large_motion`` (J)."""
+    """Works of contacts and of bodies that kernels sum (J): ``kernels.dynamics``, ``contact`` and ``motion``."""
 
     joint_terms: FloatArray
     body_terms: FloatArray
-
-
-class Energies(NamedTuple):
-    """Balance at an output (J); works are summed from the start.
-
-    Attributes
-    ----------
-    kinetic_energy, elastic_energy : float
-        Of the blocks, and held in joints and zones.
-    external_work, boundary_work : float
-        Of loads, ground and supports together; and of ground and supports alone.
-    friction_work, fracture_work, plastic_work, damping_work : float
-        Taken by sliding, by softening bonds, by zones that yield, by damping.
-    released_energy : float
-        Set free where bonds broke and where a point left an edge under pressure.
-    energy_error : float
-        What does not balance.
-    """
-
-    kinetic_energy: float
-    elastic_energy: float
-    external_work: float
-    boundary_work: float
-    friction_work: float
-    fracture_work: float
-    plastic_work: float
-    released_energy: float
-    damping_work: float
-    energy_error: float
 
 
 class EnergyBalance:
@@ -78,8 +49,8 @@ class EnergyBalance:
         Local (1), mass-proportional (1/s), stiffness-proportional (s).
     time_step : float
         dt (s).
-    counts : Counts
-        What kernels count.
+    terms : EnergyTerms
+        Works that kernels sum.
     """
 
     def __init__(
@@ -90,17 +61,17 @@ class EnergyBalance:
         grid: Grid | None,
         damping: tuple[float, float, float, float],
         time_step: float,
-        counts: EnergyTerms,
+        terms: EnergyTerms,
     ) -> None:
-        self._scene, self._motion, self._grid, self._counts = scene, motion, grid, counts
+        self._scene, self._motion, self._grid, self._terms = scene, motion, grid, terms
         self._damping, self._step = damping, time_step
-        # what moves: the blocks, and the gridpoints of those that are deformable
+        # rigid blocks, and gridpoints of deformable ones
         self._moving: list[Motion | Grid] = [motion] if grid is None else [motion, grid]
         self._start = [part.displacement.copy() for part in self._moving]
         self._dead = [part.load.copy() for part in self._moving]
         self._kinetic, self._damped, self._pulled = self._half_steps()
         self._elastic = self.elastic_energy()
-        self._given = self._seen = 0.0
+        self._input = self._largest = 0.0
 
     def _half_steps(self) -> tuple[float, float, float]:
         """Return the kinetic energy, and the works of damping and of the base, by damping, in the half step to now."""
@@ -125,19 +96,19 @@ class EnergyBalance:
         return kinetic, damped, -half_step * float((dashpot * base).sum())
 
     def elastic_energy(self) -> float:
-        """Return what joints and zones hold (J)."""
+        """Return the elastic energy of joints and zones (J)."""
         points = self._scene.points
-        law = JointParameters(*self._scene.laws[points["law"]].T)
+        law = self._scene.laws[points["law"]]
         sigma = points["sigma"]
         # a softening bond unloads to the origin
-        softened = (sigma > 0) & (points["cracked"] != 0) & (law.critical_opening > 0)
-        opening = np.where(softened, points["opening"] - points["dilatant_opening"], sigma / law.normal_stiffness)
-        joints = 0.5 * float((points["area"] * (sigma * opening + points["tau"] ** 2 * law.shear_compliance)).sum())
+        softened = (sigma > 0) & (points["cracked"] != 0) & (law[:, 11] > 0)
+        opening = np.where(softened, points["opening"] - points["dilatant_opening"], sigma / law[:, 0])
+        joints = 0.5 * float((points["area"] * (sigma * opening + points["tau"] ** 2 * law[:, 2])).sum())
         return joints if self._grid is None else joints + zone_energy(self._grid)
 
     def balance(self) -> Energies:
         """Return the balance now."""
-        joint_terms, body_terms = self._counts
+        joint_terms, body_terms = self._terms
         kinetic, damped, pulled = self._half_steps()
         elastic = self.elastic_energy()
         boundary = float(body_terms[BOUNDARY]) + pulled - self._pulled
@@ -152,30 +123,32 @@ class EnergyBalance:
             damping += float(self._grid.terms[ZONE_DAMPING])
         change = kinetic - self._kinetic + elastic - self._elastic
         return Energies(
-            kinetic,
-            elastic,
-            external,
-            boundary,
-            friction,
-            fracture,
-            plastic,
-            released,
-            damping,
-            external - change - friction - fracture - plastic - released - damping,
+            kinetic_energy=kinetic,
+            elastic_energy=elastic,
+            external_work=external,
+            boundary_work=boundary,
+            friction_work=friction,
+            fracture_work=fracture,
+            plastic_work=plastic,
+            released_energy=released,
+            damping_work=damping,
+            energy_error=external - change - friction - fracture - plastic - released - damping,
         )
 
-    def diverged(self, factor: float, made: float) -> bool:
-        """Tell whether there is more energy than a multiple of what has gone about so far, or more was made of nothing.
+    def diverged(self, energy_ratio: float, error_ratio: float) -> bool:
+        """Return whether the energy, or its error, is too large for a stable run.
 
         Parameters
         ----------
-        factor : float
-            Of what there was at first and was put in at most; a block that bounces gives it back time and again.
-        made : float
-            Share of that, and of what there has been at most, which steps that are too long may have made.
+        energy_ratio : float
+            Limit of the energy over the sum of the initial energy and the largest external work (1).
+        error_ratio : float
+            Limit of created energy over the largest energy so far (1).
         """
         now = self.balance()
-        there = now.kinetic_energy + now.elastic_energy
-        self._given = max(self._given, abs(self._kinetic) + self._elastic + max(now.external_work, 0.0))
-        self._seen = max(self._seen, self._given, there)
-        return not (there <= factor * self._given + 1e-300 and -now.energy_error <= made * self._seen + 1e-300)
+        energy = now.kinetic_energy + now.elastic_energy
+        self._input = max(self._input, abs(self._kinetic) + self._elastic + max(now.external_work, 0.0))
+        self._largest = max(self._largest, self._input, energy)
+        return not (
+            energy <= energy_ratio * self._input + 1e-300 and -now.energy_error <= error_ratio * self._largest + 1e-300
+        )

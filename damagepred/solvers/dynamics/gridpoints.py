@@ -1,4 +1,4 @@
-"""Gridpoints and zones of deformable blocks in a dynamic run: where they are, and what is told of them."""
+"""Gridpoints and zones of deformable blocks in a dynamic run: motion, strains and results."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from damagepred.solvers.system.deformable_blocks import (
     bending,
     block_moduli,
     can_yield,
+    elastic_stress,
     gridpoint_mass,
     zone_slopes,
 )
@@ -32,7 +33,7 @@ class Grid(NamedTuple):
     Attributes
     ----------
     reference : array (g, 2)
-        Where the gridpoints were before anything moved, from the run's origin (m).
+        Initial places of the gridpoints, from the run's origin (m).
     displacement, velocity : array (g, 2)
         From there (m); half a step ago (m/s).
     force : array (g, 2)
@@ -40,15 +41,15 @@ class Grid(NamedTuple):
     load, live_load : array (g, 2)
         Load now, dead and live, and live load at full movement (N).
     inverse_mass : array (g, 2)
-        1 / mass, 0 where it is held (1/kg).
+        1 / mass, 0 where prescribed (1/kg).
     held : array of int (h,)
-        2 gridpoint + axis that are held or moved.
+        Prescribed degrees of freedom, 2 gridpoint + axis.
     held_start, held_displacement : array (h,)
-        Where they start, and how far they go at full movement (m).
+        Their displacement at the start, and its change at full movement (m).
     boundary : array of int (b,)
         Gridpoints on the faces of blocks.
     searched_at : array (g, 2)
-        Displacements when what is near was last looked for (m).
+        Displacements at the last neighbour search (m).
     zones : array of record (z,)
         ``ZONE``.
     elasticity, strength : array (n, 7)
@@ -57,7 +58,7 @@ class Grid(NamedTuple):
         Of the zones that can yield: plastic strain e_xx, e_yy, g_xy, e_zz, and stress of the last step (Pa), in the
         frame that turns with the zone.
     state : array of int (y,)
-        What yields now.
+        ``ZoneState`` of those zones.
     past : array (z, 9)
         Strain, stress and damping stress of the last step; nothing without stiffness-proportional damping.
     sides : array of record (s,)
@@ -90,7 +91,7 @@ class Grid(NamedTuple):
 
 
 def gridpoint_arrays(model: Model, origin: FloatArray, facets: FacetBodies, damped: bool) -> Grid | None:
-    """Return the gridpoints and zones of a model at rest where they are built; None if all blocks are rigid.
+    """Return the gridpoints and zones of a model at rest in their initial places; None if all blocks are rigid.
 
     Parameters
     ----------
@@ -225,7 +226,7 @@ def set_initial_velocity(grid: Grid, model: Model) -> None:
 
 
 def biot_strains(grid: Grid) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return strain e_xx, e_yy, g_xy, e_zz of the zones in their own frame (z, 4), cosine and sine of its turn (z,).
+    """Return corotational strain e_xx, e_yy, g_xy, e_zz of the zones (z, 4), cosine and sine of their rotation (z,).
 
     See ``damagepred.kernels.dynamics.zones``.
     """
@@ -259,32 +260,14 @@ def plastic_strains(grid: Grid) -> FloatArray:
     return plastic
 
 
-def stresses(grid: Grid, strain: FloatArray) -> FloatArray:
-    """Return the stresses s_xx, s_yy, s_xy, s_zz of zones, array (z, 4) (Pa), tension positive.
-
-    Parameters
-    ----------
-    grid : Grid
-        With the zones' elasticity.
-    strain : array (z, 4)
-        Elastic strain e_xx, e_yy, g_xy, e_zz (1).
-    """
-    c11, c12, c33, c13, czz = grid.elasticity[grid.zones["block"], :5].T
-    e_xx, e_yy, g_xy, e_zz = strain.T
-    return np.column_stack(
-        (
-            c11 * e_xx + c12 * e_yy + c13 * e_zz,
-            c12 * e_xx + c11 * e_yy + c13 * e_zz,
-            c33 * g_xy,
-            c13 * (e_xx + e_yy) + czz * e_zz,
-        )
-    )
-
-
 def zone_energy(grid: Grid) -> float:
-    """Return what the zones hold (J)."""
+    """Return the elastic energy of the zones (J)."""
     elastic = biot_strains(grid)[0] - plastic_strains(grid)
-    return 0.5 * float((grid.zones["volume"] * (elastic * stresses(grid, elastic)).sum(axis=1)).sum())
+    return 0.5 * float(
+        (
+            grid.zones["volume"] * (elastic * elastic_stress(grid.elasticity[grid.zones["block"]], elastic)).sum(axis=1)
+        ).sum()
+    )
 
 
 def results_of_zones(grid: Grid, base: FloatArray) -> ZoneResults:
@@ -301,7 +284,7 @@ def results_of_zones(grid: Grid, base: FloatArray) -> ZoneResults:
     """
     strain, c, s = biot_strains(grid)
     plastic = plastic_strains(grid)
-    s_xx, s_yy, s_xy, s_zz = stresses(grid, strain - plastic).T
+    s_xx, s_yy, s_xy, s_zz = elastic_stress(grid.elasticity[grid.zones["block"]], strain - plastic).T
     mean, half = 0.5 * (s_xx + s_yy), 0.5 * (s_xx - s_yy)
     double_c, double_s = c * c - s * s, 2.0 * c * s
     turned = half * double_c - s_xy * double_s
@@ -313,14 +296,14 @@ def results_of_zones(grid: Grid, base: FloatArray) -> ZoneResults:
 
 
 class MeanMotion:
-    """Motion of deformable blocks as a whole: mean by mass, and the turn that fits best.
+    """Motion of deformable blocks as a whole: mean displacement by mass, and best-fit rotation.
 
     Parameters
     ----------
     model : Model
         With a mesh.
     grid : Grid
-        Its gridpoints, where they start.
+        Its gridpoints at the start.
     """
 
     def __init__(self, model: Model, grid: Grid) -> None:
@@ -356,7 +339,7 @@ class MeanMotion:
     def motion(self, time: float) -> FloatArray:
         """Return displacement x, y (m) and rotation (rad) of the deformable blocks (d, 3) at a time (s).
 
-        Whole turns since the last time are told by the speed of turning then and now.
+        Full turns since the last call follow from the mean angular velocity.
         """
         spin, angle = self._spinning(), self._angle()
         expected = self._turn + 0.5 * (self._spin + spin) * (time - self._time)

@@ -1,4 +1,4 @@
-"""A run in physical time: steps between outputs, the search for new contacts, and what is reported."""
+"""A run in physical time: steps between outputs, the search for new contacts, and results."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from damagepred.solvers.dynamics.gridpoints import (
 )
 from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
-from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.state.increment import Counters, Increment
 from damagepred.solvers.state.initial_state import InitialState
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.system.deformable_blocks import at_gridpoints
@@ -49,7 +49,7 @@ from damagepred.time_limit import check_time
 
 
 class Imposed(NamedTuple):
-    """Movement of the ground under points per load factor: arrays (i,), numbers of the points, and m."""
+    """Rate of the ground's movement over the load factor, arrays (i,): points, and displacement under them (m)."""
 
     point: IntArray
     normal: FloatArray
@@ -57,7 +57,7 @@ class Imposed(NamedTuple):
 
 
 class DynamicRun:
-    """One run; iterate over it to follow it, output by output.
+    """One run in physical time; iterating over it yields its outputs.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class DynamicRun:
     dynamics : Dynamics
         Time, damping, base motion.
     initial : InitialState, optional
-        Static equilibrium from which the run begins; by default all is unstressed.
+        Static equilibrium from which the run begins; by default the wall is unstressed.
     options : DynamicsOptions
         Contact search, time step, divergence.
 
@@ -75,9 +75,9 @@ class DynamicRun:
     time_step : float
         dt (s).
     frequency : HighestFrequency
-        From which it follows.
+        From which the time step follows.
     steps, searches : int
-        Steps so far, and how often it was looked for what is near.
+        Steps and neighbour searches so far.
 
     Raises
     ------
@@ -113,9 +113,9 @@ class DynamicRun:
         self.time_step = self.interval / self.steps_each
         local = dynamics.local_damping if dynamics.damping == "local" else 0.0
         self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping, contacts)
-        # two laws are enough, the plain one and the whole: each takes a while to compile
+        # two variants of the joint law are enough, plain and full: each takes a while to compile
         self.special = self.softening = True if needs_full_law(model) or needs_softening(model) else None
-        self.imposed, self.has_live_load = _imposed(model), bool(self.system.live_load.any())
+        self.ground_rate, self.has_live_load = _ground_rate(model), bool(self.system.live_load.any())
         self.base = base_displacement(dynamics.base)
         self.skin = options.skin * float(np.sqrt(model.blocks.area.min()))
         self.search_distance = options.search_distance * self.skin if dynamics.new_contacts else 0.0
@@ -154,7 +154,7 @@ class DynamicRun:
             grid.held_start[:] = grid.displacement.ravel()[grid.held]
             update_facet_poses(grid, motion)
         self._update_neighbour_list()
-        # what contacts did in the last cycle: nothing has moved since
+        # opening and shear of the last step: nothing has moved since
         opening, shear = self._bonded_kinematics()
         points["opening"][: opening.size], points["shear"][: shear.size] = opening.ravel(), shear.ravel()
         search = self.dynamics.new_contacts
@@ -194,7 +194,7 @@ class DynamicRun:
         Raises
         ------
         DivergenceError
-            If blocks move as nothing could move them; the message names block and time.
+            If blocks have more energy than was put in; the message names block and time.
         """
         slow = 0
         yield self.report(0)
@@ -215,11 +215,11 @@ class DynamicRun:
         zones = 0 if self.grid is None else len(self.grid.zones)
         stretch = max(1, self.options.point_steps_per_check // (len(self.bodies.points) + zones))
         done = 0
-        imposed, line_ends = self.imposed, 0
+        ground_rate, line_end = self.ground_rate, 0
         while done < count:
             check_time()
-            if done == line_ends:
-                imposed, line_ends = self._next_ground_rate(drive[:, 2], done)
+            if done == line_end:
+                ground_rate, line_end = self._next_ground_rate(drive[:, 2], done)
             reached = run_steps(
                 self.bodies,
                 self.neighbours,
@@ -227,11 +227,11 @@ class DynamicRun:
                 self.grid,
                 self.special,
                 self.softening,
-                imposed,
+                ground_rate,
                 self.has_live_load,
                 drive,
                 done,
-                min(line_ends, done + stretch),
+                min(line_end, done + stretch),
                 self.damping,
                 self.time_step,
                 self.searched_at,
@@ -249,7 +249,7 @@ class DynamicRun:
             self._diverged(self.time)
 
     def _next_ground_rate(self, load_factor: FloatArray, first: int) -> tuple[Imposed, int]:
-        """Return the movement of the ground from a step on, and the step up to which it is a straight line.
+        """Return the rate of the ground's movement from a step on, and the step up to which it is constant.
 
         Parameters
         ----------
@@ -260,18 +260,18 @@ class DynamicRun:
         """
         last, ground = len(load_factor) - 1, self.model.ground
         if ground.proportional or load_factor[last] == load_factor[first]:
-            return self.imposed, last
+            return self.ground_rate, last
         before = float(load_factor[first])
         end = int(np.searchsorted(load_factor, before + 1.0 / self.dynamics.ground_pieces, side="right"))
         end = min(max(end, first + 1), last)
         after = float(load_factor[end])
         if after == before:
-            return self.imposed, end
+            return self.ground_rate, end
         lines = (
             np.repeat((there - here)[:, None, :], 2, axis=1).ravel() / (after - before)
             for here, there in zip(ground.at(before), ground.at(after), strict=True)
         )
-        return Imposed(self.imposed.point, *lines), end
+        return Imposed(self.ground_rate.point, *lines), end
 
     def _moved(self) -> float:
         """Return the largest movement of a point since the last neighbour search (m); as ``largest_movement``."""
@@ -308,7 +308,7 @@ class DynamicRun:
         return float(np.sqrt(energy / total)) if total > 0 else 0.0
 
     def attributes(self) -> dict[str, object]:
-        """Return what is to be kept of the run as a whole."""
+        """Return the attributes of the run as a whole that archives keep."""
         return {
             "time_step": self.time_step,
             "highest_frequency": self.frequency.intact,
@@ -335,7 +335,7 @@ class DynamicRun:
         return opening.reshape(m, 2, q), shear.reshape(m, 2, q)
 
     def report(self, steps: int) -> Increment:
-        """Take a picture of the present state."""
+        """Return the present state as an increment that took some steps."""
         model, motion = self.model, self.motion
         m, q = model.interfaces.contact_area.shape
         points = self.bodies.points[: 2 * m * q].reshape(m, 2, q)
@@ -354,7 +354,7 @@ class DynamicRun:
             moved[self.mean_motion.block] = self.mean_motion.motion(self.time)
         moved[:, :2] -= motion.displacement[-1, :2]
         loose = detached_blocks(model, moved.ravel(), load_factor)
-        energy, acting = self.energy.balance(), self._acting()
+        acting = self._total_force()
         return Increment(
             number=self.output,
             load_factor=load_factor,
@@ -367,18 +367,18 @@ class DynamicRun:
             state=np.where(cracked, ContactState.CRACKED, slipped).astype(np.int8),
             unbalanced_force_ratio=self._unbalanced(),
             base_reaction=self.system.base_reaction(acting),
-            cycles=steps,
+            counters=Counters(cycles=steps),
             support_force=self.system.support_force(acting),
             collapsed=bool(loose.any()),
             time=self.time,
             searches=self.searches,
             zones=None if self.grid is None else results_of_zones(self.grid, motion.displacement[-1, :2]),
             deflection=self._deflection(),
-            **energy._asdict(),
+            energy=self.energy.balance(),
         )
 
     def _deflection(self) -> float:
-        """Return the deflection (m, upwards) of a footing that finds its own form, NaN without."""
+        """Return the deflection (m, upwards) of a modelled footing, NaN without one."""
         model = self.model
         if model.deflection is None:
             return np.nan
@@ -388,8 +388,8 @@ class DynamicRun:
             moved[model.mesh.dof_x], moved[model.mesh.dof_y] = self.grid.displacement.T
         return float(model.deflection @ moved)
 
-    def _acting(self) -> FloatArray:
-        """Return what acts on all degrees of freedom (size,) (N, N m), on facets as on their gridpoints."""
+    def _total_force(self) -> FloatArray:
+        """Return the force of contacts, zones and loads on all degrees of freedom (size,) (N, N m)."""
         force = np.zeros(self.model.size)
         acting = self.motion.force[: len(self.motion.load)] + self.motion.load
         force[: acting.size] = acting.ravel()
@@ -399,13 +399,13 @@ class DynamicRun:
         return force
 
     def _unbalanced(self) -> float:
-        """Return the largest force on what is free, moments over radii of gyration, over the mean block weight."""
-        ratio = np.abs(self._acting() / self.system.residual_scale)
+        """Return the unbalanced force ratio, moments over radii of gyration."""
+        ratio = np.abs(self._total_force() / self.system.residual_scale)
         return float(ratio[self.system.free_dofs].max(initial=0.0))
 
 
 def impacts(dynamics: Dynamics) -> str:
-    """Return what becomes of the energy of impacts, in words."""
+    """Describe where the energy of impacts goes."""
     share = dynamics.contact_damping
     if share > 0.0:
         return f"damped: dynamics.contact_damping = {share:g} of critical"
@@ -414,12 +414,12 @@ def impacts(dynamics: Dynamics) -> str:
 
 
 def quintic_step(share: FloatArray) -> FloatArray:
-    """Rise from 0 to 1 with neither speed nor acceleration at either end."""
+    """Return a quintic rise from 0 to 1 with zero speed and acceleration at both ends."""
     return np.asarray(share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
 
 
-def _imposed(model: Model) -> Imposed:
-    """Return the points whose ground moves by itself."""
+def _ground_rate(model: Model) -> Imposed:
+    """Return the rate of the ground's movement where it moves."""
     m, q = model.interfaces.contact_area.shape
     ground = model.ground.full
     first = m - len(ground.normal)
@@ -429,7 +429,7 @@ def _imposed(model: Model) -> Imposed:
 
 
 def require_supported(model: Model, settings: Solver, dynamics: Dynamics) -> None:
-    """Refuse what a run in physical time does not support.
+    """Refuse scenes that a run in physical time does not support.
 
     Parameters
     ----------

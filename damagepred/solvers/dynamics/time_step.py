@@ -1,4 +1,4 @@
-"""The time step: from the highest frequency of the wall, and of what it may become."""
+"""Critical time step from the highest frequency of the wall, intact or with new contacts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, eigsh
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.kernels.dynamics.contact import BONDED
-from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.scene import Dynamics
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.gridpoints import Grid
@@ -28,7 +27,7 @@ class HighestFrequency(NamedTuple):
     intact : float
         Of the wall with all joints intact: an eigenvalue.
     touched : float
-        Bound for whatever the wall may become when blocks meet what they did not touch at first.
+        Upper bound for all walls that it may become by new contacts.
     """
 
     intact: float
@@ -38,7 +37,7 @@ class HighestFrequency(NamedTuple):
 def highest_frequency(
     model: Model, scene: BodyArrays, inverse_mass: FloatArray, options: DynamicsOptions, grid: Grid | None = None
 ) -> HighestFrequency:
-    """Return the highest frequency of a model, and a bound for it once blocks meet others.
+    """Return the highest frequency of a model, and a bound for it with new contacts.
 
     The bound: with S the stiffness of all points that act on a block while the other side is held, the energy of each
     contact is at most twice that of both sides' own movement, so omega^2 <= 2 max eig(M^-1 S) over the blocks. S is
@@ -54,7 +53,7 @@ def highest_frequency(
     scene : BodyArrays
         Its points.
     inverse_mass : array (n + 1, 3)
-        0 where it is held.
+        0 where prescribed.
     options : DynamicsOptions
         Accuracy of the highest eigenvalue.
     grid : Grid, optional
@@ -71,7 +70,7 @@ def highest_frequency(
 
 
 def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray, options: DynamicsOptions) -> float:
-    """Return the highest angular frequency (rad/s) of a stiffness; what is held has an inverse mass of 0."""
+    """Return the highest angular frequency (rad/s) of a stiffness; prescribed motion has an inverse mass of 0."""
     root = np.sqrt(inverse_mass)
     free = np.flatnonzero(root > 0)
     scale = sparse.diags_array(root[free])
@@ -102,10 +101,10 @@ def _on_gridpoints(model: Model, scene: BodyArrays, grid: Grid) -> sparse.sparra
     points = scene.points
     points = points[points["body"] > model.n_blocks]
     side = grid.sides[points["body"] - model.n_blocks - 1]
-    law, edge = JointParameters(*scene.laws[points["law"]].T), scene.edges[points["own_edge"]]
+    law, edge = scene.laws[points["law"]], scene.edges[points["own_edge"]]
     along = points["x"] * side["along_x"] + points["y"] * side["along_y"]
     share = np.clip(side["share"] + along / edge["length"], 0.0, 1.0)
-    k_n, k_s = law.normal_stiffness * points["area"], law.shear_stiffness * points["area"]
+    k_n, k_s = law[:, 0] * points["area"], law[:, 1] * points["area"]
     t_x, t_y = side["along_x"], side["along_y"]
     parts = []
     for point, weight in ((side["start"], 1.0 - share), (side["end"], share)):
@@ -126,8 +125,8 @@ def _touched(model: Model, scene: BodyArrays, inverse_mass: FloatArray) -> float
     centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
     own = np.zeros((n + 1, 3, 3))
     all_sides = np.zeros((n + 1, 3, 3))
-    law = JointParameters(*scene.laws[points["law"]].T)
-    normal = law.normal_stiffness * points["area"], law.shear_stiffness * points["area"]
+    law = scene.laws[points["law"]]
+    normal = law[:, 0] * points["area"], law[:, 1] * points["area"]
     face = edges[points["own_edge"]]
     rows = _stiffness_rows(points["x"], points["y"], face["along_x"], face["along_y"], *normal)
     whole = points["body"] <= n  # not on the facet of a deformable block

@@ -26,7 +26,7 @@ from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.quasi_static.dynamic_relaxation import collapse_motion, relax_dynamically
 from damagepred.solvers.quasi_static.energy_balance import Dissipation, WorkBalance
-from damagepred.solvers.quasi_static.equilibrium import Equilibrium, State
+from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.quasi_static.step_control import (
     EnergyControl,
     Point,
@@ -36,6 +36,7 @@ from damagepred.solvers.quasi_static.step_control import (
 )
 from damagepred.solvers.state.increment import Counters
 from damagepred.solvers.state.joint_history import JointHistory, without_bond
+from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
 from damagepred.solvers.system.loading_stages import (
@@ -107,7 +108,7 @@ class Continuation:
         before, history = self.equilibrium, self.state.history
         self.model = model
         self.equilibrium = Equilibrium(model, self.tolerance, self.options)
-        self.equilibrium.newton += before.newton
+        self.equilibrium.newton_iterations += before.newton_iterations
         self.equilibrium.equations.factorisations += before.equations.factorisations
         if before.superelements is not None and self.equilibrium.superelements is not None:
             self.equilibrium.superelements.activate_as_in(before.superelements)
@@ -143,7 +144,7 @@ class Continuation:
     def counters(self) -> Counters:
         """Work done so far."""
         equilibrium = self.equilibrium
-        return Counters(equilibrium.newton, 0, self.events, equilibrium.equations.factorisations)
+        return Counters(equilibrium.newton_iterations, 0, self.events, equilibrium.equations.factorisations)
 
     # -- bonds and history -------------------------------------------------------------------------------------------
 
@@ -153,7 +154,7 @@ class Continuation:
         most = bond_loads(
             self._everything,
             model.interfaces,
-            model.joint_parameters,
+            model.properties,
             self.equilibrium.return_mapping,
             model.ground.at(state.load_factor),
             state.history,
@@ -193,7 +194,7 @@ class Continuation:
             in_tension = sigma >= least
             sheared = broken & self._fails_in_shear_at & ~(in_tension & ~state.history.cracked)
             self.balance.add_mode_1_dissipation(
-                break_in_shear(sheared, model.interfaces, model.joint_parameters, state.history)
+                break_in_shear(sheared, model.interfaces, model.properties, state.history)
             )
         state.history.kappa[again] = np.inf
         state.history.cracked[broken] = True
@@ -221,7 +222,7 @@ class Continuation:
         friction, crushing, mode_1_dissipation = commit_joint_history(
             self.equilibrium.equations.active,
             model.interfaces,
-            model.joint_parameters,
+            model.properties,
             self.equilibrium.return_mapping,
             model.ground.at(state.load_factor),
             state.history,
@@ -414,10 +415,9 @@ class Continuation:
             Share of the step to the next event; 1 if there is none.
         """
         equilibrium, supports = self.equilibrium, self.model.supports
-        equilibrium.equations.update(equilibrium.tangent)
         load_increment = equilibrium.load_increment(target[0] - state.load, target[1] - state.load_factor)
         ahead = replace(state, load=target[0], load_factor=target[1], displacement=state.displacement.copy())
-        step, _ = equilibrium.solve(load_increment, equilibrium.gap(ahead, state.displacement))
+        step, _ = equilibrium.solve(equilibrium.tangent, load_increment, equilibrium.gap(ahead, state.displacement))
         ahead.displacement += step
         ahead.displacement[supports.prescribed] = supports.displacement(ahead.load_factor)
         equilibrium.complete(ahead)
@@ -542,7 +542,7 @@ class Continuation:
         opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
         contact_stresses(
             model.interfaces,
-            model.joint_parameters,
+            model.properties,
             self.equilibrium.return_mapping,
             model.ground.at(state.load_factor),
             state.history,

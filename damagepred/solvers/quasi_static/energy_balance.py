@@ -1,4 +1,4 @@
-"""Energy balance of a path, and violation of the joint law by its equilibria."""
+"""Energy balance of a path of equilibria."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
-from damagepred.kernels.interface.checks import joint_law_violation_of
 from damagepred.kernels.interface.energy import energy
 from damagepred.kernels.joint.return_mapping import ReturnMapping
-from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.quasi_static.superelements import Superelements
+from damagepred.solvers.state.increment import Energies
+from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_energy, section_response_of
 
@@ -75,6 +75,10 @@ class WorkBalance:
     section_error: float = 0.0
     largest_work: float = 0.0
     residual_work: float = 0.0
+
+    def energies(self) -> Energies:
+        """Return the balance as an increment reports it."""
+        return Energies(**{name: value for name, value in vars(self).items() if name in Energies._fields})
 
     def begin(self, model: Model, state: State) -> None:
         """Start the balance at a state.
@@ -154,7 +158,7 @@ class WorkBalance:
         stored, softened = energy(
             active,
             model.interfaces,
-            model.joint_parameters,
+            model.properties,
             self.return_mapping,
             ground,
             state.history,
@@ -205,18 +209,3 @@ def _trapezoidal(ground: tuple[Ground, Ground], force: tuple[Ground, Ground]) ->
     (before_n, before_s), (after_n, after_s) = force
     along_normal = (before_n + after_n) * (to_n - from_n)
     return 0.5 * float(along_normal.sum() + ((before_s + after_s) * (to_s - from_s)).sum())
-
-
-def law_violation(model: Model, state: State, sigma: FloatArray, tau: FloatArray) -> float:
-    """Return the largest stress beyond the joint law (Pa); 0 if all obey it.
-
-    Parameters
-    ----------
-    model : Model
-        m interfaces with q contacts.
-    state : State
-        With the history variables of this equilibrium.
-    sigma, tau : array (m, q)
-        Normal stress, tension positive, and shear stress (Pa).
-    """
-    return float(joint_law_violation_of(model.joint_parameters, state.history.cracked, state.history.kappa, sigma, tau))

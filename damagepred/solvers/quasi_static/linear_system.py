@@ -153,6 +153,11 @@ class BlockTridiagonalSystem:
             matrix[place[:, None], place] += block.T if len(own) == len(block) else block[own[:, None], own].T
         return matrix
 
+    def _levels_up_to(self, levels: int) -> tuple[FloatArray | IntArray, ...]:
+        """Return where levels begin, their inverses and their bridges, as the kernels of elimination take them."""
+        start = self.start[: levels + 1]
+        return start, self.inverses, self.at_inverse, self.first_bridge, self.at_far, self.at_near
+
     def _inverse(self, k: int) -> FloatArray:
         size = self.size[k]
         return self.inverses[self.at_inverse[k] : self.at_inverse[k + 1]].reshape(size, size)
@@ -207,18 +212,7 @@ class BlockTridiagonalSystem:
         loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
         weight = np.ascontiguousarray(loads[:, self.dofs])
         self._particular = np.zeros(weight.shape)
-        forward_elimination(
-            self.start,
-            self.inverses,
-            self.at_inverse,
-            self.first_bridge,
-            self.at_far,
-            self.at_near,
-            self.up,
-            active_levels,
-            weight,
-            self._particular,
-        )
+        forward_elimination(*self._levels_up_to(self.levels), self.up, active_levels, weight, self._particular)
         self._load_on_condensed = loads[:, self.dofs[self.start[active_levels] :]]
         edge = slice(self.start[active_levels - 1], self.start[active_levels])
         self.boundary_dofs = self.dofs[edge]
@@ -285,19 +279,8 @@ class BlockTridiagonalSystem:
             return
         moved = displacement[self.dofs]
         particular = load * self._particular[0] + live * self._particular[1]
-        back_substitution(
-            self.start,
-            self.inverses,
-            self.at_inverse,
-            self.first_bridge,
-            self.at_far,
-            self.at_near,
-            self.down,
-            self.active_levels,
-            1.0,
-            particular[None],
-            moved[None],
-        )
+        levels = self._levels_up_to(self.levels)
+        back_substitution(*levels, self.down, self.active_levels, 1.0, particular[None], moved[None])
         displacement[self.dofs] = moved
 
     # -- factorising and solving ------------------------------------------------------------------------------------
@@ -412,19 +395,9 @@ class BlockTridiagonalSystem:
         return True
 
     def _solve_factorised(self, force: FloatArray, farthest: int | None = None) -> FloatArray:
-        solve_rows(
-            self.start[: self.active_levels + 1],
-            self.inverses,
-            self.at_inverse,
-            self.first_bridge,
-            self.at_far,
-            self.at_near,
-            self.up,
-            self.down,
-            self.active_levels - 1 if farthest is None else farthest,
-            force,
-            np.zeros_like(force),
-        )
+        farthest = self.active_levels - 1 if farthest is None else farthest
+        levels = self._levels_up_to(self.active_levels)
+        solve_rows(*levels, self.up, self.down, farthest, force, np.zeros_like(force))
         return force
 
     def _forget_changes(self) -> None:
@@ -442,19 +415,8 @@ class BlockTridiagonalSystem:
             reached[:] = force.T
             self._solve_factorised(reached, farthest)
         else:
-            solve_columns(
-                self.start[: self.active_levels + 1],
-                self.inverses,
-                self.at_inverse,
-                self.first_bridge,
-                self.at_far,
-                self.at_near,
-                self.up,
-                self.down,
-                farthest,
-                force,
-                np.empty_like(force),
-            )
+            levels = self._levels_up_to(self.active_levels)
+            solve_columns(*levels, self.up, self.down, farthest, force, np.empty_like(force))
             reached[:] = force.T
         self._listed[known:now] = new
         self._slot[new] = np.arange(known, now)

@@ -8,8 +8,8 @@ import numpy as np
 
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.energy_balance import WorkBalance
-from damagepred.solvers.quasi_static.equilibrium import State
 from damagepred.solvers.quasi_static.options import ContinuationOptions, EnergyOptions
+from damagepred.solvers.state.wall_state import State
 
 Point = tuple[float, float]
 """Load and load factor."""

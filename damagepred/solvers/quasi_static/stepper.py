@@ -9,12 +9,12 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
+from damagepred.kernels.interface.checks import joint_law_violation_of
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
 from damagepred.solvers.quasi_static.continuation import Checkpoint, Continuation
 from damagepred.solvers.quasi_static.dynamic_relaxation import residual_in_motion
-from damagepred.solvers.quasi_static.energy_balance import law_violation
 from damagepred.solvers.state.increment import Counters, Increment
 from damagepred.solvers.state.joint_history import contact_states
 from damagepred.solvers.system.detached_blocks import detached_blocks
@@ -127,32 +127,23 @@ class QuasiStaticStepper:
         """Return the present state as an increment."""
         path = self.path
         model, state, superelements = path.model, path.state, path.equilibrium.superelements
-        opening, sigma, tau = path.stresses(state)
+        history, (opening, sigma, tau) = state.history, path.stresses(state)
         force = path.equilibrium.forces(state)
-        balance = path.balance
         accepted, path.largest_accepted_residual = path.largest_accepted_residual, 0.0
         return Increment(
             number=self.number,
             load_factor=state.load_factor,
             displacement=state.displacement[: 3 * model.n_blocks].reshape(-1, 3).copy(),
             opening=opening,
-            slip=state.history.slip.copy(),
+            slip=history.slip.copy(),
             normal_stress=sigma,
             shear_stress=tau,
-            state=contact_states(model, state.history._replace(cracked=state.history.cracked & ~path.never_opened)),
+            state=contact_states(model, history._replace(cracked=history.cracked & ~path.never_opened)),
             unbalanced_force_ratio=max(outcome.unbalanced_force_ratio, accepted),
             base_reaction=path.equilibrium.system.base_reaction(force),
             collapsed=outcome.collapsed,
-            external_work=balance.external_work,
-            elastic_energy=balance.elastic_energy,
-            friction_work=balance.friction_work,
-            fracture_work=balance.fracture_work,
-            crushing_work=balance.crushing_work,
-            plastic_work=balance.plastic_work,
-            released_energy=balance.released_energy,
-            snap_through_energy=balance.snap_through_energy,
-            energy_error=balance.energy_error,
-            joint_law_violation=law_violation(model, state, sigma, tau),
+            energy=path.balance.energies(),
+            joint_law_violation=joint_law_violation_of(model.properties, history.cracked, history.kappa, sigma, tau),
             last_stable_load_factor=path.last_stable_load_factor if outcome.collapsed else np.nan,
             support_force=path.equilibrium.system.support_force(force),
             zones=None if superelements is None else superelements.zone_results(state.displacement, state.plastic),

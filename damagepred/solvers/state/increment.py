@@ -49,6 +49,45 @@ class Counters(NamedTuple):
         return Counters(*(now - then for now, then in zip(self, before, strict=True)))
 
 
+class Energies(NamedTuple):
+    """Energy balance (J): works are summed along the path; NaN where a solver has none.
+
+    Attributes
+    ----------
+    external_work : float
+        Work of loads and movement.
+    elastic_energy : float
+        Stored in joints and zones.
+    friction_work, fracture_work, crushing_work, plastic_work : float
+        Dissipated by friction, by softening bonds, by crushing, and by zones that yield.
+    released_energy : float
+        Set free where bonds broke or the wall gave way.
+    snap_through_energy : float
+        Part of that: set free where the wall moved to an equilibrium that was not near.
+    energy_error : float
+        What does not balance: of the quasi-static solver the sum of magnitudes.
+    kinetic_energy, boundary_work, damping_work : float
+        Of a dynamic run: energy of motion, work of ground and supports (part of ``external_work``), and dissipated by
+        damping.
+    """
+
+    external_work: float = float("nan")
+    elastic_energy: float = float("nan")
+    friction_work: float = float("nan")
+    fracture_work: float = float("nan")
+    crushing_work: float = float("nan")
+    plastic_work: float = float("nan")
+    released_energy: float = float("nan")
+    snap_through_energy: float = float("nan")
+    energy_error: float = float("nan")
+    kinetic_energy: float = float("nan")
+    boundary_work: float = float("nan")
+    damping_work: float = float("nan")
+
+
+NO_WORK, NO_ENERGIES = Counters(), Energies()
+
+
 @dataclass(frozen=True)
 class Increment:
     """Equilibrium at one point of the path; n blocks, m interfaces with q contacts each.
@@ -73,21 +112,10 @@ class Increment:
         not above 1e-3, where on the way there was no equilibrium and the wall trembled about a place.
     base_reaction : float
         Vertical force of ground and supports on the wall (N, upwards).
-    newton_iterations : int
-        Of the quasi-static solver, spent on this increment; 0 of the others.
-    cycles : int
-        Of the explicit solver, or time steps of a dynamic run, spent on this increment; 0 of the quasi-static solver.
-    events, factorisations : int
-        Of the quasi-static solver: times at which bonds broke, and changes of the stiffness that were factorised.
-    external_work, elastic_energy, friction_work, fracture_work, crushing_work, plastic_work : float
-    released_energy, energy_error : float
-        Energy balance of the quasi-static solver (J), summed along the path: work of loads and movement; what is
-        stored in the joints; taken by friction; taken by softening bonds; taken by crushing; set free where bonds
-        broke; and what does not balance in between. Of dynamic runs too, summed in time; then external work is that of
-        loads, ground and supports.
-    snap_through_energy : float
-        Part of ``released_energy`` of the quasi-static solver: set free where the wall moved by itself to an
-        equilibrium that was not near.
+    counters : Counters
+        Work spent on it.
+    energy : Energies
+        Energy balance of the quasi-static solver and of dynamic runs.
     joint_law_violation : float
         Stress by which a joint exceeds its law, at most (Pa), of the quasi-static solver.
     collapsed : bool
@@ -95,9 +123,8 @@ class Increment:
         where the wall was found to collapse.
     last_stable_load_factor : float
         Of an increment in which the wall collapsed, the load factor of the last equilibrium before.
-    time, kinetic_energy, boundary_work, damping_work : float
-        Of a dynamic run: physical time (s), energy of motion, work put in by ground and supports, and taken by damping
-        (J).
+    time : float
+        Physical time of a dynamic run (s).
     base : tuple of float
         Displacement x, y of the base of a dynamic run (m); that of the blocks is relative to it.
     searches : int
@@ -126,26 +153,12 @@ class Increment:
     state: Int8Array
     unbalanced_force_ratio: float
     base_reaction: float
-    newton_iterations: int = 0
-    cycles: int = 0
+    counters: Counters = NO_WORK
+    energy: Energies = NO_ENERGIES
     collapsed: bool = False
-    events: int = 0
-    factorisations: int = 0
-    external_work: float = float("nan")
-    elastic_energy: float = float("nan")
-    friction_work: float = float("nan")
-    fracture_work: float = float("nan")
-    crushing_work: float = float("nan")
-    plastic_work: float = float("nan")
-    released_energy: float = float("nan")
-    snap_through_energy: float = float("nan")
-    energy_error: float = float("nan")
     joint_law_violation: float = float("nan")
     last_stable_load_factor: float = float("nan")
     time: float = float("nan")
-    kinetic_energy: float = float("nan")
-    boundary_work: float = float("nan")
-    damping_work: float = float("nan")
     base: tuple[float, float] = (0.0, 0.0)
     searches: int = 0
     support_force: FloatArray | None = None

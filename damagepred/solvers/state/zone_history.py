@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.assembly import Model
-from damagepred.assembly.mesh import SIDE_BY_SIDE, Mesh
+from damagepred.assembly.mesh import LANES, Mesh
 from damagepred.enumerations import ZoneState
 from damagepred.kernels.zone.forces import find_yielding_zones, return_stresses, zone_stresses
 from damagepred.solvers.state.increment import ZoneResults
@@ -67,7 +67,7 @@ class ZoneField:
 
     def stresses(self, displacement: FloatArray) -> FloatArray:
         """Return s_xx, s_yy, s_xy and s_zz of the zones (Pa), array (z, 4), if none yields any further."""
-        stress = np.zeros((self._cells, 4, 4, SIDE_BY_SIDE))
+        stress = np.zeros((self._cells, 4, 4, LANES))
         zone_stresses(self.zones, displacement, stress)
         return _take(stress, self._place)
 

@@ -10,7 +10,7 @@ from scipy import sparse
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
-from damagepred.assembly.mesh import SIDE_BY_SIDE, Mesh
+from damagepred.assembly.mesh import LANES, Mesh
 from damagepred.kernels.explicit.tiles import aligned_zeros
 from damagepred.kernels.zone.forces import memory_type, moduli_type, shape_type, work_type
 from damagepred.kernels.zone.law import NO_LIMIT, zone_elasticity, zone_strength
@@ -109,12 +109,12 @@ def pack_zones(model: Model) -> PackedZones:
     for name, values in zip(("elasticity", "strength"), block_moduli(model)):
         moduli[name][mesh.batch, :, mesh.lane] = values[mesh.block]
     work = aligned_zeros(1, work_type())
-    work["lanes"] = SIDE_BY_SIDE
+    work["lanes"] = LANES
     return PackedZones(
         first_dof=mesh.batch_dof.astype(np.uint64),
         pattern=mesh.batch_pattern,
         first_corner=np.concatenate(([0], np.cumsum(cells_of))),
-        corners=2 * SIDE_BY_SIDE * np.concatenate(corners).astype(np.uint64),
+        corners=2 * LANES * np.concatenate(corners).astype(np.uint64),
         first_shape=first_shape,
         shapes=shapes,
         first_memory=np.where(yields, np.cumsum(in_memory) - in_memory, -1),
@@ -139,7 +139,7 @@ def _shapes(model: Model, cells_of: IntArray) -> tuple[IntArray, NDArray[Any]]:
         cells = aligned_zeros(int(cells_of[pattern]), shape_type())
         members = order[ends[batch] : ends[batch + 1]]
         zones = [slice(mesh.first_zone[d], mesh.first_zone[d + 1]) for d in members]
-        for lane in range(SIDE_BY_SIDE):
+        for lane in range(LANES):
             d = min(lane, len(members) - 1)  # empty lanes look like the last block
             cells["slopes"][:, :, :, lane] = slopes[zones[d]].reshape(-1, 4, 4)
             cells["gamma"][:, :, lane] = gamma[zones[d]].reshape(-1, 4)
@@ -182,6 +182,44 @@ def block_moduli(model: Model) -> tuple[FloatArray, FloatArray]:
         np.minimum(law.cohesion, NO_LIMIT), law.friction, law.dilation, np.minimum(law.tensile_strength, NO_LIMIT)
     )
     return np.column_stack(elastic), np.column_stack(strength)
+
+
+def elastic_stress(elasticity: FloatArray, strain: FloatArray) -> FloatArray:
+    """Return s_xx, s_yy, s_xy, s_zz (z, 4) (Pa), tension positive, of elastic zones.
+
+    Parameters
+    ----------
+    elasticity : array (z, 7)
+        See ``block_moduli``.
+    strain : array (z, 4)
+        Elastic strain e_xx, e_yy, g_xy, e_zz (1).
+    """
+    c11, c12, c33, c13, czz = elasticity[:, :5].T
+    e_xx, e_yy, g_xy, e_zz = strain.T
+    return np.column_stack(
+        (
+            c11 * e_xx + c12 * e_yy + c13 * e_zz,
+            c12 * e_xx + c11 * e_yy + c13 * e_zz,
+            c33 * g_xy,
+            c13 * (e_xx + e_yy) + czz * e_zz,
+        )
+    )
+
+
+def block_resultants(model: Model, force: FloatArray) -> FloatArray:
+    """Return the resultants (n, 3) (N, N m), moments about the centroids, of forces on gridpoints.
+
+    Parameters
+    ----------
+    model : Model
+        With a mesh.
+    force : array (size,)
+        On all degrees of freedom (N).
+    """
+    mesh = _mesh(model)
+    block, x, y = mesh.gridpoint_block, force[mesh.dof_x], force[mesh.dof_y]
+    moment = (mesh.x - model.blocks.x[block]) * y - (mesh.y - model.blocks.y[block]) * x
+    return np.column_stack([np.bincount(block, values, model.n_blocks) for values in (x, y, moment)])
 
 
 def can_yield(model: Model) -> BoolArray:

@@ -12,7 +12,12 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
-from damagepred.solvers.system.deformable_blocks import rigid_motion, transformation_matrix, zone_stiffness
+from damagepred.solvers.system.deformable_blocks import (
+    block_resultants,
+    rigid_motion,
+    transformation_matrix,
+    zone_stiffness,
+)
 from damagepred.solvers.system.interface_kinematics import body_kinematics
 from damagepred.solvers.system.options import DEFAULTS, ElasticSolutionOptions
 
@@ -251,14 +256,10 @@ class DiscreteSystem:
         found[of_blocks] = -force[of_blocks]
         by_block = found.reshape(-1, 3)
         if model.mesh is not None and of_blocks.size < prescribed.size:
-            mesh, block = model.mesh, model.mesh.gridpoint_block
             reaction = np.zeros(model.size)
             of_gridpoints = prescribed[prescribed >= found.size]
             reaction[of_gridpoints] = -force[of_gridpoints]
-            x, y = reaction[mesh.dof_x], reaction[mesh.dof_y]
-            moment = x * (model.blocks.y[block] - mesh.y) + y * (mesh.x - model.blocks.x[block])
-            for axis, values in enumerate((x, y, moment)):
-                by_block[:, axis] += np.bincount(block, values, model.n_blocks)
+            by_block += block_resultants(model, reaction)
         return by_block
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,11 +16,21 @@ from damagepred.uq.capacity import reached_by
 from damagepred.uq.exceedance import category_capacities
 from damagepred.uq.importance import cross_entropy_shift
 
-FEWEST = 20
-"""Walls that a shift is read from at least."""
 
-SEEN = 2.0
-"""Standard errors from which on a shift is told from none."""
+@dataclass(frozen=True)
+class ProposalOptions:
+    """Options of the proposal.
+
+    Attributes
+    ----------
+    fewest_walls : int
+        Fewest walls that a shift is read from.
+    significance : float
+        Smallest shift that is proposed, in its standard errors.
+    """
+
+    fewest_walls: int = 20
+    significance: float = 2.0
 
 
 class Proposed(NamedTuple):
@@ -49,7 +60,12 @@ class Proposed(NamedTuple):
 
 
 @one_blas_thread()
-def propose(path: str | Path, category: int, at: float) -> Proposed:
+def propose(
+    path: str | Path,
+    category: int,
+    at: float,
+    options: ProposalOptions = ProposalOptions(),
+) -> Proposed:
     """Propose the shifts of importance sampling for the probability of a category by a movement.
 
     Parameters
@@ -58,6 +74,8 @@ def propose(path: str | Path, category: int, at: float) -> Proposed:
         Study folder; its walls are the pilot, and may have weights themselves.
     category, at : int, float
         Category, or worse, and movement (m).
+    options : ProposalOptions
+        Fewest walls, and significance of shifts.
 
     Raises
     ------
@@ -71,11 +89,12 @@ def propose(path: str | Path, category: int, at: float) -> Proposed:
     known = category_capacities(ds, category)
     order = np.argsort(known.upper, kind="stable")
     reached = int(reached_by(known.upper, at).sum())
-    count = max(reached, FEWEST)
+    count = max(reached, options.fewest_walls)
     if np.isfinite(known.upper).sum() < count:
         raise InputError(
             f"{path}: {int(np.isfinite(known.upper).sum())} walls reached category {category}, and a shift is read "
-            f"from {FEWEST} or more: take more walls or a larger movement for the pilot, or `damagepred rare`."
+            f"from {options.fewest_walls} or more: take more walls or a larger movement for the pilot, or `damagepred "
+            "rare`."
         )
     chosen = order[:count]
     normal = design.draw(ds.sizes["sample"]).normal[known.sample[chosen]]
@@ -84,6 +103,6 @@ def propose(path: str | Path, category: int, at: float) -> Proposed:
     seen = {
         place: round(float(mean), 2)
         for place, mean, error in zip(design.wall, found.mean, found.error)
-        if abs(mean) > SEEN * error
+        if abs(mean) > options.significance * error
     }
     return Proposed(seen, count, reached)

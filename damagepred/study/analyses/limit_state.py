@@ -29,7 +29,7 @@ class Question:
     at : float
         Movement (m): central deflection, or on a mound the surface's movement.
     reach : float
-        Walls are followed to so many times this movement, to tell how far from it they are.
+        Factor on this movement to which walls are solved, to tell how far from the category they are.
     """
 
     category: int

@@ -129,7 +129,7 @@ def rare_event(
 ) -> RareEvent:
     """Estimate the probability that a category is reached by a movement, however small.
 
-    Fields with a value a joint take part as so many more standard normals.
+    A field adds a standard normal for each joint.
 
     Parameters
     ----------

@@ -33,9 +33,6 @@ from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, probability
 from damagepred.uq.exceedance import category_capacities
 from damagepred.uq.samplers import Stream, generator
 
-SCRAMBLES = 8
-"""Of Sobol points, unless the study says how many."""
-
 
 class TwoLevel(NamedTuple):
     """What two levels say of a probability.
@@ -64,8 +61,15 @@ class TwoLevel(NamedTuple):
     failed: int
 
 
-def levels(settings: StudySettings) -> tuple[StudySettings, StudySettings]:
+def levels(settings: StudySettings, scrambles: int = 8) -> tuple[StudySettings, StudySettings]:
     """Return a study's fine and coarse form, of the same samples.
+
+    Parameters
+    ----------
+    settings : StudySettings
+        With ``[study.coarse]``.
+    scrambles : int
+        Independent scrambles of the Sobol points, if the study does not have enough for an error estimate.
 
     Raises
     ------
@@ -87,7 +91,7 @@ def levels(settings: StudySettings) -> tuple[StudySettings, StudySettings]:
         stop_when=None,
         time_budget=None,
         coarse={},
-        replicates=(given if given >= ENOUGH_REPLICATES else SCRAMBLES) if sobol else 1,
+        replicates=(given if given >= ENOUGH_REPLICATES else scrambles) if sobol else 1,
         movement="path",
     )
     return replace(settings, study=how), replace(
@@ -195,7 +199,7 @@ def run_two_level(
 
 
 def _whole(samples: int, turns: int) -> int:
-    """Return so many samples or a few more that each scramble has as many."""
+    """Round a number of samples up to a multiple of the number of scrambles."""
     return -(-samples // turns) * turns
 
 

@@ -7,17 +7,16 @@ from typing import Any
 
 from damagepred.errors import InputError
 
-PATIENCE = 10.0
-"""Seconds to wait for a scheduler to answer."""
 
-
-def connect(address: str) -> Any:
+def connect(address: str, timeout: float = 10.0) -> Any:
     """Return a client of a Dask scheduler, which a study takes as its executor.
 
     Parameters
     ----------
     address : str
         Of the scheduler, such as ``tcp://192.168.1.2:8786``, or the path of its scheduler file (``*.json``).
+    timeout : float
+        Time to wait for its answer (s).
 
     Raises
     ------
@@ -32,7 +31,7 @@ def connect(address: str) -> Any:
     try:
         if address.endswith(".json") and not Path(address).is_file():  # Dask would wait for it
             raise FileNotFoundError(f"{address} does not exist")
-        client = Client(**where, timeout=PATIENCE, set_as_default=False)
+        client = Client(**where, timeout=timeout, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
             f"--scheduler {address}: no Dask scheduler answers there ({type(error).__name__}: {error}); give what "

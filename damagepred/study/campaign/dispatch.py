@@ -1,7 +1,7 @@
-"""Handing samples to whoever solves them, and making the best of what comes back.
+"""Dispatch of samples to workers in batches, and repetition of lost ones.
 
-A batch that gets lost, because its worker died, took too long or its answer never came, is not held against the samples
-in it: each is run again, alone. Only one that gets lost alone as well has failed.
+A batch is lost if its worker died or exceeded the time limit, or its answer never came. Each sample of a lost batch is
+run again, alone. Only a sample that is lost alone as well has failed.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from dataclasses import dataclass
 from itertools import islice
 from typing import Any, NamedTuple, Protocol
 
@@ -19,23 +20,40 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.assembly import Limits
 from damagepred.enumerations import FailureKind
 from damagepred.errors import InputError, StudyError, require_number
-from damagepred.study.campaign.sample import HANDED_BACK, Batch, Outcome, already_done, run_batch
+from damagepred.study.campaign.sample import NOT_STARTED, Batch, Outcome, already_done, run_batch
 from damagepred.study.campaign.workers import WorkerDied
 
-ATTEMPTS = 2
-"""Times a sample may get lost alone: the second time it has failed."""
 
-PARTS = 10_000
-"""Files that a study is to have at most, roughly."""
-SHORTEST, LONGEST = 2.0, 30.0
-"""Seconds of work in a batch: little of it is lost when all is killed, and a file is not written for every wall."""
+@dataclass(frozen=True)
+class DispatchOptions:
+    """Options of the division into batches and of their repetition.
 
+    Attributes
+    ----------
+    attempts : int
+        Times that a sample runs alone; lost at the last one, it has failed.
+    most_parts : int
+        Files that a study folder is to hold at most, about.
+    shortest_batch, longest_batch : float
+        Work in a batch (s): long enough that not every wall has a file, short enough that a kill loses little.
+    timeout_share : float
+        Work in a batch, at most, over the time limit of a sample.
+    assumed_workers : int
+        Workers of an executor that does not tell their number.
+    recount_interval : float
+        Time (s) after which the workers of an executor are counted again.
+    interrupt_check : float
+        Interval (s) at which interrupts are noticed while samples run.
+    """
 
-UNKNOWN = 8
-"""Workers that an executor is taken to have that does not tell."""
-
-RECOUNT = 10.0
-"""Seconds after which the workers of an executor are counted again."""
+    attempts: int = 2
+    most_parts: int = 10_000
+    shortest_batch: float = 2.0
+    longest_batch: float = 30.0
+    timeout_share: float = 0.25
+    assumed_workers: int = 8
+    recount_interval: float = 10.0
+    interrupt_check: float = 0.25
 
 
 class LostSample(NamedTuple):
@@ -85,24 +103,31 @@ class GivenExecutor:
         Study folder, as the executor's workers see it.
     executor : Executor
         The executor; it is left open.
+    options : DispatchOptions
+        Number of workers if it does not tell it, and how often they are counted.
     """
 
-    def __init__(self, folder: str, executor: Executor | Any) -> None:
+    def __init__(
+        self,
+        folder: str,
+        executor: Executor | Any,
+        options: DispatchOptions = DispatchOptions(),
+    ) -> None:
         self._client = getattr(executor, "_client", executor)  # Dask's own executor knows its client
         if hasattr(executor, "get_executor"):
             executor = executor.get_executor(pure=False)
-        self.folder, self.executor = folder, executor
-        self._width, self._counted = UNKNOWN, -np.inf
+        self.folder, self.executor, self.options = folder, executor, options
+        self._width, self._counted = options.assumed_workers, -np.inf
 
     @property
     def width(self) -> int:
         """Samples that run at a time; a cluster may grow."""
-        if time.monotonic() - self._counted > RECOUNT:
+        if time.monotonic() - self._counted > self.options.recount_interval:
             self._counted = time.monotonic()
             known = getattr(self.executor, "_max_workers", None) or getattr(self.executor, "num_workers", None)
             if hasattr(self._client, "nthreads"):
                 known = sum(self._client.nthreads().values())
-            self._width = known if isinstance(known, int) and known > 0 else UNKNOWN
+            self._width = known if isinstance(known, int) and known > 0 else self.options.assumed_workers
         return self._width
 
     def submit(self, batch: Batch) -> Future[list[Outcome]]:
@@ -131,14 +156,20 @@ class Batches:
         How many there are.
     timeout : float or None
         Seconds a sample may take.
+    options : DispatchOptions
+        Length of batches.
     """
 
     def __init__(
-        self, tasks: Iterable[tuple[int, Mapping[str, float]]], count: int, timeout: float | None = None
+        self,
+        tasks: Iterable[tuple[int, Mapping[str, float]]],
+        count: int,
+        timeout: float | None = None,
+        options: DispatchOptions = DispatchOptions(),
     ) -> None:
         self._tasks = iter(tasks)
         self._next: tuple[int, Mapping[str, float]] | None = next(self._tasks, None)
-        self._count, self._timeout = count, timeout
+        self._count, self._timeout, self._options = count, timeout, options
         self._seconds, self._known = 0.0, 0
 
     def note(self, seconds: float) -> None:
@@ -150,9 +181,10 @@ class Batches:
         if not self._known:
             return 1
         each = max(self._seconds / self._known, 1e-6)
-        work = min(max(each * self._count / PARTS, SHORTEST), LONGEST)
+        options = self._options
+        work = min(max(each * self._count / options.most_parts, options.shortest_batch), options.longest_batch)
         if self._timeout is not None:
-            work = min(work, self._timeout / 4)
+            work = min(work, self._timeout * options.timeout_share)
         return max(1, int(work / each))
 
     def next(self) -> Batch | None:
@@ -171,11 +203,15 @@ class Batches:
 
 
 def run_all(
-    engine: Engine, folder: str, batches: Batches, interrupts: Callable[[], int]
+    engine: Engine,
+    folder: str,
+    batches: Batches,
+    interrupts: Callable[[], int],
+    options: DispatchOptions = DispatchOptions(),
 ) -> Iterator[Outcome | LostSample]:
-    """Keep workers busy and yield what becomes of the samples, in the order in which it comes.
+    """Keep workers busy and yield the outcomes of samples as they arrive.
 
-    A sample that was handed back unsolved, because the study is to stop, is not among it.
+    Samples that were not started because the study is to stop have none.
 
     Parameters
     ----------
@@ -186,7 +222,9 @@ def run_all(
     batches : Batches
         What to run.
     interrupts : callable
-        How often a stop was asked for. Once: what runs is waited for, and nothing is begun. Twice: return now.
+        How often a stop was asked for. Once: running batches are waited for, and none is started. Twice: return now.
+    options : DispatchOptions
+        Attempts for each sample.
 
     Raises
     ------
@@ -211,8 +249,7 @@ def run_all(
                 ) from error
         if not running:
             return
-        # a short wait, so that an interrupt is seen also while all samples are slow
-        done, _ = wait(running, timeout=0.25, return_when=FIRST_COMPLETED)
+        done, _ = wait(running, timeout=options.interrupt_check, return_when=FIRST_COMPLETED)
         if interrupts() > 1:
             for future in running:
                 future.cancel()
@@ -222,16 +259,16 @@ def run_all(
             found = _result(future, folder, batch)
             if isinstance(found, list):
                 for outcome in found:
-                    if outcome.status == HANDED_BACK:
+                    if outcome.status == NOT_STARTED:
                         stopping = True  # somebody has asked the study's folder for it
                     else:
                         batches.note(outcome.seconds)
-                yield from (outcome for outcome in found if outcome.status != HANDED_BACK)
+                yield from (outcome for outcome in found if outcome.status != NOT_STARTED)
             elif interrupts():
-                continue  # not its fault, perhaps: it stays to be run
+                continue  # the interrupt may have ended its worker: these samples stay missing
             elif len(batch) > 1:
                 again += [[task] for task in batch]
-            elif lost.setdefault(batch[0][0], 1) < ATTEMPTS:
+            elif lost.setdefault(batch[0][0], 1) < options.attempts:
                 lost[batch[0][0]] += 1
                 again.append(batch)
             else:
@@ -239,7 +276,7 @@ def run_all(
 
 
 def _result(future: Future[list[Outcome]], folder: str, batch: Batch) -> list[Outcome] | LostSample:
-    """Return what a batch came to; what is in the folder counts, whatever the future says."""
+    """Return the outcomes of a batch; a part in the folder counts, whatever the future says."""
     try:
         return future.result()
     except StudyError:

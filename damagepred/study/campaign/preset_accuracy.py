@@ -5,10 +5,10 @@ from __future__ import annotations
 from damagepred.scene import Scene
 from damagepred.scene.accuracy import PRESETS, Measured, measured, preset
 
-TOLD_TO = 0.01
-"""Share of a value that a reference knows it to; if it knows it worse, that is said."""
+LARGEST_SILENT_FLOOR = 0.01
+"""Relative error of a reference above which lines state it."""
 DAMAGE = ("widest crack", "damage category")
-"""Quantities of which the error is told, or that it is not known."""
+"""Quantities whose error is always stated, or that it is not known."""
 
 
 def accuracy_lines(scene: Scene) -> list[str]:
@@ -66,7 +66,7 @@ def _worst(quantity: str, rows: list[Measured]) -> str:
     """Return the largest error of a quantity, and how well it is known."""
     worst = max((row for row in rows if row.quantity == quantity), key=lambda row: row.error)
     error = f"{worst.error:.0f}" if quantity == "damage category" else _percent(worst.error)
-    sure = f" (known to {_percent(worst.floor)})" if worst.floor > TOLD_TO else ""
+    sure = f" (known to {_percent(worst.floor)})" if worst.floor > LARGEST_SILENT_FLOOR else ""
     return f"{quantity} {error}{sure}"
 
 

@@ -37,8 +37,8 @@ from damagepred.uq.design import Design
 from damagepred.uq.fields import course_sequences
 from damagepred.uq.wall_fields import JointPlaces
 
-HANDED_BACK = -1
-"""Status of a sample that was not begun because the study is to stop."""
+NOT_STARTED = -1
+"""Status of a sample that was not started because the study is to stop."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Outcome:
     sample : int
         Its number.
     status : int
-        A ``SampleStatus``, or ``HANDED_BACK``.
+        A ``SampleStatus``, or ``NOT_STARTED``.
     seconds : float
         Time it took.
     message : str
@@ -179,7 +179,7 @@ def run_batch(folder: str, batch: Batch) -> list[Outcome]:
     try:
         for sample, values in batch:
             if place.stopping:
-                outcomes.append(Outcome(sample, HANDED_BACK, 0.0))
+                outcomes.append(Outcome(sample, NOT_STARTED, 0.0))
                 continue
             solved = solve_sample(settings, design, sample, values)
             if solved.outcome.status == SampleStatus.FAILED:

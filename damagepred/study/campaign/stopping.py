@@ -19,7 +19,7 @@ from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 
 
 class InterimAnalysis(NamedTuple):
-    """Interim analysis of a sequential stopping rule: what a study knew after so many samples.
+    """Interim analysis of a sequential stopping rule: the estimate at a number of samples.
 
     Attributes
     ----------

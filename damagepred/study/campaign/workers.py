@@ -1,7 +1,7 @@
 """Worker processes on this machine, each with one thread, that may die or hang without taking the rest along.
 
-Each worker has a line of its own to this process and shares nothing with the others: whatever moment it dies at, it
-costs the others neither a lock nor a message. It is replaced, and the batch that it was at is given back.
+One socket per worker, no shared locks: a worker that dies at any moment costs the others neither a lock nor a message.
+It is replaced, and its batch is reported as lost.
 """
 
 from __future__ import annotations
@@ -18,16 +18,14 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from multiprocessing import connection
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, Pipe, wait
 from typing import Any
 
 from damagepred.errors import StudyError
 from damagepred.study.campaign.sample import Batch, Outcome, prepare, run_batch
 
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
-
-HOPELESS = 3
-"""Times in a row that a worker may die before it is ready; then something is wrong with all of them."""
 
 Task = Callable[[str, Batch], list[Outcome]]
 
@@ -36,31 +34,50 @@ class WorkerDied(Exception):
     """A worker process ended in the middle of a batch."""
 
 
+@dataclass(frozen=True)
+class PoolOptions:
+    """Options of a pool of worker processes.
+
+    Attributes
+    ----------
+    failed_starts : int
+        Workers in a row that die before they are ready; then all futures fail.
+    exit_wait : float
+        Time (s) for a worker that has closed its socket to end with its own exit code.
+    parent_check : float
+        Interval (s) at which a worker checks that its parent lives.
+    """
+
+    failed_starts: int = 3
+    exit_wait: float = 2.0
+    parent_check: float = 1.0
+
+
 # -- in the worker ----------------------------------------------------------------------------------------------------
 
 
 def serve(handle: int, parent: int) -> None:
-    """Work on what comes along a line until it is closed: what a worker process does.
+    """Solve the batches that arrive at a socket until it is closed: the main function of a worker process.
 
     Parameters
     ----------
     handle : int
-        File descriptor of the worker's end.
+        File descriptor of the worker's end of the socket.
     parent : int
-        Process that the worker belongs to; without it there is nothing to do.
+        Process id of the parent; the worker ends when the parent has ended.
     """
     for number in (signal.SIGINT, signal.SIGTERM):  # interrupts are the parent's business: it lets samples finish
         signal.signal(number, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-    line = connection.Connection(handle)
+    parent_socket = Connection(handle)
     with contextlib.suppress(EOFError, OSError):
-        folder, task, ready = line.recv()
-        ready(folder)
-        line.send(None)
+        folder, task, prepare_worker = parent_socket.recv()
+        prepare_worker(folder)
+        parent_socket.send(None)
         while True:
-            batch = line.recv()
-            line.send(None)  # it is begun: from here on it may be to blame
-            line.send(_answer(task, folder, batch))
+            batch = parent_socket.recv()
+            parent_socket.send(None)  # the batch has started: from here on it may have killed its worker
+            parent_socket.send(_answer(task, folder, batch))
 
 
 def _answer(task: Task, folder: str, batch: Batch) -> tuple[bool, Any]:
@@ -76,7 +93,7 @@ def _answer(task: Task, folder: str, batch: Batch) -> tuple[bool, Any]:
 
 def _end_with(parent: int) -> None:
     while os.getppid() == parent:
-        time.sleep(1.0)
+        time.sleep(PoolOptions.parent_check)
     os._exit(1)  # in the middle of a sample: its part is either there, whole, or not
 
 
@@ -88,7 +105,7 @@ class _Worker:
 
     def __init__(self, folder: str, task: Task, ready: Callable[[str], None]) -> None:
         ours, theirs = socket.socketpair()
-        self.line = connection.Connection(ours.detach())
+        self.socket = Connection(ours.detach())
         program = (
             f"import sys; sys.path[:] = {sys.path!r}; from damagepred.study.campaign.workers import serve; "
             f"serve({theirs.fileno()}, {os.getpid()})"
@@ -100,21 +117,21 @@ class _Worker:
             stdin=subprocess.DEVNULL,
         )
         theirs.close()
-        self.line.send((folder, task, ready))
+        self.socket.send((folder, task, ready))
         self.is_ready = False
         self.batch: Batch = ()
         self.future: Future[list[Outcome]] | None = None
         self.began: float | None = None
 
-    def give(self, batch: Batch, future: Future[list[Outcome]]) -> None:
+    def assign(self, batch: Batch, future: Future[list[Outcome]]) -> None:
         self.batch, self.future, self.began = batch, future, None
-        with contextlib.suppress(OSError):  # it has just died, which is noticed when its line is read
-            self.line.send(batch)
+        with contextlib.suppress(OSError):  # it has just died, which is noticed when its socket is read
+            self.socket.send(batch)
 
-    def end(self) -> int:
+    def kill(self) -> int:
         """End the process now; return its exit code."""
         with contextlib.suppress(OSError):
-            self.line.close()
+            self.socket.close()
         self.process.kill()
         return self.process.wait()
 
@@ -134,6 +151,8 @@ class LocalPool:
         What a worker does with (folder, batch).
     ready : callable
         What a worker does with (folder) before it takes its first batch; its time is not counted.
+    options : PoolOptions
+        Options of the pool.
     """
 
     def __init__(
@@ -143,23 +162,25 @@ class LocalPool:
         timeout: float | None,
         task: Task = run_batch,
         ready: Callable[[str], None] = prepare,
+        options: PoolOptions = PoolOptions(),
     ) -> None:
         self.folder, self.width, self.timeout, self.task, self.ready = folder, workers, timeout, task, ready
+        self.options = options
         self._queue: deque[tuple[Batch, Future[list[Outcome]]]] = deque()
         self._workers: list[_Worker] = []
-        self._stillborn = 0
+        self._failed_starts = 0
         self._ending: str | None = None
-        self._change = threading.Lock()
-        self._bell, self._ear = connection.Pipe()
+        self._lock = threading.Lock()
+        self._woken, self._waker = Pipe(duplex=False)
         self._manager = threading.Thread(target=self._manage, daemon=True, name="workers")
         self._manager.start()
 
     def submit(self, batch: Batch) -> Future[list[Outcome]]:
         """Hand a batch to the next free worker."""
         future: Future[list[Outcome]] = Future()
-        with self._change:
+        with self._lock:
             self._queue.append((list(batch), future))
-        self._bell.send(None)
+        self._waker.send(None)
         return future
 
     def close(self) -> None:
@@ -167,7 +188,7 @@ class LocalPool:
         self._finish("idle")
 
     def kill(self) -> None:
-        """End the workers now, and give up what they are at."""
+        """End the workers now; their batches are lost."""
         self.terminate()
         self._finish("now")
 
@@ -185,7 +206,7 @@ class LocalPool:
     def _finish(self, how: str) -> None:
         self._ending = how
         with contextlib.suppress(OSError):
-            self._bell.send(None)
+            self._waker.send(None)
         self._manager.join()
 
     # -- the manager's thread -----------------------------------------------------------------------------------------
@@ -193,59 +214,59 @@ class LocalPool:
     def _manage(self) -> None:
         try:
             while not self._over():
-                self._hire()
-                self._hand_out()
-                self._listen()
+                self._start_missing()
+                self._assign_batches()
+                self._wait()
         except Exception as error:
-            self._give_up(StudyError(f"the workers cannot be run: {type(error).__name__}: {error}"))
+            self._fail_all(StudyError(f"the workers cannot be run: {type(error).__name__}: {error}"))
         finally:
             for worker in self._workers:
-                worker.end()
-            self._give_up(WorkerDied("the workers were ended"))
+                worker.kill()
+            self._fail_all(WorkerDied("the workers were ended"))
             self._workers.clear()
 
     def _over(self) -> bool:
         busy = self._queue or any(worker.future for worker in self._workers)
         return self._ending == "now" or (self._ending == "idle" and not busy)
 
-    def _hire(self) -> None:
+    def _start_missing(self) -> None:
         while len(self._workers) < self.width and self._ending is None:
             self._workers.append(_Worker(self.folder, self.task, self.ready))
 
-    def _hand_out(self) -> None:
+    def _assign_batches(self) -> None:
         for worker in self._workers:
             while self._queue and worker.is_ready and worker.future is None:
-                with self._change:
+                with self._lock:
                     batch, future = self._queue.popleft()
                 if future.running() or future.set_running_or_notify_cancel():
-                    worker.give(batch, future)
+                    worker.assign(batch, future)
 
-    def _listen(self) -> None:
-        """Wait until a worker has something to say, has died or has taken too long, or there is more to do."""
-        by_line = {worker.line: worker for worker in self._workers}
-        for line in connection.wait([*by_line, self._ear], timeout=self._patience()):
-            if line is self._ear:
-                self._ear.recv()
+    def _wait(self) -> None:
+        """Wait until a worker answers, dies or exceeds the time limit, or a batch is submitted."""
+        by_socket = {worker.socket: worker for worker in self._workers}
+        for readable in wait([*by_socket, self._woken], timeout=self._wait_time()):
+            if readable is self._woken:
+                self._woken.recv()
             else:
-                self._hear(by_line[line])  # type: ignore[index]
+                self._receive(by_socket[readable])  # type: ignore[index]
         if self.timeout is not None:
             for worker in list(self._workers):
                 if worker.began is not None and time.monotonic() - worker.began > self.timeout:
-                    self._dismiss(worker, TimeoutError(f"took longer than its time limit ({self.timeout:g} s)"))
+                    self._remove(worker, TimeoutError(f"took longer than its time limit ({self.timeout:g} s)"))
 
-    def _patience(self) -> float | None:
+    def _wait_time(self) -> float | None:
         busy = [worker.began for worker in self._workers if worker.began is not None]
         if self.timeout is None or not busy:
             return None
         return max(0.0, min(busy) + self.timeout - time.monotonic()) + 1e-3
 
-    def _hear(self, worker: _Worker) -> None:
+    def _receive(self, worker: _Worker) -> None:
         try:
-            message = worker.line.recv()
+            message = worker.socket.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
-            self._dismiss(worker, None)
+            self._remove(worker, None)
             return
-        self._stillborn = 0
+        self._failed_starts = 0
         if not worker.is_ready:
             worker.is_ready = True
             return
@@ -257,32 +278,32 @@ class LocalPool:
             good, content = message
             future.set_result(content) if good else future.set_exception(content)
 
-    def _dismiss(self, worker: _Worker, reason: Exception | None) -> None:
-        """Part with a worker that has died, or is to for that reason."""
+    def _remove(self, worker: _Worker, reason: Exception | None) -> None:
+        """Remove a worker that has died (no reason), or end it for a reason; its batch is lost if it had started."""
         self._workers.remove(worker)
         if reason is None:
             with contextlib.suppress(subprocess.TimeoutExpired):  # a moment to end, so that its exit code is its own
-                worker.process.wait(timeout=2.0)
-        code = worker.end()
+                worker.process.wait(timeout=self.options.exit_wait)
+        code = worker.kill()
         if worker.future is not None and worker.began is not None:
             worker.future.set_exception(reason or WorkerDied(f"its worker process died with exit code {code}"))
-        elif worker.future is not None:  # it died idle, before it took notice of the batch
-            with self._change:
+        elif worker.future is not None:  # it died idle, before the batch had started
+            with self._lock:
                 self._queue.appendleft((worker.batch, worker.future))
         elif not worker.is_ready:
-            self._stillborn += 1
-            if self._stillborn >= HOPELESS:
-                self._give_up(
+            self._failed_starts += 1
+            if self._failed_starts >= self.options.failed_starts:
+                self._fail_all(
                     StudyError(
-                        f"{self._stillborn} worker processes in a row died before they began (exit code "
-                        f"{code}); is there "
-                        "memory for that many? What was finished is kept, and the same command goes on from there."
+                        f"{self._failed_starts} worker processes in a row died before they began (exit code {code}); "
+                        "is there memory for that many? What was finished is kept, and the same command goes on from "
+                        "there."
                     )
                 )
-                self._stillborn = 0
+                self._failed_starts = 0
 
-    def _give_up(self, error: Exception) -> None:
-        with self._change:
+    def _fail_all(self, error: Exception) -> None:
+        with self._lock:
             waiting = [future for _, future in self._queue]
             self._queue.clear()
         for worker in self._workers:

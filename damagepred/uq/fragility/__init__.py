@@ -6,41 +6,37 @@ as such (censored), for leaving them out biases the curve to too small capacitie
 
 - ``curves``: ``fit_fragility``, curves with bands from a study
 - ``damagepred.uq.capacity``: the intervals, read from a study, and the one definition of when a category is reached;
-  ``grouped_data``: equal intervals counted together; ``damagepred.uq.intensity``: what curves can be drawn against
+  ``grouped_data``: groups of equal intervals; ``damagepred.uq.intensity``: measures of the movement
 - ``likelihood``: of censored capacities, and its maximum
 - ``models``: separate lognormal curves; a common dispersion, so that curves do not cross; ordinal data (``estimators``
   finds their parameters, ``fit`` is what comes of it)
 - ``turnbull``: the empirical curve (Turnbull, Kaplan-Meier, pooled adjacent violators)
-- ``resampling``: walls drawn again; ``bands``: percentile, BCa and profile likelihood
-- ``goodness``: how well a lognormal fits, and whether a common dispersion is enough
-- ``posterior``: bands of few walls; ``options``: from how many walls on each kind of band is taken
+- ``resampling``: the bootstrap; ``bands``: percentile, BCa and profile likelihood
+- ``goodness``: goodness of fit, and Akaike's criterion of a common dispersion
+- ``posterior``: bands of few walls; ``options``: limits, tolerances and budgets of all of them
 - ``stripes``: counts of walls at a few movements; ``surface``: against the movement and a second variable
 """
 
 from damagepred.uq.capacity import Capacities, capacities, read_capacities
 from damagepred.uq.fragility.curves import fit_fragility
-from damagepred.uq.fragility.fit import CommonFit, Fit
+from damagepred.uq.fragility.fit import Fit
 from damagepred.uq.fragility.grouped_data import normalised_weights
-from damagepred.uq.fragility.models import fit_common, fit_lognormal, fit_ordinal
+from damagepred.uq.fragility.models import fit_lognormal
 from damagepred.uq.fragility.options import FragilityOptions
 from damagepred.uq.fragility.stripes import stripes, stripes_from_counts
 from damagepred.uq.fragility.surface import fit_surface
-from damagepred.uq.fragility.turnbull import kaplan_meier, turnbull
+from damagepred.uq.fragility.turnbull import turnbull
 from damagepred.uq.intensity import MEASURES, movement_measure
 
 __all__ = [
     "MEASURES",
     "Capacities",
-    "CommonFit",
     "Fit",
     "FragilityOptions",
     "capacities",
-    "fit_common",
     "fit_fragility",
     "fit_lognormal",
-    "fit_ordinal",
     "fit_surface",
-    "kaplan_meier",
     "movement_measure",
     "normalised_weights",
     "read_capacities",

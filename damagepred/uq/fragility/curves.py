@@ -243,11 +243,11 @@ def _add_start_share(
     columns["share_at_start"], columns["share_at_start_lower"], columns["share_at_start_upper"] = np.array(start).T
     for name in [name for name in columns if name.startswith("probability")]:
         columns[name] = np.array([p0.mixed(name, curve) for p0, curve in zip(start, columns[name])])
-    said = [
+    notes = [
         f"{n} walls reached it before any movement; median and dispersion are of the others" if n else ""
         for n in before.sum(axis=1)
     ]
-    columns["fit_note"] = np.array(["; ".join(filter(None, both)) for both in zip(said, columns["fit_note"])])
+    columns["fit_note"] = np.array(["; ".join(filter(None, both)) for both in zip(notes, columns["fit_note"])])
 
 
 def _end_where_walls_end(columns: dict[str, NDArray[Any]], largest: float) -> None:
@@ -474,23 +474,23 @@ def _note(
     reached = np.isfinite(cells.upper[0])
     count = int(cells.number[reached].sum())
     at_once = int(cells.number[reached & (cells.lower[0] == 0)].sum())
-    said = []
+    notes = []
     if count < request.options.caution_below:
-        said.append(f"rests on {count} walls that reached it")
+        notes.append(f"rests on {count} walls that reached it")
     if request.bootstrap and _too_few(
         cells, effective_reached(CompositeLikelihood([0], cells, request.options)), request
     ):
         instead = "separate curves" if request.band == "bca" else "bca"
-        said.append(f"no band: of so few walls it would be too narrow; take {instead}")
+        notes.append(f"no band: of so few walls it would be too narrow; take {instead}")
     if fit.median > walls.largest:
-        said.append("its median lies beyond the study's movement")
+        notes.append("its median lies beyond the study's movement")
     if not walls.single and at_once > 0.5 * count:
-        said.append(f"{at_once} of {count} walls reached it in the first increment: refine the increments")
+        notes.append(f"{at_once} of {count} walls reached it in the first increment: refine the increments")
     if share < request.options.fitted_share:
         by_profile = bands.profile_is_defined(1 + common, walls.weight)
         what = "is by profile likelihood" if by_profile else "is too narrow"
-        said.append(f"only {share:.0%} of the resamples could be fitted: its band {what}")
-    return "; ".join(said)
+        notes.append(f"only {share:.0%} of the resamples could be fitted: its band {what}")
+    return "; ".join(notes)
 
 
 def _cross(columns: dict[str, NDArray[Any]]) -> bool:

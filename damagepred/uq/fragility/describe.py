@@ -17,6 +17,7 @@ _WORDS = {
     "empirical": "share of walls in the category or worse (nonparametric maximum likelihood)",
     "distance": "largest distance of the curve from the empirical one (Kolmogorov)",
     "p_value": "probability of such a misfit to the empirical curve if the form were right (parametric bootstrap)",
+    "fit_note": "what to know of the curve",
     "resamples_fitted": "share of the resamples of walls that could be fitted",
 }
 
@@ -122,21 +123,15 @@ _COPIED = (
 
 def _describe(variable: xr.DataArray, units: str) -> None:
     name = str(variable.name)
+    if name == "fit_status":
+        return
+    words = _WORDS.get(name, f"walls: {name.replace('_', ' ')}")
     if name.startswith("median"):
-        variable.attrs.update(
-            units=units, long_name="median capacity, " + (name[7:].replace("_", " ") or "best estimate")
-        )
+        words = "median capacity, " + (name[7:].replace("_", " ") or "best estimate")
     elif name.startswith("dispersion"):
-        variable.attrs.update(units="1", long_name="standard deviation of the capacity's logarithm")
+        words = "standard deviation of the capacity's logarithm"
     elif name.startswith("probability"):
-        variable.attrs.update(
-            units="1", long_name="probability of the category or worse" + name[11:].replace("_", ", ")
-        )
+        words = "probability of the category or worse" + name[11:].replace("_", ", ")
     elif name.startswith("share_at_start"):
-        variable.attrs.update(units="1", long_name="share of walls in the category or worse before any movement")
-    elif name in _WORDS:
-        variable.attrs.update(units="1", long_name=_WORDS[name])
-    elif name == "fit_note":
-        variable.attrs.update(units="1", long_name="what to know of the curve")
-    elif name != "fit_status":
-        variable.attrs.update(units="1", long_name=f"walls: {name.replace('_', ' ')}")
+        words = "share of walls in the category or worse before any movement"
+    variable.attrs.update(units=units if name.startswith("median") else "1", long_name=words)

@@ -42,24 +42,6 @@ class Fit(NamedTuple):
             return special.ndtr(np.log(np.asarray(intensity) / self.median) / self.dispersion)
 
 
-class CommonFit(NamedTuple):
-    """Lognormal curves of one dispersion.
-
-    Attributes
-    ----------
-    median : array (categories,)
-        NaN where there is no curve.
-    dispersion : float
-        Of all.
-    status : tuple of str
-        ``"fitted"``, or why not.
-    """
-
-    median: FloatArray
-    dispersion: float
-    status: tuple[str, ...]
-
-
 class StartShare(NamedTuple):
     """Share p0 of the walls that reached a category before any movement, with its Wilson interval."""
 

@@ -12,16 +12,16 @@ from damagepred.errors import InputError
 
 
 class GroupedIntervals(NamedTuple):
-    """Walls put together that say the same: only how many there are of each matters.
+    """Groups (cells) of walls with equal intervals and weights.
 
     Attributes
     ----------
     lower, upper : array (categories, cells)
         Their intervals.
     weight : array (cells,)
-        What one of their walls counts for.
+        Weight of one of their walls.
     number : array of int (cells,)
-        How many walls there are.
+        Number of walls.
     """
 
     lower: FloatArray
@@ -31,7 +31,7 @@ class GroupedIntervals(NamedTuple):
 
     @property
     def total(self) -> FloatArray:
-        """What the walls of each cell count for together."""
+        """Total weight of the walls of each cell."""
         return self.weight * self.number
 
     def of(self, category: int) -> GroupedIntervals:
@@ -46,16 +46,16 @@ class GroupedIntervals(NamedTuple):
 def group_intervals(
     lower: FloatArray, upper: FloatArray, weight: FloatArray, count: IntArray | None = None
 ) -> GroupedIntervals:
-    """Count walls of the same intervals and weight.
+    """Group walls of equal intervals and weights.
 
     Parameters
     ----------
     lower, upper : array (categories, walls)
         Intervals.
     weight : array (walls,)
-        What each counts for.
+        Weight of each.
     count : array of int (walls,), optional
-        How many walls each stands for.
+        Number of walls of each column.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def group_intervals(
 
 
 def group_equal(columns: FloatArray) -> tuple[IntArray, IntArray]:
-    """Find what has the same values in all columns.
+    """Find the groups of equal columns.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def group_equal(columns: FloatArray) -> tuple[IntArray, IntArray]:
 
 @checked
 def normalised_weights(weight: FloatArray, upper: FloatArray, good: BoolArray | None = None) -> FloatArray:
-    """Scale weights so that walls which reached a category count as many as they are: fits need a few of them.
+    """Scale weights so that those of the walls which reached a category add up to their number.
 
     Parameters
     ----------

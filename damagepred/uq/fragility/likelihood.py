@@ -80,7 +80,7 @@ class CategoryIntervals(NamedTuple):
 
 
 def linear_bounds(lower: FloatArray, upper: FloatArray, regressors: FloatArray) -> LinearBounds:
-    """Return what intervals of capacities say: g ln(lower) - h . x < e <= g ln(upper) - h . x.
+    """Return intervals of capacities as linear bounds: g ln(lower) - h . x < e <= g ln(upper) - h . x.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""Stripes: how many of so many walls are in which category at a few fixed movements.
+"""Stripes (multiple stripe analysis: Baker 2015): counts of walls in each category at a few fixed movements.
 
-Each movement has walls of its own, so that what is counted at one says nothing of the next: the likelihood is binomial
+Each movement has walls of its own, so the counts are independent: the likelihood is binomial
 (for a common dispersion multinomial) at each movement. Where the *same* walls are solved for several movements they are
 paths, and are to be given as such: increments of one wall, whose categories belong together.
 """

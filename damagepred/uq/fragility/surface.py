@@ -61,10 +61,10 @@ def fit_surface(
     intensity : str, optional
         See ``fit_fragility``.
     scale : {"log", "linear"}, optional
-        Whether the logarithm of the median goes with the variable's logarithm or with itself; by default with the
+        Whether the logarithm of the median is linear in the variable's logarithm or in the variable; by default in the
         logarithm where all values are positive.
     confidence : float
-        Of the bands: quantiles of resampled fits, or of the posterior where fewer than 100 walls tell of the category.
+        Of the bands: quantiles of resampled fits, or of the posterior where fewer than 100 walls determine them.
     bootstrap, seed : int
         Resamples of walls, and their seed.
     points : tuple of int

@@ -158,28 +158,6 @@ def _icm_step(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatAr
     return mass
 
 
-@checked
-def kaplan_meier(lower: FloatArray, upper: FloatArray, weight: FloatArray, grid: FloatArray) -> FloatArray:
-    """Return the share of walls that have reached the category: the closed form for increments common to all walls.
-
-    Parameters
-    ----------
-    lower, upper, weight : array (walls,)
-        A wall that has not reached it is censored at its last movement.
-    grid : array (points,)
-        Movements.
-    """
-    reached = np.isfinite(upper)
-    if not reached.any():
-        return np.zeros(len(grid))
-    last = np.where(reached, upper, lower)
-    movement = np.unique(upper[reached])
-    events = np.array([weight[reached & (upper == m)].sum() for m in movement])
-    at_risk = np.array([weight[last >= m].sum() for m in movement])
-    steps = 1.0 - np.cumprod(1.0 - events / at_risk)
-    return np.append(0.0, steps)[np.searchsorted(movement, grid * (1 + 1e-9), side="right")]
-
-
 def isotonic(lower: FloatArray, upper: FloatArray, weight: FloatArray) -> Npmle:
     """Return the empirical curve of walls that are each known at one movement (current status data).
 

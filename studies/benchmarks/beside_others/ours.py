@@ -72,7 +72,7 @@ def solve(case: Case, settings: Solver, increments: int = INCREMENTS) -> dict[st
         "seconds": seconds,
         "residual": last.unbalanced_force_ratio,
         "status": "collapsed" if last.collapsed else "standing",
-        "steps": last.newton_iterations + last.cycles,
+        "steps": last.counters.newton_iterations + last.counters.cycles,
         "base": base_forces(model, last, len(wall.mass), wall.lowest),
         "displacement": last.displacement[: len(wall.mass)],
     }

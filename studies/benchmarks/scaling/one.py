@@ -83,9 +83,9 @@ def follow(path: Iterator[Increment], row: dict[str, Any], say: Say | None = Non
     row.update(iterations=0, events=0, factorisations=0, reached=-1, end="complete")
     try:
         for step in path:
-            row["iterations"] += step.newton_iterations + step.cycles
+            row["iterations"] += step.counters.newton_iterations + step.counters.cycles
             for name in ("events", "factorisations"):
-                row[name] += getattr(step, name)
+                row[name] += getattr(step.counters, name)
             row["reached"] = step.number
             row["cracked"] = int((step.state == ContactState.CRACKED).sum())
             if step.zones is not None:

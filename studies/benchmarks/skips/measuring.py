@@ -93,8 +93,8 @@ def compare(known: Known, skip: Skip, first: bool) -> Row:
         row |= {
             f"seconds_{name}": one.seconds,
             f"end_{name}": one.end,
-            f"steps_{name}": sum(s.newton_iterations + s.cycles for s in one.steps),
-            f"factorisations_{name}": sum(s.factorisations for s in one.steps),
+            f"steps_{name}": sum(s.counters.newton_iterations + s.counters.cycles for s in one.steps),
+            f"factorisations_{name}": sum(s.counters.factorisations for s in one.steps),
             f"searches_{name}": max((s.searches for s in one.steps), default=0),
             f"reached_{name}": one.steps[-1].number if one.steps else -1,
         }

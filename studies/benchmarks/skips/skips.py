@@ -119,13 +119,14 @@ def learn_again() -> Iterator[None]:
 def frozen_first() -> Iterator[None]:
     """Solve every equilibrium by the Tresca fixed point."""
     from damagepred.solvers.quasi_static.equilibrium import Equilibrium
+    from damagepred.solvers.quasi_static.tresca_fixed_point import coulomb_fixed_point
 
     def find(self: Any, state: Any, start: Any, near: bool) -> float:
         supports = self.model.supports
         state.displacement[supports.prescribed] = supports.displacement(state.load_factor)
         if self.jacks is not None:
             state.jack = self.jacks.load_at(state.load_factor, state.jack)
-        return float(self._coulomb_fixed_point(state, near=False))
+        return coulomb_fixed_point(self, state, False, self.options.coulomb.max_newton_iterations)
 
     with patch.object(Equilibrium, "_find_active", find):
         yield

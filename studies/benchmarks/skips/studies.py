@@ -54,7 +54,7 @@ def stop(number: int, quick: bool) -> Row:
                 if way == "on" and step.verdict.damage_category >= STOP_AT:
                     break
             row[f"seconds_{way}"] += time.process_time() - began
-            row[f"steps_{way}"] += sum(s.increment.newton_iterations for s in found[way])
+            row[f"steps_{way}"] += sum(s.increment.counters.newton_iterations for s in found[way])
         both = zip(found["on"], found["off"], strict=False)
         apart = max(float(np.abs(a.increment.displacement - b.increment.displacement).max()) for a, b in both)
         row["upwards"] = max(row["upwards"], apart / scene.movement.central_deflection)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from damagepred.study.campaign.dispatch import LONGEST, PARTS, SHORTEST
+from damagepred.study.campaign.dispatch import DispatchOptions
 
 
 class Costs(NamedTuple):
@@ -63,7 +63,9 @@ class Time(NamedTuple):
 
 def batch_seconds(costs: Costs, samples: int) -> float:
     """Return the work in a batch (see ``damagepred.study.campaign.dispatch``)."""
-    return max(costs.wall, min(max(costs.wall * samples / PARTS, SHORTEST), LONGEST))
+    options = DispatchOptions()
+    work = max(costs.wall * samples / options.most_parts, options.shortest_batch)
+    return max(costs.wall, min(work, options.longest_batch))
 
 
 def predicted(costs: Costs, samples: int, workers: int) -> Time:

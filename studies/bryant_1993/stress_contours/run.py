@@ -62,7 +62,7 @@ def solve(wall: Scene) -> xr.Dataset:
 
     def tell(step: Step) -> None:
         i, seconds = step.increment, time.perf_counter() - began
-        spent = i.newton_iterations + i.cycles
+        spent = i.counters.newton_iterations + i.counters.cycles
         print(
             f"  increment {i.number}: {spent} steps, {seconds:.0f} s so far",
             file=sys.stderr,

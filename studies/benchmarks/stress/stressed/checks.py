@@ -33,9 +33,10 @@ def not_finite(found: Found) -> str:
     known = None
     for step in found.path:
         values = {f.name: getattr(step, f.name) for f in fields(step) if f.name not in OPTIONAL}
-        zones = values.pop("zones")
-        if zones is not None:
-            values |= {f"zones.{name}": value for name, value in zones._asdict().items()}
+        for group in ("zones", "energy", "counters"):
+            record = values.pop(group)
+            if record is not None:
+                values |= {f"{group}.{name}": value for name, value in record._asdict().items()}
         numbers = {name: np.asarray(v) for name, v in values.items() if v is not None and not isinstance(v, str)}
         absent = {name for name, value in numbers.items() if value.ndim == 0 and np.isnan(value)}
         # the explicit solver has no energy balance, and only runs in time have a time: in all increments or in none
@@ -56,26 +57,32 @@ def energy_made(found: Found) -> str:
             held = stored(found.model, step)
             if held > (1.0 + MADE) * given and found.model.mesh is None and not step.collapsed:
                 return f"joints hold {held:.3g} J where the loads gave at most {given:.3g} J"
-        if np.isnan(step.external_work):
+        if np.isnan(step.energy.external_work):
             continue
-        size = max(abs(step.external_work), step.elastic_energy, step.friction_work + step.fracture_work)
+        size = max(
+            abs(step.energy.external_work),
+            step.energy.elastic_energy,
+            step.energy.friction_work + step.energy.fracture_work,
+        )
         for name in TAKEN:
-            if getattr(step, name) < -MADE * size - 1e-12:
-                return f"{name} = {getattr(step, name):.3g} J in increment {step.number}, of {size:.3g} J"
+            if getattr(step.energy, name) < -MADE * size - 1e-12:
+                return f"{name} = {getattr(step.energy, name):.3g} J in increment {step.number}, of {size:.3g} J"
     return ""
 
 
 def _made_in_time(found: Found) -> str:
     first = found.path[0]
-    begun, size = first.kinetic_energy + first.elastic_energy, 0.0
+    begun, size = first.energy.kinetic_energy + first.energy.elastic_energy, 0.0
     for step in found.path:
-        taken = sum(getattr(step, name) for name in TAKEN if np.isfinite(getattr(step, name)))
-        size = max(size, begun + abs(step.external_work), step.kinetic_energy + step.elastic_energy, taken)
-        if step.energy_error < -MADE_IN_TIME * size - 1e-12:
-            return f"{-step.energy_error:.3g} J made by {step.time:.3g} s, of {size:.3g} J"
+        taken = sum(getattr(step.energy, name) for name in TAKEN if np.isfinite(getattr(step.energy, name)))
+        size = max(
+            size, begun + abs(step.energy.external_work), step.energy.kinetic_energy + step.energy.elastic_energy, taken
+        )
+        if step.energy.energy_error < -MADE_IN_TIME * size - 1e-12:
+            return f"{-step.energy.energy_error:.3g} J made by {step.time:.3g} s, of {size:.3g} J"
         for name in TAKEN:
-            if getattr(step, name) < -MADE_IN_TIME * size - 1e-12:
-                return f"{name} = {getattr(step, name):.3g} J by {step.time:.3g} s, of {size:.3g} J"
+            if getattr(step.energy, name) < -MADE_IN_TIME * size - 1e-12:
+                return f"{name} = {getattr(step.energy, name):.3g} J by {step.time:.3g} s, of {size:.3g} J"
     return ""
 
 

@@ -75,7 +75,8 @@ def momentum(found: Found) -> Check:
     model, (first, last) = found.model, (found.path[0], found.path[-1])
     way = (model.mass @ (last.displacement[:, :2] - first.displacement[:, :2])) / model.mass.sum()
     off = np.abs(way / (np.array([0.3, 0.2]) * last.time) - 1.0).max()
-    energy = abs((last.kinetic_energy + last.elastic_energy) / (first.kinetic_energy + first.elastic_energy) - 1.0)
+    begun, ended = (step.energy.kinetic_energy + step.energy.elastic_energy for step in (first, last))
+    energy = abs(ended / begun - 1.0)
     turned = last.displacement[:, 2].mean() / (20.0 * last.time)  # lengthened a little by its rotation
     return Check("momentum and energy", float(max(off, energy, abs(turned - 1.0))), 1e-3)
 
@@ -83,8 +84,8 @@ def momentum(found: Found) -> Check:
 def drift(found: Found) -> Check:
     """Compare the final energy with the initial energy and the work of loads."""
     path = found.path
-    whole = [step.kinetic_energy + step.elastic_energy - step.external_work for step in path]
-    size = max(step.kinetic_energy for step in path)
+    whole = [step.energy.kinetic_energy + step.energy.elastic_energy - step.energy.external_work for step in path]
+    size = max(step.energy.kinetic_energy for step in path)
     return Check("energy", max(abs(e - whole[0]) for e in whole) / size, 2e-2)
 
 
@@ -132,8 +133,8 @@ def chattering(deformable: bool) -> Assembly:
 
 def made_by_bouncing(found: Found) -> Check:
     """Compare the gain of energy with the energy exchanged."""
-    size = max(step.kinetic_energy + step.elastic_energy for step in found.path)
-    return Check("energy", max(-step.energy_error for step in found.path) / size, 2e-2)
+    size = max(step.energy.kinetic_energy + step.energy.elastic_energy for step in found.path)
+    return Check("energy", max(-step.energy.energy_error for step in found.path) / size, 2e-2)
 
 
 def chatter() -> list[Case]:

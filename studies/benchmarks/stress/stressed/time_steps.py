@@ -103,7 +103,7 @@ def refused_words() -> list[str]:
         except DamagepredError as error:
             said.append(f"{asked}: {' '.join(str(error).split())}")
         else:
-            said.append(f"{asked}: **WRONG** taken without a word")
+            said.append(f"{asked}: **WRONG** accepted without a message")
     return said
 
 

@@ -1,0 +1,64 @@
+"""Newton's method on the Coulomb law: from a nearby equilibrium it converges in a few iterations."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from damagepred.arrays import FloatArray
+from damagepred.solvers.quasi_static.residual import Residual
+from damagepred.solvers.state.wall_state import State
+from damagepred.time_limit import check_time
+
+
+def newton(problem: Residual, state: State, start: FloatArray) -> tuple[FloatArray, float]:
+    """Newton's method with backtracking on the Coulomb law; return the best iterate and its unbalanced force ratio.
+
+    The first iterations are undamped: active sets of contacts often settle although the residual grows.
+
+    Parameters
+    ----------
+    problem : Residual
+        The wall.
+    state : State
+        Load, load factor and history; the load of the jacks becomes that of the best iterate.
+    start : array (size,)
+        First displacements.
+    """
+    options = problem.options.newton
+    u = best = start
+    load = state.jack
+    force, ratio = problem.residual(state, u)
+    first = least = ratio
+    diverging = 0
+    for taken in range(options.max_iterations + 1):
+        if ratio < problem.tolerance:
+            problem.store_tangent(state, u)
+            break
+        diverging = diverging + 1 if ratio > options.early_divergence_ratio * least else 0
+        near = least < problem.options.coulomb.warm_start_residual
+        if diverging >= options.early_divergence_iterations and near:
+            break
+        check_time()
+        step, more = problem.solve(problem.stiffness, force, problem.gap(state, u))
+        before, share, last = ratio, 1.0, state.jack
+        state.jack = last + more
+        force, ratio = problem.residual(state, u + step)
+        while share > options.minimum_step and (
+            (ratio > before and taken >= options.undamped_iterations) or ratio == np.inf
+        ):
+            # active sets that alternate: backtracking
+            share *= 0.5
+            state.jack = last + share * more
+            force, ratio = problem.residual(state, u + share * step)
+        if not ratio < options.divergence_ratio * max(first, 1.0):
+            break
+        u = u + share * step
+        cycles = abs(ratio - least) <= options.stagnation_tolerance * least
+        if ratio < least:
+            best, least, load = u, ratio, state.jack
+        if cycles and ratio >= problem.tolerance:
+            break
+    state.jack = load
+    if problem.has_diverged(state, best):
+        least = np.inf
+    return best, least

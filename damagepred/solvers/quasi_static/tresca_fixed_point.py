@@ -1,0 +1,129 @@
+"""Coulomb friction by Tresca fixed-point iteration (Haslinger 1983; Wriggers 2006, ch. 10).
+
+With fixed friction bounds (Tresca problem) the wall has a potential, convex in the displacements, which Newton's method
+with line search minimises from any start. The bounds are updated and the minimisation repeated until both agree.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from damagepred.arrays import FloatArray
+from damagepred.kernels.joint.limits import NO_LIMIT
+from damagepred.solvers.quasi_static.newton import newton
+from damagepred.solvers.quasi_static.residual import Residual
+from damagepred.solvers.state.wall_state import State
+from damagepred.time_limit import check_time
+
+
+def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_iterations: int) -> float:
+    """Coulomb friction by Tresca fixed-point iteration; return the unbalanced force ratio.
+
+    Each iteration minimises the potential with fixed bounds to the tolerance of the forcing sequence, updates the
+    bounds, under-relaxed after the first updates, and tries Newton's method on the Coulomb law from there. A warm
+    start takes the first bounds from the present displacements.
+
+    Parameters
+    ----------
+    problem : Residual
+        The wall.
+    state : State
+        Load, load factor and history; its displacements are the start and become those found.
+    warm : bool
+        Whether the start is a warm one.
+    max_newton_iterations : int
+        After which the search ends.
+    """
+    options = problem.options.coulomb
+    bound, dilatant_opening, kappa = problem.tresca
+    bound[:], dilatant_opening[:], kappa[:] = NO_LIMIT, state.history.dilatant_opening, state.history.kappa
+    if warm:
+        problem.update_tresca_bounds(state, 1.0)
+    ratio, least, since, begun = np.inf, np.inf, 0, problem.newton_iterations
+    for attempt in range(options.warm_start_iterations if warm else options.max_iterations):
+        _minimise(problem, state, max(problem.tolerance, _at_or_last(options.forcing_sequence, attempt)))
+        if problem.has_diverged(state):
+            break
+        share = 1.0
+        if attempt >= options.full_updates:
+            # bounds that overshoot are under-relaxed
+            update = (attempt - options.full_updates) // options.updates_per_factor
+            share = _at_or_last(options.relaxation_factors, update)
+        problem.update_tresca_bounds(state, share)
+        found, ratio = newton(problem, state, state.displacement)
+        if ratio < problem.tolerance:
+            state.displacement[:] = found
+            break
+        since = 0 if ratio < 0.5 * least else since + 1
+        least = min(least, ratio)
+        if since > options.stagnation_limit or problem.newton_iterations - begun > max_newton_iterations:
+            break
+    return ratio
+
+
+def _at_or_last(values: tuple[float, ...], index: int) -> float:
+    """Return the value at an index; beyond the end, the last one."""
+    return values[min(index, len(values) - 1)]
+
+
+def _minimise(problem: Residual, state: State, tolerance: float) -> None:
+    """Minimise the potential of a Tresca problem by Newton with line search."""
+    u = state.displacement
+    force, ratio = problem.residual(state, u, coulomb=False)
+    _correct_jack_load(problem, state, force, u)
+    for taken in range(problem.options.coulomb.max_minimisation_iterations):
+        # at least one step: bounds of the previous displacements may carry nothing
+        if ratio < (tolerance if taken else problem.tolerance):
+            allowed = problem.options.jacks.deflection_tolerance * max(tolerance / problem.tolerance, 1.0)
+            if abs(problem.gap(state, u)) <= allowed:
+                break
+            # minimum under this jack load: correct the load for the deflection
+            _correct_jack_load(problem, state, force, u)
+        check_time()
+        problem.equations.update(problem.stiffness)
+        problem.newton_iterations += 1
+        step = problem.equations.solve(force)
+        slope = float(force @ step)
+        if not slope > 0:
+            break
+        share, force, ratio = _line_search(problem, state, u, step, slope)
+        u += share * step
+        if problem.has_diverged(state):
+            break
+
+
+def _correct_jack_load(problem: Residual, state: State, force: FloatArray, u: FloatArray) -> None:
+    """Set the load of the jacks for the given deflection by the present tangent, and add it to the residual.
+
+    Only under a given load does the wall have a potential: jacks do no work on the measured deflection.
+    """
+    if problem.jacks is None or problem.jacks.by_load:
+        return
+    _, more = problem.solve(problem.stiffness, force, problem.gap(state, u))
+    state.jack += more
+    force += np.where(problem.free, more * problem.jacks.push, 0.0)
+
+
+def _line_search(
+    problem: Residual, state: State, u: FloatArray, step: FloatArray, slope: float
+) -> tuple[float, FloatArray, float]:
+    """Line search: root of the slope of the potential along a step, by safeguarded regula falsi."""
+    options = problem.options.line_search
+    low, high, slope_low, slope_high = 0.0, 1.0, slope, np.nan
+    share = 1.0
+    for _ in range(options.max_iterations):
+        force, ratio = problem.residual(state, u + share * step, coulomb=False)
+        now = float(force @ step)
+        if abs(now) <= options.slope_tolerance * slope or (now > 0 and share >= options.maximum_step):
+            break
+        if now > 0:
+            low, slope_low = share, now
+            if np.isnan(slope_high):
+                share *= 2.0
+                continue
+        else:
+            high, slope_high = share, now
+        # false position, kept away from the ends
+        root = slope_low / (slope_low - slope_high)
+        share = low + (high - low) * min(max(root, options.safeguard), 1.0 - options.safeguard)
+    return share, force, ratio

@@ -1,0 +1,75 @@
+"""State of a wall on a static load path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from damagepred.arrays import FloatArray
+from damagepred.assembly import Model
+from damagepred.assembly.section import SectionMemory
+from damagepred.solvers.state.joint_history import JointHistory
+
+
+def no_zones() -> FloatArray:
+    """Return the plastic strain of a wall of rigid blocks."""
+    return np.empty((0, 4))
+
+
+@dataclass
+class State:
+    """A point of the path: load, load factor, displacements and history variables.
+
+    Attributes
+    ----------
+    load, load_factor : float
+        Shares of dead load and full movement.
+    displacement : array (size,)
+        Of all degrees of freedom.
+    history : JointHistory
+        Of the joints.
+    plastic : array (z, 4)
+        Plastic strain of the zones.
+    jack : float
+        Load of each jack (N).
+    sections : SectionMemory
+        Of the sections of a footing that cracks.
+    """
+
+    load: float
+    load_factor: float
+    displacement: FloatArray
+    history: JointHistory
+    plastic: FloatArray = field(default_factory=no_zones)
+    jack: float = 0.0
+    sections: SectionMemory = field(default_factory=lambda: SectionMemory.fresh(0))
+
+    @classmethod
+    def rest(cls, model: Model) -> State:
+        """Return the unloaded wall."""
+        zones = no_zones() if model.mesh is None else np.zeros((len(model.mesh.zones), 4))
+        sections = SectionMemory.fresh(0) if model.sections is None else SectionMemory.at_first(model.sections)
+        return cls(0.0, 0.0, np.zeros(model.size), JointHistory.fresh(model), zones, 0.0, sections)
+
+    def copy(self) -> State:
+        """Return an independent copy."""
+        return self.at(self.load, self.load_factor)
+
+    def at(self, load: float, load_factor: float) -> State:
+        """Return a copy at another load and load factor, with the same displacements.
+
+        Parameters
+        ----------
+        load, load_factor : float
+            Shares of dead load and of movement (1).
+        """
+        return replace(
+            self,
+            load=load,
+            load_factor=load_factor,
+            displacement=self.displacement.copy(),
+            history=self.history.copy(),
+            plastic=self.plastic.copy(),
+            sections=self.sections.copy(),
+        )
