@@ -123,7 +123,7 @@ def lay_bricks(scene: Scene) -> list[Brick]:
             set(range(course % 2, len(grid.x), 2)) if scene.wall.bond == "running" else set(range(0, len(grid.x), 2))
         )
         edges |= {0, len(grid.x) - 1} | {e for span in taken + beams for e in span}
-        edges |= {_index(grid.x, joint.x) for joint in scene.control_joint if course >= lowest_course(scene, joint)}
+        edges |= {_index(grid.x, joint.x) for joint in scene.control_joint if course >= _lowest_course(scene, joint)}
         edges -= {e for first, last in beams for e in range(first + 1, last)}
         joints = sorted(edges)
         bricks += [
@@ -134,16 +134,8 @@ def lay_bricks(scene: Scene) -> list[Brick]:
     return bricks
 
 
-def lowest_course(scene: Scene, joint: ControlJoint) -> int:
-    """Return the first course that a control joint parts.
-
-    Parameters
-    ----------
-    scene : Scene
-        The wall.
-    joint : ControlJoint
-        The control joint.
-    """
+def _lowest_course(scene: Scene, joint: ControlJoint) -> int:
+    """Return the first course that a control joint parts."""
     return 0 if scene.dpc is None or joint.through_dpc else scene.dpc.course
 
 
@@ -161,7 +153,7 @@ def parted(scene: Scene, bricks: Sequence[Brick]) -> list[tuple[int, int, Contro
     pairs = []
     for joint in scene.control_joint:
         x = grid.x[_index(grid.x, joint.x)]
-        begins = {b.course: i for i, b in enumerate(bricks) if b.left == x and b.course >= lowest_course(scene, joint)}
+        begins = {b.course: i for i, b in enumerate(bricks) if b.left == x and b.course >= _lowest_course(scene, joint)}
         ends = {b.course: i for i, b in enumerate(bricks) if b.right == x}
         pairs += [(ends[course], i, joint) for course, i in begins.items() if course in ends]
     return pairs

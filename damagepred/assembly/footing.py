@@ -109,7 +109,7 @@ def add_footing(
     if found.model == "deformable":
         ends = np.array([0.0, length])
     else:
-        ends = segment_ends([bricks[i] for i in lowest], length, unit, found.segment_length)
+        ends = _segment_ends([bricks[i] for i in lowest], length, unit, found.segment_length)
     size = found.zone_size if found.model == "deformable" else 0.0
     blocks = [
         assembly.add_block(rectangle(left, -found.depth, right, 0.0), zone_size=size, thickness=found.width)
@@ -130,18 +130,8 @@ def add_footing(
     return np.array(blocks, dtype=np.int64)
 
 
-def segment_ends(lowest: Sequence[Brick], length: float, unit: float, longest: float | None) -> FloatArray:
-    """Return where the segments of a beam end (m): at the ends of the first course's bricks, and in between.
-
-    Parameters
-    ----------
-    lowest : sequence of Brick
-        First course.
-    length, unit : float
-        Of the wall, and of a brick, which is how long segments are where there is none above (m).
-    longest : float or None
-        Longest segment (m); None: whole bricks.
-    """
+def _segment_ends(lowest: Sequence[Brick], length: float, unit: float, longest: float | None) -> FloatArray:
+    """Return where the segments of a beam end (m): at the ends of the bricks above; ``unit`` long elsewhere."""
     ends = np.unique(np.round([0.0, length] + [x for b in lowest for x in (b.left, b.right)], 9))
     pieces = [ends[:1]]
     for left, right in itertools.pairwise(ends):

@@ -193,10 +193,10 @@ def cut_into_zones(polygon: FloatArray, size: float) -> tuple[Pattern, FloatArra
 
 def _division(polygon: FloatArray, size: float) -> tuple[list[FloatArray], tuple[int, int]]:
     """Return the quadrilaterals that a polygon is cut into, and the cells along the two directions of each."""
-    corners = without_straight_corners(polygon)
+    corners = _without_straight_corners(polygon)
     if len(corners) == 4:
         edge = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)
-        cells = (cells_along(max(edge[0], edge[2]), size), cells_along(max(edge[1], edge[3]), size))
+        cells = (_cells_along(max(edge[0], edge[2]), size), _cells_along(max(edge[1], edge[3]), size))
         quads = [corners]
     else:
         # about the centroid, so that far-away coordinates lose no digits
@@ -223,21 +223,13 @@ def _zones_of(quads: list[FloatArray], cells: tuple[int, int]) -> int:
     return 4 * len(quads) * cells[0] * cells[1]
 
 
-def cells_along(length: float, size: float) -> int:
-    """Return the number of cells along an edge: even where more than one is needed.
-
-    Parameters
-    ----------
-    length : float
-        Of the edge (m).
-    size : float
-        Wanted size of a cell (m).
-    """
+def _cells_along(length: float, size: float) -> int:
+    """Return the number of cells along an edge (m): even where more than one is needed."""
     cells = int(np.ceil(length / size * (1 - 1e-9)))
     return 1 if cells <= 1 else cells + cells % 2
 
 
-def without_straight_corners(polygon: FloatArray) -> FloatArray:
+def _without_straight_corners(polygon: FloatArray) -> FloatArray:
     """Leave out corners at which the outline does not turn."""
     before, after = polygon - np.roll(polygon, 1, axis=0), np.roll(polygon, -1, axis=0) - polygon
     turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]

@@ -173,7 +173,7 @@ def concrete_sections(
     modulus, steel = concrete.concrete_modulus, concrete.steel_modulus
     (bottom_area, low), (top_area, high) = _wires(footing, concrete)
     top_area = max(top_area, options.minimum_reinforcement * width * depth)
-    gross = second_moments(footing)
+    gross = _second_moments(footing)
     more = steel - modulus if concrete.law == "cracked" else 0.0
     stiffness = np.array(
         (
@@ -237,14 +237,8 @@ def concrete_sections(
     )
 
 
-def second_moments(footing: Footing) -> SecondMoments:
-    """Return the second moments of area of a footing, gross and cracked (N = 0, elastic steel).
-
-    Parameters
-    ----------
-    footing : Footing
-        With ``concrete``.
-    """
+def _second_moments(footing: Footing) -> SecondMoments:
+    """Return the second moments of area of a footing, gross and cracked (N = 0, elastic steel)."""
     concrete = _concrete(footing)
     half, ratio = footing.depth / 2.0, concrete.steel_modulus / concrete.concrete_modulus
     (bottom_area, low), (top_area, high) = _wires(footing, concrete)

@@ -364,7 +364,7 @@ def _joint_materials(scene: Scene) -> list[Joint]:
     held = scene.rig.support == "held" or stops_at(scene) == "supports"  # until it ends there it is the same
     return [
         scene.joint,
-        dpc_joint(scene.dpc, scene.joint),
+        _dpc_joint(scene.dpc, scene.joint),
         scene.footing.joint or scene.joint,
         soil_joint(scene),
         support_joint(scene, pulls=held),
@@ -390,16 +390,8 @@ def _moved_from_below(scene: Scene, beam: int) -> list[Hold]:
     ]
 
 
-def dpc_joint(dpc: Dpc | None, joint: Joint) -> Joint:
-    """Return the joint material of a dpc: no tension, its own friction, the mortar's stiffness unless given.
-
-    Parameters
-    ----------
-    dpc : Dpc or None
-        Of the scene; None: there is none.
-    joint : Joint
-        The wall's mortar.
-    """
+def _dpc_joint(dpc: Dpc | None, joint: Joint) -> Joint:
+    """Return the material of a dpc: no tension, its own friction, the mortar's stiffness unless given."""
     if dpc is None:
         return joint
     return Joint(

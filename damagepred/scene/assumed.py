@@ -9,16 +9,8 @@ from damagepred.scene.scene import Scene
 from damagepred.scene.soil import Soil
 
 
-def ground_values(scene: Scene, sampled: Collection[str] = ()) -> dict[str, str]:
-    """Return the numbers that shape the ground under a footing, in words, by their place; empty if it is no mound.
-
-    Parameters
-    ----------
-    scene : Scene
-        The wall.
-    sampled : collection of str
-        Places of the numbers that a study samples; these are left out.
-    """
+def _ground_values(scene: Scene, sampled: Collection[str] = ()) -> dict[str, str]:
+    """Return the numbers that shape a mound and that a study does not sample, in words, by their place."""
     if scene.movement.shape != "mound":
         return {}
     mound, soil, kind = scene.mound, scene.soil, scene.movement.kind
@@ -36,7 +28,7 @@ def ground_values(scene: Scene, sampled: Collection[str] = ()) -> dict[str, str]
 
 
 def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
-    """Return those of the numbers that shape the ground, in words, that are the defaults; see ``ground_values``.
+    """Return those of the numbers that shape the ground, in words, that are the defaults; see ``_ground_values``.
 
     Parameters
     ----------
@@ -48,7 +40,7 @@ def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     usual = {"mound": Mound(), "soil": Soil()}
     given = {"mound": scene.mound, "soil": scene.soil}
     found = []
-    for place, words in ground_values(scene, sampled).items():
+    for place, words in _ground_values(scene, sampled).items():
         table, key = place.split(".")
         if getattr(given[table], key) == getattr(usual[table], key):
             found.append(words)

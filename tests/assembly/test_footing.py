@@ -8,7 +8,7 @@ import pytest
 
 from damagepred.assembly import wall_geometry, wall_model
 from damagepred.assembly.bond import Brick, lay_bricks
-from damagepred.assembly.footing import segment_ends
+from damagepred.assembly.footing import _segment_ends
 from damagepred.assembly.model import Model
 from damagepred.assembly.wall import footing_alone
 from damagepred.enumerations import ContactKind
@@ -78,7 +78,7 @@ def test_segments_as_long_as_bricks_are_not_cut_by_rounding(length: float, brick
 
 def test_longer_segments_than_bricks_are_asked_for_in_vain():
     """Ends of bricks are ends of segments, so that a brick's bed is not bent."""
-    wide = segment_ends([Brick(0.0, 0.0, 0.5, 0.1, 0), Brick(0.5, 0.0, 1.0, 0.1, 0)], 1.0, 0.5, 5.0)
+    wide = _segment_ends([Brick(0.0, 0.0, 0.5, 0.1, 0), Brick(0.5, 0.0, 1.0, 0.1, 0)], 1.0, 0.5, 5.0)
     np.testing.assert_allclose(wide, [0.0, 0.5, 1.0])
 
 

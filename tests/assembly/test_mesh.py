@@ -6,7 +6,7 @@ import pytest
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.geometry import mass_properties
-from damagepred.assembly.mesh import LANES, cut_into_zones, mesh_of, without_straight_corners
+from damagepred.assembly.mesh import LANES, _without_straight_corners, cut_into_zones, mesh_of
 from damagepred.errors import InputError
 from damagepred.scene import Solver
 from tests.assembly import reference
@@ -50,7 +50,7 @@ def test_zones_of_a_brick_are_their_own_mirror_image() -> None:
 
 
 def test_straight_corners_are_left_out() -> None:
-    assert len(without_straight_corners(POLYGONS["straight corner"])) == 4
+    assert len(_without_straight_corners(POLYGONS["straight corner"])) == 4
 
 
 def test_blocks_of_one_pattern_stand_side_by_side() -> None:

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from damagepred.assembly.section import (
+    _second_moments,
     concrete_sections,
     cracking_moment,
     moment_curvature,
-    second_moments,
 )
 from damagepred.errors import InputError
 from damagepred.scene import Footing
@@ -30,19 +30,19 @@ class TestSecondMoments:
     @pytest.mark.parametrize(("mesh", "ratio"), [("3-L8TM", 0.08), ("3-L11TM", 0.14), ("3-L12TM", 0.17)])
     def test_share_of_the_gross_one(self, mesh, ratio):
         """I_cr / I_g is about 0.08, 0.14, 0.17."""
-        moments = second_moments(footing(bottom=mesh))
+        moments = _second_moments(footing(bottom=mesh))
         assert moments.gross == pytest.approx(0.3 * 0.3**3 / 12)
         assert moments.sagging / moments.gross == pytest.approx(ratio, abs=0.005)
 
     def test_one_layer_by_hand(self):
-        moments = second_moments(footing(0.4, 0.35, bottom="4-L12TM", top="none", grade="N20"))
+        moments = _second_moments(footing(0.4, 0.35, bottom="4-L12TM", top="none", grade="N20"))
         _, expected = by_hand(0.4, 0.35, 200 / 24.0, 4 * 111.2e-6, 0.35 - 0.04 - 0.0119 / 2)
         assert moments.sagging == pytest.approx(expected, rel=1e-12)
 
     def test_pressed_wires_by_hand(self):
         """With much steel below, the top wires lie in compressed concrete, which they replace."""
         concrete = {"bottom": "12-L12TM", "top": "2-L12TM", "cover": 0.01}
-        found = second_moments(footing(**concrete)).sagging
+        found = _second_moments(footing(**concrete)).sagging
         n, area, other = 200 / 26.7, 12 * 111.2e-6, 2 * 111.2e-6
         d, high = 0.3 - 0.01 - 0.0119 / 2, 0.01 + 0.0119 / 2
         x = max(np.roots([0.15, n * area + (n - 1) * other, -n * area * d - (n - 1) * other * high]))
@@ -86,7 +86,7 @@ class TestMomentCurvature:
         first = cracking_moment(beam)
         moment, zeta = times * first, 1 - beta / times**2
         whole = concrete_sections(np.zeros(1, np.int64), 1.0, beam).bending_stiffness[0]
-        cracked = 26.7e9 * second_moments(beam).sagging
+        cracked = 26.7e9 * _second_moments(beam).sagging
         curvature = (1 - zeta) * moment / whole + zeta * moment / cracked
         assert moment_curvature(beam, [curvature])[0] == pytest.approx(moment, rel=1e-9)
         assert moment_curvature(beam, [-curvature])[0] == pytest.approx(-moment, rel=1e-9)
@@ -169,7 +169,7 @@ class TestMomentCurvature:
 class TestBranson:
     def test_formula(self):
         beam = footing(law="branson")
-        first, (gross, cracked, _) = cracking_moment(beam), second_moments(beam)
+        first, (gross, cracked, _) = cracking_moment(beam), _second_moments(beam)
         moment = 1.7 * first
         effective = cracked + (gross - cracked) / 1.7**3
         curvature = moment / (26.7e9 * effective)

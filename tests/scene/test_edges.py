@@ -8,7 +8,7 @@ import pytest
 
 from damagepred.errors import InputError
 from damagepred.scene import Mound, Movement, Rig, Scene, Soil
-from damagepred.scene.assumed import assumed_ground, ground_line, ground_values
+from damagepred.scene.assumed import _ground_values, assumed_ground, ground_line
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.quantity import to_si
 from damagepred.study.settings import StudySettings
@@ -228,7 +228,7 @@ def test_ground_in_words() -> None:
     }
     for (shape, kind), words in expected.items():
         scene = Scene(movement=Movement(shape="mound", kind=kind), soil=Soil(**soil), mound=Mound(shape=shape, **mound))
-        assert list(ground_values(scene).values()) == words
+        assert list(_ground_values(scene).values()) == words
         assert (assumed_ground(scene), ground_line(scene)) == ([], None)
     by_hand = Mound(shape="mitchell", exponent=2.0, suction_depth=2.3)
     scene = Scene(movement=Movement(shape="mound", kind="doming"), mound=by_hand, soil=Soil(swelling_stiffness=3e6))
@@ -238,7 +238,7 @@ def test_ground_in_words() -> None:
     )
     edge = Mound(edge_distance=1.0, suction_depth=2.3)
     scene = Scene(movement=Movement(shape="mound", kind="doming"), mound=edge)
-    assert list(ground_values(scene)) == ["mound.surface_movement", "soil.shrinking_stiffness"]
+    assert list(_ground_values(scene)) == ["mound.surface_movement", "soil.shrinking_stiffness"]
 
 
 def test_which_movements_keep_their_form() -> None:

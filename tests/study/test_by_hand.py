@@ -26,7 +26,7 @@ from damagepred.study.campaign import stopping as running
 from damagepred.study.campaign.campaign import RunSummary, _Stop
 from damagepred.study.campaign.cost_estimate import CostEstimate, _zone_bytes, require_affordable
 from damagepred.study.campaign.dispatch import GivenExecutor, sample_timeout
-from damagepred.study.campaign.sample import kept_of_movement
+from damagepred.study.campaign.sample import _kept_of_movement
 from damagepred.study.campaign.status import study_status
 from damagepred.study.campaign.stopping import Ending, InterimAnalysis
 from damagepred.study.settings import StudySettings, differing_keys
@@ -240,15 +240,15 @@ def test_stored_part_of_a_path() -> None:
         "status": Column(("sample",), np.array([1]), {}),
         "increment": Column(("increment",), np.arange(4), {}),
     }
-    assert kept_of_movement(columns, "path", 2) is columns
-    end = kept_of_movement(columns, "sampled", 2)
+    assert _kept_of_movement(columns, "path", 2) is columns
+    end = _kept_of_movement(columns, "sampled", 2)
     assert set(end) == {"crack_width_max", "opening_width_change", "status"}
     assert (end["crack_width_max"].dims, end["crack_width_max"].values.tolist()) == (("sample",), [2.5])
     assert (end["opening_width_change"].dims, end["opening_width_change"].values.tolist()) == (
         ("sample", "opening"),
         [[2.5, -2.5]],
     )
-    both = kept_of_movement(columns, "both", 3)
+    both = _kept_of_movement(columns, "both", 3)
     assert both["crack_width_max"] is columns["crack_width_max"]
     assert both["end_crack_width_max"].values.tolist() == [4.0]
     assert both["end_crack_width_max"].attributes["units"] == "m"

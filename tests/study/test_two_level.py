@@ -11,7 +11,7 @@ from damagepred.assembly import wall_geometry
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.study import Study, open_study
-from damagepred.study.analyses.two_level import levels, pilot_of, run_two_level
+from damagepred.study.analyses.two_level import _pilot_of, levels, run_two_level
 from damagepred.study.campaign import sample
 from damagepred.study.campaign.campaign import Campaign, RunSummary
 from damagepred.study.campaign.sample import Outcome, Solved
@@ -40,7 +40,7 @@ FIELDS = ("course_correlation = 0.4", 'correlation_length = "0.5 m"', 'correlati
 def test_both_walls_are_of_the_same_sample(field: str, pilot: bool) -> None:
     both = levels(settings(LARGER, TINY.replace("course_correlation = 0.4", field)))
     assert both[0].study.sampler == "sobol"
-    fine, coarse = (Study(pilot_of(level) if pilot else level) for level in both)
+    fine, coarse = (Study(_pilot_of(level) if pilot else level) for level in both)
     for number in (0, 3):
         (wall, strong), (large, shared) = fine.sample(number), coarse.sample(number)
         assert wall.joint == large.joint
@@ -72,7 +72,7 @@ values = [0.96, 1.44]
 
 def test_the_pilot_is_of_other_samples_that_do_not_count() -> None:
     both = levels(settings(LARGER))
-    pilots = [pilot_of(level) for level in both]
+    pilots = [_pilot_of(level) for level in both]
     assert pilots[0].study.seed == pilots[1].study.seed != both[0].study.seed
     assert pilots[0].study.sampler == pilots[1].study.sampler == "random"
 

@@ -53,7 +53,7 @@ class Question:
             raise InputError(f"reach = {self.reach:g}: must be 1 or more.")
 
 
-def movement_place(scene: Scene) -> str:
+def _movement_place(scene: Scene) -> str:
     """Return the place of the number that a scene is moved by."""
     return "mound.surface_movement" if scene.movement.shape == "mound" else "movement.central_deflection"
 
@@ -71,7 +71,7 @@ def asked_of(settings: StudySettings, question: Question) -> StudySettings:
     question : Question
         Category, movement (m), and how far the path goes beyond it.
     """
-    place = movement_place(settings.scene)
+    place = _movement_place(settings.scene)
     steps = settings.scene.movement.increments
     beyond = max(round(question.reach * steps), steps)
     scene = settings.scene.with_values({place: question.at * beyond / steps})

@@ -56,10 +56,8 @@ def normals_to_wall(
 
     Parameters
     ----------
-    settings : StudySettings
-        The study.
-    design : Design
-        Its distributions.
+    settings, design : StudySettings, Design
+        The study and its distributions.
     normals : array (dimensions,)
         Of the variables with a value a wall first, then of each field in turn.
     """
@@ -71,16 +69,8 @@ def normals_to_wall(
     return scene, design.joint_values_from(normals[count:].reshape(len(design.joint), -1), joint_places(scene))
 
 
-def solve_margins(folder: str, batch: Sequence[tuple[int, FloatArray]]) -> list[Solved]:
-    """Solve walls given by their standard normals: what workers do.
-
-    Parameters
-    ----------
-    folder : str
-        Folder with the frozen study and the question.
-    batch : sequence of (int, array)
-        Numbers and normals.
-    """
+def _solve_margins(folder: str, batch: Sequence[tuple[int, FloatArray]]) -> list[Solved]:
+    """Solve walls given by their numbers and standard normals: the task of a worker."""
     settings, design, question = _asked(folder)
     solved = []
     for number, normals in batch:
@@ -149,10 +139,10 @@ class WorkerPool:
         """
         wall = [(number, normals)]
         if self.executor is not None:
-            return self.executor.submit(solve_margins, self.where, wall)
+            return self.executor.submit(_solve_margins, self.where, wall)
         if self.pool is None:
             warm_up(self.scene)
-            self.pool = LocalPool(self.where, self.workers, self.timeout, solve_margins, _ready)  # type: ignore[arg-type]
+            self.pool = LocalPool(self.where, self.workers, self.timeout, _solve_margins, _ready)  # type: ignore[arg-type]
         return self.pool.submit(wall)  # type: ignore[return-value, arg-type]
 
 
@@ -174,7 +164,7 @@ class Walls:
     def __init__(self, pool: WorkerPool, log: Path, failed_reached: bool = False, like: Walls | None = None) -> None:
         self.pool, self.log, self.like = pool, log, like
         self.bound = 0 if failed_reached else 1
-        self.known = read_log(log, pool.asked)
+        self.known = _read_log(log, pool.asked)
         self.there = len(self.known)
         self.shared: dict[int, Margin] = {}
         self.digest: dict[int, bytes] = {}
@@ -242,18 +232,8 @@ def _digest(entry: list[Any], asked: str) -> str:
     return hashlib.sha256((asked + json.dumps(entry)).encode()).hexdigest()[:16]
 
 
-def read_log(file: Path, asked: str) -> dict[int, Margin]:
-    """Read the walls that are there, without lines that are damaged or of another question.
-
-    A last line that a killed run left unfinished is cut off.
-
-    Parameters
-    ----------
-    file : Path
-        The log.
-    asked : str
-        What the digests of its lines belong to.
-    """
+def _read_log(file: Path, asked: str) -> dict[int, Margin]:
+    """Read the walls in a log without damaged lines, lines of another question and an unfinished last line."""
     if not file.is_file():
         return {}
     content = file.read_bytes()

@@ -99,7 +99,7 @@ def levels(settings: StudySettings, scrambles: int = 8) -> tuple[StudySettings, 
     )
 
 
-def pilot_of(level: StudySettings) -> StudySettings:
+def _pilot_of(level: StudySettings) -> StudySettings:
     """Return a level with random samples of its own seed, the same for both levels."""
     seed = int(generator(level.study.seed, Stream.PILOT, 0).integers(2**31))
     return replace(level, study=replace(level.study, sampler="random", replicates=1, seed=seed))
@@ -170,7 +170,7 @@ def run_two_level(
             raise KeyboardInterrupt
         return open_study(folder / name)
 
-    first = [run(pilot_of(level), f"pilot_{name}.dp", pilot) for level, name in ((fine, "fine"), (coarse, "coarse"))]
+    first = [run(_pilot_of(level), f"pilot_{name}.dp", pilot) for level, name in ((fine, "fine"), (coarse, "coarse"))]
     tried = [np.nan_to_num(_hits(ds, category, at, pilot)) for ds in first]
     cost = [float(np.nanmedian(ds["run_time"].values[:pilot])) for ds in first]
     report = read_pilot(tried[0], tried[1], cost[0], cost[1])

@@ -352,21 +352,11 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         moved = columns["surface_movement"]
         columns["surface_movement"] = moved._replace(attributes={**moved.attributes, **GROWING_GROUND})
     # a rig that lets go ends the movement
-    return kept_of_movement(columns, settings.study.movement, len(steps) - 1 if last.ended else increments)
+    return _kept_of_movement(columns, settings.study.movement, len(steps) - 1 if last.ended else increments)
 
 
-def kept_of_movement(columns: Columns, kept: str, end: int) -> Columns:
-    """Return what a study keeps of a path: all of it, only its end, or both.
-
-    Parameters
-    ----------
-    columns : dict of str to Column
-        Of one sample.
-    kept : {"path", "sampled", "both"}
-        See ``Sampling.movement``.
-    end : int
-        Increment at which the sample's movement ends.
-    """
+def _kept_of_movement(columns: Columns, kept: str, end: int) -> Columns:
+    """Return what a study keeps of a path that ends at an increment: "path", "sampled" (its end) or "both"."""
     if kept == "path":
         return columns
     path = {name for name, column in columns.items() if column.dims[:2] == ("sample", "increment")}
