@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import Any
 
 from damagepred.scene.mound import Mound
 from damagepred.scene.scene import Scene
@@ -37,14 +38,13 @@ def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     sampled : Collection[str]
         Places of the numbers that a study samples; these are left out.
     """
-    usual = {"mound": Mound(), "soil": Soil()}
-    given = {"mound": scene.mound, "soil": scene.soil}
-    found = []
-    for place, words in _ground_values(scene, sampled).items():
+    usual: dict[str, Any] = {"mound": Mound(), "soil": Soil()}
+
+    def is_default(place: str) -> bool:
         table, key = place.split(".")
-        if getattr(given[table], key) == getattr(usual[table], key):
-            found.append(words)
-    return found
+        return getattr(getattr(scene, table), key) == getattr(usual[table], key)
+
+    return [words for place, words in _ground_values(scene, sampled).items() if is_default(place)]
 
 
 def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:

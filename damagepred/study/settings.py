@@ -153,7 +153,7 @@ class StudySettings:
         settings = (
             build(cls, {**tables, "scene": described_scene}, str(file))
             ._with_table(file.parent)
-            .with_measured_values(file.parent)
+            ._with_measured_values(file.parent)
         )
         settings.check(str(file))
         return settings
@@ -174,7 +174,7 @@ class StudySettings:
         InputError
             If a key or value is not acceptable.
         """
-        settings = build(cls, tables, source)._with_table(Path()).with_measured_values(Path())
+        settings = build(cls, tables, source)._with_table(Path())._with_measured_values(Path())
         settings.check(source)
         return settings
 
@@ -197,19 +197,8 @@ class StudySettings:
         columns = tuple(table)
         return dataclasses.replace(self, study=dataclasses.replace(how, table=file, table_columns=columns))
 
-    def with_measured_values(self, folder: Path) -> StudySettings:
-        """Return the settings with the values themselves where variables name a file that holds them.
-
-        Parameters
-        ----------
-        folder : Path
-            Where files are looked for.
-
-        Raises
-        ------
-        InputError
-            If one cannot be read.
-        """
+    def _with_measured_values(self, folder: Path) -> StudySettings:
+        """Return the settings with the values themselves where variables name a file in a folder."""
         read = {p: v.with_values(p, Scene.unit_of(p), folder) for p, v in self.variables.items()}
         return self if read == self.variables else dataclasses.replace(self, variables=read)
 

@@ -8,7 +8,7 @@ import pytest
 
 from damagepred.errors import InputError
 from damagepred.study import Study
-from damagepred.study.analyses.epistemic import alternatives, changed, lines
+from damagepred.study.analyses.epistemic import _changed, alternatives, lines
 from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
 
@@ -33,6 +33,6 @@ def test_alternatives_are_estimated_beside_the_study(tmp_path: Path) -> None:
 def test_what_is_no_alternative() -> None:
     settings = StudySettings.from_dict(tomllib.loads(TINY))
     with pytest.raises(InputError, match="run as studies of their own"):
-        changed(settings, "a", {"joint.cohesion": {"cov": 0.1}})
+        _changed(settings, "a", {"joint.cohesion": {"cov": 0.1}})
     with pytest.raises(InputError, match="covv"):
-        changed(settings, "a", {"joint.friction": {"covv": 0.1}})
+        _changed(settings, "a", {"joint.friction": {"covv": 0.1}})

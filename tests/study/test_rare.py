@@ -89,9 +89,9 @@ def test_a_margin_lies_where_the_width_passes_the_limit(
 
 
 def _joints(asked: StudySettings) -> int:
-    from damagepred.study.campaign.sample import joint_sequence
+    from damagepred.study.campaign.sample import joint_places
 
-    return len(joint_sequence(asked.scene))
+    return len(joint_places(asked.scene).x)
 
 
 def test_interrupted_and_run_by_others_it_is_the_same(tmp_path: Path) -> None:

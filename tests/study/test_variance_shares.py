@@ -11,7 +11,7 @@ import xarray as xr
 import damagepred
 from damagepred.errors import InputError
 from damagepred.study import Study
-from damagepred.study.analyses.variance_shares import crossed_study, output_of, study_sensitivity
+from damagepred.study.analyses.variance_shares import _output_of, crossed_study, study_sensitivity
 from damagepred.study.campaign.sample import joint_places
 from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
@@ -140,12 +140,12 @@ def test_invalid_requests_are_refused(ask: dict, words: str) -> None:
     ds["status"].values[3] = FAILED
     ds["damage_category"].values[3, 5:] = -1
     with pytest.raises(InputError, match=words):
-        output_of(ds, **ask)
+        _output_of(ds, **ask)
 
 
 def test_a_result_at_the_end_of_the_movement() -> None:
     ds = crossed_walls(10, 0.4, 0.2)
-    found = output_of(ds, output="damage_category")
+    found = _output_of(ds, output="damage_category")
     np.testing.assert_array_equal(found.value, ds["damage_category"].values[:, -1])
 
 

@@ -11,7 +11,7 @@ from damagepred.enumerations import SampleStatus
 from damagepred.study.analyses import limit_state
 from damagepred.study.analyses.limit_state import Question, margin
 from damagepred.study.analyses.two_level import _hits
-from damagepred.study.analyses.variance_shares import output_of
+from damagepred.study.analyses.variance_shares import _output_of
 from damagepred.uq.capacity import capacities, censored_before, interpolated_capacity, probability_reached, reached_by
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import fit_fragility
@@ -70,7 +70,7 @@ def test_all_agree_at_an_increment(category: int, mark: int, ended: bool) -> Non
     assert found.failed_damaged - found.failed_undamaged == pytest.approx(found.failed / 40)
     rule = StopWhen(category=category, at=at, half_width=0.1)
     assert rule.estimate(ds, 0.9) == found.estimate
-    assert output_of(ds, category=category).censored == np.isinf(known.upper).mean()
+    assert _output_of(ds, category=category).censored == np.isinf(known.upper).mean()
     if not ended:
         assert found.estimate.value == pytest.approx(truth.mean())
         curve = fit_fragility(ds, model="empirical", categories=[category], bootstrap=0, points=9)

@@ -9,7 +9,7 @@ from damagepred.assembly import wall_geometry
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Wall
-from damagepred.study.campaign.sample import joint_sequence
+from damagepred.study.campaign.sample import joint_places
 from damagepred.uq.design import Design
 from damagepred.uq.fields import course_autoregression, course_sequences
 from damagepred.uq.variable import JointField, Variable
@@ -162,7 +162,7 @@ def test_an_opening_separates_neighbours():
     x = np.array([0.12, 0.36, 0.60, 1.50, 1.74])
     assert course_sequences(course, kind, x, apart=0.36).tolist() == [0, 0, 0, 1, 1]
     scene = Scene(wall=Wall(length=2.4, height=0.6), opening=(Opening(x=0.96, y=0.15, width=0.48, height=0.45),))
-    joints, sequence = wall_geometry(scene).joints, joint_sequence(scene)
+    joints, sequence = wall_geometry(scene).joints, joint_places(scene).sequence
     beside = (joints.course == 4) & (joints.kind == 0)
     left, right = beside & (joints.x < 1.0), beside & (joints.x > 1.4)
     assert len(set(sequence[left])) == len(set(sequence[right])) == 1

@@ -75,7 +75,7 @@ def alternatives(
     study, ds = Campaign.from_folder(path), open_study(path)
     found = [_estimate("", ds, category, at, confidence)]
     for name, changes in (study.settings.study.epistemic if others is None else others).items():
-        other = changed(study.settings, name, changes)
+        other = _changed(study.settings, name, changes)
         values = {place: np.asarray(ds[place].values) for place in study.design.wall}
         ratio = density_ratio(study.design, other.design(), values)
         weight = ratio * (ds["weight"].values if "weight" in ds else 1.0)
@@ -83,23 +83,8 @@ def alternatives(
     return found
 
 
-def changed(settings: StudySettings, name: str, changes: Mapping[str, Mapping[str, Any]]) -> StudySettings:
-    """Return a study with other distributions, which can also be run as it is.
-
-    Parameters
-    ----------
-    settings : StudySettings
-        The study.
-    name : str
-        Of the alternative, for messages.
-    changes : mapping
-        Place -> what differs.
-
-    Raises
-    ------
-    InputError
-        If a place is no variable with a value a wall.
-    """
+def _changed(settings: StudySettings, name: str, changes: Mapping[str, Mapping[str, Any]]) -> StudySettings:
+    """Return a study with other distributions of the variables with a value a wall; it can be run, too."""
     where = f'[study.epistemic."{name}"]'
     wall = [place for place, v in settings.variables.items() if v.field is None]
     variables = dict(settings.variables)

@@ -67,24 +67,8 @@ class Output(NamedTuple):
     censored: float
 
 
-def output_of(ds: xr.Dataset, category: int | None = None, output: str | None = None) -> Output:
-    """Return the output that sensitivity is asked of.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        As ``open_study`` returns it.
-    category : int, optional
-        Rank of the capacity for it: of the movement at which it was reached. Walls that have not reached it share the
-        highest ranks, and failed ones are known as far as they were followed, so that none is left out.
-    output : str, optional
-        Instead, a result of the study, at the end of the movement.
-
-    Raises
-    ------
-    InputError
-        If there is no such output, or some walls have no value of it.
-    """
+def _output_of(ds: xr.Dataset, category: int | None = None, output: str | None = None) -> Output:
+    """Return the output that sensitivity is asked of; see ``study_sensitivity``."""
     if (category is None) == (output is None):
         raise InputError("sensitivity: is asked of a category, or of an output; give one of them.")
     if category is not None:
@@ -136,8 +120,11 @@ def study_sensitivity(
     ----------
     ds : xarray.Dataset
         As ``open_study`` returns it.
-    category, output
-        See ``output_of``.
+    category : int, optional
+        Rank of the capacity for it: of the movement at which it was reached. Walls that have not reached it share the
+        highest ranks, and failed ones are known as far as they were followed, so that none is left out.
+    output : str, optional
+        Instead, a result of the study, at the end of the movement.
     confidence : float
         Of the intervals.
     resamples, seed : int
@@ -154,9 +141,9 @@ def study_sensitivity(
     Raises
     ------
     InputError
-        See ``output_of``; or if no input has one value a wall.
+        If there is no such output, some walls have no value of it, or no input has one value a wall.
     """
-    found = output_of(ds, category, output)
+    found = _output_of(ds, category, output)
     crossed = bool(int(ds.attrs.get("crossed", 0)))
     # of each table, one wall with one field and the other with the other
     alone = np.isin(found.sample % 4, (0, 3)) if crossed else np.ones(len(found.sample), dtype=bool)

@@ -22,7 +22,7 @@ from damagepred.archive.schema import (
     VARIABLES,
     category_attributes,
 )
-from damagepred.arrays import FloatArray, IntArray
+from damagepred.arrays import FloatArray
 from damagepred.assembly import wall_geometry
 from damagepred.assembly.model import Model
 from damagepred.damage import Rules
@@ -125,17 +125,12 @@ def _on_nearest(fields: dict[str, FloatArray], drawn_on: Scene, scene: Scene) ->
     return {place: values[nearest] for place, values in fields.items()}
 
 
-def joint_sequence(scene: Scene) -> IntArray:
-    """Return which joints of a scene's wall are neighbours in a course."""
-    joints = wall_geometry(scene).joints
-    # a brick and a half: more than from one unit to the next, less than any opening leaves between two
-    return course_sequences(joints.course, joints.kind, joints.x, apart=1.5 * scene.wall.block_length)
-
-
 def joint_places(scene: Scene) -> JointPlaces:
-    """Return where the joints of a scene's wall are, and which are neighbours."""
-    joints = wall_geometry(scene).joints
-    return JointPlaces(joint_sequence(scene), joints.kind, joints.x, joints.y, scene.wall.block_length)
+    """Return where the joints of a scene's wall are, and which are neighbours in a course."""
+    joints, brick = wall_geometry(scene).joints, scene.wall.block_length
+    # a brick and a half: more than from one unit to the next, less than any opening leaves between two
+    sequence = course_sequences(joints.course, joints.kind, joints.x, apart=1.5 * brick)
+    return JointPlaces(sequence, joints.kind, joints.x, joints.y, brick)
 
 
 def prepare(folder: str) -> None:
