@@ -26,8 +26,6 @@ from damagepred.errors import SolverError
 from damagepred.solvers.options import DEFAULTS, SymmetryOptions
 from damagepred.solvers.state.increment import Energies, Increment
 
-"""Numbers of an ``Increment`` that are sums over the wall, besides all whose names end in ``_energy`` or ``_work``."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class HalfModel(Model):

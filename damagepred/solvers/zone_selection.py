@@ -32,16 +32,16 @@ from damagepred.solvers.system.deformable_blocks import (
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 Build = Callable[[Solver, frozenset[int] | None], Model]
-"""Makes the model for given settings, with given blocks deformable."""
+"""Function that builds the model for given settings, with given blocks deformable."""
 
 
 def blocks_needing_zones(build: Build, settings: Solver, increments: int) -> frozenset[int]:
-    """Return the blocks that are to be deformable.
+    """Return the blocks to be cut into zones, by the error estimate.
 
     Parameters
     ----------
     build : callable
-        Settings, and the deformable blocks (None: as the settings say) -> model.
+        Function of settings and deformable blocks (None: those of the settings) that returns the model.
     settings : Solver
         ``blocks = "auto"``; ``rigid_error`` is the tolerated share of energy.
     increments : int
@@ -58,9 +58,9 @@ def blocks_needing_zones(build: Build, settings: Solver, increments: int) -> fro
     for increment in solve_path(whole, rigid, increments):
         if increment.collapsed:
             break
-        found, beyond = loads.errors(increment)
-        error, yielding = np.maximum(error, found), yielding | beyond
-        energy = max(energy, stored(whole, increment))
+        errors, near_yield = loads.errors(increment)
+        error, yielding = np.maximum(error, errors), yielding | near_yield
+        energy = max(energy, joint_energy(whole, increment))
     order = np.argsort(error)
     left_out = np.cumsum(error[order]) <= settings.rigid_error * energy
     chosen = np.ones(whole.n_blocks, dtype=np.bool_)
@@ -74,7 +74,7 @@ def _held(model: Model) -> frozenset[int]:
     return frozenset((prescribed[prescribed < 3 * model.n_blocks] // 3).tolist())
 
 
-def stored(model: Model, increment: Increment) -> float:
+def joint_energy(model: Model, increment: Increment) -> float:
     """Return the elastic energy of the joints, lumped blocks included (J).
 
     Parameters
@@ -106,7 +106,7 @@ class BlockLoads:
     def __init__(self, whole: Model, cut: Model, strength_share: float) -> None:
         assert cut.mesh is not None
         self.whole, self.cut, self.mesh = whole, cut, cut.mesh
-        self._group_by_shape = self._flexibilities(zone_stiffness(cut))
+        self._groups = self._flexibilities(zone_stiffness(cut))
         self._system = DiscreteSystem.of(cut)
         self._rows = strain_rows(cut)
         self._moduli, strength = block_moduli(cut)
@@ -153,11 +153,11 @@ class BlockLoads:
                 at, part = points[known][:, end], sign * shares[known][:, end, None] * force[known]
                 np.add.at(load, mesh.dof_x[at], part[:, 0])
                 np.add.at(load, mesh.dof_y[at], part[:, 1])
-        # what is left over by rounding, or by what holds the block, accelerates it as a whole
+        # the resultant, of rounding or of supports, accelerates the block as a rigid body
         load -= self._system.rigid_motion.T @ block_resultants(self.cut, load).ravel()
         energy, yielding = np.zeros(whole.n_blocks), np.zeros(whole.n_blocks, dtype=np.bool_)
         displacement = np.zeros(self.cut.size)
-        for block, dofs, flexibility in self._group_by_shape:
+        for block, dofs, flexibility in self._groups:
             moved = load[dofs] @ flexibility
             displacement[dofs] = moved
             energy[block] = 0.5 * (load[dofs] * moved).sum(axis=1)
@@ -172,7 +172,7 @@ class BlockLoads:
         return np.concatenate((self.mesh.dof_x[own], self.mesh.dof_y[own]))
 
     def _flexibilities(self, stiffness: csr_array) -> list[tuple[IntArray, IntArray, FloatArray]]:
-        """Return blocks (b,) that are alike, their degrees of freedom (b, k), and the pseudo-inverse of a stiffness."""
+        """Return groups of equal blocks (b,), their degrees of freedom (b, k) and flexibility, a pseudo-inverse."""
         alike: dict[bytes, list[int]] = {}
         matrices: dict[bytes, FloatArray] = {}
         for d in range(len(self.mesh.block)):
@@ -202,7 +202,7 @@ class BlockLoads:
         return np.unique(mesh.zone_block[beyond])
 
     def _lumped(self, increment: Increment) -> FloatArray:
-        """Return the energy (n,) (J) that springs in the joints take in place of each block."""
+        """Return the energy (n,) (J) of each block that is lumped into springs of the joints."""
         whole, face, law = self.whole, self.whole.interfaces, self.whole.block_law
         total = np.zeros(whole.n_blocks)
         shear_modulus = law.elastic_modulus / (2.0 * (1.0 + law.poisson_ratio))

@@ -457,7 +457,7 @@ class BlockTridiagonalSystem:
 
 
 def factorisation_cost(size: IntArray, options: LinearSystemOptions = DEFAULTS) -> FloatArray:
-    """Return the cost of eliminating levels (weighted operations).
+    """Return the cost of the elimination of each level (weighted operations).
 
     An inversion takes n^3 operations, the Schur complement about 25 n^2: a block has two bridges of 9 entries.
 

@@ -1,4 +1,4 @@
-"""Internal forces of the footing and loads of its supports, from the contacts of an equilibrium."""
+"""Internal forces of the footing and loads of its supports, from the contact stresses of an equilibrium."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class SectionForces(NamedTuple):
     strain, curvature : array
         At mid-depth, elongation positive (1), and sagging positive (1/m).
     axial_force, shear_force, moment : array
-        Tension positive (N); what the left pushes the right up by (N); sagging positive, tension below (N m).
+        Tension positive (N); upward force of the left part on the right (N); sagging positive, tension below (N m).
     """
 
     strain: FloatArray
@@ -56,7 +56,7 @@ def section_lengths(model: Model, here: IntArray) -> FloatArray:
 
 
 def section_forces(model: Model, opening: FloatArray, sigma: FloatArray, tau: FloatArray) -> SectionForces:
-    """Return what the sections of the footing carry.
+    """Return deformation and internal forces of the footing's sections.
 
     Parameters
     ----------
@@ -99,17 +99,17 @@ def section_response_of(model: Model, memory: SectionMemory, displacement: Float
 
 
 def section_energy(model: Model, now: FloatArray, before: FloatArray | None) -> tuple[float, FloatArray]:
-    """Return what cracking sections store beyond their contacts as whole ones would, and what a step took of each (J).
+    """Return the energy of cracking sections less that of their contacts if whole, and the dissipation of a step (J).
 
-    The step is straight, by the trapezoidal rule. Where the curvature changes its sign the secant stiffness is that of
-    the other face: the section unloads to where it began and is loaded from there, by which nothing is dissipated.
-    Less than nothing is taken where the secant stiffness grows under load: where axial force pulls at both faces, the
-    cracks of the less pulled one close as the moment turns, and the law follows its secant.
+    Work is integrated by the trapezoidal rule. Where the curvature changes its sign, the secant stiffness becomes that
+    of the other face: the section unloads to the origin and reloads from there, which dissipates nothing. Dissipation
+    is negative where the secant stiffness grows under load: under axial tension the cracks of the less stressed face
+    close as the moment reverses, and the law follows its secant.
 
     Parameters
     ----------
     model : Model
-        With sections; they unload straight to where they began, as long as no steel yields.
+        With sections; they unload to the origin along the secant, as long as no steel yields.
     now, before : array (s, 6)
         See ``section_response_of``; None before the first step.
     """
@@ -128,7 +128,7 @@ def section_energy(model: Model, now: FloatArray, before: FloatArray | None) -> 
 
 
 def set_linear_stresses(model: Model, response: FloatArray, sigma: FloatArray, tau: FloatArray) -> None:
-    """Set the stresses of cracking sections to the linear distributions with the same resultants.
+    """Set the stresses of cracking sections to linear distributions with the same resultants.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def set_linear_stresses(model: Model, response: FloatArray, sigma: FloatArray, t
 
 
 def support_loads(model: Model, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return where the supports of the footing are (m), left to right, and what each carries (N, upwards).
+    """Return the places of the footing's supports (m), left to right, and their loads (N, upwards).
 
     Parameters
     ----------
