@@ -204,7 +204,7 @@ def test_rows_of_a_batch_that_follow_each_other_share_a_file(monkeypatch: pytest
         sample, "write_part", lambda file, rows, name: written.append((*file, name, *rows["a"].values.ravel().tolist()))
     )
     folder: Any = SimpleNamespace(part_file=lambda first, last: (first, last), study_hash="h")
-    keeper = sample._Keeper(folder)
+    writer = sample._PartWriter(folder)
 
     def row(value: int, size: int = 1) -> dict[str, Column]:
         return {"a": Column(("sample", "b"), np.full((1, size), value), {})}
@@ -216,12 +216,12 @@ def test_rows_of_a_batch_that_follow_each_other_share_a_file(monkeypatch: pytest
         (7, SampleStatus.COMPLETE),
         (9, SampleStatus.COMPLETE),
     ):
-        keeper.add(number, status, row(number))
-    keeper.add(10, SampleStatus.FAILED, None)
-    keeper.add(11, SampleStatus.COMPLETE, row(11))
-    keeper.add(12, SampleStatus.COMPLETE, row(12, 2))
-    keeper.write()
-    keeper.write()
+        writer.add(number, status, row(number))
+    writer.add(10, SampleStatus.FAILED, None)
+    writer.add(11, SampleStatus.COMPLETE, row(11))
+    writer.add(12, SampleStatus.COMPLETE, row(12, 2))
+    writer.write()
+    writer.write()
     assert written == [
         (4, 5, "h", 4, 5),
         (6, 6, "h", 6),

@@ -1,4 +1,4 @@
-"""Monte Carlo error and what the inputs leave open, apart."""
+"""Monte Carlo error and epistemic uncertainty of the inputs, apart."""
 
 from __future__ import annotations
 

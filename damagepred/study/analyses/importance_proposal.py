@@ -1,4 +1,4 @@
-"""What importance sampling is to shift: read from the walls of a study, which so are its pilot."""
+"""Shifts for importance sampling, read from the walls of a study as a pilot run."""
 
 from __future__ import annotations
 

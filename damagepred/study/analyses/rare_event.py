@@ -1,4 +1,4 @@
-"""How rare is a category of damage: subset simulation with the walls of a study.
+"""Probability of a rare category of damage by subset simulation with the walls of a study.
 
 A folder holds the question, the frozen study and a line for each wall that was solved. The walls follow from the seed
 and from each other, so that a run that was interrupted is followed again to where it stopped without solving them
@@ -174,7 +174,7 @@ def rare_event(
         joints = len(joint_places(asked.scene).x) if design.joint else 0
         size = len(design.wall) + len(design.joint) * joints
 
-        def climb(walls: Walls) -> SubsetEstimate:
+        def simulate(walls: Walls) -> SubsetEstimate:
             return subset_simulation(
                 walls.margins,
                 size,
@@ -188,11 +188,11 @@ def rare_event(
 
         with WorkerPool(folder, asked.scene, workers, executor, timeout) as pool:
             walls = Walls(pool, folder.path / WALLS)
-            found = all_damaged = climb(walls)
+            found = all_damaged = simulate(walls)
             failed, solved = walls.failed, walls.solved_now
             if failed:
                 again = Walls(pool, folder.path / WALLS_FAILED_REACHED, failed_reached=True, like=walls)
-                all_damaged = climb(again)
+                all_damaged = simulate(again)
                 failed, solved = failed + again.failed, solved + again.solved_now
         event = RareEvent(found, all_damaged, failed, solved, programs)
         _write_result(folder, event)

@@ -40,14 +40,14 @@ MOST_VALUES = 25_000_000
 
 
 class Progress(NamedTuple):
-    """Where a run stands.
+    """Status of a run.
 
     Attributes
     ----------
     total, done, failed : int
         Samples asked for, finished in any way, and failed among those.
     just_failed : str
-        What went wrong with the sample that just failed, if one did.
+        Why the last sample failed, if it did.
     """
 
     total: int
@@ -327,7 +327,7 @@ class Campaign:
         drawn = int(manifest["samples"])
         if not folder.design_file.is_file():
             self.write_design(folder, drawn)
-        status = self._sound(folder, run, asked, mix_versions)
+        status = self._check_parts(folder, run, asked, mix_versions)
         if asked > drawn:
             if self.settings.study.sampler == "lhs":
                 raise InputError(
@@ -342,7 +342,7 @@ class Campaign:
             (status, np.full(max(0, drawn - len(status)), SampleStatus.MISSING, dtype=np.int8))
         )
 
-    def _sound(self, folder: StudyFolder, run: tuple[int, ...], asked: int, mix_versions: bool) -> Int8Array:
+    def _check_parts(self, folder: StudyFolder, run: tuple[int, ...], asked: int, mix_versions: bool) -> Int8Array:
         """Set damaged files aside; refuse to run samples beside those of other versions; return the status of all."""
         found, left_out = folder.read(("environment",))
         status = found["status"].values

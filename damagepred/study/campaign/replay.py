@@ -1,4 +1,4 @@
-"""One sample of a study again, the very same, with all its fields."""
+"""Replay of one sample of a study, bit for bit, with all its fields."""
 
 from __future__ import annotations
 

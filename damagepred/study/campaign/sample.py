@@ -1,4 +1,4 @@
-"""Sampled walls: from their numbers to their part of the archive. This is what workers run."""
+"""Sampled walls: from their numbers to their part of the archive. Workers run this module."""
 
 from __future__ import annotations
 
@@ -134,19 +134,19 @@ def joint_places(scene: Scene) -> JointPlaces:
 
 
 def prepare(folder: str) -> None:
-    """Load what the samples of a study need, the compiled kernels above all: what a worker does first.
+    """Load the study and the compiled kernels: the first task of a worker.
 
     Parameters
     ----------
     folder : str
         Study folder.
     """
-    settings, _ = _frozen(folder, StudyFolder(folder).study_text())
+    settings, _ = _read_study(folder, StudyFolder(folder).study_text())
     warm_up(settings.scene)
 
 
 def run_batch(folder: str, batch: Batch) -> list[Outcome]:
-    """Solve a few samples, judge them and write their part; what comes back is only a hint that it is there.
+    """Solve a few samples, judge them and write their part, which counts whatever becomes of the answer.
 
     Parameters
     ----------
@@ -168,8 +168,8 @@ def run_batch(folder: str, batch: Batch) -> list[Outcome]:
             f"{folder}: the study's folder is not there for a worker on {socket.gethostname()}; workers on other "
             "machines need a file system that they share."
         )
-    settings, design = _frozen(folder, place.study_text())
-    keeper = _Keeper(place)
+    settings, design = _read_study(folder, place.study_text())
+    writer = _PartWriter(place)
     outcomes = []
     try:
         for sample, values in batch:
@@ -179,10 +179,10 @@ def run_batch(folder: str, batch: Batch) -> list[Outcome]:
             solved = solve_sample(settings, design, sample, values)
             if solved.outcome.status == SampleStatus.FAILED:
                 place.record_failure(sample, solved.reason, solved.outcome.message, values)
-            keeper.add(sample, solved.outcome.status, solved.columns)
+            writer.add(sample, solved.outcome.status, solved.columns)
             outcomes.append(solved.outcome)
     finally:
-        keeper.write()
+        writer.write()
     return outcomes
 
 
@@ -208,8 +208,8 @@ def already_done(folder: StudyFolder, batch: Batch) -> list[Outcome] | None:
     return [Outcome(sample, *kept[sample]) for sample, _ in batch] if all(i in kept for i, _ in batch) else None
 
 
-class _Keeper:
-    """Collects the rows of a batch and writes them, as few files as there are runs of solved samples."""
+class _PartWriter:
+    """Collects the rows of a batch and writes a part file for each run of consecutive samples."""
 
     def __init__(self, folder: StudyFolder) -> None:
         self.folder = folder
@@ -273,7 +273,7 @@ def solve_sample(settings: StudySettings, design: Design, sample: int, values: M
 
 
 @lru_cache(maxsize=2)
-def _frozen(folder: str, text: str) -> tuple[StudySettings, Design]:
+def _read_study(folder: str, text: str) -> tuple[StudySettings, Design]:
     settings = read_frozen(text)
     return settings, settings.design()
 

@@ -1,4 +1,4 @@
-"""Where a study stands: what is done, failed and left, and the estimate so far."""
+"""Status of a study: walls done, failed and left, and the estimate so far."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from damagepred.uq.capacity import sample_weights
 from damagepred.uq.estimate import effective_samples, probability
 
 READ = ("damage_category", "run_time", "limit_deflection", "environment", *STUDIED)
-"""Results that it takes to tell where a study stands; the others are not read."""
+"""Results that the status is made of; the others are not read."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class StudyStatus:
 
 
 def study_status(path: str | Path) -> StudyStatus:
-    """Read where a study stands.
+    """Read the status of a study.
 
     Parameters
     ----------
@@ -85,14 +85,14 @@ def study_status(path: str | Path) -> StudyStatus:
 
 
 def watching(path: str | Path, every: float) -> Iterator[StudyStatus]:
-    """Read where a study stands again and again, until no wall is left to be solved.
+    """Read the status of a study at intervals, until no wall is left to be solved.
 
     Parameters
     ----------
     path : str or Path
         Study folder.
     every : float
-        Seconds between two looks.
+        Interval (s).
     """
     while True:
         found = study_status(path)
@@ -103,7 +103,7 @@ def watching(path: str | Path, every: float) -> Iterator[StudyStatus]:
 
 
 def _limits(ds: xr.Dataset) -> list[str]:
-    """Say how many walls on jacks came to the end of what their rig can do."""
+    """Return a line on walls on jacks whose path ended at the limit of the rig."""
     if "limit_deflection" not in ds:
         return []
     at = 1e3 * ds["limit_deflection"].values

@@ -130,7 +130,7 @@ def run_until(
     while True:
         count = at[len(seen)]
         left = None if budget is None else budget - (time.monotonic() - began)
-        summary = _piece(study, out, count, workers, executor, left, on_progress, options)
+        summary = _run_to(study, out, count, workers, executor, left, on_progress, options)
         over = budget is not None and time.monotonic() - began >= budget
         if summary.interrupted and not over:
             return Ending(summary, seen, "interrupted")
@@ -151,7 +151,7 @@ def _confidence(rule: StopWhen | None, at: list[int], replicates: int, timed: bo
     return interim_confidence(every, rule.confidence, replicates >= ENOUGH_REPLICATES)
 
 
-def _piece(
+def _run_to(
     study: Campaign,
     out: str | Path,
     count: int,

@@ -1,7 +1,7 @@
-"""Whether the files of a study are what was written, and mending those that are not.
+"""Verification of the files of a study against their digests, and repair.
 
-What is derived is made again, what is damaged is set aside in the folder ``damaged``, and ``Study.run`` solves the
-samples that this leaves missing.
+Derived files are made again, damaged ones are set aside in the folder ``damaged``, and ``Study.run`` solves the samples
+that this leaves missing.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ from damagepred.study.settings import read_frozen
 
 @dataclass
 class Verification:
-    """What was found.
+    """Findings of a verification.
 
     Attributes
     ----------
     files : int
         Files that were checked.
     damaged : list of str
-        What is damaged, a sentence each.
+        Damaged files, a sentence each.
     differing : list of str
-        What differs in samples that were solved again.
+        Differences of samples that were solved again.
     notes : list of str
-        What else there is to know.
+        Other remarks.
     """
 
     files: int = 0
@@ -52,7 +52,7 @@ class Verification:
 
     @contextmanager
     def check(self) -> Iterator[None]:
-        """Keep what an archive says in errors and warnings."""
+        """Record errors and warnings of the archive as damage."""
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always", ArchiveWarning)
             try:
@@ -189,7 +189,7 @@ def repair(path: str | Path) -> list[str]:
     Returns
     -------
     list of str
-        What was done.
+        Repairs, a sentence each.
 
     Raises
     ------
@@ -206,7 +206,12 @@ def repair(path: str | Path) -> list[str]:
         folder.tidy()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ArchiveWarning)  # it is all in what was done
-            return [*_study(folder), *_design(folder), *_manifest(folder), *_samples(folder)]
+            return [
+                *_repair_study(folder),
+                *_repair_design(folder),
+                *_repair_manifest(folder),
+                *_repair_samples(folder),
+            ]
     finally:
         lock.release()
 
@@ -215,8 +220,8 @@ def _set_aside(folder: StudyFolder, file: Path, why: str) -> str:
     return f"{why} It was set aside as {folder.set_aside(file)}."
 
 
-def _carried(folder: StudyFolder) -> Counter[str]:
-    """Return the hashes of studies that the files of a folder carry, and how many carry each."""
+def _count_hashes(folder: StudyFolder) -> Counter[str]:
+    """Return the study hashes in the files of a folder, and the number of files with each."""
     carried: Counter[str] = Counter()
     for file in (folder.manifest_file, folder.design_file, folder.results_file, *folder.part_files()):
         with suppress(InputError):
@@ -224,9 +229,9 @@ def _carried(folder: StudyFolder) -> Counter[str]:
     return carried
 
 
-def _study(folder: StudyFolder) -> Iterator[str]:
+def _repair_study(folder: StudyFolder) -> Iterator[str]:
     """Restore the frozen study from the design."""
-    carried = _carried(folder)
+    carried = _count_hashes(folder)
     wanted = carried.most_common(1)[0][0] if carried else None
     with suppress(InputError):
         text = folder.study_text()
@@ -247,7 +252,7 @@ def _study(folder: StudyFolder) -> Iterator[str]:
     yield f"{folder.study_file}: restored from the design."
 
 
-def _design(folder: StudyFolder) -> Iterator[str]:
+def _repair_design(folder: StudyFolder) -> Iterator[str]:
     """Draw the design again."""
     study = Campaign.from_text(folder.study_text())
     count = 0
@@ -268,8 +273,8 @@ def _design(folder: StudyFolder) -> Iterator[str]:
     yield f"{folder.design_file}: drawn again, {count} samples."
 
 
-def _manifest(folder: StudyFolder) -> Iterator[str]:
-    """Take what the manifest says from the design."""
+def _repair_manifest(folder: StudyFolder) -> Iterator[str]:
+    """Restore the manifest from the design."""
     try:
         manifest = folder.manifest()
     except NewerError:
@@ -283,7 +288,7 @@ def _manifest(folder: StudyFolder) -> Iterator[str]:
         yield f"{folder.manifest_file}: made again from the design."
 
 
-def _samples(folder: StudyFolder) -> Iterator[str]:
+def _repair_samples(folder: StudyFolder) -> Iterator[str]:
     """Set aside damaged parts and failures, and put the parts together again where ``results.nc`` is not theirs."""
     ds, left_out = folder.read(derived=False)
     for sample in folder.failed_samples():
