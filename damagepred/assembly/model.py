@@ -12,6 +12,7 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.section import Sections
+from damagepred.kernels.joint.parameters import JointParameters, joint_parameters
 
 
 class Blocks(NamedTuple):
@@ -134,13 +135,6 @@ class JointProperties(NamedTuple):
     critical_opening: FloatArray
     critical_slip: FloatArray
     gap: FloatArray
-
-    @property
-    def slip_weight(self) -> FloatArray:
-        """Opening that uses up as much of the bond as a unit of slip (1); 0 where slip leaves it as it is."""
-        softening = self.critical_opening - self.tensile_strength / self.normal_stiffness
-        worn = self.critical_slip > 0
-        return np.divide(softening, self.critical_slip, out=np.zeros_like(softening), where=worn)
 
 
 class Ground(NamedTuple):
@@ -428,6 +422,11 @@ class Model:
         course = int(self.blocks.course[block])
         where = f"x = {self.blocks.x[block]:.3g} m, y = {self.blocks.y[block]:.3g} m"
         return f"block {block} ({where}" + (f", course {course + 1})" if course >= 0 else ")")
+
+    @cached_property
+    def joint_parameters(self) -> JointParameters:
+        """Parameters of the joint law of the interfaces, arrays (m,)."""
+        return joint_parameters(self.properties)
 
     @cached_property
     def moves(self) -> BoolArray:

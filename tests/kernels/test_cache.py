@@ -73,7 +73,7 @@ def test_arrays_passed_to_a_law_are_not_reference_counted(monkeypatch: pytest.Mo
     stresses = jit.kernel(contact_stresses.py_func)
     stresses(
         model.interfaces,
-        model.properties,
+        model.joint_parameters,
         DEFAULTS.return_mapping.for_kernels(),
         model.ground.at(0.0),
         at_rest.history,

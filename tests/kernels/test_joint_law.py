@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from damagepred.kernels.joint.law import joint_law
-from damagepred.kernels.joint.limits import slip_compliance
+from damagepred.kernels.joint.explicit_update import explicit_update
+from tests.kernels.one_joint import one_joint
 
 K_N, K_S = 82e9, 36e9
 F_T, COHESION, FRICTION = 0.45e6, 0.375e6, 0.75
@@ -22,10 +22,8 @@ def contact(
     residual_strength=(0.0, 0.0, FRICTION),
 ):
     """Return (sigma, tau) and the new history."""
-    with_compliance = [(*s, slip_compliance(K_N, K_S, s[2], psi)) for s in (strength, residual_strength)]
-    sigma, tau, *new, kappa = joint_law(
-        opening, shear, *history, 0.0, (K_N, K_S, 1.0 / K_S), *with_compliance, None, psi, brittle
-    )
+    parameters = one_joint(K_N, K_S, strength, residual_strength, psi=psi, brittle=brittle)
+    sigma, tau, *new, kappa = explicit_update(opening, shear, *history, 0.0, parameters, True, None)
     assert kappa == 0.0
     return (sigma, tau), tuple(new)
 
@@ -178,11 +176,8 @@ F_C, C_SS = 4e6, 9.0
 
 def capped_contact(opening, shear, history):
     """Return (sigma, tau) and the new history of a joint with a cap."""
-    limits = [(*s, 1.0 / K_S) for s in ((F_T, COHESION, FRICTION), (0.0, 0.0, FRICTION))]
-    cap = (F_C, F_C / K_N, 1.0 / C_SS)
-    sigma, tau, *new, _ = joint_law(
-        opening, shear, *history, 0.0, (K_N, K_S, 1.0 / K_S), *limits, None, 0.0, False, cap
-    )
+    parameters = one_joint(K_N, K_S, (F_T, COHESION, FRICTION), (0.0, 0.0, FRICTION), cap=(F_C, C_SS))
+    sigma, tau, *new, _ = explicit_update(opening, shear, *history, 0.0, parameters, True, None)
     return (sigma, tau), tuple(new)
 
 

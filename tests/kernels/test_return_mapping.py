@@ -13,16 +13,16 @@ from damagepred.assembly.model import JointProperties
 from damagepred.kernels.interface.commit import commit_joint_history
 from damagepred.kernels.interface.energy import energy
 from damagepred.kernels.interface.internal_force import contact_stresses, joint_forces, update_tresca_bounds
-from damagepred.kernels.joint.law import joint_law
-from damagepred.kernels.joint.limits import NO_LIMIT, slip_compliance
+from damagepred.kernels.joint.explicit_update import explicit_update
+from damagepred.kernels.joint.limits import NO_LIMIT
+from damagepred.kernels.joint.parameters import JointParameters, joint_parameters, of_interface
 from damagepred.kernels.joint.return_mapping import (
-    coulomb_return,
     is_plain,
+    plain_return,
+    plain_tresca_return,
     return_mapping,
-    tresca_plain,
     tresca_return,
 )
-from damagepred.kernels.joint.softening import damage_rate, slip_weight_of
 from damagepred.solvers.quasi_static.options import ReturnMappingOptions
 from damagepred.solvers.state.joint_history import JointHistory
 
@@ -87,58 +87,38 @@ def random_place(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.n
     return scale * rng.normal(0.0, 0.4e6, count) / K_N, scale * rng.normal(0.0, 0.5e6, count) / K_S
 
 
-@numba.njit
+def of_parameters(law):
+    """Compile a loop over joints, which it is given by their properties."""
+    compiled = numba.njit(law)
+    return lambda joints, *others: compiled(joint_parameters(joints), *others)
+
+
+@of_parameters
 def evaluate(joints, cracked, kappa, e, shear):
     """Return the result of ``return_mapping`` for each joint, (count, 9)."""
     found = np.empty((e.size, 9))
     for i in range(e.size):
-        found[i] = np.array(return_mapping(joints, i, cracked[i], kappa[i], e[i], shear[i], OPTIONS))
+        found[i] = np.array(return_mapping(of_interface(joints, i), cracked[i], kappa[i], e[i], shear[i], OPTIONS))
     return found
 
 
-@numba.njit
+@of_parameters
 def evaluate_tresca(joints, cracked, kappa, bound, e, shear):
     found = np.empty((e.size, 6))
     for i in range(e.size):
-        found[i] = np.array(tresca_return(joints, i, cracked[i], kappa[i], bound[i], e[i], shear[i], OPTIONS))
+        p = of_interface(joints, i)
+        found[i] = np.array(tresca_return(p, cracked[i], kappa[i], bound[i], e[i], shear[i], OPTIONS))
     return found
 
 
 @numba.njit
 def cycle(joints, i, u_n, u_s, slip, dilatant_opening, cracked, kappa):
     """Apply the explicit solver's law once."""
-    psi, k_n, k_s = joints.dilation[i], joints.normal_stiffness[i], joints.shear_stiffness[i]
-    friction, friction_left = joints.friction[i], joints.residual_friction[i]
-    intact = (joints.tensile_strength[i], joints.cohesion[i], friction, slip_compliance(k_n, k_s, friction, psi))
-    residual_strength = (
-        joints.residual_tensile_strength[i],
-        joints.residual_cohesion[i],
-        friction_left,
-        slip_compliance(k_n, k_s, friction_left, psi),
-    )
-    critical = joints.critical_opening[i]
-    softening = (critical, damage_rate(k_n, joints.tensile_strength[i], critical))
-    strongest = joints.compressive_strength[i]
-    cap = (strongest, strongest / k_n, 1.0 / joints.cap_shear[i])
-    return joint_law(
-        u_n,
-        u_s,
-        slip,
-        dilatant_opening,
-        cracked,
-        kappa,
-        (k_n, k_s, 1.0 / k_s),
-        intact,
-        residual_strength,
-        softening,
-        psi,
-        joints.brittle_shear[i],
-        cap,
-        slip_weight_of(joints, i),
-    )
+    p = of_interface(joints, i)
+    return explicit_update(u_n, u_s, slip, dilatant_opening, cracked, kappa, p, True, True)
 
 
-@numba.njit
+@of_parameters
 def rested(joints, cracked, kappa, e, shear, cycles):
     """Return stresses, slip, dilation and crack state of each joint at constant displacement, (count, 5)."""
     found = np.empty((e.size, 5))
@@ -206,11 +186,11 @@ def test_never_outside_the_limits(feature: str) -> None:
     assert (sigma <= 0.0)[cracked & brittle & (joints.residual_tensile_strength == 0)].all()
 
 
-@numba.njit
+@of_parameters
 def evaluate_plain(joints, cracked, e, shear):
-    found = np.empty((e.size, 5))
+    found = np.empty((e.size, 9))
     for i in range(e.size):
-        found[i] = np.array(coulomb_return(joints, i, cracked[i], e[i], shear[i], OPTIONS))
+        found[i] = np.array(plain_return(of_interface(joints, i), cracked[i], e[i], shear[i], OPTIONS))
     return found
 
 
@@ -220,11 +200,14 @@ def test_the_reduced_law_of_plain_joints_is_the_full_one(feature: str) -> None:
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
-    assert is_plain(joints, 0)
+    assert is_plain(JointParameters(*(values[0] for values in joint_parameters(joints))))
     live = evaluate(joints, cracked, kappa, e, shear)
     short = evaluate_plain(joints, cracked, e, shear)
     np.testing.assert_allclose(short[:, :2], live[:, :2], rtol=1e-9, atol=1e-3)
-    np.testing.assert_allclose(short[:, 2:], live[:, [2, 4, 5]], rtol=1e-9, atol=1.0)
+    np.testing.assert_allclose(short[:, 2:6], live[:, 2:6], rtol=1e-9, atol=1.0)
+    np.testing.assert_allclose(short[:, 6], live[:, 6], rtol=1e-9, atol=1e-15)
+    np.testing.assert_array_equal(short[:, 7], live[:, 7])
+    np.testing.assert_allclose(np.maximum(short[:, 8], 0.0), live[:, 8], rtol=1e-8, atol=1e-3)
     np.testing.assert_array_equal(live[:, 3], 0.0)  # normal stress does not follow the shear
 
 
@@ -236,16 +219,17 @@ def test_the_reduced_tresca_law_of_plain_joints_is_the_full_one(feature: str) ->
     e, shear = random_place(rng, COUNT)
     bound = rng.choice([0.0, 1.0, NO_LIMIT], COUNT) * rng.uniform(0.0, 2.0, COUNT) * K_S * np.abs(shear).mean()
     for i in range(COUNT):
+        parameters = JointParameters(*(values[i] for values in joint_parameters(joints)))
         k_n, k_s = joints.normal_stiffness[i], joints.shear_stiffness[i]
-        sigma, tau, nn, sn, ss = tresca_plain(k_n, k_s, bound[i], cracked[i], e[i], shear[i])
-        whole = tresca_return(joints, i, cracked[i], kappa[i], bound[i], e[i], shear[i], OPTIONS)
+        sigma, tau, nn, sn, ss = plain_tresca_return(k_n, k_s, bound[i], cracked[i], e[i], shear[i])
+        whole = tresca_return(parameters, cracked[i], kappa[i], bound[i], e[i], shear[i], OPTIONS)
         assert whole == (sigma, tau, nn, 0.0, sn, ss)
 
 
 @pytest.mark.parametrize("feature", [f for f in FEATURES if f not in ("plain", "residual")])
 def test_joints_with_more_to_their_law_are_not_plain(feature: str) -> None:
     joints = random_joints(np.random.default_rng(11), 100, feature)
-    plain = np.array([is_plain(joints, i) for i in range(100)])
+    plain = np.array([is_plain(JointParameters(*values)) for values in zip(*joint_parameters(joints))])
     more = np.isfinite(joints.compressive_strength) | (joints.dilation > 0)
     more |= (joints.critical_opening > 0) | (joints.residual_tensile_strength > 0)
     np.testing.assert_array_equal(plain, ~more)
@@ -261,11 +245,11 @@ def settled(joints, cracked, kappa, slip, dilatant_opening, u_n, u_s):
     first = joints.tensile_strength / K_N
     wears = (joints.critical_slip > 0) & (cracked | ((slid != 0) & (e <= first)))
     kappa = np.where((cracked & softens) | wears, np.maximum(np.maximum(kappa, np.where(cracked, e, 0)), first), kappa)
-    kappa = np.where(wears, kappa + joints.slip_weight * np.abs(slid), kappa)
+    kappa = np.where(wears, kappa + joint_parameters(joints).slip_weight * np.abs(slid), kappa)
     return sigma, tau, cracked | wears, kappa, slip + slid, dilatant_opening + dilatancy
 
 
-@numba.njit
+@of_parameters
 def walked(joints, u_n, u_s, slip, dilatant_opening, cracked, kappa):
     """Return stresses of the explicit law at the end of paths, (count, 2); the history is updated."""
     found = np.empty((u_n.shape[1], 2))
@@ -396,7 +380,9 @@ def test_tresca_law_with_bounds_of_the_coulomb_law_agrees_with_it() -> None:
     reached = np.where(cracked & (joints.critical_opening > 0), softened, kappa)
     first = joints.tensile_strength / K_N
     wears = (joints.critical_slip > 0) & (cracked | ((live[:, 6] != 0) & (e <= first)))
-    worn = np.maximum(np.maximum(kappa, np.where(cracked, e, 0.0)), first) + joints.slip_weight * np.abs(live[:, 6])
+    worn = np.maximum(np.maximum(kappa, np.where(cracked, e, 0.0)), first) + joint_parameters(
+        joints
+    ).slip_weight * np.abs(live[:, 6])
     reached = np.where(wears, worn, reached)
     bound = np.maximum(live[:, 8], 0.0)
     tresca = evaluate_tresca(joints, cracked, reached, bound, e - live[:, 7], shear)
@@ -432,7 +418,15 @@ def moved(model: Model, rng: np.random.Generator) -> np.ndarray:
 def stresses_of(model: Model, history: JointHistory, displacement: np.ndarray) -> tuple[np.ndarray, ...]:
     opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
     contact_stresses(
-        model.interfaces, model.properties, OPTIONS, model.ground.at(0.0), history, displacement, opening, sigma, tau
+        model.interfaces,
+        model.joint_parameters,
+        OPTIONS,
+        model.ground.at(0.0),
+        history,
+        displacement,
+        opening,
+        sigma,
+        tau,
     )
     return sigma, tau
 
@@ -455,7 +449,7 @@ def test_a_committed_state_stays(feature: str) -> None:
     arguments = (
         everything,
         model.interfaces,
-        model.properties,
+        model.joint_parameters,
         OPTIONS,
         model.ground.at(0.0),
         history,
@@ -482,7 +476,7 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
     update_tresca_bounds(
         everything,
         model.interfaces,
-        model.properties,
+        model.joint_parameters,
         OPTIONS,
         model.ground.at(0.0),
         history,
@@ -496,7 +490,7 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
         joint_forces(
             everything,
             model.interfaces,
-            model.properties,
+            model.joint_parameters,
             OPTIONS,
             model.ground.at(0.0),
             history,
@@ -557,6 +551,8 @@ def test_energy_of_an_intact_joint_is_that_of_its_springs() -> None:
     sigma, tau = stresses_of(model, history, small)
     everything = np.arange(len(model.interfaces.kind))
     still, on_ground = model.ground.at(0.0), model.ground.at(0.0)
-    stored, softened = energy(everything, model.interfaces, model.properties, OPTIONS, still, history, small, on_ground)
+    stored, softened = energy(
+        everything, model.interfaces, model.joint_parameters, OPTIONS, still, history, small, on_ground
+    )
     assert stored == pytest.approx((model.interfaces.contact_area * (sigma**2 / K_N + tau**2 / K_S)).sum() / 2)
     assert softened == 0.0

@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from damagepred.kernels.joint.law import joint_law
-from damagepred.kernels.joint.limits import slip_compliance
-from damagepred.kernels.joint.softening import damage_rate, integrity_of
+from damagepred.kernels.joint.explicit_update import explicit_update
+from damagepred.kernels.joint.softening import integrity_of
+from tests.kernels.one_joint import one_joint
 
 K_N, K_S = 82e9, 36e9
 F_T, COHESION, FRICTION = 0.45e6, 0.375e6, 0.75
@@ -29,9 +29,9 @@ def contact(
     residual_strength=(0.0, C_LEFT, FRICTION_LEFT),
 ):
     """Return (sigma, tau) and the new history; w_c = None compiles the law without softening."""
-    limits = [(*s, slip_compliance(K_N, K_S, s[2], psi)) for s in (strength, residual_strength)]
-    softening = None if w_c is None else (w_c, damage_rate(K_N, strength[0], w_c))
-    sigma, tau, *new = joint_law(opening, shear, *history, (K_N, K_S, 1.0 / K_S), *limits, softening, psi, brittle)
+    softening = None if w_c is None else True
+    parameters = one_joint(K_N, K_S, strength, residual_strength, w_c=w_c or 0.0, psi=psi, brittle=brittle)
+    sigma, tau, *new = explicit_update(opening, shear, *history, parameters, True, softening)
     return (sigma, tau), tuple(new)
 
 
@@ -122,7 +122,7 @@ def test_integrity_only_decreases_and_limits_the_stress():
                 opening += rng.normal(scale=2 * U_0)
                 shear += rng.normal(scale=2e-5)
                 (sigma, _), history = contact(opening, shear, history, psi=psi, brittle=brittle)
-                left = integrity_of(history[3], history[2], W_C, damage_rate(K_N, F_T, W_C))
+                left = integrity_of(history[3], history[2], W_C, 1.0 / (W_C - F_T / K_N))
                 assert 0.0 <= left <= last
                 assert sigma <= F_T * left * (1 + 1e-12)
                 assert (history[3] > 0.0) == history[2]

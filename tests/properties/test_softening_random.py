@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from damagepred.kernels.joint.law import joint_law
-from damagepred.kernels.joint.limits import slip_compliance
-from damagepred.kernels.joint.softening import damage_rate, integrity_of
+from damagepred.kernels.joint.explicit_update import explicit_update
+from damagepred.kernels.joint.softening import integrity_of
+from tests.kernels.one_joint import one_joint
 
 Joint = tuple[float, float, float]
 
@@ -25,22 +25,9 @@ SHARES = st.lists(st.floats(-0.5, 1.2), max_size=12)
 
 def normal_stress(joint: Joint, opening: float, cracked: bool, kappa: float) -> tuple[float, bool, float]:
     k_n, f_t, energy = joint
-    limits = (*(4 * f_t, 0.7), slip_compliance(k_n, 0.4 * k_n, 0.7, 0.0))
     w_c = 2 * energy / f_t
-    sigma, _, _, _, cracked, kappa = joint_law(
-        opening,
-        0.0,
-        0.0,
-        0.0,
-        cracked,
-        kappa,
-        (k_n, 0.4 * k_n, 2.5 / k_n),
-        (f_t, *limits),
-        (0.0, *limits),
-        (w_c, damage_rate(k_n, f_t, w_c)),
-        0.0,
-        False,
-    )
+    parameters = one_joint(k_n, 0.4 * k_n, (f_t, 4 * f_t, 0.7), (0.0, 4 * f_t, 0.7), w_c=w_c)
+    sigma, _, _, _, cracked, kappa = explicit_update(opening, 0.0, 0.0, 0.0, cracked, kappa, parameters, None, True)
     return sigma, cracked, kappa
 
 
@@ -59,7 +46,7 @@ def test_full_opening_dissipates_the_fracture_energy(joint: Joint, shares: list[
             before = sigma
             sigma, cracked, kappa = normal_stress(joint, opening, cracked, kappa)
             work += 0.5 * (before + sigma) * (opening - at)
-            left = integrity_of(kappa, cracked, w_c, damage_rate(k_n, f_t, w_c))
+            left = integrity_of(kappa, cracked, w_c, 1.0 / (w_c - f_t / k_n))
             assert 0.0 <= left <= bond
             assert sigma <= f_t * left * (1 + 1e-12)
             at, bond = opening, left

@@ -57,7 +57,7 @@ def test_condensed_energy_is_that_of_the_joints() -> None:
         energy(
             chosen,
             model.interfaces,
-            model.properties,
+            model.joint_parameters,
             ReturnMappingOptions().for_kernels(),
             still,
             state.history,

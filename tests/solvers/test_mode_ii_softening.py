@@ -8,9 +8,9 @@ import xarray as xr
 
 import damagepred
 from damagepred.assembly import wall_model
-from damagepred.kernels.joint.law import joint_law
-from damagepred.kernels.joint.softening import damage_rate
+from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.scene import Joint, Scene, Solver, Wall
+from tests.kernels.one_joint import one_joint
 from tests.solvers.test_cap import SOLVERS, B, T, boxes, lost, pushed_wall
 
 SHEAR_ENERGY = 100.0
@@ -69,25 +69,12 @@ def test_softening_by_slip_dissipates_the_fracture_energy(pressure: float) -> No
 def test_slip_reduces_the_tensile_strength_too(share: float) -> None:
     """Slip under pressure by a share of s_c, then tension: the residual f_t is the largest stress."""
     k_n, k_s, f_t, cohesion, friction, w_c, s_c = 82e9, 36e9, 0.25e6, 0.35e6, 0.75, 1e-4, 7e-4
-    slope = damage_rate(k_n, f_t, w_c)
-    intact, residual_strength = (f_t, cohesion, friction, 1 / k_s), (0.0, 0.0, friction, 1 / k_s)
     slip_weight = (w_c - f_t / k_n) / s_c
+    joint = one_joint(k_n, k_s, (f_t, cohesion, friction), (0.0, 0.0, friction), w_c=w_c, slip_weight=slip_weight)
 
     def step(u_n: float, u_s: float, history: tuple) -> tuple[float, tuple]:
         for _ in range(5):
-            sigma, _, *history = joint_law(
-                u_n,
-                u_s,
-                *history,
-                (k_n, k_s, 1 / k_s),
-                intact,
-                residual_strength,
-                (w_c, slope),
-                0.0,
-                False,
-                (np.inf, np.inf, 1.0),
-                slip_weight,
-            )
+            sigma, _, *history = explicit_update(u_n, u_s, *history, joint, True, True)
         return sigma, tuple(history)
 
     history: tuple = (0.0, 0.0, False, 0.0)
@@ -112,11 +99,12 @@ def test_a_very_small_fracture_energy_is_a_brittle_joint() -> None:
     assert (law.critical_opening > 0).all(), "tension still softens"
     assert model.snap_back_limited == len(model.joints.kind)
     assert wall_model(replace(scene, joint=WEARS)).snap_back_limited == 0
-    enough = wall_model(replace(scene, joint=WEARS)).properties
+    model = wall_model(replace(scene, joint=WEARS))
+    enough = model.properties
     assert not enough.brittle_shear.any()
     np.testing.assert_allclose(enough.critical_slip, 2 * SHEAR_ENERGY / (0.375e6 - 0.05e6))
     np.testing.assert_allclose(
-        enough.slip_weight * enough.critical_slip,
+        model.joint_parameters.slip_weight * enough.critical_slip,
         enough.critical_opening - enough.tensile_strength / enough.normal_stiffness,
     )
 

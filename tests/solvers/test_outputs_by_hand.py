@@ -14,6 +14,7 @@ from damagepred.errors import InputError
 from damagepred.kernels.dynamics.contact import FREE, LAW
 from damagepred.kernels.interface.checks import joint_law_violation_of
 from damagepred.kernels.interface.residual import combine_loads, free_residual, largest_block_resultant
+from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics.body_arrays import body_arrays
@@ -81,7 +82,7 @@ def test_excess_of_stresses_over_the_law(
     history.cracked[0, 1], history.kappa[0, 1] = cracked, kappa
     normal, shear = np.zeros((1, 3)), np.zeros((1, 3))
     normal[0, 1], shear[0, 1] = sigma, tau
-    stresses = (model.properties, history.cracked, history.kappa, normal, shear)
+    stresses = (model.joint_parameters, history.cracked, history.kappa, normal, shear)
     assert joint_law_violation_of(*stresses) == pytest.approx(beyond, rel=1e-9, abs=1e-6)
     shear[0, 2] = np.nan
     assert np.isnan(joint_law_violation_of(*stresses))
@@ -238,45 +239,38 @@ def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
             critical = 2 * joint.fracture_energy / joint.tensile_strength
             slip = 2 * 200.0 / (joint.cohesion - joint.residual_cohesion)
         strongest = joint.compressive_strength or np.inf
-        expected = [
-            k_n,
-            k_s,
-            1 / k_s,
-            joint.tensile_strength,
-            joint.cohesion,
-            joint.friction,
-            1 / (k_s + k_n * joint.friction * psi),
-            0.0,
-            joint.residual_cohesion,
-            left,
-            1 / (k_s + k_n * left * psi),
-            critical,
-            1 / (critical - first) if critical else None,
-            psi,
-            float(joint.brittle_shear),
-            strongest,
-            strongest / k_n,
-            1 / joint.cap_shear,
-            (critical - first) / slip if slip else 0.0,
-        ]
-        for column, value in enumerate(expected):
-            if value is not None and not (column == 17 and strongest == np.inf):
-                assert laws[i, 0, column] == pytest.approx(value), column
-        bare = {
-            0: k_n,
-            1: k_s,
-            2: 1 / k_s,
-            5: left,
-            6: 1 / k_s,
-            9: left,
-            10: 1 / k_s,
-            15: strongest,
-            16: strongest / k_n,
+        expected = {
+            "normal_stiffness": k_n,
+            "shear_stiffness": k_s,
+            "shear_compliance": 1 / k_s,
+            "tensile_strength": joint.tensile_strength,
+            "cohesion": joint.cohesion,
+            "friction": joint.friction,
+            "slip_compliance": 1 / (k_s + k_n * joint.friction * psi),
+            "residual_tensile_strength": 0.0,
+            "residual_cohesion": joint.residual_cohesion,
+            "residual_friction": left,
+            "residual_slip_compliance": 1 / (k_s + k_n * left * psi),
+            "critical_opening": critical,
+            "dilation": psi,
+            "brittle_shear": float(joint.brittle_shear),
+            "compressive_strength": strongest,
+            "elastic_closing": strongest / k_n,
+            "slip_weight": (critical - first) / slip if slip else 0.0,
         }
-        for column in (3, 4, 7, 8, 11, 13, 14, 18):
-            bare[column] = 0.0
-        for column, value in bare.items():
-            assert laws[i, 1, column] == pytest.approx(value), column
+        if critical:
+            expected["damage_rate"] = 1 / (critical - first)
+        if strongest < np.inf:
+            expected["cap_compliance"] = 1 / joint.cap_shear
+        for name, value in expected.items():
+            assert getattr(JointParameters(*laws[i, 0]), name) == pytest.approx(value), name
+        bare = {name: 0.0 for name in expected if name not in ("damage_rate", "cap_compliance")}
+        bare |= {name: expected[name] for name in ("normal_stiffness", "shear_stiffness", "shear_compliance")}
+        bare |= {name: expected[name] for name in ("compressive_strength", "elastic_closing")}
+        bare |= dict.fromkeys(("friction", "residual_friction"), left)
+        bare |= dict.fromkeys(("slip_compliance", "residual_slip_compliance"), 1 / k_s)
+        for name, value in bare.items():
+            assert getattr(JointParameters(*laws[i, 1]), name) == pytest.approx(value), name
 
 
 def test_bare_faces_have_the_law_of_the_block_s_longest_joint() -> None:
@@ -288,7 +282,7 @@ def test_bare_faces_have_the_law_of_the_block_s_longest_joint() -> None:
     wall.support(0)
     made = body_arrays(wall.build(STIFF), np.zeros(2), facet_bodies(wall.build(STIFF)), DEFAULTS)
     bare = made.points[made.points["status"] == FREE]
-    friction = made.laws[bare["law"], 5]
+    friction = JointParameters(*made.laws[bare["law"]].T).friction
     for body, expected in ((0, 0.7), (1, 0.7), (2, 0.3)):
         assert friction[bare["body"] == body] == pytest.approx(expected)
 

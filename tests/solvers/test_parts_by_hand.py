@@ -15,6 +15,7 @@ from damagepred.kernels.explicit.jacks import VOLUME
 from damagepred.kernels.interface.checks import softened_bond_load
 from damagepred.kernels.interface.internal_force import contact_stresses, update_tresca_bounds
 from damagepred.kernels.joint.limits import NO_LIMIT
+from damagepred.kernels.joint.parameters import of_interface
 from damagepred.pipeline import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
@@ -124,14 +125,14 @@ def test_load_of_a_softened_bond_by_hand(share: float, e: float) -> None:
     for k in range(2):
         wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))
     wall.support(0)
-    law = wall.build(STIFF).properties
+    parameters = of_interface(wall.build(STIFF).joint_parameters, 0)
     first, critical = 0.5e-4, 1.8e-4
     kappa = critical - share * (critical - first)
     sigma = 2e9 * e if e < 0 else share * 0.1e6 * e / kappa
     limit = 0.05e6 + share * 0.25e6 - sigma * (0.5 + share * 0.3)
     assert limit > 0.0
     for tau in (0.5 * limit, -1.7 * limit):
-        found = softened_bond_load(law, 0, kappa, e, tau, 1.0)
+        found = softened_bond_load(parameters, kappa, e, tau, 1.0)
         assert found == pytest.approx(1.0 + (abs(tau) - limit) / 0.3e6)
 
 
@@ -338,7 +339,9 @@ def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: fl
     displacement = np.zeros(model.size)
     displacement[3:9] = [2e-5, -3e-5, 3e-4, 1e-5, -9e-5, 4e-4]
     opening, sigma, tau = (np.zeros((2, 3)) for _ in range(3))
-    contact_stresses(model.interfaces, model.properties, mapping, still, history, displacement, opening, sigma, tau)
+    contact_stresses(
+        model.interfaces, model.joint_parameters, mapping, still, history, displacement, opening, sigma, tau
+    )
     assert (opening[0] > 0.0).tolist().count(True) == 1
     limit = np.vstack((0.05e6 - 0.5 * 2e9 * opening[0], 0.3e6 - 0.8 * 2e9 * opening[1]))
     limit[0, opening[0] > 0.0] = 0.0
@@ -346,7 +349,7 @@ def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: fl
     for old, share, expected in ((NO_LIMIT, 0.3, limit), (1e5, 0.3, 1e5 + 0.3 * (limit - 1e5)), (1e5, 1.0, limit)):
         tresca = (np.full((2, 3), old), np.zeros((2, 3)), np.zeros((2, 3)))
         update_tresca_bounds(
-            listed, model.interfaces, model.properties, mapping, still, history, displacement, tresca, share
+            listed, model.interfaces, model.joint_parameters, mapping, still, history, displacement, tresca, share
         )
         np.testing.assert_allclose(tresca[0], expected, rtol=1e-9, atol=1e-3)
 

@@ -15,9 +15,9 @@ from scipy import integrate, optimize
 import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
-from damagepred.kernels.joint.law import joint_law
-from damagepred.kernels.joint.softening import damage_rate
+from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.scene import Joint, Solver
+from tests.kernels.one_joint import one_joint
 from tests.verification.conftest import SOLVERS
 from tests.verification.manual import ClosedForm, Verify
 
@@ -323,26 +323,16 @@ def worn_under_tension(joint: Joint, opened: float, sheared: float, steps: int) 
     """Return where the work goes (N/m) along a straight path, by the explicit solver's law in many small steps."""
     assert joint.shear_fracture_energy is not None
     rest = joint.friction if joint.residual_friction is None else joint.residual_friction
-    intact = (F_T, joint.cohesion, joint.friction, 1 / K_S)
-    residual_strength = (0.0, joint.residual_cohesion, rest, 1 / K_S)
+    intact, residual_strength = (F_T, joint.cohesion, joint.friction), (0.0, joint.residual_cohesion, rest)
     slip_weight = (W_C - U_0) * (joint.cohesion - joint.residual_cohesion) / (2 * joint.shear_fracture_energy)
+    parameters = one_joint(K_N, K_S, intact, residual_strength, w_c=W_C, slip_weight=slip_weight)
     history: tuple[float, ...] = (0.0, 0.0, False, 0.0)
     external = friction = sigma = tau = 0.0
     for i in range(1, steps + 1):
         before, slid = (sigma, tau), history[0]
         for _ in range(3):  # what is left to slide follows in the next cycle
-            sigma, tau, *rested = joint_law(
-                opened * i / steps,
-                sheared * i / steps,
-                *history,
-                (K_N, K_S, 1 / K_S),
-                intact,
-                residual_strength,
-                (W_C, damage_rate(K_N, F_T, W_C)),
-                0.0,
-                False,
-                (np.inf, np.inf, 1.0),
-                slip_weight,
+            sigma, tau, *rested = explicit_update(
+                opened * i / steps, sheared * i / steps, *history, parameters, True, True
             )
             history = tuple(rested)
         external += 0.5 * ((before[0] + sigma) * opened + (before[1] + tau) * sheared) / steps

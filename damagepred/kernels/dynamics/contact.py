@@ -27,7 +27,9 @@ what it held is lost where it passes an end with nothing beyond.
 import numpy as np
 
 from damagepred.kernels.jit import law, rule
-from damagepred.kernels.joint.law import joint_law
+from damagepred.kernels.joint.explicit_update import explicit_update
+from damagepred.kernels.joint.limits import coulomb_limit
+from damagepred.kernels.joint.parameters import JointParameters
 
 FREE, BONDED, TOUCHING = 0, 1, 2
 """What a point may face."""
@@ -88,9 +90,42 @@ at first make up one face. In that body's frame the end from which the way along
 clockwise round the block: the outward normal is (-along_y, along_x). Then where it ends on the way, low and length (m):
 0 and its length, but for the ground, which goes on to either side."""
 
-LAW = 20
-"""Numbers of one law: (k_n, k_s, 1 / k_s), strength (4), weakened (4), w_c, slope, tan(psi), brittle_shear, cap (3),
-wear, and one spare. A bond's law is followed by the law without bond of what is met later."""
+LAW = len(JointParameters._fields)
+"""Columns of the laws: the fields of ``JointParameters``. A bond's row is followed by one without bond, for contacts
+made later."""
+SHEAR_COMPLIANCE = JointParameters._fields.index("shear_compliance")
+INTACT = JointParameters._fields.index("tensile_strength")
+"""Column of f_t; C and tan(phi) follow."""
+RESIDUAL = JointParameters._fields.index("residual_tensile_strength")
+"""Column of the residual f_t; C and tan(phi) follow."""
+CRITICAL_OPENING = JointParameters._fields.index("critical_opening")
+
+
+@law
+def parameters_of(row):
+    """Return a row of the laws as ``JointParameters``."""
+    return JointParameters(
+        row[0],
+        row[1],
+        row[2],
+        row[3],
+        row[4],
+        row[5],
+        row[6],
+        row[7],
+        row[8],
+        row[9],
+        row[10],
+        row[11],
+        row[12],
+        row[13],
+        row[14],
+        row[15],
+        row[16],
+        row[17],
+        row[18],
+        row[19],
+    )
 
 
 @law
@@ -241,7 +276,7 @@ def detect_contact(points, i, edges, first_edge, neighbours, pose, laws, pressed
     p.status = TOUCHING
     p.searched = 0
     p.offset = 0.0 if came_from > 0.0 else max(-gap + (pressed if is_mechanism else 0.0), 0.0)
-    p.anchor = along - (sheared * laws[number, 2] if is_mechanism else 0.0)
+    p.anchor = along - (sheared * laws[number, SHEAR_COMPLIANCE] if is_mechanism else 0.0)
     p.slip = 0.0
     p.dilatant_opening = 0.0
     p.kappa = 0.0
@@ -297,10 +332,15 @@ def release_contact(points, i, edges, first_edge, neighbours, pose, laws, joint_
     number = p.law
     u_n, u_s = gap + p.offset, along - p.anchor
     before = stored_energy(
-        p.sigma, p.tau, p.opening - p.dilatant_opening, 1.0 / laws[number, 0], laws[number, 2], False
+        p.sigma,
+        p.tau,
+        p.opening - p.dilatant_opening,
+        1.0 / laws[number, 0],
+        laws[number, SHEAR_COMPLIANCE],
+        False,
     )
     if p.sigma > 0.0:
-        before = 0.5 * (p.sigma * (p.opening - p.dilatant_opening) + p.tau * p.tau * laws[number, 2])
+        before = 0.5 * (p.sigma * (p.opening - p.dilatant_opening) + p.tau * p.tau * laws[number, SHEAR_COMPLIANCE])
     work = 0.5 * (p.sigma * (u_n - p.opening) + p.tau * (u_s - p.shear))
     pressed = min(u_n - p.dilatant_opening, 0.0) if p.sigma < 0.0 else 0.0
     sheared = p.tau
@@ -309,7 +349,7 @@ def release_contact(points, i, edges, first_edge, neighbours, pose, laws, joint_
     after = 0.0
     met = search and detect_contact(points, i, edges, first_edge, neighbours, pose, laws, pressed, sheared, t_x, t_y)
     if met:
-        after = stored_energy(p.sigma, p.tau, 0.0, 1.0 / laws[p.law, 0], laws[p.law, 2], False)
+        after = stored_energy(p.sigma, p.tau, 0.0, 1.0 / laws[p.law, 0], laws[p.law, SHEAR_COMPLIANCE], False)
     else:
         p.law = number | 1
         p.sigma = 0.0
@@ -423,44 +463,26 @@ def contact_forces(
         away, half = u_n - dilatant_opening, 0.5 * abs(moved)
         # most contacts neither give way nor pass the kink: then there is no more to the law than this
         sigma, tau = k_n * away, k_s * (u_s - slip)
-        limit = 7 if was_cracked else 3
-        no_tension = was_cracked & (laws[row, 7] == 0.0)
-        gives = (sigma > laws[row, limit]) | (abs(tau) > laws[row, limit + 1] - sigma * laws[row, limit + 2])
+        column = RESIDUAL if was_cracked else INTACT
+        no_tension = was_cracked & (laws[row, RESIDUAL] == 0.0)
+        limit = coulomb_limit(laws[row, column + 1], laws[row, column + 2], sigma)
+        gives = (sigma > laws[row, column]) | (abs(tau) > limit)
         gives = gives | (no_tension & (abs(away) < half))
         if softening is not None:
-            gives = gives | (was_cracked & (laws[row, 11] > 0.0))
-            no_tension = no_tension & (p.kappa >= laws[row, 11])
-        cracked = was_cracked
-        psi, brittle_shear, cap, slip_weight = 0.0, False, None, None
+            gives = gives | (was_cracked & (laws[row, CRITICAL_OPENING] > 0.0))
+            no_tension = no_tension & (p.kappa >= laws[row, CRITICAL_OPENING])
+        cracked, brittle_shear = was_cracked, False
         if special is not None:
-            psi, brittle_shear, slip_weight = laws[row, 13], laws[row, 14] != 0.0, laws[row, 18]
-            cap = (laws[row, 15], laws[row, 16], laws[row, 17])
-            gives = gives | (cap[0] < np.inf)
+            parameters = parameters_of(laws[row])
+            brittle_shear = parameters.brittle_shear != 0.0
+            gives = gives | (parameters.compressive_strength < np.inf)
         if gives:
             # the law, past the kink by its mean
             pressed = u_n
             if no_tension & (abs(away) < half):
                 pressed = dilatant_opening - (half - away) * (half - away) / (4.0 * half)
-            softened = None
-            if softening is not None:
-                softened = (laws[row, 11], laws[row, 12])
-            strength = (laws[row, 3], laws[row, 4], laws[row, 5], laws[row, 6])
-            residual_strength = (laws[row, 7], laws[row, 8], laws[row, 9], laws[row, 10])
-            sigma, tau, new_slip, new_dilated, cracked, kappa = joint_law(
-                pressed,
-                u_s,
-                slip,
-                dilatant_opening,
-                was_cracked,
-                p.kappa,
-                (k_n, k_s, laws[row, 2]),
-                strength,
-                residual_strength,
-                softened,
-                psi,
-                brittle_shear,
-                cap,
-                slip_weight,
+            sigma, tau, new_slip, new_dilated, cracked, kappa = explicit_update(
+                pressed, u_s, slip, dilatant_opening, was_cracked, p.kappa, parameters_of(laws[row]), special, softening
             )
             p.slip = new_slip
             p.dilatant_opening = new_dilated
@@ -472,7 +494,7 @@ def contact_forces(
             rubbed += p.area * (mean_tau * (new_slip - slip) + mean_sigma * (new_dilated - dilatant_opening))
             softens, snaps = False, False
             if softening is not None:
-                w_c = laws[row, 11]
+                w_c = laws[row, CRITICAL_OPENING]
                 softens = cracked & (w_c > 0.0) & ((p.sigma > 0.0) | (sigma > 0.0))
                 # slip that breaks the bond sets free what it holds
                 snaps = softens & brittle_shear & (was_opened < w_c) & (kappa >= w_c) & (u_n - new_dilated < w_c)

@@ -6,6 +6,8 @@ in the record everything is, works on all lanes at once. Names, units and signs 
 
 import numpy as np
 
+from damagepred.kernels.joint.parameters import JointParameters
+
 LANES = 8
 """Interfaces in a tile: as many numbers as the widest registers hold."""
 CACHE_LINE = 64
@@ -23,10 +25,9 @@ def tile_type(points):
     Returns
     -------
     dtype
-        ``dof_a``, ``dof_b``: first degree of freedom of the two blocks. ``strength``, ``residual_strength``: (f_t, C,
-        tan phi, slip compliance) by rows; ``cap``: (f_c, f_c / k_n, 1 / C_ss). ``slip``, ``dilatant_opening``,
-        ``cracked``, ``kappa``: history variables of the contacts. ``drift_x`` to ``turn_b``: how the blocks moved, as
-        gathered. ``on_a``, ``on_b``: force x, y (N) and moment (N m) on the blocks.
+        ``dof_a``, ``dof_b``: first degree of freedom of the two blocks. The fields of ``JointParameters``. ``slip``,
+        ``dilatant_opening``, ``cracked``, ``kappa``: history variables of the contacts. ``drift_x`` to ``turn_b``: how
+        the blocks moved, as gathered. ``on_a``, ``on_b``: force x, y (N) and moment (N m) on the blocks.
     """
     lane, contact = (LANES,), (points, LANES)
     return np.dtype(
@@ -41,17 +42,7 @@ def tile_type(points):
             ("arm_shear_b", "f8", lane),
             ("contact_offset", "f8", contact),
             ("contact_area", "f8", contact),
-            ("normal_stiffness", "f8", lane),
-            ("shear_stiffness", "f8", lane),
-            ("shear_compliance", "f8", lane),
-            ("strength", "f8", (4, LANES)),
-            ("residual_strength", "f8", (4, LANES)),
-            ("dilation", "f8", lane),
-            ("brittle_shear", "f8", lane),
-            ("cap", "f8", (3, LANES)),
-            ("slip_weight", "f8", lane),
-            ("critical_opening", "f8", lane),
-            ("damage_rate", "f8", lane),
+            *((name, "f8", lane) for name in JointParameters._fields),
             ("slip", "f8", contact),
             ("dilatant_opening", "f8", contact),
             ("cracked", "f8", contact),

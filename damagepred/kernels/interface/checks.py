@@ -4,9 +4,10 @@ import numpy as np
 
 from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement
 from damagepred.kernels.jit import kernel, law
-from damagepred.kernels.joint.limits import capped, shear_limit
+from damagepred.kernels.joint.limits import capped, coulomb_limit, shear_limit
+from damagepred.kernels.joint.parameters import of_interface
 from damagepred.kernels.joint.return_mapping import normal_law, return_mapping
-from damagepred.kernels.joint.softening import degraded
+from damagepred.kernels.joint.softening import integrity_of, softened
 
 
 @law
@@ -26,7 +27,7 @@ def bond_load(stress, strength, block_stress):
 
 
 @law
-def softened_bond_load(properties, i, kappa, e, tau, no_strength):
+def softened_bond_load(parameters, kappa, e, tau, no_strength):
     """Return the load of a softening bond that slip breaks: 1 where |tau| is at its limit.
 
     The overload is the stress beyond the limit over the intact cohesion. A ratio to the limit, which falls to 0 as the
@@ -34,23 +35,18 @@ def softened_bond_load(properties, i, kappa, e, tau, no_strength):
 
     Parameters
     ----------
-    properties : NamedTuple of arrays (m,)
-        Of the joints.
-    i : int
-        Interface.
+    parameters : JointParameters
+        Of the joint.
     kappa, e : float
         History variable at the last equilibrium, and opening less dilatant opening (m).
     tau, no_strength : float
         Shear stress, and stress that breaks a bond without strength (Pa).
     """
-    f_t, strongest = properties.tensile_strength[i], properties.compressive_strength[i]
-    sigma, _, integrity, _ = normal_law(
-        e, True, kappa, properties.normal_stiffness[i], f_t, 0.0, properties.critical_opening[i], True
-    )
-    limit = degraded(integrity, properties.cohesion[i], properties.residual_cohesion[i])
-    limit -= sigma * degraded(integrity, properties.friction[i], properties.residual_friction[i])
-    size = capped(abs(tau), sigma, strongest, 1.0 / properties.cap_shear[i])
-    return 1.0 + (size - max(limit, 0.0)) / max(properties.cohesion[i], no_strength)
+    p = parameters
+    sigma, _, integrity, _ = normal_law(p, True, kappa, e, True)
+    cohesion = softened(integrity, p.cohesion, p.residual_cohesion)
+    limit = coulomb_limit(cohesion, softened(integrity, p.friction, p.residual_friction), sigma)
+    return 1.0 + (capped(abs(tau), sigma, p) - max(limit, 0.0)) / max(p.cohesion, no_strength)
 
 
 @kernel
@@ -73,32 +69,30 @@ def bond_loads(active, interfaces, properties, options, ground, history, displac
     heaviest = 0.0
     for i in active:
         middle = interface_displacement(interfaces, displacement, i)
-        k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
-        f_t, w_c = max(properties.tensile_strength[i], no_strength), properties.critical_opening[i]
-        residual = properties.residual_tensile_strength[i]
+        p = of_interface(properties, i)
+        k_s, w_c, residual = p.shear_stiffness, p.critical_opening, p.residual_tensile_strength
         for k in range(interfaces.contact_area.shape[1]):
             load[i, k] = 0.0
             cracked, kappa = history.cracked[i, k], history.kappa[i, k]
-            softening = cracked and properties.brittle_shear[i] and kappa < w_c
+            softening = cracked and p.brittle_shear and kappa < w_c
             if cracked and not softening and (residual == 0.0 or kappa > 0.0 or w_c > 0.0):
                 continue
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             e = u_n - history.dilatant_opening[i, k]
             if softening:
-                load[i, k] = softened_bond_load(properties, i, kappa, e, k_s * u_s, no_strength)
+                load[i, k] = softened_bond_load(p, kappa, e, k_s * u_s, no_strength)
                 heaviest = max(heaviest, load[i, k])
                 continue
-            sigma = k_n * e
-            if properties.dilation[i] > 0.0:  # the dilatancy of slip along the step reduces the tension
-                sigma, _, _, _, _, _, _, _, _ = return_mapping(properties, i, cracked, kappa, e, u_s, options)
+            sigma = p.normal_stiffness * e
+            if p.dilation > 0.0:  # the dilatancy of slip along the step reduces the tension
+                sigma, _, _, _, _, _, _, _, _ = return_mapping(p, cracked, kappa, e, u_s, options)
             if cracked:
                 load[i, k] = bond_load(sigma, residual, block_stress)
             else:
-                load[i, k] = bond_load(sigma, f_t, block_stress)
-                if properties.brittle_shear[i]:
-                    limit = max(properties.cohesion[i] - sigma * properties.friction[i], no_strength)
-                    strongest, compliance = properties.compressive_strength[i], 1.0 / properties.cap_shear[i]
-                    load[i, k] = max(load[i, k], capped(abs(k_s * u_s), sigma, strongest, compliance) / limit)
+                load[i, k] = bond_load(sigma, max(p.tensile_strength, no_strength), block_stress)
+                if p.brittle_shear:
+                    limit = max(coulomb_limit(p.cohesion, p.friction, sigma), no_strength)
+                    load[i, k] = max(load[i, k], capped(abs(k_s * u_s), sigma, p) / limit)
             heaviest = max(heaviest, load[i, k])
     return heaviest
 
@@ -122,19 +116,19 @@ def farthest_sliding(listed, level, interfaces, properties, options, ground, his
     for i in listed:
         if level[i] <= farthest:
             continue
-        middle, slides = interface_displacement(interfaces, displacement, i), False
+        middle, p, slides = interface_displacement(interfaces, displacement, i), of_interface(properties, i), False
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
-            sigma = properties.normal_stiffness[i] * (u_n - history.dilatant_opening[i, k])
-            if properties.gap[i] > 0.0:
+            sigma = p.normal_stiffness * (u_n - history.dilatant_opening[i, k])
+            if p.gap > 0.0:
                 slides |= sigma < 0.0  # closed here, whatever the other contacts do
                 continue
-            if sigma > properties.tensile_strength[i] and properties.dilation[i] == 0.0:
+            if sigma > p.tensile_strength and p.dilation == 0.0:
                 slides = False  # the bond breaks first; one that dilates may slide instead (see bond_loads)
                 break
-            limit, _ = shear_limit(properties, i, history.cracked[i, k], 1.0, sigma, 0.0, 0.0, False, options)
-            slides |= abs(properties.shear_stiffness[i] * u_s) > limit
-            slides |= sigma < -properties.compressive_strength[i]
+            limit, _ = shear_limit(p, history.cracked[i, k], 1.0, sigma, 0.0, 0.0, options)
+            slides |= abs(p.shear_stiffness * u_s) > limit
+            slides |= sigma < -p.compressive_strength
         if slides:
             farthest = level[i]
     return farthest
@@ -146,8 +140,8 @@ def joint_law_violation_of(properties, cracked, kappa, sigma, tau):
 
     Parameters
     ----------
-    properties : NamedTuple of arrays (m,)
-        Of the joints.
+    properties : JointParameters
+        Arrays (m,).
     cracked, kappa : array (m, q)
         History variables.
     sigma, tau : array (m, q)
@@ -155,23 +149,15 @@ def joint_law_violation_of(properties, cracked, kappa, sigma, tau):
     """
     largest, known = 0.0, True
     for i in range(sigma.shape[0]):
-        f_t, w_c = properties.tensile_strength[i], properties.critical_opening[i]
-        residual, kappa_0 = properties.residual_tensile_strength[i], f_t / properties.normal_stiffness[i]
-        strongest = properties.compressive_strength[i]
+        p = of_interface(properties, i)
+        kappa_0 = p.tensile_strength / p.normal_stiffness
         for k in range(sigma.shape[1]):
-            integrity = 1.0
-            if cracked[i, k]:
-                integrity = 0.0
-                if w_c > 0.0:
-                    integrity = min(max((w_c - max(kappa[i, k], kappa_0)) / (w_c - kappa_0), 0.0), 1.0)
-            tension = sigma[i, k] - (residual + integrity * (f_t - residual))
-            cohesion = properties.residual_cohesion[i]
-            cohesion += integrity * (properties.cohesion[i] - cohesion)
-            friction = properties.residual_friction[i]
-            friction += integrity * (properties.friction[i] - friction)
-            limit = max(cohesion - sigma[i, k] * friction, 0.0)
-            limit = capped(limit, sigma[i, k], strongest, 1.0 / properties.cap_shear[i])
+            integrity = integrity_of(max(kappa[i, k], kappa_0), cracked[i, k], p.critical_opening, p.damage_rate)
+            tension = sigma[i, k] - softened(integrity, p.tensile_strength, p.residual_tensile_strength)
+            cohesion = softened(integrity, p.cohesion, p.residual_cohesion)
+            friction = softened(integrity, p.friction, p.residual_friction)
+            limit = capped(max(coulomb_limit(cohesion, friction, sigma[i, k]), 0.0), sigma[i, k], p)
             shear = abs(tau[i, k]) - limit
             known &= sigma[i, k] == sigma[i, k] and tau[i, k] == tau[i, k]
-            largest = max(largest, max(tension, max(shear, -sigma[i, k] - strongest)))
+            largest = max(largest, max(tension, max(shear, -sigma[i, k] - p.compressive_strength)))
     return largest if known else np.nan

@@ -5,9 +5,8 @@ import numpy as np
 from damagepred.kernels.explicit.tiles import LANES
 from damagepred.kernels.interface.kinematics import interface_displacement, midpoint_displacement
 from damagepred.kernels.jit import kernel, law
-from damagepred.kernels.joint.law import joint_law
-from damagepred.kernels.joint.limits import slip_compliance
-from damagepred.kernels.joint.softening import damage_rate, slip_weight_of
+from damagepred.kernels.joint.explicit_update import explicit_update
+from damagepred.kernels.joint.parameters import of_interface
 
 Y, TURN = np.uint64(1), np.uint64(2)
 
@@ -56,24 +55,7 @@ def contact_forces(tile, ground, special, softening, load_factor):
         drift = (tile.drift_x[i], tile.drift_y[i])
         turn_a, turn_b = tile.turn_a[i], tile.turn_b[i]
         opening, shear = midpoint_displacement((n_x, n_y), arm_a, arm_b, drift, turn_a, turn_b)
-        stiffness = (tile.normal_stiffness[i], tile.shear_stiffness[i], tile.shear_compliance[i])
-        strength = (tile.strength[0, i], tile.strength[1, i], tile.strength[2, i], tile.strength[3, i])
-        residual_strength = (
-            tile.residual_strength[0, i],
-            tile.residual_strength[1, i],
-            tile.residual_strength[2, i],
-            tile.residual_strength[3, i],
-        )
-        psi, brittle_shear = 0.0, False
-        cap = None
-        slip_weight = None
-        if special is not None:
-            psi, brittle_shear = tile.dilation[i], tile.brittle_shear[i] != 0.0
-            cap = (tile.cap[0, i], tile.cap[1, i], tile.cap[2, i])
-            slip_weight = tile.slip_weight[i]
-        softened = None
-        if softening is not None:
-            softened = (tile.critical_opening[i], tile.damage_rate[i])
+        parameters = of_interface(tile, i)
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         for k in range(tile.slip.shape[0]):
             at = tile.contact_offset[k, i]
@@ -87,21 +69,16 @@ def contact_forces(tile, ground, special, softening, load_factor):
                 dilatant_opening = tile.dilatant_opening[k, i]
             if softening is not None:
                 kappa = tile.kappa[k, i]
-            sigma, tau, slip, dilatant_opening, cracked, kappa = joint_law(
+            sigma, tau, slip, dilatant_opening, cracked, kappa = explicit_update(
                 u_n,
                 u_s,
                 tile.slip[k, i],
                 dilatant_opening,
                 tile.cracked[k, i] != 0.0,
                 kappa,
-                stiffness,
-                strength,
-                residual_strength,
-                softened,
-                psi,
-                brittle_shear,
-                cap,
-                slip_weight,
+                parameters,
+                special,
+                softening,
             )
             tile.slip[k, i] = slip
             tile.cracked[k, i] = cracked
@@ -129,8 +106,10 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
 
     Parameters
     ----------
-    interfaces, properties, ground : NamedTuple of arrays
+    interfaces, ground : NamedTuple of arrays
         See ``damagepred.assembly.model``; the ground in its present state.
+    properties : JointParameters
+        Arrays (m,).
     state : NamedTuple of arrays
         See ``damagepred.solvers.state.joint_history``; brought up to date.
     displacement : array (3 (n + 1),)
@@ -141,24 +120,7 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
     for i in range(interfaces.block_a.size):
         middle, along, turn = interface_displacement(interfaces, displacement, i)
-        k_n, k_s, psi = properties.normal_stiffness[i], properties.shear_stiffness[i], properties.dilation[i]
-        friction, residual_friction = properties.friction[i], properties.residual_friction[i]
-        strength = (
-            properties.tensile_strength[i],
-            properties.cohesion[i],
-            friction,
-            slip_compliance(k_n, k_s, friction, psi),
-        )
-        residual_strength = (
-            properties.residual_tensile_strength[i],
-            properties.residual_cohesion[i],
-            residual_friction,
-            slip_compliance(k_n, k_s, residual_friction, psi),
-        )
-        critical = properties.critical_opening[i]
-        strongest = properties.compressive_strength[i]
-        cap = (strongest, strongest / k_n, 1.0 / properties.cap_shear[i])
-        softening = (critical, damage_rate(k_n, properties.tensile_strength[i], critical))
+        parameters = of_interface(properties, i)
         for k in range(interfaces.contact_area.shape[1]):
             u_n = middle + interfaces.contact_offset[i, k] * turn
             u_s = along
@@ -167,21 +129,16 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
                 u_s -= ground.shear[i - first_ground, k]
             opening[i, k] = u_n
             shear[i, k] = u_s
-            sigma[i, k], tau[i, k], slip, dilatant_opening, cracked, kappa = joint_law(
+            sigma[i, k], tau[i, k], slip, dilatant_opening, cracked, kappa = explicit_update(
                 u_n,
                 u_s,
                 state.slip[i, k],
                 state.dilatant_opening[i, k],
                 state.cracked[i, k],
                 state.kappa[i, k],
-                (k_n, k_s, 1.0 / k_s),
-                strength,
-                residual_strength,
-                softening,
-                psi,
-                properties.brittle_shear[i],
-                cap,
-                slip_weight_of(properties, i),
+                parameters,
+                True,
+                True,
             )
             state.slip[i, k], state.dilatant_opening[i, k] = slip, dilatant_opening
             state.cracked[i, k], state.kappa[i, k] = cracked, kappa

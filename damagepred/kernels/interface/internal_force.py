@@ -3,15 +3,16 @@
 from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement, scatter_interface_force
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.joint.limits import NO_LIMIT
+from damagepred.kernels.joint.parameters import of_interface
 from damagepred.kernels.joint.return_mapping import (
     coulomb_return,
     is_plain,
-    joint_stress,
+    plain_return,
+    plain_tresca_return,
     return_mapping,
-    tresca_plain,
     tresca_return,
 )
-from damagepred.kernels.joint.softening import kappa_before_slip, slip_weight_of
+from damagepred.kernels.joint.softening import updated_kappa
 
 
 @kernel
@@ -24,8 +25,10 @@ def joint_forces(
     ----------
     active : array of int
         The interfaces.
-    interfaces, properties, ground : NamedTuple of arrays
+    interfaces, ground : NamedTuple of arrays
         Of the model, m interfaces with q contacts; the ground in its present state. See ``damagepred.assembly.model``.
+    properties : JointParameters
+        Arrays (m,).
     options : ReturnMapping
         Parameters of the return mapping.
     history : NamedTuple of arrays (m, q)
@@ -45,26 +48,28 @@ def joint_forces(
         middle = interface_displacement(interfaces, displacement, i)
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         nn, ns, nm, sn, ss, sm, ms, mm = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        plain = is_plain(properties, i)
+        plain = is_plain(of_interface(properties, i))
         k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
         for k in range(interfaces.contact_area.shape[1]):
             at, area = interfaces.contact_offset[i, k], interfaces.contact_area[i, k]
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             cracked, d_ns = history.cracked[i, k], 0.0
             if plain and coulomb:
-                sigma, tau, d_nn, d_sn, d_ss = coulomb_return(properties, i, cracked, u_n, u_s, options)
+                sigma, tau, d_nn, _, d_sn, d_ss, _, _, _ = plain_return(
+                    of_interface(properties, i), cracked, u_n, u_s, options
+                )
             elif plain:
                 e = u_n - dilatant_opening[i, k]
-                sigma, tau, d_nn, d_sn, d_ss = tresca_plain(k_n, k_s, bound[i, k], cracked, e, u_s)
+                sigma, tau, d_nn, d_sn, d_ss = plain_tresca_return(k_n, k_s, bound[i, k], cracked, e, u_s)
             elif coulomb:
                 e = u_n - history.dilatant_opening[i, k]
                 sigma, tau, d_nn, d_ns, d_sn, d_ss, _, _, _ = return_mapping(
-                    properties, i, cracked, history.kappa[i, k], e, u_s, options
+                    of_interface(properties, i), cracked, history.kappa[i, k], e, u_s, options
                 )
             else:
                 e = u_n - dilatant_opening[i, k]
                 sigma, tau, d_nn, d_ns, d_sn, d_ss = tresca_return(
-                    properties, i, cracked, kappa[i, k], bound[i, k], e, u_s, options
+                    of_interface(properties, i), cracked, kappa[i, k], bound[i, k], e, u_s, options
                 )
             total_n += area * sigma
             total_s += area * tau
@@ -98,30 +103,23 @@ def update_tresca_bounds(active, interfaces, properties, options, ground, histor
     bound, dilatant_opening, kappa = tresca
     for i in active:
         middle = interface_displacement(interfaces, displacement, i)
-        k_n, plain = properties.normal_stiffness[i], is_plain(properties, i)
+        p = of_interface(properties, i)
+        plain = is_plain(p)
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
-            cracked, e, old = history.cracked[i, k], u_n - history.dilatant_opening[i, k], bound[i, k]
-            if plain:
-                limit = properties.cohesion[i] - k_n * e * properties.friction[i]
-                if cracked:
-                    limit = properties.residual_cohesion[i] - k_n * e * properties.residual_friction[i]
-                    limit = limit if e <= 0.0 else 0.0
-                bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + relaxation * (limit - old), 0.0)
-                continue
-            largest = history.kappa[i, k]
-            _, _, _, _, _, _, slip, dilatancy, limit = return_mapping(properties, i, cracked, largest, e, u_s, options)
+            cracked, largest, old = history.cracked[i, k], history.kappa[i, k], bound[i, k]
+            e = u_n - history.dilatant_opening[i, k]
+            _, _, _, _, _, _, slip, dilatancy, limit = coulomb_return(
+                properties, i, plain, cracked, largest, e, u_s, options
+            )
             bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + relaxation * (limit - old), 0.0)
-            dilates = dilatancy if properties.dilation[i] > 0.0 else 0.0  # crushing is part of the energy
+            if plain:
+                continue
+            dilates = dilatancy if p.dilation > 0.0 else 0.0  # crushing is part of the energy
             dilatant_opening[i, k] += relaxation * (history.dilatant_opening[i, k] + dilates - dilatant_opening[i, k])
-            kappa_0 = properties.tensile_strength[i] / k_n
-            if properties.critical_slip[i] > 0.0:
-                reached = kappa_before_slip(cracked, largest, e, kappa_0)
-                reached += slip_weight_of(properties, i) * abs(slip)
-                if cracked or (slip != 0.0 and e <= kappa_0):
-                    kappa[i, k] = max(kappa[i, k], reached)
-            elif cracked and properties.critical_opening[i] > 0.0:
-                kappa[i, k] = max(kappa[i, k], e - dilatancy, kappa_0)
+            if p.critical_opening > 0.0:
+                reached, _ = updated_kappa(p, cracked, largest, e, slip, dilatancy)
+                kappa[i, k] = max(kappa[i, k], reached)
 
 
 @kernel
@@ -136,9 +134,13 @@ def contact_stresses(interfaces, properties, options, ground, history, displacem
         Filled.
     """
     for i in range(interfaces.block_a.size):
-        middle, plain = interface_displacement(interfaces, displacement, i), is_plain(properties, i)
+        middle = interface_displacement(interfaces, displacement, i)
+        p = of_interface(properties, i)
+        plain = is_plain(p)
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             opening[i, k] = u_n
             cracked, e = history.cracked[i, k], u_n - history.dilatant_opening[i, k]
-            sigma[i, k], tau[i, k] = joint_stress(properties, i, plain, cracked, history.kappa[i, k], e, u_s, options)
+            sigma[i, k], tau[i, k], _, _, _, _, _, _, _ = coulomb_return(
+                properties, i, plain, cracked, history.kappa[i, k], e, u_s, options
+            )

@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.kernels.jit import law, rule
-from damagepred.kernels.joint.limits import NO_LIMIT, cap_slope, capped, shear_limit
-from damagepred.kernels.joint.softening import kappa_before_slip, slip_weight_of, softened_integrity
+from damagepred.kernels.joint.limits import NO_LIMIT, cap_slope, capped, coulomb_limit, cut_off_compression, shear_limit
+from damagepred.kernels.joint.parameters import of_interface
+from damagepred.kernels.joint.softening import kappa_before_slip, secant_stiffness, softened, softened_integrity
 
 
 class ReturnMapping(NamedTuple):
@@ -30,50 +31,48 @@ class ReturnMapping(NamedTuple):
 
 
 @law
-def normal_law(e, cracked, kappa, k_n, f_t, residual, w_c, damage_grows):
+def normal_law(parameters, cracked, kappa, e, damage_grows):
     """Return normal stress, its derivative, integrity and its derivative, at an opening less dilatant opening.
 
     Parameters
     ----------
-    e : float
-        Opening less dilatant opening (m).
+    parameters : JointParameters
+        Of the joint.
     cracked : bool
         Whether the bond is broken or softens.
     kappa : float
         History variable (m); infinite where slip has broken a softening bond. Of a brittle bond: infinite where it has
         parted, 0 where it still touches.
-    k_n, f_t, residual, w_c : float
-        Stiffness (Pa/m), tensile strength and its residual (Pa), critical opening (m), 0 of a brittle bond.
+    e : float
+        Opening less dilatant opening (m).
     damage_grows : bool
         Whether a softening bond softens further; if not it is a spring of the secant stiffness.
     """
+    k_n, f_t, w_c = parameters.normal_stiffness, parameters.tensile_strength, parameters.critical_opening
     if not cracked:
         return k_n * e, k_n, 1.0, 0.0
     if w_c > 0.0:
-        kappa_0 = f_t / k_n
-        reached = max(kappa, kappa_0)
+        reached = max(kappa, f_t / k_n)
         if e > reached and damage_grows:
-            integrity = softened_integrity(e, kappa_0, w_c)
-            rate = 1.0 / (w_c - kappa_0) if integrity > 0.0 else 0.0
+            integrity = softened_integrity(parameters, e)
+            rate = 1.0 / (w_c - f_t / k_n) if integrity > 0.0 else 0.0
             return f_t * integrity, -f_t * rate, integrity, -rate
-        integrity = softened_integrity(reached, kappa_0, w_c)
-        secant = f_t * integrity / reached if e > 0.0 else k_n
-        return secant * e, secant, integrity, 0.0
-    if e <= 0.0 or (residual > 0.0 and kappa == 0.0):
+        integrity = softened_integrity(parameters, reached)
+        stiffness = secant_stiffness(parameters, reached, integrity) if e > 0.0 else k_n
+        return stiffness * e, stiffness, integrity, 0.0
+    if e <= 0.0 or (parameters.residual_tensile_strength > 0.0 and kappa == 0.0):
         return k_n * e, k_n, 0.0, 0.0
     return 0.0, 0.0, 0.0, 0.0
 
 
 @rule
-def return_mapping(properties, i, cracked, kappa, e, shear, options):
+def return_mapping(parameters, cracked, kappa, e, shear, options):
     """Return stresses, consistent tangent and plastic increments of a contact.
 
     Parameters
     ----------
-    properties : NamedTuple of arrays (m,)
-        Of the joints.
-    i : int
-        Interface.
+    parameters : JointParameters
+        Of the joint.
     cracked : bool
         Whether the bond is broken or softens.
     kappa : float
@@ -95,27 +94,26 @@ def return_mapping(properties, i, cracked, kappa, e, shear, options):
     limit : float
         Shear limit (Pa).
     """
-    k_n, k_s, psi = properties.normal_stiffness[i], properties.shear_stiffness[i], properties.dilation[i]
-    f_t, residual = properties.tensile_strength[i], properties.residual_tensile_strength[i]
-    w_c, crushing, at_limit = properties.critical_opening[i], 0.0, 1.0 - options.yield_tolerance
-    sigma, sigma_e, integrity, damage_e = normal_law(e, cracked, kappa, k_n, f_t, residual, w_c, True)
-    if sigma <= -properties.compressive_strength[i] * at_limit:
-        crushing = min(e + properties.compressive_strength[i] / k_n, 0.0)
-        sigma, sigma_e = max(sigma, -properties.compressive_strength[i]), 0.0
+    p = parameters
+    k_n, k_s, psi, w_c = p.normal_stiffness, p.shear_stiffness, p.dilation, p.critical_opening
+    sigma, sigma_e, integrity, damage_e = normal_law(p, cracked, kappa, e, True)
+    sigma, sigma_e = cut_off_compression(p, sigma, sigma_e, options)
+    crushing = min(e + p.elastic_closing, 0.0)
     tau = k_s * shear  # elastic predictor
     trial = abs(tau)
     is_open = cracked and e > 0.0 and sigma == 0.0
     if is_open and psi > 0.0 and w_c == 0.0 and kappa == 0.0:
         # it touched before: with the dilatancy of its slip it may still touch
-        pressed, friction = k_n * e, properties.residual_friction[i]
-        dilatancy = psi * (trial - properties.residual_cohesion[i] + pressed * friction) / (k_s + k_n * friction * psi)
-        if dilatancy >= e:
-            sigma, sigma_e, is_open = pressed, k_n, False
-    limit, decrease = shear_limit(properties, i, cracked, integrity, sigma, sigma_e, damage_e, is_open, options)
-    if trial < limit * at_limit:
+        excess = trial - coulomb_limit(p.residual_cohesion, p.residual_friction, k_n * e)
+        if psi * excess * p.residual_slip_compliance >= e:
+            sigma, sigma_e, is_open = k_n * e, k_n, False
+    limit, decrease = 0.0, 0.0
+    if not is_open:
+        limit, decrease = shear_limit(p, cracked, integrity, sigma, sigma_e, damage_e, options)
+    if trial < limit * (1.0 - options.yield_tolerance):
         return sigma, tau, sigma_e, 0.0, 0.0, k_s, 0.0, crushing, limit
-    if properties.critical_slip[i] > 0.0 and not is_open and (cracked or e <= f_t / k_n):
-        return mixed_mode_return(properties, i, cracked, kappa, e, shear, crushing, options)
+    if p.slip_weight > 0.0 and not is_open and (cracked or e <= p.tensile_strength / k_n):
+        return mixed_mode_return(p, cracked, kappa, e, shear, crushing, options)
     # plastic corrector: k_s (trial / k_s - t) = L(e - psi t)
     sign = 1.0 if tau >= 0.0 else -1.0
     if is_open:
@@ -126,24 +124,15 @@ def return_mapping(properties, i, cracked, kappa, e, shear, options):
         # dilatancy closes the joint, which softens less: L is not linear in the slip
         for _ in range(options.dilatant_iterations):
             closer = e - psi * min(slipped, trial / k_s)
-            sigma, sigma_e, integrity, damage_e = normal_law(closer, cracked, kappa, k_n, f_t, residual, w_c, True)
-            limit, decrease = shear_limit(properties, i, cracked, integrity, sigma, sigma_e, damage_e, False, options)
+            sigma, sigma_e, integrity, damage_e = normal_law(p, cracked, kappa, closer, True)
+            limit, decrease = shear_limit(p, cracked, integrity, sigma, sigma_e, damage_e, options)
             compliance = 1.0 / (k_s + decrease * psi)
             slipped += (trial - k_s * slipped - limit) * compliance
         sigma += sigma_e * psi * slipped  # extrapolated to e along the tangent
     if is_open or k_s * slipped >= trial:  # beyond the apex of the cone: no shear stress
         dilatancy = psi * trial / k_s
-        return (
-            sigma - sigma_e * dilatancy,
-            0.0,
-            sigma_e,
-            -sigma_e * psi * sign,
-            0.0,
-            0.0,
-            tau / k_s,
-            dilatancy + crushing,
-            0.0,
-        )
+        sigma -= sigma_e * dilatancy
+        return sigma, 0.0, sigma_e, -sigma_e * psi * sign, 0.0, 0.0, tau / k_s, dilatancy + crushing, 0.0
     slipped = max(slipped, 0.0)  # at the limit within the yield tolerance
     return (
         sigma - sigma_e * psi * slipped,
@@ -159,7 +148,7 @@ def return_mapping(properties, i, cracked, kappa, e, shear, options):
 
 
 @rule
-def mixed_mode_return(properties, i, cracked, kappa, e, shear, crushing, options):
+def mixed_mode_return(parameters, cracked, kappa, e, shear, crushing, options):
     """Return what ``return_mapping`` does, for a joint that slides and whose bond softens by slip.
 
     Slip t adds beta t to kappa, and the shear limit L follows: k_s (|shear| - t) = L(e, kappa(t)), solved by Newton's
@@ -167,43 +156,46 @@ def mixed_mode_return(properties, i, cracked, kappa, e, shear, crushing, options
 
     Parameters
     ----------
-    properties, i, cracked, kappa, e, shear, options
+    parameters, cracked, kappa, e, shear, options
         As ``return_mapping``.
     crushing : float
         Closing by crushing (m, negative).
     """
-    k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
-    f_t, w_c = properties.tensile_strength[i], properties.critical_opening[i]
-    strongest, c_ss = properties.compressive_strength[i], properties.cap_shear[i]
-    beta, kappa_0 = slip_weight_of(properties, i), f_t / k_n
-    start = kappa_before_slip(cracked, kappa, e, kappa_0)
+    p = parameters
+    k_n, k_s, f_t, w_c, beta = (
+        p.normal_stiffness,
+        p.shear_stiffness,
+        p.tensile_strength,
+        p.critical_opening,
+        p.slip_weight,
+    )
+    start = kappa_before_slip(p, cracked, kappa, e)
     kappa_e = 1.0 if cracked and e >= start else 0.0  # derivative of kappa with the opening
     sign, trial = 1.0 if shear >= 0.0 else -1.0, abs(k_s * shear)
     most = trial / k_s
     exhausting = max((w_c - start) / beta, 0.0) * (1.0 + 1e-12)  # slip that leaves b = 0, rounding included
-    cohesion, friction = properties.residual_cohesion[i], properties.residual_friction[i]
-    more_cohesion, more_friction = properties.cohesion[i] - cohesion, properties.friction[i] - friction
     t = 0.0
     for _ in range(options.max_iterations):
         kappa = start + beta * t
-        integrity = softened_integrity(kappa, kappa_0, w_c)
-        damage_kappa = -1.0 / (w_c - kappa_0) if integrity > 0.0 else 0.0
+        integrity = softened_integrity(p, kappa)
+        damage_kappa = -1.0 / (w_c - f_t / k_n) if integrity > 0.0 else 0.0
         if e > 0.0:
-            sigma, sigma_e = f_t * integrity * e / kappa, f_t * integrity / kappa
+            sigma, sigma_e = f_t * integrity * e / kappa, secant_stiffness(p, kappa, integrity)
             sigma_kappa = f_t * e * (damage_kappa * kappa - integrity) / (kappa * kappa)
         else:
-            sigma, sigma_e, sigma_kappa = max(k_n * e, -strongest), k_n if crushing == 0.0 else 0.0, 0.0
-            if sigma <= -strongest * (1.0 - options.yield_tolerance):
-                sigma_e = 0.0
-        tan_phi = friction + integrity * more_friction
-        limit = cohesion + integrity * more_cohesion - sigma * tan_phi
-        limit_kappa = damage_kappa * (more_cohesion - sigma * more_friction) - tan_phi * sigma_kappa
+            sigma, sigma_e = cut_off_compression(p, k_n * e, k_n, options)
+            sigma_kappa = 0.0
+        tan_phi = softened(integrity, p.friction, p.residual_friction)
+        limit = coulomb_limit(softened(integrity, p.cohesion, p.residual_cohesion), tan_phi, sigma)
+        limit_kappa = damage_kappa * coulomb_limit(
+            p.cohesion - p.residual_cohesion, p.friction - p.residual_friction, sigma
+        )
+        limit_kappa -= tan_phi * sigma_kappa
         limit_e = -tan_phi * sigma_e + kappa_e * limit_kappa
-        if strongest < np.inf:
-            ellipse = capped(NO_LIMIT, sigma, strongest, 1.0 / c_ss)
-            if ellipse < limit:
-                limit, limit_kappa = ellipse, 0.0
-                limit_e = cap_slope(properties, i, ellipse, sigma, sigma_e, options)
+        ellipse = capped(NO_LIMIT, sigma, p)
+        if ellipse < limit:
+            limit, limit_kappa = ellipse, 0.0
+            limit_e = cap_slope(p, ellipse, sigma, sigma_e, options)
         limit_t = beta * limit_kappa
         residual = trial - k_s * t - limit
         if abs(residual) <= options.relative_tolerance * (trial + abs(limit)):
@@ -235,82 +227,75 @@ def mixed_mode_return(properties, i, cracked, kappa, e, shear, crushing, options
 
 
 @law
-def is_plain(properties, i):
-    """Whether ``coulomb_return`` is the law of interface i: no dilation, softening, cap, gap or residual tension.
-
-    Parameters
-    ----------
-    properties : NamedTuple of arrays (m,)
-        Of the joints.
-    i : int
-        Interface.
-    """
+def is_plain(parameters):
+    """Whether ``plain_return`` is the law: no dilation, softening, cap, gap, residual tension or brittle shear."""
+    p = parameters
     return (
-        properties.dilation[i] == 0.0
-        and properties.critical_opening[i] == 0.0
-        and properties.residual_tensile_strength[i] == 0.0
-        and not properties.brittle_shear[i]
-        and properties.compressive_strength[i] == np.inf
-        and properties.gap[i] == 0.0
+        p.dilation == 0.0
+        and p.critical_opening == 0.0
+        and p.residual_tensile_strength == 0.0
+        and not p.brittle_shear
+        and p.compressive_strength == np.inf
+        and p.gap == 0.0
     )
 
 
 @law
-def coulomb_return(properties, i, cracked, e, shear, options):
-    """Return stresses and tangent (nn, sn, ss) of a plain joint, as ``return_mapping``.
+def plain_return(parameters, cracked, e, shear, options):
+    """Return what ``return_mapping`` does, for a plain joint; its limit is not cut off at the apex of the cone.
 
     Parameters
     ----------
-    properties, i, cracked, e, shear, options
+    parameters, cracked, e, shear, options
         As ``return_mapping``.
     """
+    p = parameters
     if cracked and e > 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0
-    cohesion = properties.residual_cohesion[i] if cracked else properties.cohesion[i]
-    friction = properties.residual_friction[i] if cracked else properties.friction[i]
-    k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, shear, 0.0, 0.0
+    k_n, k_s = p.normal_stiffness, p.shear_stiffness
+    cohesion = p.residual_cohesion if cracked else p.cohesion
+    friction = p.residual_friction if cracked else p.friction
     sigma, tau = k_n * e, k_s * shear
-    limit = cohesion - sigma * friction
+    limit = coulomb_limit(cohesion, friction, sigma)
     if abs(tau) < limit * (1.0 - options.yield_tolerance):
-        return sigma, tau, k_n, 0.0, k_s
+        return sigma, tau, k_n, 0.0, 0.0, k_s, 0.0, 0.0, limit
     if limit <= 0.0:
-        return sigma, 0.0, k_n, 0.0, 0.0
-    sign = 1.0 if tau >= 0.0 else -1.0
-    return sigma, sign * min(abs(tau), limit), k_n, -sign * friction * k_n, 0.0
+        return sigma, 0.0, k_n, 0.0, 0.0, 0.0, shear, 0.0, limit
+    sign, size = 1.0 if tau >= 0.0 else -1.0, min(abs(tau), limit)
+    slip = np.copysign(max(abs(shear) - size / k_s, 0.0), shear)
+    return sigma, sign * size, k_n, 0.0, -sign * friction * k_n, 0.0, slip, 0.0, limit
 
 
 @law
-def joint_stress(properties, i, plain, cracked, kappa, e, shear, options):
-    """Return normal and shear stress of a contact (Pa) by the law of its joint.
+def coulomb_return(properties, i, plain, cracked, kappa, e, shear, options):
+    """Return what ``return_mapping`` does, by the short way where the joint is plain; only what a way needs is read.
 
     Parameters
     ----------
-    properties, i, cracked, kappa, e, shear, options
+    properties : JointParameters
+        Arrays (m,).
+    i : int
+        Interface.
+    cracked, kappa, e, shear, options
         As ``return_mapping``.
     plain : bool
         ``is_plain``.
     """
     if plain:
-        sigma, tau, _, _, _ = coulomb_return(properties, i, cracked, e, shear, options)
-    else:
-        sigma, tau, _, _, _, _, _, _, _ = return_mapping(properties, i, cracked, kappa, e, shear, options)
-    return sigma, tau
+        return plain_return(of_interface(properties, i), cracked, e, shear, options)
+    return return_mapping(of_interface(properties, i), cracked, kappa, e, shear, options)
 
 
 @law
-def tresca_plain(k_n, k_s, bound, cracked, e, shear):
+def plain_tresca_return(k_n, k_s, bound, cracked, e, shear):
     """Return stresses and tangent (nn, sn, ss) of a plain joint in the Tresca problem.
 
     Parameters
     ----------
     k_n, k_s : float
         Stiffness (Pa/m).
-    bound : float
-        Largest shear stress (Pa).
-    cracked : bool
-        Whether the bond is broken.
-    e, shear : float
-        As ``return_mapping``.
+    bound, cracked, e, shear
+        As ``tresca_return``.
     """
     sigma, sigma_e, tau = k_n * e, k_n, k_s * shear
     if cracked and e > 0.0:
@@ -321,30 +306,20 @@ def tresca_plain(k_n, k_s, bound, cracked, e, shear):
 
 
 @law
-def tresca_return(properties, i, cracked, kappa, bound, e, shear, options):
+def tresca_return(parameters, cracked, kappa, bound, e, shear, options):
     """Return stresses and tangent (nn, ns, sn, ss) in the Tresca problem; damage stays as it is.
 
     Parameters
     ----------
-    properties, i, cracked, e, shear, options
+    parameters, cracked, e, shear, options
         As ``return_mapping``.
     kappa, bound : float
         History variable (m) and largest shear stress (Pa), both given.
     """
-    k_s = properties.shear_stiffness[i]
-    softens_by_slip = kappa > 0.0 and properties.critical_slip[i] > 0.0
-    sigma, sigma_e, _, _ = normal_law(
-        e,
-        cracked or softens_by_slip,
-        kappa,
-        properties.normal_stiffness[i],
-        properties.tensile_strength[i],
-        properties.residual_tensile_strength[i],
-        properties.critical_opening[i],
-        False,
-    )
-    if sigma <= -properties.compressive_strength[i] * (1.0 - options.yield_tolerance):
-        sigma, sigma_e = max(sigma, -properties.compressive_strength[i]), 0.0
+    softens = cracked or (kappa > 0.0 and parameters.slip_weight > 0.0)
+    sigma, sigma_e, _, _ = normal_law(parameters, softens, kappa, e, False)
+    sigma, sigma_e = cut_off_compression(parameters, sigma, sigma_e, options)
+    k_s = parameters.shear_stiffness
     tau = k_s * shear
     if abs(tau) <= bound:
         return sigma, tau, sigma_e, 0.0, 0.0, k_s if bound > 0.0 else 0.0

@@ -4,9 +4,10 @@ The history variable kappa is the largest equivalent opening, u + beta |slip| wi
 cohesive law of Ortiz and Pandolfi 1999, but linear). The integrity, 1 - damage, is
 
     b = (w_c - kappa) / (w_c - kappa_0),   kappa_0 = f_t / k_n,   w_c = 2 G_f / f_t
-"""
 
-from numpy import maximum
+The explicit update takes b and strengths from ``integrity_of`` and ``degraded``, which have no division; the return
+mapping from ``softened_integrity`` and ``softened``. They agree but for rounding, to which paths are sensitive.
+"""
 
 from damagepred.kernels.jit import law
 
@@ -15,19 +16,7 @@ TINY = 1e-100
 
 
 @law
-def damage_rate(k_n, f_t, critical_opening):
-    """Return the damage for each unit of kappa beyond kappa_0, 1 / (w_c - kappa_0) (1/m).
-
-    Parameters
-    ----------
-    k_n, f_t, critical_opening : float
-        Normal stiffness (Pa/m), tensile strength (Pa) and w_c (m).
-    """
-    return 1.0 / maximum(critical_opening - f_t / k_n, TINY)
-
-
-@law
-def integrity_of(kappa, cracked, critical_opening, rate):
+def integrity_of(kappa, cracked, critical_opening, damage_rate):
     """Return the integrity b: 1 while intact, 0 where the bond broke at once.
 
     Parameters
@@ -35,25 +24,13 @@ def integrity_of(kappa, cracked, critical_opening, rate):
     kappa : float
         History variable (m).
     cracked : bool
-        As ``joint_law`` has it.
-    critical_opening, rate : float
-        w_c (m) and ``damage_rate`` (1/m).
+        Whether the bond is broken or softens.
+    critical_opening, damage_rate : float
+        w_c (m), and damage for each unit of kappa beyond kappa_0, 1 / (w_c - kappa_0) (1/m).
     """
-    integrity = (critical_opening - kappa) * rate
+    integrity = (critical_opening - kappa) * damage_rate
     integrity = integrity if integrity > 0.0 else 0.0
     return integrity if cracked & (integrity < 1.0) else 1.0
-
-
-@law
-def softened_integrity(kappa, kappa_0, w_c):
-    """Return the integrity b of a bond that has begun to soften.
-
-    Parameters
-    ----------
-    kappa, kappa_0, w_c : float
-        History variable, its value at peak, and critical opening (m).
-    """
-    return min(max((w_c - kappa) / (w_c - kappa_0), 0.0), 1.0)
 
 
 @law
@@ -71,57 +48,94 @@ def degraded(integrity, intact, residual):
 
 
 @law
-def slip_weight_of(properties, i):
-    """Return the slip weight beta of interface i (1), 0 where slip leaves the bond as it is.
+def softened_integrity(parameters, kappa):
+    """Return the integrity b of a bond that has begun to soften: that of ``integrity_of``, but for rounding.
 
     Parameters
     ----------
-    properties : NamedTuple of arrays (m,)
-        Of the joints.
-    i : int
-        Interface.
+    parameters : JointParameters
+        Of the joint, with w_c > 0.
+    kappa : float
+        History variable (m).
     """
-    if properties.critical_slip[i] == 0.0:
-        return 0.0
-    kappa_0 = properties.tensile_strength[i] / properties.normal_stiffness[i]
-    return (properties.critical_opening[i] - kappa_0) / properties.critical_slip[i]
+    w_c, kappa_0 = parameters.critical_opening, parameters.tensile_strength / parameters.normal_stiffness
+    return min(max((w_c - kappa) / (w_c - kappa_0), 0.0), 1.0)
 
 
 @law
-def kappa_before_slip(cracked, kappa, e, kappa_0):
+def softened(integrity, intact, residual):
+    """Return a strength between its residual and its intact value: that of ``degraded``, but for rounding.
+
+    Parameters
+    ----------
+    integrity, intact, residual
+        As ``degraded``.
+    """
+    return residual + integrity * (intact - residual)
+
+
+@law
+def kappa_before_slip(parameters, cracked, kappa, e):
     """Return kappa at an opening, before further slip (m).
 
     Parameters
     ----------
+    parameters : JointParameters
+        Of the joint.
     cracked : bool
         Whether the bond softens already.
-    kappa, e, kappa_0 : float
-        History variable, opening less dilatant opening, and kappa at peak (m).
+    kappa, e : float
+        History variable, and opening less dilatant opening (m).
     """
+    kappa_0 = parameters.tensile_strength / parameters.normal_stiffness
     return max(kappa, e, kappa_0) if cracked else kappa_0
 
 
 @law
-def secant_stiffness(kappa, f_t, k_n, w_c):
+def updated_kappa(parameters, cracked, kappa, e, slip, dilatancy):
+    """Return kappa (m) of a softening bond after an increment, and whether the bond softens then.
+
+    Parameters
+    ----------
+    parameters, cracked, kappa, e
+        As ``kappa_before_slip``.
+    slip, dilatancy : float
+        Increments of plastic slip and dilatant opening (m).
+    """
+    if parameters.slip_weight > 0.0:
+        if cracked or (slip != 0.0 and e <= parameters.tensile_strength / parameters.normal_stiffness):
+            return kappa_before_slip(parameters, cracked, kappa, e) + parameters.slip_weight * abs(slip), True
+    elif cracked and parameters.critical_opening > 0.0:
+        return kappa_before_slip(parameters, cracked, kappa, e - dilatancy), True
+    return kappa, cracked
+
+
+@law
+def secant_stiffness(parameters, kappa, integrity):
     """Return the stiffness of a softened bond in tension (Pa/m).
 
     Parameters
     ----------
-    kappa, f_t, k_n, w_c : float
-        History variable (m), tensile strength (Pa), normal stiffness (Pa/m), critical opening (m).
+    parameters : JointParameters
+        Of the joint.
+    kappa, integrity : float
+        History variable, not 0 (m), and b (1).
     """
-    return f_t * softened_integrity(kappa, f_t / k_n, w_c) / kappa
+    return parameters.tensile_strength * integrity / kappa
 
 
 @law
-def softening_work(kappa, f_t, k_n, w_c):
+def softening_work(parameters, kappa):
     """Return the work that opening to kappa has dissipated (J/m2): the area under the curve less the elastic rest.
 
     Parameters
     ----------
-    kappa, f_t, k_n, w_c : float
-        As ``secant_stiffness``.
+    parameters : JointParameters
+        Of the joint.
+    kappa : float
+        History variable, at least kappa_0 (m).
     """
-    kappa_0, reached = f_t / k_n, min(kappa, w_c)
-    sigma = f_t * softened_integrity(reached, kappa_0, w_c)
+    f_t, w_c = parameters.tensile_strength, parameters.critical_opening
+    kappa_0, reached = f_t / parameters.normal_stiffness, min(kappa, w_c)
+    sigma = f_t * softened_integrity(parameters, reached)
     return 0.5 * (f_t * kappa_0 + (f_t + sigma) * (reached - kappa_0) - sigma * reached)

@@ -18,8 +18,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.dynamics.contact import BONDED, EDGE, FREE, LAW, POINT
-from damagepred.kernels.joint.limits import slip_compliance
-from damagepred.kernels.joint.softening import damage_rate
+from damagepred.kernels.joint.parameters import joint_parameters
 from damagepred.solvers.dynamics.facets import FacetBodies
 from damagepred.solvers.dynamics.options import DynamicsOptions
 
@@ -345,28 +344,17 @@ def _laws(model: Model) -> FloatArray:
     own = model.properties
     loose = model.loose_joint or JointProperties._make(values[:1] for values in own)
     properties = JointProperties._make(np.concatenate(pair) for pair in zip(own, loose))
-    laws = np.zeros((len(properties.friction), 2, LAW))
-    k_n, k_s = properties.normal_stiffness, properties.shear_stiffness
-    laws[..., 0], laws[..., 1], laws[..., 2] = k_n[:, None], k_s[:, None], 1.0 / k_s[:, None]
-    bond, bare = laws[:, 0], laws[:, 1]
-    bond[:, 3:6] = np.column_stack((properties.tensile_strength, properties.cohesion, properties.friction))
-    bond[:, 6] = slip_compliance.py_func(k_n, k_s, properties.friction, properties.dilation)
-    bond[:, 7:10] = np.column_stack(
-        (properties.residual_tensile_strength, properties.residual_cohesion, properties.residual_friction)
+    none = np.zeros_like(properties.friction)
+    bare = properties._replace(
+        tensile_strength=none,
+        cohesion=none,
+        friction=properties.residual_friction,
+        dilation=none,
+        residual_tensile_strength=none,
+        residual_cohesion=none,
+        brittle_shear=none > 0.0,
+        critical_opening=none,
+        critical_slip=none,
     )
-    bond[:, 10] = slip_compliance.py_func(k_n, k_s, properties.residual_friction, properties.dilation)
-    bond[:, 11] = properties.critical_opening
-    bond[:, 12] = damage_rate.py_func(k_n, properties.tensile_strength, properties.critical_opening)
-    bond[:, 13], bond[:, 14] = properties.dilation, properties.brittle_shear
-    strongest = properties.compressive_strength[:, None]
-    laws[..., 15], laws[..., 16], laws[..., 17] = (
-        strongest,
-        strongest / k_n[:, None],
-        1.0 / properties.cap_shear[:, None],
-    )
-    bond[:, 18] = properties.slip_weight
-    for first in (3, 7):
-        bare[:, first + 2] = properties.residual_friction
-        bare[:, first + 3] = slip_compliance.py_func(k_n, k_s, properties.residual_friction, 0.0)
-    bare[:, 12] = damage_rate.py_func(k_n, 0.0, 0.0)
-    return np.ascontiguousarray(laws.reshape(-1, LAW))
+    laws = np.stack([np.column_stack(joint_parameters(of_pair)) for of_pair in (properties, bare)], axis=1)
+    return laws.reshape(-1, LAW)

@@ -154,7 +154,7 @@ class Continuation:
         most = bond_loads(
             self._everything,
             model.interfaces,
-            model.properties,
+            model.joint_parameters,
             self.equilibrium.return_mapping,
             model.ground.at(state.load_factor),
             state.history,
@@ -194,7 +194,7 @@ class Continuation:
             in_tension = sigma >= least
             sheared = broken & self._fails_in_shear_at & ~(in_tension & ~state.history.cracked)
             self.balance.add_mode_1_dissipation(
-                break_in_shear(sheared, model.interfaces, model.properties, state.history)
+                break_in_shear(sheared, model.interfaces, model.joint_parameters, state.history)
             )
         state.history.kappa[again] = np.inf
         state.history.cracked[broken] = True
@@ -222,7 +222,7 @@ class Continuation:
         friction, crushing, mode_1_dissipation = commit_joint_history(
             self.equilibrium.equations.active,
             model.interfaces,
-            model.properties,
+            model.joint_parameters,
             self.equilibrium.return_mapping,
             model.ground.at(state.load_factor),
             state.history,
@@ -542,7 +542,7 @@ class Continuation:
         opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
         contact_stresses(
             model.interfaces,
-            model.properties,
+            model.joint_parameters,
             self.equilibrium.return_mapping,
             model.ground.at(state.load_factor),
             state.history,

@@ -158,7 +158,7 @@ class WorkBalance:
         stored, softened = energy(
             active,
             model.interfaces,
-            model.properties,
+            model.joint_parameters,
             self.return_mapping,
             ground,
             state.history,

@@ -143,7 +143,9 @@ class QuasiStaticStepper:
             base_reaction=path.equilibrium.system.base_reaction(force),
             collapsed=outcome.collapsed,
             energy=path.balance.energies(),
-            joint_law_violation=joint_law_violation_of(model.properties, history.cracked, history.kappa, sigma, tau),
+            joint_law_violation=joint_law_violation_of(
+                model.joint_parameters, history.cracked, history.kappa, sigma, tau
+            ),
             last_stable_load_factor=path.last_stable_load_factor if outcome.collapsed else np.nan,
             support_force=path.equilibrium.system.support_force(force),
             zones=None if superelements is None else superelements.zone_results(state.displacement, state.plastic),

@@ -89,7 +89,7 @@ def fields_of(model: Model, history: JointHistory, displacement: FloatArray, loa
     after = history.copy()
     contact_fields(
         model.interfaces,
-        model.properties,
+        model.joint_parameters,
         model.ground.at(load_factor),
         after,
         displacement,

@@ -12,8 +12,6 @@ from damagepred.assembly import Model
 from damagepred.assembly.model import Ground, GroundMovement, Interfaces, JointProperties
 from damagepred.assembly.section import SectionMemory, Sections
 from damagepred.kernels.explicit.tiles import LANES, aligned_zeros, ground_type, tile_type
-from damagepred.kernels.joint.limits import slip_compliance
-from damagepred.kernels.joint.softening import damage_rate
 from damagepred.solvers.state.joint_history import JointHistory
 
 
@@ -116,19 +114,8 @@ def pack_joints(model: Model) -> PackedJoints:
     if model.sections is not None:  # these have a law of their own: see ``pack_sections``
         here = model.sections.interface
         put(tiles["contact_area"], lane[here], np.zeros((len(here), points)))
-    for name in ("normal_stiffness", "shear_stiffness", "dilation", "brittle_shear", "critical_opening"):
-        put(tiles[name], lane, getattr(law, name))
-    put(tiles["shear_compliance"], lane, 1.0 / law.shear_stiffness)
-    slope = damage_rate.py_func(law.normal_stiffness, law.tensile_strength, law.critical_opening)
-    put(tiles["damage_rate"], lane, slope)
-    intact = (law.tensile_strength, law.cohesion, law.friction)
-    cracked = (law.residual_tensile_strength, law.residual_cohesion, law.residual_friction)
-    for name, strength in (("strength", intact), ("residual_strength", cracked)):
-        compliance = slip_compliance.py_func(law.normal_stiffness, law.shear_stiffness, strength[2], law.dilation)
-        put(tiles[name], lane, np.column_stack((*strength, compliance)))
-    strongest = law.compressive_strength
-    put(tiles["cap"], lane, np.column_stack((strongest, strongest / law.normal_stiffness, 1.0 / law.cap_shear)))
-    put(tiles["slip_weight"], lane, law.slip_weight)
+    for name, values in model.joint_parameters._asdict().items():
+        put(tiles[name], lane, values)
     packed = PackedJoints(tiles, ground, tiles.view(np.float64), *_incidence(model, tiles.dtype, lane), lane)
     move_ground(packed, model.ground, 0.0, 1.0)
     if law.gap.any():
