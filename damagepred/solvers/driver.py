@@ -11,11 +11,9 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.solvers.state.increment import Counters, Increment
-from damagepred.solvers.system.loading_stages import supported_after_load
 from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi
 
 CheckpointT = TypeVar("CheckpointT")
@@ -63,14 +61,6 @@ class Stepper(Protocol[CheckpointT]):
 
     bracket: Bracket
 
-    @property
-    def load_factor(self) -> float:
-        """Present share of the movement."""
-
-    @property
-    def displacement(self) -> FloatArray:
-        """Present displacements, array (size,)."""
-
     def begin_increment(self, number: int) -> None:
         """Count work from here on as that of an increment."""
 
@@ -95,8 +85,8 @@ class Stepper(Protocol[CheckpointT]):
     def end_increment(self) -> None:
         """Prepare the jacks for the next increment."""
 
-    def change_supports(self, model: Model) -> None:
-        """Continue from the present state with other supports of the same wall."""
+    def support_after_load(self) -> None:
+        """Continue from the present state with the supports that act after the dead load."""
 
 
 def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int) -> Iterator[Increment]:
@@ -127,11 +117,11 @@ def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int
         stepper.begin_increment(number)
         start = None
         if number > 0 and (stop or bisects):
-            start = _Start(stepper.checkpoint(), stepper.load_factor, stepper.support_load())
+            start = _Start(stepper.checkpoint(), (number - 1) / increments, stepper.support_load())
         outcome = stepper.step_to(number / increments)
         ended = bool(stop) and outcome.balanced and stepper.support_load() <= 0.0
         if ended and start is not None:
-            outcome = _locate_zero_support_load(stepper, start, outcome)
+            outcome = _locate_zero_support_load(stepper, start, number / increments, outcome)
             ended = outcome.balanced
         increment = stepper.report(outcome)
         if ended:
@@ -144,15 +134,17 @@ def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int
             return
         stepper.end_increment()
         if number == 0 and model.supports.after_load.any():
-            stepper.change_supports(supported_after_load(model, stepper.displacement))
+            stepper.support_after_load()
 
 
-def _locate_zero_support_load(stepper: Stepper[CheckpointT], start: _Start[CheckpointT], outcome: Outcome) -> Outcome:
-    """Go to the load factor at which the support load vanishes, between a start and the present state."""
+def _locate_zero_support_load(
+    stepper: Stepper[CheckpointT], start: _Start[CheckpointT], load_factor: float, outcome: Outcome
+) -> Outcome:
+    """Go to the load factor at which the support load vanishes, between a start and the present one."""
     loaded, unloaded = start.checkpoint, stepper.checkpoint()
     search = IllinoisRegulaFalsi(
         (start.load_factor, start.support_load),
-        (stepper.load_factor, stepper.support_load()),
+        (load_factor, stepper.support_load()),
         tolerance=stepper.bracket.support_load,
         bracket=stepper.bracket.load_factor,
     )

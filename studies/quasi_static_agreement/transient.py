@@ -14,7 +14,8 @@ from damagepred.enumerations import ContactState
 from damagepred.scene import Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.state.joint_history import JointHistory, fields_of
-from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
+from damagepred.solvers.state.wall_state import State
+from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
 INCREMENTS, CYCLES = 400, 1000
 """Steps of the movement, small enough to separate breaks; cycles to equilibrium."""
@@ -59,7 +60,7 @@ def meanwhile(model: Model, start: Increment, to_break: BoolArray, damping: floa
     history.slip[:] = start.slip
     history.cracked[:] = (start.state == ContactState.CRACKED) | to_break
     run = DampedTimeStepping(lasting, Solver(method="explicit", damping=damping))
-    run.restore(Checkpoint(np.append(start.displacement.ravel(), np.zeros(3)), history, 1.0, start.load_factor))
+    run.restore(State(1.0, start.load_factor, np.append(start.displacement.ravel(), np.zeros(3)), history))
     watched = (strength > 0) & ~history.cracked
     before = np.where(watched, start.normal_stress / np.where(strength > 0, strength, 1.0), 0.0)
     peak, at = before.copy(), np.zeros(before.shape, dtype=np.int64)

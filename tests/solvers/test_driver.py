@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from damagepred.arrays import FloatArray
 from damagepred.assembly import Model, wall_model
 from damagepred.errors import ConvergenceError
 from damagepred.scene import Solver
@@ -28,7 +27,6 @@ class Scripted:
     load_factor: float = 0.0
     tried: list[float] = field(default_factory=list)
     number: int = -1
-    displacement: FloatArray = field(default_factory=lambda: np.zeros(3))
 
     def begin_increment(self, number: int) -> None:
         self.number = number
@@ -62,8 +60,8 @@ class Scripted:
     def end_increment(self) -> None:
         """Do nothing."""
 
-    def change_supports(self, model: Model) -> None:
-        self.displacement = model.supports.start
+    def support_after_load(self) -> None:
+        """Do nothing."""
 
 
 def wall(live: bool = False) -> Model:

@@ -287,9 +287,9 @@ def test_sections_have_a_history_and_can_be_restored() -> None:
     path.apply(0.0)  # level again: the cracks remain
     path.equilibrate()
     assert (run.sections.memory.cracked >= cracked).all()
-    run.restore(before)
-    assert before.sections is not None
-    assert np.array_equal(run.sections.memory.cracked, before.sections.cracked)
+    run.restore(*before)
+    assert before.state.sections is not None
+    assert np.array_equal(run.sections.memory.cracked, before.state.sections.cracked)
     assert run.sections.memory.cracked.max() < cracked.max()
 
 

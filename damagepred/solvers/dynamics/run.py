@@ -39,8 +39,8 @@ from damagepred.solvers.dynamics.gridpoints import (
 from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.state.increment import Counters, Increment
-from damagepred.solvers.state.initial_state import InitialState
 from damagepred.solvers.state.joint_history import JointHistory
+from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.deformable_blocks import at_gridpoints
 from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -65,7 +65,7 @@ class DynamicRun:
         The wall.
     dynamics : Dynamics
         Time, damping, base motion.
-    initial : InitialState, optional
+    initial : State, optional
         Static equilibrium from which the run begins; by default the wall is unstressed.
     options : DynamicsOptions
         Contact search, time step, divergence.
@@ -90,7 +90,7 @@ class DynamicRun:
         self,
         model: Model,
         dynamics: Dynamics,
-        initial: InitialState | None = None,
+        initial: State | None = None,
         options: DynamicsOptions = DEFAULTS,
     ) -> None:
         self.options = options
@@ -133,7 +133,7 @@ class DynamicRun:
     def _moving(self) -> tuple[Motion | Grid, ...]:
         return (self.motion,) if self.grid is None else (self.motion, self.grid)
 
-    def _begin(self, initial: InitialState | None) -> None:
+    def _begin(self, initial: State | None) -> None:
         motion, points = self.motion, self.bodies.points
         self.begins_in_equilibrium = initial is not None
         if initial is not None:
@@ -149,8 +149,7 @@ class DynamicRun:
             if initial is not None:
                 motion.displacement[self.deformable] = 0.0
                 grid.displacement[:] = at_gridpoints(self.model, initial.displacement)
-                if initial.plastic is not None:
-                    grid.plastic[:] = initial.plastic[grid.zones["memory"] >= 0]
+                grid.plastic[:] = initial.plastic[grid.zones["memory"] >= 0]
             grid.held_start[:] = grid.displacement.ravel()[grid.held]
             update_facet_poses(grid, motion)
         self._update_neighbour_list()

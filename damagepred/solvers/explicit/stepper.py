@@ -17,7 +17,7 @@ from damagepred.solvers.state.increment import Counters, Increment
 from damagepred.solvers.state.joint_history import contact_states, fields_of
 from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
-from damagepred.solvers.system.loading_stages import supported_during_load
+from damagepred.solvers.system.loading_stages import supported_after_load, supported_during_load
 from damagepred.solvers.system.zero_support_load import least_support_load
 from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism, with_lasting_bonds
 from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
@@ -43,7 +43,7 @@ class ExplicitStepper:
     """
 
     def __init__(self, model: Model, settings: Solver, elastic_start: bool = True) -> None:
-        self.settings, options = settings, SolverOptions.of(settings)
+        self.model, self.settings, options = model, settings, SolverOptions.of(settings)
         self.options, self.deflection_tolerance = options.explicit, options.jack_servo.deflection_tolerance
         self.bracket = Bracket(
             self.options.zero_load_ratio * float(np.abs(model.supports.load).sum()),
@@ -51,21 +51,11 @@ class ExplicitStepper:
             options.jacks.max_iterations,
             self.options.collapse_bracket,
         )
-        self.scheme = DampedTimeStepping(model, settings)
+        self.scheme = DampedTimeStepping(supported_during_load(model), settings)
         self.number, self._cycles_before, self._elastic_start = 0, 0, elastic_start
         self._displacement_limit = self.options.divergence_displacement * float(
             np.ptp(model.blocks.vertices, axis=0).max()
         )
-
-    @property
-    def load_factor(self) -> float:
-        """Present share of the movement."""
-        return self.scheme.load_factor
-
-    @property
-    def displacement(self) -> FloatArray:
-        """Present displacements, array (size,)."""
-        return self.scheme.motion.displacement
 
     def begin_increment(self, number: int) -> None:
         """Count cycles from here on as those of an increment."""
@@ -81,18 +71,19 @@ class ExplicitStepper:
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Return to a checkpoint."""
-        self.scheme.restore(checkpoint)
+        self.scheme.restore(*checkpoint)
 
-    def change_supports(self, model: Model) -> None:
-        """Continue from the present state with other supports of the same wall."""
-        before, self.scheme = self.scheme, DampedTimeStepping(model, self.settings)
+    def support_after_load(self) -> None:
+        """Continue from the present state with the supports that act after the dead load."""
+        before = self.scheme
+        self.scheme = DampedTimeStepping(supported_after_load(self.model, before.motion.displacement), self.settings)
         self.scheme.broken_at[:] = before.broken_at
-        self.scheme.restore(before.checkpoint())
+        self.scheme.restore(*before.checkpoint())
 
     def end_increment(self) -> None:
         """Let the pump of jacks follow the movement; from the level state on, load may be prescribed."""
         if self.scheme.pump is not None:
-            self.scheme.pump.extrapolate_volume(self.load_factor)
+            self.scheme.pump.extrapolate_volume(self.scheme.load_factor)
             if self.number == 0:
                 self.scheme.pump.control_load()
 
@@ -178,10 +169,10 @@ class ExplicitStepper:
         if self.scheme.pump is not None:
             return False
         released = DampedTimeStepping(with_lasting_bonds(self.scheme.model), self.settings, commit_sections=False)
-        released.restore(self.scheme.checkpoint())
+        released.restore(*self.scheme.checkpoint())
         if not is_mechanism(released):
             return False
-        self.scheme.restore(released.checkpoint())
+        self.scheme.restore(*released.checkpoint())
         return True
 
     def _missing_deflection(self) -> float:
@@ -271,5 +262,4 @@ def explicit_path(
     ConvergenceError
         If an increment does not come to rest; the message names increment and block.
     """
-    stepper = ExplicitStepper(supported_during_load(model), settings, elastic_start)
-    yield from follow_movement(stepper, model, increments)
+    yield from follow_movement(ExplicitStepper(model, settings, elastic_start), model, increments)

@@ -137,7 +137,7 @@ class Continuation:
         self.state = trial
         if worst < self.tolerance and not self.equilibrium.has_diverged(trial):
             self.commit(trial, unstable=True, snapped=jumped)
-            self.state, worst = self.redistribute_failures(trial, worst)
+            self.state, worst = self._redistribute_failures(trial, worst)
         return worst
 
     @property
@@ -198,11 +198,11 @@ class Continuation:
             )
         state.history.kappa[again] = np.inf
         state.history.cracked[broken] = True
-        self.record_failures(state)
+        self._record_failures(state)
         self.events += 1
         return again
 
-    def record_failures(self, state: State) -> None:
+    def _record_failures(self, state: State) -> None:
         """Record the load factor at which bonds failed since the last call."""
         self.broken_at[state.history.cracked & self._bonded & np.isnan(self.broken_at)] = state.load_factor
 
@@ -229,7 +229,7 @@ class Continuation:
             state.displacement,
             self.never_opened,
         )
-        self.record_failures(state)  # slip, too, breaks bonds that it wears
+        self._record_failures(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
             commit_sections(model.sections, state.sections, model.interfaces, state.displacement)
         superelements, yielding = self.equilibrium.superelements, 0.0
@@ -317,13 +317,13 @@ class Continuation:
             if heaviest <= 1.0 + options.overload_tolerance:
                 state = trial
                 if self._can_reclose:
-                    state, worst = self.redistribute_failures(state, worst)
+                    state, worst = self._redistribute_failures(state, worst)
                 control.accept_step(target)
                 if target == control.goal:
                     self.state = state
                     return worst
             elif at_event:
-                state, worst = self.redistribute_failures(trial, worst)
+                state, worst = self._redistribute_failures(trial, worst)
                 control.pass_event()
                 if self._has_failed(state, worst):
                     self.last_stable_load_factor, self.state = trial.load_factor, state
@@ -484,28 +484,15 @@ class Continuation:
         self.largest_accepted_residual = max(self.largest_accepted_residual, equilibrium.accept_unconverged(nearest))
         return nearest, 0.0
 
-    def redistribute_failures(self, state: State, worst: float) -> tuple[State, float]:
-        """Let overloaded bonds fail at constant load, the most overloaded first, until none is.
-
-        Parameters
-        ----------
-        state : State
-            Equilibrium at the event.
-        worst : float
-            Its unbalanced force ratio.
-
-        Returns
-        -------
-        tuple of State, float
-            Last equilibrium and its unbalanced force ratio.
-        """
+    def _redistribute_failures(self, state: State, worst: float) -> tuple[State, float]:
+        """Let overloaded bonds fail at constant load, the most overloaded first, until none is."""
         parted_again = np.zeros_like(state.history.cracked)
         while True:
             load, heaviest = self.bond_loads(state)
             overloaded = heaviest > 1.0 + self.options.continuation.overload_tolerance
             if overloaded:
                 parted_again |= self.fail_bonds(state, load)
-            if not (self.reclose(state, except_for=parted_again) or overloaded):
+            if not (self._reclose(state, except_for=parted_again) or overloaded):
                 return state, worst
             trial = state.copy()
             worst = self.equilibrium.find(trial)
@@ -517,16 +504,8 @@ class Continuation:
             state = trial
             self.commit(state, unstable=True, snapped=snapped)
 
-    def reclose(self, state: State, except_for: BoolArray) -> bool:
-        """Re-close cracked joints with residual tensile strength that have nearly closed; return whether any does.
-
-        Parameters
-        ----------
-        state : State
-            Its joint history is updated.
-        except_for : array of bool (m, q)
-            Contacts that have just parted.
-        """
+    def _reclose(self, state: State, except_for: BoolArray) -> bool:
+        """Re-close cracked joints with residual tensile strength that have nearly closed; return whether any does."""
         if not self._can_reclose:
             return False
         law, (opening, _, _) = self.model.properties, self.stresses(state)

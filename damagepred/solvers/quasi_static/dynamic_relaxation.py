@@ -21,7 +21,7 @@ from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.detached_blocks import DetachmentLimit, detached_blocks
 from damagepred.solvers.system.loading_stages import unilateral_supports
 from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism, with_lasting_bonds
-from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
+from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
 
 @dataclass
@@ -210,9 +210,7 @@ def _at(
         run.motion.load[:] = load * run.motion.load + (state.jack - state.load_factor * growth) * jacks.push
         run.motion.live_load[:] += growth * jacks.push
         load = 1.0
-    run.restore(
-        Checkpoint(state.displacement, state.history, load, state.load_factor, state.plastic, sections=state.sections)
-    )
+    run.restore(replace(state, load=load))
     if run.pump is not None and volume_per_deflection is not None:
         run.pump.begin_at(state.displacement, state.jack, volume_per_deflection)
     return run

@@ -11,8 +11,7 @@ from damagepred.errors import SolverError, TimeLimitError
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.quasi_static.continuation import Continuation
-from damagepred.solvers.state.initial_state import InitialState
-from damagepred.solvers.state.joint_history import JointHistory
+from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.loading_stages import supported_during_load
@@ -20,7 +19,7 @@ from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
 
 @one_blas_thread()
-def static_equilibrium(model: Model, settings: Solver) -> InitialState | None:
+def static_equilibrium(model: Model, settings: Solver) -> State | None:
     """Find the static equilibrium under dead load; None if nothing supports the wall, or it does not stand.
 
     Parameters
@@ -36,7 +35,7 @@ def static_equilibrium(model: Model, settings: Solver) -> InitialState | None:
     model = supported_during_load(model)
     scheme = DampedTimeStepping(model, settings)
     if scheme.start_from_elastic_solution():
-        return InitialState(scheme.motion.displacement.copy(), JointHistory.fresh(model), None)
+        return replace(State.rest(model), load=1.0, displacement=scheme.motion.displacement.copy())
     try:
         path = Continuation(model, replace(settings, method="quasi_static", tolerance=None))
         worst = path.advance(1.0, 0.0)
@@ -51,5 +50,4 @@ def static_equilibrium(model: Model, settings: Solver) -> InitialState | None:
     softens = (model.properties.critical_opening > 0)[:, None]
     kappa = np.where(softens, np.minimum(history.kappa, 1e9), 0.0)
     history = history._replace(cracked=history.cracked & ~path.never_opened, kappa=kappa)
-    plastic = None if model.mesh is None else state.plastic
-    return InitialState(path.equilibrium.system.complete(state.displacement), history, plastic)
+    return replace(state, displacement=path.equilibrium.system.complete(state.displacement), history=history)

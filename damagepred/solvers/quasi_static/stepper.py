@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.interface.checks import joint_law_violation_of
@@ -18,7 +17,12 @@ from damagepred.solvers.quasi_static.dynamic_relaxation import residual_in_motio
 from damagepred.solvers.state.increment import Counters, Increment
 from damagepred.solvers.state.joint_history import contact_states
 from damagepred.solvers.system.detached_blocks import detached_blocks
-from damagepred.solvers.system.loading_stages import level, supported_during_load, unilateral_supports
+from damagepred.solvers.system.loading_stages import (
+    level,
+    supported_after_load,
+    supported_during_load,
+    unilateral_supports,
+)
 from damagepred.solvers.system.zero_support_load import least_support_load
 
 
@@ -44,16 +48,6 @@ class QuasiStaticStepper:
         )
         self.number, self._before = 0, Counters()
 
-    @property
-    def load_factor(self) -> float:
-        """Present share of the movement."""
-        return self.path.state.load_factor
-
-    @property
-    def displacement(self) -> FloatArray:
-        """Present displacements, array (size,)."""
-        return self.path.state.displacement
-
     def begin_increment(self, number: int) -> None:
         """Count work from here on as that of an increment."""
         self.number, self._before = number, self.path.counters
@@ -70,9 +64,9 @@ class QuasiStaticStepper:
         """Return to a checkpoint."""
         self.path.restore(checkpoint)
 
-    def change_supports(self, model: Model) -> None:
-        """Continue from the present equilibrium with other supports of the same wall."""
-        self.path.change_supports(model)
+    def support_after_load(self) -> None:
+        """Continue from the present equilibrium with the supports that act after the dead load."""
+        self.path.change_supports(supported_after_load(self.model, self.path.state.displacement))
 
     def end_increment(self) -> None:
         """From the level state on, the load of jacks may be prescribed."""

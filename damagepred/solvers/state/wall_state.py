@@ -11,10 +11,8 @@ from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
 from damagepred.solvers.state.joint_history import JointHistory
 
-
-def no_zones() -> FloatArray:
-    """Return the plastic strain of a wall of rigid blocks."""
-    return np.empty((0, 4))
+NO_ZONES = np.empty((0, 4))
+"""Plastic strain of a wall of rigid blocks."""
 
 
 @dataclass
@@ -41,14 +39,14 @@ class State:
     load_factor: float
     displacement: FloatArray
     history: JointHistory
-    plastic: FloatArray = field(default_factory=no_zones)
+    plastic: FloatArray = field(default_factory=lambda: NO_ZONES)
     jack: float = 0.0
     sections: SectionMemory = field(default_factory=lambda: SectionMemory.fresh(0))
 
     @classmethod
     def rest(cls, model: Model) -> State:
         """Return the unloaded wall."""
-        zones = no_zones() if model.mesh is None else np.zeros((len(model.mesh.zones), 4))
+        zones = NO_ZONES if model.mesh is None else np.zeros((len(model.mesh.zones), 4))
         sections = SectionMemory.fresh(0) if model.sections is None else SectionMemory.at_first(model.sections)
         return cls(0.0, 0.0, np.zeros(model.size), JointHistory.fresh(model), zones, 0.0, sections)
 

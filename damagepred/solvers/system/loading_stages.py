@@ -12,13 +12,7 @@ from damagepred.enumerations import ContactKind
 
 
 def supported_during_load(model: Model) -> Model:
-    """Return the model without the supports that act only after the dead load.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    """
+    """Return the model without the supports that act only after the dead load."""
     supports = model.supports
     if not supports.after_load.any():
         return model
@@ -35,13 +29,7 @@ def supported_during_load(model: Model) -> Model:
 
 
 def unilateral_supports(model: Model) -> IntArray:
-    """Return the interfaces of unilateral supports under a footing on jacks.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    """
+    """Return the interfaces of unilateral supports under a footing on jacks."""
     if model.jacks is None:
         return np.empty(0, dtype=np.int64)
     return np.flatnonzero((model.interfaces.kind == ContactKind.SUPPORT) & (model.properties.tensile_strength == 0.0))
@@ -52,11 +40,6 @@ def level(model: Model) -> Model:
 
     A wall is built on a level footing. Here the dead load is applied in proportion: a wall with intact bonds spans the
     footing, and would lift it off unilateral supports.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
     """
     law, held = model.properties, unilateral_supports(model)
     if not held.size:

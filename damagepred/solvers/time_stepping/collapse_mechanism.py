@@ -22,13 +22,7 @@ if TYPE_CHECKING:
 
 
 def with_lasting_bonds(model: Model) -> Model:
-    """Return the model with bonds that do not break; they may soften, and weak ones break.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    """
+    """Return the model with bonds that do not break; they may soften, and weak ones break."""
     law = model.properties
     softens, weak = law.critical_opening > 0, law.tensile_strength < model.block_stress
     lasting = law._replace(

@@ -18,6 +18,7 @@ from damagepred.kernels.explicit.cycle import run_cycles
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.joint_history import JointHistory, fields_of, without_bond
+from damagepred.solvers.state.wall_state import NO_ZONES, State
 from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.time_stepping.jack_servo import Pump, PumpState
@@ -35,31 +36,10 @@ from damagepred.time_limit import check_time
 
 
 class Checkpoint(NamedTuple):
-    """State of a wall at rest, which ``DampedTimeStepping.restore`` takes.
+    """State of a wall at rest, and of the pump of its jacks; what ``DampedTimeStepping.restore`` takes."""
 
-    Attributes
-    ----------
-    displacement : array (size,)
-        Of all degrees of freedom (m, rad).
-    history : JointHistory
-        Internal variables of the joints.
-    load_share, load_factor : float
-        Share of the dead load and of the full movement.
-    plastic : array (z, 4), optional
-        Plastic strain of the zones.
-    pump : PumpState, optional
-        Of the jacks.
-    sections : SectionMemory, optional
-        Internal variables of a footing's sections that crack.
-    """
-
-    displacement: FloatArray
-    history: JointHistory
-    load_share: float
-    load_factor: float
-    plastic: FloatArray | None = None
-    pump: PumpState | None = None
-    sections: SectionMemory | None = None
+    state: State
+    pump: PumpState | None
 
 
 class Motion(NamedTuple):
@@ -192,28 +172,32 @@ class DampedTimeStepping:
 
     def checkpoint(self) -> Checkpoint:
         """Copy of the present state."""
-        return Checkpoint(
-            self.motion.displacement.copy(),
-            self.joint_history(),
-            self.load_share,
-            self.load_factor,
-            None if self.zones is None else self.zones.plastic(),
-            None if self.pump is None else self.pump.checkpoint(),
-            None if self.sections is None else self.sections.memory.copy(),
-        )
+        plastic = NO_ZONES if self.zones is None else self.zones.plastic()
+        sections = SectionMemory.fresh(0) if self.sections is None else self.sections.memory.copy()
+        moved, jack = self.motion.displacement.copy(), 0.0 if self.pump is None else self.pump.load
+        state = State(self.load_share, self.load_factor, moved, self.joint_history(), plastic, jack, sections)
+        return Checkpoint(state, None if self.pump is None else self.pump.checkpoint())
 
-    def restore(self, state: Checkpoint) -> None:
-        """Go to a state at rest."""
+    def restore(self, state: State, pump: PumpState | None = None) -> None:
+        """Go to a state at rest.
+
+        Parameters
+        ----------
+        state : State
+            Of the wall.
+        pump : PumpState, optional
+            Of the jacks; by default it stays.
+        """
         self.motion.displacement[:] = state.displacement
-        if self.zones is not None and state.plastic is not None:
+        if self.zones is not None:
             self.zones.set_plastic_strain(state.plastic)
-        if self.pump is not None and state.pump is not None:
-            self.pump.restore(state.pump)
-        if self.sections is not None and state.sections is not None:
+        if self.pump is not None and pump is not None:
+            self.pump.restore(pump)
+        if self.sections is not None:
             for now, then in zip(self.sections.memory, state.sections, strict=True):
                 now[:] = then
         set_history(self.joints, state.history)
-        self.load_share, self.load_factor = state.load_share, state.load_factor
+        self.load_share, self.load_factor = state.load, state.load_factor
         self.broken_at[~state.history.cracked] = np.nan
         self.stop()
 

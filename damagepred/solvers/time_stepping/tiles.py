@@ -81,13 +81,7 @@ def pack_sections(model: Model, commit_interval: int) -> PackedSections | None:
 
 
 def pack_joints(model: Model) -> PackedJoints:
-    """Return the joints of a model, with no memory of anything yet but of their gaps.
-
-    Parameters
-    ----------
-    model : Model
-        n blocks, m interfaces.
-    """
+    """Return the joints of a model, with no memory of anything yet but of their gaps."""
     face, law = model.interfaces, model.properties
     count, points = face.contact_area.shape
     on_ground = model.ground.full.normal.shape[0]
