@@ -179,7 +179,7 @@ def _bonded_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> _B
         along = own["along_x"] * x + own["along_y"] * y
         off = np.abs(own["along_x"] * y - own["along_y"] * x)
         outside = np.maximum(-along, along - own["length"]).clip(min=0.0)
-        # among the edges that look the right way, the one the joint's middle lies on
+        # of the edges with the right normal, the one nearest to the joint's middle
         miss = np.where(across > 1.0 - 1e-6, off + outside, np.inf)
         return int(first_edge[block] + miss.argmin())
 

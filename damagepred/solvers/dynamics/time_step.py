@@ -92,10 +92,10 @@ def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray, options: Dynam
 
 
 def _on_gridpoints(model: Model, scene: BodyArrays, grid: Grid) -> sparse.sparray:
-    """Return the stiffness (size, size) of the points of deformable blocks while what they face is held (N/m).
+    """Return the stiffness (size, size) of the points of deformable blocks against fixed opposite edges (N/m).
 
-    A point moves with the gridpoints at both ends of its facet by shares that add up to 1, so what it holds is at most
-    what it would hold if each of them alone moved it, times these shares: the matrix joins no two gridpoints.
+    A point moves with both gridpoints of its facet by shares that add up to 1. By convexity its energy is at most the
+    sum of those with each gridpoint alone, times the shares: an upper bound that couples no two gridpoints.
     """
     mesh = model.mesh
     assert mesh is not None

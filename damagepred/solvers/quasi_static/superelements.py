@@ -313,7 +313,7 @@ class Superelements:
         displacement : array (size,)
             Of all degrees of freedom (m, rad), after ``recover``.
         plastic : array (z, 4)
-            Plastic strain of the last equilibrium: brought up to date.
+            Plastic strain of the last equilibrium; updated.
         """
         work = 0.0
         for d in self.tangent:
@@ -337,10 +337,8 @@ class Superelements:
 
         Parameters
         ----------
-        displacement : array (size,)
-            Of all degrees of freedom (m, rad), after ``recover``.
-        plastic : array (z, 4)
-            Plastic strain at the equilibrium.
+        displacement, plastic
+            As ``commit``.
         """
         self.field.set_plastic_strain(plastic)
         moved = at_gridpoints(self.model, displacement)
@@ -351,10 +349,8 @@ class Superelements:
 
         Parameters
         ----------
-        displacement : array (size,)
-            Of all degrees of freedom (m, rad), after ``recover``.
-        plastic : array (z, 4)
-            Plastic strain at the equilibrium.
+        displacement, plastic
+            As ``commit``.
         """
         self.field.set_plastic_strain(plastic)
         stress = self.field.stresses(displacement)

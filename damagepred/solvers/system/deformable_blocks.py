@@ -387,7 +387,7 @@ def bending(model: Model) -> Bending:
     at = at - (area[..., None] * at).sum(axis=1, keepdims=True) / area.sum(axis=1)[:, None, None]
     natural = np.einsum("cij,ckj->cki", dual, at)
     slope = np.sqrt(1.5) * np.einsum("cki,cij->ckj", natural[:, :, ::-1], dual)
-    # axes of the cell: as far turned as its two directions on average
+    # axes of the cell: rotated by the mean of its two directions
     unit = (
         first / np.hypot(*first.T)[:, None] + np.stack((second[:, 1], -second[:, 0]), -1) / np.hypot(*second.T)[:, None]
     )

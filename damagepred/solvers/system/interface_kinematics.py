@@ -1,4 +1,4 @@
-"""Kinematics of the joints: how opening, shear and rotation of an interface follow from what its sides are made of."""
+"""Kinematics of interfaces: opening, shear and rotation for displacements of blocks and gridpoints."""
 
 from __future__ import annotations
 
