@@ -259,7 +259,7 @@ def _solve(
         settings, judged = solver or scene.solver, damage or scene.damage
         dynamics = dynamics or scene.dynamics
         settings = settings if dynamics is None else _whole_interfaces(settings)
-        described = _with(scene, settings, judged, dynamics)
+        described = replace(scene, solver=settings, damage=judged, dynamics=dynamics)
         count = increments or scene.movement.increments
         wall_cost(described, count).require(limits)
         model = model_of(described, fields, count)
@@ -339,15 +339,6 @@ def _whole_interfaces(settings: Solver) -> Solver:
     return replace(settings, no_tension_subdivisions=settings.no_tension_subdivisions or 1)
 
 
-def _with(scene: Scene, solver: Solver, damage: Damage, dynamics: Dynamics | None) -> Scene:
-    return replace(scene, solver=solver, damage=damage, dynamics=dynamics)
-
-
-def _support_force(increment: Increment) -> FloatArray:
-    force = increment.support_force
-    return np.full_like(increment.displacement, np.nan) if force is None else force
-
-
 @one_blas_thread()
 def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     """Return what is known of each increment as a whole: arrays (increments,), (increments, openings or groups).
@@ -362,8 +353,8 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         Its path.
     """
     joints, lines, frames = gauges(model)
-    moved = np.array([s.increment.displacement for s in steps])
-    progress = np.array([s.increment.load_factor for s in steps])
+    moved = _stacked(steps, "displacement")
+    progress = _stacked(steps, "load_factor")
     deflection = progress * model.central_deflection
     if model.deflection is not None:
         deflection = np.abs([s.increment.deflection for s in steps])
@@ -374,10 +365,10 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         "progress": progress,
         "central_deflection": deflection,
         "deflection_ratio": deflection / model.span,
-        "unbalanced_force_ratio": np.array([s.increment.unbalanced_force_ratio for s in steps]),
+        "unbalanced_force_ratio": _stacked(steps, "unbalanced_force_ratio"),
         **{name: np.array([getattr(c, name) for c in counters], dtype=np.int64) for name in Counters._fields},
-        "base_reaction": np.array([s.increment.base_reaction for s in steps]),
-        "joint_law_violation": np.array([s.increment.joint_law_violation for s in steps]),
+        "base_reaction": _stacked(steps, "base_reaction"),
+        "joint_law_violation": _stacked(steps, "joint_law_violation"),
         **{name: energy for name, energy in energies.items() if in_time or name not in IN_TIME},
         **frames.distortion(moved)._asdict(),
         **lines.deviation(moved)._asdict(),
@@ -391,10 +382,10 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     if model.surface_movement is not None:
         values["surface_movement"] = progress * model.surface_movement
     if model.jacks is not None:
-        values["jack_load"] = np.array([s.increment.jack_load for s in steps])
+        values["jack_load"] = _stacked(steps, "jack_load")
     if in_time:
-        values |= {name: np.array([getattr(s.increment, name) for s in steps]) for name in ("time", "searches")}
-        values["base_displacement_x"], values["base_displacement_y"] = np.array([s.increment.base for s in steps]).T
+        values |= {name: _stacked(steps, name) for name in ("time", "searches")}
+        values["base_displacement_x"], values["base_displacement_y"] = _stacked(steps, "base").T
     if model.mesh is not None:
         values |= _zone_counts(steps)
     for name in Verdict._fields:
@@ -459,8 +450,9 @@ def without_zone_fields(step: Step) -> Step:
     return step._replace(increment=replace(step.increment, zones=light))
 
 
-def _broken_at(last: Increment) -> dict[str, FloatArray]:
-    return {} if last.broken_at is None else {"contact_broken_at": last.broken_at.ravel()}
+def _stacked(steps: list[Step], name: str) -> NDArray:
+    """Return a field of all increments, one after the other."""
+    return np.array([getattr(s.increment, name) for s in steps])
 
 
 def _footing_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
@@ -470,14 +462,11 @@ def _footing_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         return values
     here = section_interfaces(model)
     if here.size:
-        stacked = (
-            np.array([getattr(s.increment, n) for s in steps]) for n in ("opening", "normal_stress", "shear_stress")
-        )
-        found = section_forces(model, *stacked)
+        found = section_forces(model, *(_stacked(steps, n) for n in ("opening", "normal_stress", "shear_stress")))
         values["section_x"] = model.interfaces.x[here]
         values |= {f"section_{name}": getattr(found, name) for name in found._fields}
     if model.jacks is not None:
-        at, load = support_loads(model, np.array([s.increment.normal_stress for s in steps]))
+        at, load = support_loads(model, _stacked(steps, "normal_stress"))
         values |= {"support_x": at, "support_load": load, "jack_x": model.jacks.at}
     return values
 
@@ -494,14 +483,6 @@ def _ending(model: Model, last: Step) -> dict[str, object]:
         "limit_deflection": deflection,
         "status_message": f"{what} nothing any more at a deflection of {1e3 * deflection:.3g} mm",
     }
-
-
-def _zoning(model: Model) -> dict[str, object]:
-    """Return what is told of deformable blocks as a whole."""
-    mesh = model.mesh
-    if mesh is None:
-        return {}
-    return {"deformable_blocks": len(mesh.block), "zones": len(mesh.zones), "plane": model.plane}
 
 
 def _zone_counts(steps: list[Step]) -> dict[str, NDArray]:
@@ -559,16 +540,21 @@ def _collect(
     openings = len(model.jambs.block)
     rules = Rules.from_settings(**asdict(damage))
 
-    def stacked(name: str) -> NDArray:
-        return np.array([getattr(s.increment, name).ravel() for s in steps])
+    zoning: dict[str, object] = {}
+    if model.mesh is not None:
+        zoning = {"deformable_blocks": len(model.mesh.block), "zones": len(model.mesh.zones), "plane": model.plane}
+
+    def at_contacts(name: str) -> NDArray:
+        return _stacked(steps, name).reshape(len(steps), -1)
 
     def spread(values: NDArray) -> NDArray:
         return np.repeat(values, per_joint)
 
-    moved = np.array([s.increment.displacement for s in steps])
-    support = np.array([_support_force(s.increment) for s in steps])
+    moved = _stacked(steps, "displacement")
+    unknown = np.full_like(moved[0], np.nan)
+    support = np.array([unknown if s.increment.support_force is None else s.increment.support_force for s in steps])
     values = {
-        "increment": np.array([s.increment.number for s in steps], dtype=np.int64),
+        "increment": _stacked(steps, "number").astype(np.int64),
         **path_values(model, steps),
         **{f"opening_{name}": np.full(openings, np.nan) for name in ("left", "sill", "width", "height")},
         "block_x": blocks.x,
@@ -595,12 +581,12 @@ def _collect(
         "contact_tensile_strength": spread(model.properties.tensile_strength),
         "contact_cohesion": spread(model.properties.cohesion),
         "contact_friction": spread(model.properties.friction),
-        "contact_opening": stacked("opening"),
-        "contact_slip": stacked("slip"),
-        "contact_normal_stress": stacked("normal_stress"),
-        "contact_shear_stress": stacked("shear_stress"),
-        "contact_state": stacked("state"),
-        **_broken_at(steps[-1].increment),
+        "contact_opening": at_contacts("opening"),
+        "contact_slip": at_contacts("slip"),
+        "contact_normal_stress": at_contacts("normal_stress"),
+        "contact_shear_stress": at_contacts("shear_stress"),
+        "contact_state": at_contacts("state"),
+        **({} if (broken_at := steps[-1].increment.broken_at) is None else {"contact_broken_at": broken_at.ravel()}),
         **_footing_values(model, steps),
         **(_zone_values(model, steps) if store_zones else {}),
     }
@@ -618,7 +604,7 @@ def _collect(
             "span": model.span,
             "thickness": model.thickness,
             "mean_block_weight": model.mean_block_weight,
-            **_zoning(model),
+            **zoning,
         },
     )
     for share in (energy_error_share, snap_through_share):

@@ -81,7 +81,7 @@ class ExplicitStepper:
         self.scheme.restore(*before.checkpoint())
 
     def end_increment(self) -> None:
-        """Let the pump of jacks follow the movement; from the level state on, load may be prescribed."""
+        """Extrapolate the volume of the pump; from the level state on, the load of the jacks may be prescribed."""
         if self.scheme.pump is not None:
             self.scheme.pump.extrapolate_volume(self.scheme.load_factor)
             if self.number == 0:

@@ -25,7 +25,7 @@ from damagepred.kernels.interface.internal_force import contact_stresses
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.quasi_static.dynamic_relaxation import collapse_motion, relax_dynamically
-from damagepred.solvers.quasi_static.energy_balance import Dissipation, WorkBalance
+from damagepred.solvers.quasi_static.energy_balance import Dissipation, EnergyBalance
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.quasi_static.step_control import (
     EnergyControl,
@@ -66,7 +66,7 @@ class Continuation:
         self.events, self._allowed_halvings = 0, control.max_halvings + 1  # the first that are in vain do not count
         # largest residual since the last report of accepted states that are no equilibria
         self.largest_accepted_residual = 0.0
-        self.balance = WorkBalance(self.tolerance / self.equilibrium.per_weight, self.equilibrium.return_mapping)
+        self.balance = EnergyBalance(self.tolerance / self.equilibrium.per_weight, self.equilibrium.return_mapping)
         self.energy_control = EnergyControl(settings.step_energy_tolerance, self.options.energy)
         law = model.properties
         # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
@@ -121,7 +121,7 @@ class Continuation:
         self.commit(self.state, unstable=False)
 
     def release_supports(self, model: Model) -> float:
-        """Let unilateral supports of the footing open; return the unbalanced force ratio after it."""
+        """Release unilateral supports of the footing in tension; return the unbalanced force ratio after it."""
         free = unilateral_supports(model)
         for mask in (self.state.history.cracked, self.never_opened):
             mask[free] = True
@@ -131,14 +131,14 @@ class Continuation:
         if self.equilibrium.condensed:
             self.equilibrium.uncondense_up_to(int(self.equilibrium.equations.interface_level[free].max()))
         trial = self.state.copy()
-        worst = self.equilibrium.find(trial)
-        if jumped := worst >= self.tolerance or self.equilibrium.has_diverged(trial):
-            trial, worst = self.snap_through(self.state, self.state.load_factor)
+        ratio = self.equilibrium.find(trial)
+        if jumped := ratio >= self.tolerance or self.equilibrium.has_diverged(trial):
+            trial, ratio = self.snap_through(self.state, self.state.load_factor)
         self.state = trial
-        if worst < self.tolerance and not self.equilibrium.has_diverged(trial):
+        if ratio < self.tolerance and not self.equilibrium.has_diverged(trial):
             self.commit(trial, unstable=True, snapped=jumped)
-            self.state, worst = self._redistribute_failures(trial, worst)
-        return worst
+            self.state, ratio = self._redistribute_failures(trial, ratio)
+        return ratio
 
     @property
     def counters(self) -> Counters:
@@ -166,7 +166,7 @@ class Continuation:
         return self._load, most
 
     def fail_bonds(self, state: State, load: FloatArray) -> BoolArray:
-        """Let the most loaded bonds fail; return which of them lost a crack's residual strength.
+        """Fail the most loaded bonds; return those that lost the residual strength of a crack.
 
         A softening bond that reaches its tensile strength only begins to soften. Slip breaks all of it if its shear is
         brittle. Tension comes first where tension and shear reach their limits together.
@@ -283,30 +283,30 @@ class Continuation:
             step, trial = distance(state, target), state.at(*target)
             # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
             near = self._locates_collapse or self._relaxes
-            worst = self.equilibrium.find(trial, ahead, near)
-            if worst >= self.tolerance and self._locates_collapse and step > control.minimum_step:
+            ratio = self.equilibrium.find(trial, ahead, near)
+            if ratio >= self.tolerance and self._locates_collapse and step > control.minimum_step:
                 control.reject_target(target)
                 continue
-            if worst >= self.tolerance and not near and control.may_halve(step, self._allowed_halvings):
+            if ratio >= self.tolerance and not near and control.may_halve(step, self._allowed_halvings):
                 # a shorter step converges more easily, or shows more clearly that no equilibrium exists
                 control.halve_step(state, target)
                 continue
-            if worst < self.tolerance and control.halvings:
+            if ratio < self.tolerance and control.halvings:
                 self._allowed_halvings = min(self._allowed_halvings + 1, options.max_halvings + 1)
             jumped = False
-            if self._has_failed(trial, worst):
+            if self._has_failed(trial, ratio):
                 known = control.collapse_point is not None
-                trial, worst, unconverged = self._find_distant(state, trial, ahead, near, known)
+                trial, ratio, unconverged = self._find_distant(state, trial, ahead, near, known)
                 jumped = trial is not unconverged
-            if self._has_failed(trial, worst):
+            if self._has_failed(trial, ratio):
                 detached = [s for s in (trial, unconverged) if self._is_detached(s)]
                 located = step <= control.collapse_bracket or not (detached or known)
                 if detached or control.collapsed_state is None:
                     control.collapsed_state = detached[0] if detached else trial
-                control.bracket_collapse(target, control.collapsed_state, worst)
+                control.bracket_collapse(target, control.collapsed_state, ratio)
                 self.last_stable_load_factor, self.state = state.load_factor, control.collapsed_state
                 if located:
-                    return worst
+                    return ratio
                 continue
             control.accept_distant(target)
             loaded, heaviest = self.bond_loads(trial)
@@ -317,24 +317,24 @@ class Continuation:
             if heaviest <= 1.0 + options.overload_tolerance:
                 state = trial
                 if self._can_reclose:
-                    state, worst = self._redistribute_failures(state, worst)
+                    state, ratio = self._redistribute_failures(state, ratio)
                 control.accept_step(target)
                 if target == control.goal:
                     self.state = state
-                    return worst
+                    return ratio
             elif at_event:
-                state, worst = self._redistribute_failures(trial, worst)
+                state, ratio = self._redistribute_failures(trial, ratio)
                 control.pass_event()
-                if self._has_failed(state, worst):
+                if self._has_failed(state, ratio):
                     self.last_stable_load_factor, self.state = trial.load_factor, state
-                    return worst
+                    return ratio
             else:
                 share = self._interpolate_event(state, loaded, options.interpolation_aim)
                 control.bracket_event(state, target, share)
 
-    def _has_failed(self, state: State, worst: float) -> bool:
+    def _has_failed(self, state: State, ratio: float) -> bool:
         """Return whether a state is no equilibrium."""
-        return worst >= self.tolerance or self.equilibrium.has_diverged(state)
+        return ratio >= self.tolerance or self.equilibrium.has_diverged(state)
 
     def _is_detached(self, state: State) -> bool:
         """Return whether a part of the wall is detached."""
@@ -361,16 +361,16 @@ class Continuation:
         self._allowed_halvings = max(self._allowed_halvings - 1, options.least_halvings)
         self._relaxes = self._all_weak
         start = state.at(unconverged.load, unconverged.load_factor)
-        trial, worst = self.snap_through(
+        trial, ratio = self.snap_through(
             start, state.load_factor, options.collapse_relaxation if collapse_known else 1.0
         )
         # neither at rest nor collapsing
-        if near and not collapse_known and self.tolerance <= worst < np.inf:
+        if near and not collapse_known and self.tolerance <= ratio < np.inf:
             unconverged = state.at(unconverged.load, unconverged.load_factor)
             residual = self.equilibrium.find(unconverged, ahead)
             if not self._has_failed(unconverged, residual):
                 return unconverged, residual, unconverged
-        return trial, worst, unconverged
+        return trial, ratio, unconverged
 
     def _commit_within_energy_error(self, trial: State, step: float, jumped: bool, control: StepControl) -> bool:
         """Commit an equilibrium, unless the energy error of the step asks for a shorter one; return whether."""
@@ -446,7 +446,7 @@ class Continuation:
         cycles_share : float
             Share of the cycles that are allowed, unless the wall is slowing down.
         """
-        equilibrium, options, worst = self.equilibrium, self.options.continuation, np.inf
+        equilibrium, options, ratio = self.equilibrium, self.options.continuation, np.inf
         nearest, least, mark, since = state, np.inf, np.inf, 0
         volume = equilibrium.volume_per_deflection()
         for resting in relax_dynamically(self.model, state, start_load_factor, cycles_share, volume, self.options):
@@ -461,16 +461,16 @@ class Continuation:
                 gave |= resting.history.dilatant_opening != state.history.dilatant_opening
                 farthest = int(equilibrium.equations.interface_level[gave.any(axis=1)].max(initial=0))
                 equilibrium.uncondense_up_to(max(farthest, equilibrium.farthest_open()))
-            worst, found = equilibrium.find_nearby(resting)
-            if worst < self.tolerance:
+            ratio, found = equilibrium.find_nearby(resting)
+            if ratio < self.tolerance:
                 resting.displacement[:] = found
-                return resting, worst
+                return resting, ratio
             if abs(equilibrium.gap(resting, found)) > options.fallback_deflection_tolerance:
-                worst = max(
-                    worst, options.fallback_residual_tolerance
+                ratio = max(
+                    ratio, options.fallback_residual_tolerance
                 )  # a tremble is no reason for a deflection that is short
-            if worst < least:
-                nearest, least = resting, worst
+            if ratio < least:
+                nearest, least = resting, ratio
                 nearest.displacement[:] = found
             since, mark = (0, least) if least < 0.5 * mark else (since + 1, mark)
             if least < options.fallback_residual_tolerance and since >= options.stagnation_limit:
@@ -480,12 +480,12 @@ class Continuation:
         if falling is not None:
             return falling, np.inf
         if not accepted:
-            return resting, worst
+            return resting, ratio
         self.largest_accepted_residual = max(self.largest_accepted_residual, equilibrium.accept_unconverged(nearest))
         return nearest, 0.0
 
-    def _redistribute_failures(self, state: State, worst: float) -> tuple[State, float]:
-        """Let overloaded bonds fail at constant load, the most overloaded first, until none is."""
+    def _redistribute_failures(self, state: State, ratio: float) -> tuple[State, float]:
+        """Fail overloaded bonds at constant load, the most overloaded first, until none is overloaded."""
         parted_again = np.zeros_like(state.history.cracked)
         while True:
             load, heaviest = self.bond_loads(state)
@@ -493,14 +493,14 @@ class Continuation:
             if overloaded:
                 parted_again |= self.fail_bonds(state, load)
             if not (self._reclose(state, except_for=parted_again) or overloaded):
-                return state, worst
+                return state, ratio
             trial = state.copy()
-            worst = self.equilibrium.find(trial)
-            snapped = worst >= self.tolerance and not self.equilibrium.has_diverged(trial)
+            ratio = self.equilibrium.find(trial)
+            snapped = ratio >= self.tolerance and not self.equilibrium.has_diverged(trial)
             if snapped:
-                trial, worst = self.snap_through(state, state.load_factor)
-            if worst >= self.tolerance or self.equilibrium.has_diverged(trial):
-                return trial, worst
+                trial, ratio = self.snap_through(state, state.load_factor)
+            if ratio >= self.tolerance or self.equilibrium.has_diverged(trial):
+                return trial, ratio
             state = trial
             self.commit(state, unstable=True, snapped=snapped)
 
@@ -561,5 +561,5 @@ class Checkpoint(NamedTuple):
     state: State
     never_opened: BoolArray
     broken_at: FloatArray
-    balance: WorkBalance
+    balance: EnergyBalance
     events: int

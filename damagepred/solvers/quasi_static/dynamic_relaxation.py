@@ -203,7 +203,7 @@ def _at(
     pumped = lasting if volume_per_deflection is not None else replace(lasting, jacks=None)
     run, load = DampedTimeStepping(pumped, Solver(), options, commit_sections=False), state.load
     if jacks is not None and run.pump is None:
-        # what is given grows with the movement from that of the level state
+        # a prescribed load grows with the movement from that of the level state
         growth = (
             (jacks.load - state.jack) / (1.0 - state.load_factor) if jacks.by_load and state.load_factor < 1.0 else 0.0
         )

@@ -28,7 +28,7 @@ class Dissipation(NamedTuple):
 
 
 @dataclass
-class WorkBalance:
+class EnergyBalance:
     """Energy balance of dead load and movement, all in J, summed along the path.
 
     Attributes

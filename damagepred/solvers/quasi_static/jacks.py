@@ -1,8 +1,8 @@
-"""Jacks under the footing: their load is one more unknown where the deflection is what is controlled.
+"""Jacks under the footing: under deflection control their load is one more unknown.
 
-The path begins at the level state: while the dead load comes on, the jacks hold the footing's deflection at nothing.
-From there the deflection grows with the movement and the load is found with the displacements; or the load goes to its
-final value in proportion, and the deflection is what comes of it.
+The path begins at the level state: while the dead load is applied, the jacks keep the footing's deflection at zero.
+Then either the deflection grows with the movement and the load is found with the displacements, or the load grows in
+proportion to its final value.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from damagepred.assembly import Model
 
 @dataclass
 class JackControl:
-    """What of the jacks is given, and what is found.
+    """Control of the jacks by deflection or by load.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class JackControl:
     goal : float
         Deflection at full movement (m, upwards).
     level_load, load : float or None
-        Load of each jack (N) in the level state, and at full movement, once that is what is controlled; None before.
+        Load of each jack (N) in the level state, None until the load is controlled, and at full movement.
     """
 
     push: FloatArray
@@ -74,7 +74,7 @@ class JackControl:
         return 0.0 if self.by_load else load_factor * self.goal - float(self.weights @ displacement)
 
     def step(self, alone: FloatArray, by_push: FloatArray, gap: float) -> tuple[FloatArray, float]:
-        """Return the step of displacements and load that balances forces and closes the gap.
+        """Return the step of displacements and load that balances forces and reaches the deflection.
 
         Parameters
         ----------
@@ -83,8 +83,8 @@ class JackControl:
         gap : float
             Deflection that is missing (m).
         """
-        reach = float(self.weights @ by_push)
-        if not reach > 0.0:  # the jacks lift nothing: leave the load as it is
+        per_load = float(self.weights @ by_push)
+        if not per_load > 0.0:  # the jacks lift nothing: leave the load as it is
             return alone, 0.0
-        more = (gap - float(self.weights @ alone)) / reach
+        more = (gap - float(self.weights @ alone)) / per_load
         return alone + more * by_push, more

@@ -67,10 +67,10 @@ class Residual:
         self.rate = np.zeros(self.dead_load.size)
         supports = model.supports
         moves = supports.prescribed_displacement != 0.0
-        # what goes on inside deformable blocks may follow the load
+        # forces inside deformable blocks may depend on the load factor
         self._stands_still = self.superelements is None and not (moves.any() or model.ground.moves)
         self._moved = everything[:0] if self._stands_still else self._interfaces_of(self._blocks_of(moves))
-        # what is condensed takes supports as standing still
+        # condensed courses have fixed supports
         displaced = self._blocks_of(moves | (supports.start != 0.0))
         self._nearest = 0
         if displaced.size:
@@ -145,7 +145,7 @@ class Residual:
             self.force[self.equations.boundary_dofs] += self.equations.condensed_force(
                 displacement, state.load, state.load_factor
             )
-        # what is no number must not pass for balance; so are forces of a block in which no equilibrium is found
+        # NaN must not pass for balance; forces of a block that finds no equilibrium inside are NaN, too
         force, ratio = free_residual(self.force, self.free, self.per_weight)
         if self.superelements is not None:
             ratio = max(ratio, self.superelements.largest_block_resultant(force) / self.weight)
@@ -316,7 +316,7 @@ class Residual:
         )
 
     def uncondense_up_to(self, level: int) -> None:
-        """Look at all joints up to a level one by one; what is beyond stays elastic and condensed."""
+        """Make all joints up to a level active; courses beyond it stay elastic and condensed."""
         level = max(level, self._nearest)
         if level + 1 > self.equations.active_levels or not self.condensed:
             self.condensed = self.equations.condense(level + 1, self.dead_load, self.live_load)
@@ -353,14 +353,14 @@ class Residual:
         return int(self.equations.superelement_level[listed].max(initial=-1))
 
     def complete(self, state: State, displacement: FloatArray | None = None) -> None:
-        """Fill in what is condensed, what lies inside deformable blocks, and what follows from gridpoints.
+        """Recover the displacements of condensed courses, and those inside deformable blocks.
 
         Parameters
         ----------
         state : State
-            Load, movement, memory.
+            Load, load factor and history.
         displacement : array (size,), optional
-            Where; by default at the state's own.
+            Changed; by default the state's own.
         """
         moved = state.displacement if displacement is None else displacement
         if self.condensed:

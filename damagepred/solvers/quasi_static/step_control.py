@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from damagepred.solvers.options import DEFAULTS, SolverOptions
-from damagepred.solvers.quasi_static.energy_balance import WorkBalance
+from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.options import ContinuationOptions, EnergyOptions
 from damagepred.solvers.state.wall_state import State
 
@@ -34,7 +34,7 @@ class EnergyControl:
     tolerance: float
     options: EnergyOptions = DEFAULTS.energy
 
-    def next_length(self, before: WorkBalance, after: WorkBalance, step: float) -> float:
+    def next_length(self, before: EnergyBalance, after: EnergyBalance, step: float) -> float:
         """Return the step length whose imbalance is just allowed.
 
         It is that of the next step, or of this step repeated if shorter. The imbalance is of second order in the step,
@@ -42,7 +42,7 @@ class EnergyControl:
 
         Parameters
         ----------
-        before, after : WorkBalance
+        before, after : EnergyBalance
             At the two ends of the step.
         step : float
             Its length.

@@ -86,31 +86,31 @@ class QuasiStaticStepper:
         ConvergenceError
             If no equilibrium is found although no part is detached.
         """
-        path, worst = self.path, self.path.advance(1.0, load_factor)
-        if self.number == 0 and self._lifted_off(worst):
+        path, ratio = self.path, self.path.advance(1.0, load_factor)
+        if self.number == 0 and self._lifted_off(ratio):
             path = self.path = Continuation(level(path.model), self.settings)
-            worst = path.advance(1.0, 0.0)
-            worst = path.release_supports(self.model) if worst < path.tolerance else worst
-        state, balanced = path.state, worst < path.tolerance
+            ratio = path.advance(1.0, 0.0)
+            ratio = path.release_supports(self.model) if ratio < path.tolerance else ratio
+        state, balanced = path.state, ratio < path.tolerance
         collapsed = bool(detached_blocks(self.model, state.displacement, state.load_factor).any())
         if not (balanced or collapsed):
-            raise self._not_converged(worst)
-        if collapsed and not np.isfinite(worst):
-            worst = residual_in_motion(path.model, state)
-        return Outcome(worst, balanced, collapsed)
+            raise self._not_converged(ratio)
+        if collapsed and not np.isfinite(ratio):
+            ratio = residual_in_motion(path.model, state)
+        return Outcome(ratio, balanced, collapsed)
 
-    def _lifted_off(self, worst: float) -> bool:
+    def _lifted_off(self, ratio: float) -> bool:
         """Return whether the dead load lifted the footing off unilateral supports, or found no equilibrium."""
         path, free = self.path, unilateral_supports(self.model)
-        rests = worst < path.tolerance and not detached_blocks(path.model, path.state.displacement, 0.0).any()
+        rests = ratio < path.tolerance and not detached_blocks(path.model, path.state.displacement, 0.0).any()
         return bool(free.size) and not (rests and path.never_opened[free].all())
 
-    def _not_converged(self, worst: float) -> ConvergenceError:
+    def _not_converged(self, ratio: float) -> ConvergenceError:
         path = self.path
         force, _ = path.equilibrium.residual(path.state, path.state.displacement)
         block = int(path.equilibrium.system.block_of_dof[np.abs(force * path.equilibrium.per_weight).argmax()])
         message = (
-            f"increment {self.number}: no equilibrium found; the unbalanced force is {worst:.2g} block weights at "
+            f"increment {self.number}: no equilibrium found; the unbalanced force is {ratio:.2g} block weights at "
             f"{self.model.describe_block(block)}, allowed is {path.tolerance:g}."
         )
         if self.model.supports.live_load.any():

@@ -1,4 +1,4 @@
-"""What every solver hands out, one increment after the other."""
+"""Result of an increment, the same record for every solver."""
 
 from __future__ import annotations
 
@@ -61,11 +61,11 @@ class Energies(NamedTuple):
     friction_work, fracture_work, crushing_work, plastic_work : float
         Dissipated by friction, by softening bonds, by crushing, and by zones that yield.
     released_energy : float
-        Set free where bonds broke or the wall gave way.
+        Set free where bonds failed or the wall snapped through.
     snap_through_energy : float
-        Part of that: set free where the wall moved to an equilibrium that was not near.
+        Part of that: by snap-through to a distant equilibrium.
     energy_error : float
-        What does not balance: of the quasi-static solver the sum of magnitudes.
+        Imbalance of these terms; of the quasi-static solver the sum of its magnitudes.
     kinetic_energy, boundary_work, damping_work : float
         Of a dynamic run: energy of motion, work of ground and supports (part of ``external_work``), and dissipated by
         damping.
@@ -108,8 +108,8 @@ class Increment:
         ``ContactState``: cracked once tension has passed its strength, also while the bond still softens (or brittle
         shear has broken it), else slipping once it has slid.
     unbalanced_force_ratio : float
-        Largest unbalanced force over the mean weight of a block; above the tolerance of the quasi-static solver, but
-        not above 1e-3, where on the way there was no equilibrium and the wall trembled about a place.
+        Largest residual force over the mean block weight. Above the tolerance of the quasi-static solver, and at most
+        1e-3, where Coulomb friction admitted no equilibrium on the way (cyclic stick-slip).
     base_reaction : float
         Vertical force of ground and supports on the wall (N, upwards).
     counters : Counters
@@ -119,8 +119,8 @@ class Increment:
     joint_law_violation : float
         Stress by which a joint exceeds its law, at most (Pa), of the quasi-static solver.
     collapsed : bool
-        Whether a part of the wall has become detached; then this increment is no equilibrium, and ``load_factor`` is
-        where the wall was found to collapse.
+        Whether a part of the wall is detached; then the increment is no equilibrium, and ``load_factor`` is that of
+        collapse.
     last_stable_load_factor : float
         Of an increment in which the wall collapsed, the load factor of the last equilibrium before.
     time : float
@@ -128,19 +128,19 @@ class Increment:
     base : tuple of float
         Displacement x, y of the base of a dynamic run (m); that of the blocks is relative to it.
     searches : int
-        Times a dynamic run has looked so far for what blocks are near.
+        Searches of a dynamic run for neighbouring blocks so far.
     support_force : array (n, 3) or None
         Force of the supports on each block, x, y (N) and moment (N m); 0 where the block is free.
     zones : ZoneResults or None
         Of the deformable blocks; ``displacement`` has their mean motion.
     deflection : float
-        Of a footing that finds its own shape: its centre relative to its ends (m, upwards).
+        Of a footing on jacks or soil: its centre relative to its ends (m, upwards).
     jack_load : float
         Of each jack under it (N, upwards).
     broken_at : array (m, q) or None
-        Progress at which each bond broke, NaN where it holds or there was none; None of dynamic runs.
+        Load factor at which each bond failed, NaN where it holds or there was none; None of dynamic runs.
     ended : str
-        Why the path ends before the full movement: ``"jacks"`` or ``"supports"`` carry nothing any more; ``""`` if not.
+        Why the path ends before the full movement: ``"jacks"`` or ``"supports"`` carry no load; ``""`` if it does not.
     """
 
     number: int

@@ -1,10 +1,10 @@
-"""Does a wall fall that finds no rest? It is pushed on along the way that it goes, to see whether anything stops it.
+"""Collapse-mechanism test of a wall that finds no equilibrium.
 
-A little beyond the load that it can carry, a wall sets off so slowly that in any number of cycles it hardly gets
-anywhere: it is not at rest, and nothing is detached. What is left out of balance then either does work as the wall
-moves on, however far, or something that it meets on its way resists. With small displacements joints that slide and
-open do so with the same forces all the way, so moving faster changes no more than how soon it is seen. Bonds do not
-break meanwhile: of them the wall has more than it may have.
+A little beyond its limit load a wall accelerates so slowly that nothing is detached in any affordable number of cycles.
+Either the unbalanced forces do work along the whole motion, or a joint on the way resists. With small displacements,
+joints slide and open under constant forces, so a larger speed shows the same end sooner: the test speeds the motion up
+until a part is detached, or forces balance. Bonds do not break meanwhile: a wall that
+collapses with them collapses without them.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ def with_lasting_bonds(model: Model) -> Model:
 
 
 def is_mechanism(run: DampedTimeStepping, near_rest: bool = False) -> bool:
-    """Tell whether what moves comes loose when it is pushed on.
+    """Return whether a part of the wall is detached when its motion is sped up.
 
     Parameters
     ----------
     run : DampedTimeStepping
-        A wall on its way, with lasting bonds; it is left where it was pushed to.
+        A wall in motion, with lasting bonds; it is left at the end of that motion.
     near_rest : bool
         Whether the wall is nearly at rest; then it gets fewer rounds.
     """
@@ -46,20 +46,20 @@ def is_mechanism(run: DampedTimeStepping, near_rest: bool = False) -> bool:
     rounds = options.max_rounds_near_rest if near_rest else options.max_rounds
     moved, mass = run.motion.displacement, 1.0 / run.motion.inverse_mass[run.free]
     for _ in range(rounds):
-        ways = []
+        moves = []
         for _ in range(2):
             before = moved[run.free].copy()
             run.cycle(options.cycles)
-            ways.append(moved[run.free] - before)
+            moves.append(moved[run.free] - before)
         if not np.isfinite(moved).all():
             return False
         if detached_blocks(run.model, moved, run.load_factor).any():
             return True
-        first, second = ways
+        first, second = moves
         load = run.load_share * run.motion.load + run.load_factor * run.motion.live_load
-        gains = float((mass * first) @ (second - first)) > 0.0 and float(load[run.free] @ second) > 0.0
-        # the mean speed: what only swings to and fro makes local damping brake like a friction that is not there
-        run.motion.velocity[run.free] = (options.speed_factor if gains else 1.0) / options.cycles * second
+        accelerates = float((mass * first) @ (second - first)) > 0.0 and float(load[run.free] @ second) > 0.0
+        # the mean speed: under an oscillation local damping acts like friction
+        run.motion.velocity[run.free] = (options.speed_factor if accelerates else 1.0) / options.cycles * second
         if run.unbalanced_force_ratio().max() < run.settings.tolerance_used:
             return False
     return False

@@ -1,9 +1,9 @@
-"""Jacks of the explicit solver: one pump feeds them all, and is controlled by the deflection that they make.
+"""Jacks of the explicit solver: one pump feeds all of them and is controlled by the footing's deflection.
 
-Jacks with equal loads work on the sum of their lifts, but what is controlled is a deflection: to let the load follow
-from the deflection at once would feed energy into the blocks. So the load comes from a stiff line between pump and
-jacks, which stores what it takes. The pump's volume runs ahead with the movement as it did in the last increment, and
-what of the deflection is then still missing is brought about by an integral control, slower than the wall swings.
+Jacks with equal loads do work on the sum of their lifts, but a deflection is controlled: a load that followed directly
+from the deflection would feed energy into the blocks. So a stiff elastic line between pump and jacks gives the load.
+The pump's volume is extrapolated from the last increment. Integral control, slower than the wall's oscillation,
+corrects the deflection that is still missing.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ class PumpLine(NamedTuple):
     push, weight : array (k,)
         Force on each of jacks that push with 1 N each, and its weight in the deflection.
     state : array (2,)
-        Volume: the sum of all lifts if the line did not give (m); and load of each jack (N).
+        Volume: the sum of all lifts for a rigid line (m); and load of each jack (N).
     stiffness : float
         Load of each jack for a unit of volume (N/m); 0 where the load itself is given.
     gain : float
-        Volume that the control delivers in a cycle for a unit of missing deflection.
+        Volume that the control delivers in a cycle per missing deflection (1).
     goal, volume_step : float
         Deflection (m), and volume (m) that is delivered in advance, per load factor.
     load, load_step : float
@@ -54,7 +54,7 @@ class PumpLine(NamedTuple):
 
 
 PumpState = tuple[PumpLine, FloatArray, tuple[float, float]]
-"""A state of the pump to come back to: what ``Pump.restore`` takes."""
+"""A state of the pump, as ``Pump.restore`` takes it."""
 
 
 class Pump:
@@ -70,7 +70,7 @@ class Pump:
     Raises
     ------
     ConvergenceError
-        If nothing holds the footing, or its jacks do not bend it.
+        If the footing has no supports, or its jacks do not bend it.
     """
 
     def __init__(self, model: Model, options: JackServoOptions) -> None:
@@ -111,7 +111,7 @@ class Pump:
             0.0,
         )
         self._from = (0.0, 0.0)
-        """Progress and volume of the last increment."""
+        """Load factor and volume at the end of the last increment."""
 
     def row_sum(self, scale: FloatArray) -> FloatArray:
         """Return the sums (size,) of the rows of the line's stiffness, each degree of freedom as a displacement.
@@ -125,7 +125,7 @@ class Pump:
         return self.stiffness * push * push.sum()
 
     def set_gain(self, mass: FloatArray, damping: float) -> None:
-        """Let the control be slower than the wall swings under the jacks.
+        """Set a gain at which the control is slower than the wall's oscillation on the jacks.
 
         Parameters
         ----------
@@ -145,11 +145,11 @@ class Pump:
 
     @property
     def time_constant(self) -> float:
-        """Cycles in which the control closes all but 1/e of a deflection that is missing; endless without control."""
+        """Cycles in which the control reduces a missing deflection to 1/e; infinite without control."""
         return self.volume_per_deflection / self.line.gain if self.controlled else np.inf
 
     def halve_gain(self) -> None:
-        """Control at half the pace."""
+        """Halve the gain of the control."""
         self.line = self.line._replace(gain=0.5 * self.line.gain)
 
     @property
@@ -175,12 +175,12 @@ class Pump:
         return load_factor * self.line.goal - float(self.weights @ displacement) if self.controlled else 0.0
 
     def begin_level(self) -> None:
-        """Deliver what holds the intact wall level under its dead load."""
+        """Deliver the volume that keeps the intact wall level under its dead load."""
         self.line.state[:] = self.level_volume, self.level_load
         self._from = (0.0, self.level_volume)
 
     def begin_at(self, displacement: FloatArray, load: float, volume_per_deflection: float) -> None:
-        """Deliver what holds the wall at a displacement under a load of each jack (N), and control nothing more.
+        """Deliver the volume of a displacement under a load of each jack (N), and switch the control off.
 
         Parameters
         ----------
@@ -199,29 +199,29 @@ class Pump:
         self.line.state[VOLUME] += volume
 
     def add_dead_load(self, share: float) -> None:
-        """Deliver what a further share of the dead load presses out of the jacks of an intact, level wall."""
+        """Deliver the volume by which a further share of the dead load compresses the line under a level wall."""
         self.line.state[VOLUME] += share * self.level_volume
 
     def extrapolate_volume(self, load_factor: float) -> None:
-        """Let the volume run ahead of the deflection as it had to since the last call, at rest then and now."""
+        """Extrapolate the volume per load factor from the states at rest at the last call and now."""
         before, volume = self._from[0], float(self.line.state[VOLUME])
         if self.controlled and load_factor > before:
             self.line = self.line._replace(volume_step=(volume - self._from[1]) / (load_factor - before))
         self._from = (load_factor, volume)
 
     def control_load(self) -> None:
-        """From the level state on, let the load be given instead of the deflection, if it is to be."""
+        """Prescribe the load instead of the deflection from the level state on, if the jacks are controlled by load."""
         if self.jacks.by_load:
             self.line = self.line._replace(
                 stiffness=0.0, gain=0.0, goal=0.0, load=self.load, load_step=self.jacks.load - self.load
             )
 
     def checkpoint(self) -> PumpState:
-        """Return what ``restore`` takes to come back to the present state."""
+        """Return a copy of the present state."""
         return self.line, self.line.state.copy(), self._from
 
     def restore(self, state: PumpState) -> None:
-        """Come back to an earlier state."""
+        """Return to an earlier state."""
         line, volume_and_load, self._from = state
         self.line = line._replace(state=self.line.state)
         self.line.state[:] = volume_and_load

@@ -1,4 +1,4 @@
-"""Interfaces and their memory, packed into tiles for the explicit solver's cycle, and unpacked again."""
+"""Interfaces and their history, packed into tiles for the explicit solver's cycle, and unpacked again."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class PackedJoints(NamedTuple):
     ground : array of record (g,)
         Movement of the ground under the last g tiles, a straight line in the load factor; see ``move_ground``.
     contributions : array of float
-        The tiles' own memory seen as plain numbers.
+        The tiles' buffer as plain numbers.
     first : array of unsigned int (bodies + 1,), position : array of unsigned int (2 m,)
         ``position[first[j]:first[j + 1]]`` is where ``contributions`` holds the forces on body j.
     lane : array of int (m,)
@@ -52,7 +52,7 @@ class PackedSections(NamedTuple):
     stiffness : array (m, 9)
         Room that the forces' kernel fills.
     commit_interval : int
-        Cycles after which the sections remember what they have been through; 0 is never.
+        Cycles from one commit of the history variables to the next; 0: none.
     """
 
     law: Sections
@@ -71,7 +71,7 @@ def pack_sections(model: Model, commit_interval: int) -> PackedSections | None:
     model : Model
         m interfaces.
     commit_interval : int
-        Cycles after which they remember what they have been through; 0 is never.
+        Cycles from one commit of their history variables to the next; 0: none.
     """
     if model.sections is None:
         return None
@@ -81,7 +81,7 @@ def pack_sections(model: Model, commit_interval: int) -> PackedSections | None:
 
 
 def pack_joints(model: Model) -> PackedJoints:
-    """Return the joints of a model, with no memory of anything yet but of their gaps."""
+    """Return the joints of a model, unloaded, with their gaps."""
     face, law = model.interfaces, model.properties
     count, points = face.contact_area.shape
     on_ground = model.ground.full.normal.shape[0]
@@ -118,7 +118,7 @@ def pack_joints(model: Model) -> PackedJoints:
 
 
 def move_ground(joints: PackedJoints, movement: GroundMovement, start: float, end: float) -> None:
-    """Let the ground under the tiles move in a straight line between its states at two load factors.
+    """Set the linear movement of the ground under the tiles between its states at two load factors.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def move_ground(joints: PackedJoints, movement: GroundMovement, start: float, en
 
 
 def needs_full_law(model: Model) -> bool:
-    """Tell whether any joint dilates, breaks or wears by slip, has a cap or gap: without, the cycle is faster."""
+    """Return whether any joint dilates, softens or breaks by slip, has a cap or gap: otherwise the cycle is faster."""
     law = model.properties
     special = law.dilation.any() or law.brittle_shear.any() or law.critical_slip.any()
     special = special or law.gap.any()
@@ -151,7 +151,7 @@ def needs_full_law(model: Model) -> bool:
 
 
 def needs_softening(model: Model) -> bool:
-    """Tell whether any bond softens; if none does, the cycle takes two thirds of the time without."""
+    """Return whether any bond softens: otherwise the cycle takes two thirds of the time."""
     return bool(model.properties.critical_opening.any())
 
 
@@ -204,7 +204,7 @@ def take(field: NDArray[Any], lane: IntArray) -> NDArray[Any]:
 
 
 def _incidence(model: Model, record: np.dtype[Any], lane: IntArray) -> tuple[NDArray[np.uint64], NDArray[np.uint64]]:
-    """Tell where the forces on each body stand, one after the other."""
+    """Return the positions of the forces on each body, one body after the other."""
     face, number = model.interfaces, np.dtype(np.float64).itemsize
     tile = lane // LANES * (record.itemsize // number) + lane % LANES
     fields: Any = record.fields
