@@ -31,8 +31,6 @@ from damagepred.solvers.quasi_static.step_control import (
     EnergyControl,
     Point,
     StepControl,
-    between,
-    distance,
 )
 from damagepred.solvers.state.increment import Counters
 from damagepred.solvers.state.joint_history import JointHistory, without_bond
@@ -97,10 +95,8 @@ class Continuation:
         history.cracked[without_bond(self.model)] = True
         self.never_opened = history.cracked.copy()
         self.broken_at, self._bonded = np.full(history.cracked.shape, np.nan), ~history.cracked
-        if condense:  # what has a gap stays open until it closes
-            open_up = history.cracked.any(axis=1) & (law.gap == 0.0)
-            levels = self.equilibrium.equations.interface_level[open_up]
-            self.equilibrium.uncondense_up_to(int(levels.max(initial=0)))
+        if condense:  # joints with a gap carry nothing until they close
+            self.equilibrium.uncondense_interfaces(history.cracked.any(axis=1) & (law.gap == 0.0))
         return replace(State.rest(self.model), history=history)
 
     def change_supports(self, model: Model) -> None:
@@ -113,11 +109,10 @@ class Continuation:
         if before.superelements is not None and self.equilibrium.superelements is not None:
             self.equilibrium.superelements.activate_as_in(before.superelements)
         if before.condensed:
-            gave = history.cracked | (history.slip != 0.0) | (history.dilatant_opening != 0.0)
-            levels = self.equilibrium.equations.interface_level[gave.any(axis=1)]
-            self.equilibrium.uncondense_up_to(max(int(levels.max(initial=0)), self.equilibrium.farthest_open()))
+            inelastic = history.cracked | (history.slip != 0.0) | (history.dilatant_opening != 0.0)
+            self.equilibrium.uncondense_interfaces(inelastic.any(axis=1))
         self.balance.change_supports(model)
-        self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
+        self.equilibrium.find(self.state)  # for its tangent
         self.commit(self.state, unstable=False)
 
     def release_supports(self, model: Model) -> float:
@@ -129,14 +124,14 @@ class Continuation:
         self.model = self.equilibrium.model = model  # of the same stiffness
         self.balance.change_supports(model)
         if self.equilibrium.condensed:
-            self.equilibrium.uncondense_up_to(int(self.equilibrium.equations.interface_level[free].max()))
+            self.equilibrium.uncondense_interfaces(free)
         trial = self.state.copy()
         ratio = self.equilibrium.find(trial)
-        if jumped := ratio >= self.tolerance or self.equilibrium.has_diverged(trial):
+        if snapped := self._has_failed(trial, ratio):
             trial, ratio = self.snap_through(self.state, self.state.load_factor)
         self.state = trial
-        if ratio < self.tolerance and not self.equilibrium.has_diverged(trial):
-            self.commit(trial, unstable=True, snapped=jumped)
+        if not self._has_failed(trial, ratio):
+            self.commit(trial, unstable=True, snapped=snapped)
             self.state, ratio = self._redistribute_failures(trial, ratio)
         return ratio
 
@@ -183,12 +178,11 @@ class Continuation:
         weak = self._weak & ~state.history.cracked & (load > 1.0 + options.overload_tolerance)
         broken |= weak & (load >= 1.0 + options.weak_bond_group * (heaviest - 1.0))
         if self.equilibrium.condensed:
-            levels = self.equilibrium.equations.interface_level[broken.any(axis=1)]
-            self.equilibrium.uncondense_up_to(int(levels.max()))
+            self.equilibrium.uncondense_interfaces(broken.any(axis=1))
         again = broken & state.history.cracked
         if self._dilates_at.any() or self._fails_in_shear_at.any():
             _, sigma, _ = self.stresses(state)
-            state.history.kappa[broken & self._dilates_at & (sigma > 0.0)] = np.inf  # parted, and climbs no more
+            state.history.kappa[broken & self._dilates_at & (sigma > 0.0)] = np.inf  # open: no more dilatancy
             model = self.model
             least = load * (1.0 - options.simultaneous_failures) * model.properties.tensile_strength[:, None]
             in_tension = sigma >= least
@@ -280,7 +274,7 @@ class Continuation:
                 self.last_stable_load_factor, self.state = state.load_factor, control.collapsed_state
                 return control.collapse_residual
             target, ahead = self._next_target(state, control)
-            step, trial = distance(state, target), state.at(*target)
+            step, trial = state.distance(target), state.at(*target)
             # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
             near = self._locates_collapse or self._relaxes
             ratio = self.equilibrium.find(trial, ahead, near)
@@ -293,11 +287,11 @@ class Continuation:
                 continue
             if ratio < self.tolerance and control.halvings:
                 self._allowed_halvings = min(self._allowed_halvings + 1, options.max_halvings + 1)
-            jumped = False
+            snapped = False
             if self._has_failed(trial, ratio):
                 known = control.collapse_point is not None
                 trial, ratio, unconverged = self._find_distant(state, trial, ahead, near, known)
-                jumped = trial is not unconverged
+                snapped = trial is not unconverged
             if self._has_failed(trial, ratio):
                 detached = [s for s in (trial, unconverged) if self._is_detached(s)]
                 located = step <= control.collapse_bracket or not (detached or known)
@@ -312,7 +306,7 @@ class Continuation:
             loaded, heaviest = self.bond_loads(trial)
             at_event = heaviest <= 1.0 + options.event_tolerance or step <= control.minimum_event_step
             at_event = at_event or bool((loaded <= 1.0 + self._event_overload).all())
-            if at_event and not self._commit_within_energy_error(trial, step, jumped, control):
+            if at_event and not self._commit_within_energy_error(trial, step, snapped, control):
                 continue
             if heaviest <= 1.0 + options.overload_tolerance:
                 state = trial
@@ -346,7 +340,7 @@ class Continuation:
         ahead, share = self.predict_next_event(state, target)
         if control.next_point is None and share < 1.0 and not self._relaxes:
             share = min(share * 2.0**control.accepted_steps, 1.0)
-            target = between(state, target, share)
+            target = state.towards(target, share)
             ahead = state.displacement + share * (ahead - state.displacement)
         return target, ahead
 
@@ -372,11 +366,11 @@ class Continuation:
                 return unconverged, residual, unconverged
         return trial, ratio, unconverged
 
-    def _commit_within_energy_error(self, trial: State, step: float, jumped: bool, control: StepControl) -> bool:
+    def _commit_within_energy_error(self, trial: State, step: float, snapped: bool, control: StepControl) -> bool:
         """Commit an equilibrium, unless the energy error of the step asks for a shorter one; return whether."""
         before = self.never_opened.copy(), copy(self.balance), self.broken_at.copy()
-        self.commit(trial, unstable=jumped, snapped=jumped)
-        length = np.inf if jumped else self.energy_control.next_length(before[1], self.balance, step)
+        self.commit(trial, unstable=snapped, snapped=snapped)
+        length = np.inf if snapped else self.energy_control.next_length(before[1], self.balance, step)
         # live loads go in small steps anyhow
         if length < step and step > control.shortest_refined_step and not self._locates_collapse:
             self.never_opened, self.balance, self.broken_at = before
@@ -447,42 +441,41 @@ class Continuation:
             Share of the cycles that are allowed, unless the wall is slowing down.
         """
         equilibrium, options, ratio = self.equilibrium, self.options.continuation, np.inf
-        nearest, least, mark, since = state, np.inf, np.inf, 0
+        best, least, reference, stagnating = state, np.inf, np.inf, 0
         volume = equilibrium.volume_per_deflection()
         for resting in relax_dynamically(self.model, state, start_load_factor, cycles_share, volume, self.options):
             if equilibrium.jacks is not None:
                 resting.jack = equilibrium.jacks.load_at(resting.load_factor, resting.jack)
-            if detached_blocks(self.model, resting.displacement, resting.load_factor).any():
+            if self._is_detached(resting):
                 return resting, np.inf
             if equilibrium.superelements is not None:
                 equilibrium.superelements.activate_plastic(resting.plastic)
             if equilibrium.condensed:
-                gave = (resting.history.slip != state.history.slip) | (resting.history.cracked != state.history.cracked)
-                gave |= resting.history.dilatant_opening != state.history.dilatant_opening
-                farthest = int(equilibrium.equations.interface_level[gave.any(axis=1)].max(initial=0))
-                equilibrium.uncondense_up_to(max(farthest, equilibrium.farthest_open()))
+                now, before = resting.history, state.history
+                changed = (now.slip != before.slip) | (now.cracked != before.cracked)
+                changed |= now.dilatant_opening != before.dilatant_opening
+                equilibrium.uncondense_interfaces(changed.any(axis=1))
             ratio, found = equilibrium.find_nearby(resting)
             if ratio < self.tolerance:
                 resting.displacement[:] = found
                 return resting, ratio
             if abs(equilibrium.gap(resting, found)) > options.fallback_deflection_tolerance:
-                ratio = max(
-                    ratio, options.fallback_residual_tolerance
-                )  # a tremble is no reason for a deflection that is short
+                # stick-slip does not excuse a missing deflection
+                ratio = max(ratio, options.fallback_residual_tolerance)
             if ratio < least:
-                nearest, least = resting, ratio
-                nearest.displacement[:] = found
-            since, mark = (0, least) if least < 0.5 * mark else (since + 1, mark)
-            if least < options.fallback_residual_tolerance and since >= options.stagnation_limit:
+                best, least = resting, ratio
+                best.displacement[:] = found
+            stagnating, reference = (0, least) if least < 0.5 * reference else (stagnating + 1, reference)
+            if least < options.fallback_residual_tolerance and stagnating >= options.stagnation_limit:
                 break
         accepted = least < options.fallback_residual_tolerance
-        falling = collapse_motion(self.model, resting, accepted, self.options)
-        if falling is not None:
-            return falling, np.inf
+        collapsing = collapse_motion(self.model, resting, accepted, self.options)
+        if collapsing is not None:
+            return collapsing, np.inf
         if not accepted:
             return resting, ratio
-        self.largest_accepted_residual = max(self.largest_accepted_residual, equilibrium.accept_unconverged(nearest))
-        return nearest, 0.0
+        self.largest_accepted_residual = max(self.largest_accepted_residual, equilibrium.accept_unconverged(best))
+        return best, 0.0
 
     def _redistribute_failures(self, state: State, ratio: float) -> tuple[State, float]:
         """Fail overloaded bonds at constant load, the most overloaded first, until none is overloaded."""
@@ -499,7 +492,7 @@ class Continuation:
             snapped = ratio >= self.tolerance and not self.equilibrium.has_diverged(trial)
             if snapped:
                 trial, ratio = self.snap_through(state, state.load_factor)
-            if ratio >= self.tolerance or self.equilibrium.has_diverged(trial):
+            if self._has_failed(trial, ratio):
                 return trial, ratio
             state = trial
             self.commit(state, unstable=True, snapped=snapped)
@@ -539,7 +532,7 @@ class Continuation:
         jacks, known = self.equilibrium.jacks, self.model.jacks
         if jacks is not None and known is not None and known.by_load:
             jacks.level_load, jacks.load = self.state.jack, known.load
-            self.equilibrium.find(self.state)  # it is one already: to learn how the path goes on
+            self.equilibrium.find(self.state)  # for its tangent
 
     def checkpoint(self) -> Checkpoint:
         """Return a copy of the present point of the path."""

@@ -323,6 +323,12 @@ class Residual:
             self.free[:] = False
             self.free[self.equations.active_dofs] = True
 
+    def uncondense_interfaces(self, interfaces: BoolArray | IntArray) -> None:
+        """Make all levels up to the farthest of some interfaces and of active deformable blocks active."""
+        self.uncondense_up_to(
+            int(self.equations.interface_level[interfaces].max(initial=self._farthest_active_block()))
+        )
+
     def farthest_sliding(self, state: State) -> int:
         """Return the farthest level at which a condensed joint would slide; -1 if none does."""
         if not self.condensed:
@@ -347,10 +353,10 @@ class Residual:
         opened = self.superelements.activate_yielding(state.displacement, state.load, state.load_factor, state.plastic)
         return int(self.equations.superelement_level[opened].max(initial=-1))
 
-    def farthest_open(self) -> int:
-        """Return the farthest level of an uncondensed deformable block; -1 if there is none."""
+    def _farthest_active_block(self) -> int:
+        """Return the farthest level of an uncondensed deformable block; 0 if there is none."""
         listed = [] if self.superelements is None else list(self.superelements.tangent)
-        return int(self.equations.superelement_level[listed].max(initial=-1))
+        return int(self.equations.superelement_level[listed].max(initial=0))
 
     def complete(self, state: State, displacement: FloatArray | None = None) -> None:
         """Recover the displacements of condensed courses, and those inside deformable blocks.

@@ -9,10 +9,7 @@ import numpy as np
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.options import ContinuationOptions, EnergyOptions
-from damagepred.solvers.state.wall_state import State
-
-Point = tuple[float, float]
-"""Load and load factor."""
+from damagepred.solvers.state.wall_state import Point, State
 
 
 @dataclass(frozen=True)
@@ -122,7 +119,7 @@ class StepControl:
         locates_collapse : bool
             Whether collapse is bracketed to ``options.continuation.collapse_bracket``; otherwise to the minimum step.
         """
-        control, length = options.continuation, distance(state, goal)
+        control, length = options.continuation, state.distance(goal)
         minimum_step = max(control.collapse_bracket, length / 2**control.max_halvings)
         return cls(
             goal,
@@ -137,20 +134,20 @@ class StepControl:
     def target(self, state: State) -> Point:
         """Return the next target, within the longest step."""
         target = self.next_point or self._target_ahead(state)
-        step = distance(state, target)
-        return between(state, target, self.longest_step / step) if step > self.longest_step else target
+        step = state.distance(target)
+        return state.towards(target, self.longest_step / step) if step > self.longest_step else target
 
     def _target_ahead(self, state: State) -> Point:
         """Return the goal or overloaded point, or, if that is nearer, the rejected target or the midpoint to it."""
         goal, ceiling = self.overloaded_point or self.goal, self.rejected_target or self.collapse_point
-        if ceiling is None or distance(state, goal) < distance(state, ceiling):
+        if ceiling is None or state.distance(goal) < state.distance(ceiling):
             return goal
-        tried_itself = self.rejected_target is not None and distance(state, ceiling) <= self.minimum_step
-        return ceiling if tried_itself else between(state, ceiling, 0.5)
+        tried_itself = self.rejected_target is not None and state.distance(ceiling) <= self.minimum_step
+        return ceiling if tried_itself else state.towards(ceiling, 0.5)
 
     def has_located_collapse(self, state: State) -> bool:
         """Return whether collapse is bracketed closely enough from the last equilibrium."""
-        return self.collapse_point is not None and distance(state, self.collapse_point) <= self.collapse_bracket
+        return self.collapse_point is not None and state.distance(self.collapse_point) <= self.collapse_bracket
 
     def reject_target(self, target: Point) -> None:
         """Reject a target without nearby equilibrium: it is approached by midpoints."""
@@ -178,7 +175,7 @@ class StepControl:
         target : (float, float)
             Load and load factor at the end of the step.
         """
-        self.next_point, self.halvings = between(state, target, 0.5), self.halvings + 1
+        self.next_point, self.halvings = state.towards(target, 0.5), self.halvings + 1
 
     def accept_distant(self, target: Point) -> None:
         """Pass a target that had been rejected; from here on, distant equilibria are sought sooner."""
@@ -232,37 +229,9 @@ class StepControl:
         if self.event_cuts >= options.max_event_cuts:
             share = 0.5
         share = min(max(share, options.minimum_event_share), options.maximum_event_share)
-        self.next_point = between(state, target, share)
+        self.next_point = state.towards(target, share)
 
     def pass_event(self) -> None:
         """Start anew after bonds failed at the end of a step."""
         self.next_point = self.overloaded_point = None
         self.halvings = self.event_cuts = self.accepted_steps = 0
-
-
-def distance(state: State, point: Point) -> float:
-    """Return the distance in load and load factor (1).
-
-    Parameters
-    ----------
-    state : State
-        From here.
-    point : (float, float)
-        Load and load factor.
-    """
-    return abs(point[0] - state.load) + abs(point[1] - state.load_factor)
-
-
-def between(state: State, point: Point, share: float) -> Point:
-    """Interpolate load and load factor.
-
-    Parameters
-    ----------
-    state : State
-        Start.
-    point : (float, float)
-        End.
-    share : float
-        0 at the start, 1 at the end.
-    """
-    return state.load + share * (point[0] - state.load), state.load_factor + share * (point[1] - state.load_factor)

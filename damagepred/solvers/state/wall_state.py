@@ -11,6 +11,8 @@ from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
 from damagepred.solvers.state.joint_history import JointHistory
 
+Point = tuple[float, float]
+"""Load and load factor."""
 NO_ZONES = np.empty((0, 4))
 """Plastic strain of a wall of rigid blocks."""
 
@@ -71,3 +73,19 @@ class State:
             plastic=self.plastic.copy(),
             sections=self.sections.copy(),
         )
+
+    def distance(self, point: Point) -> float:
+        """Return the distance to a point in load and load factor (1)."""
+        return abs(point[0] - self.load) + abs(point[1] - self.load_factor)
+
+    def towards(self, point: Point, share: float) -> Point:
+        """Interpolate load and load factor.
+
+        Parameters
+        ----------
+        point : (float, float)
+            End.
+        share : float
+            0 here, 1 at the end.
+        """
+        return self.load + share * (point[0] - self.load), self.load_factor + share * (point[1] - self.load_factor)
