@@ -104,9 +104,9 @@ class ExplicitStepper:
         Raises
         ------
         ConvergenceError
-            If neither comes about.
+            If neither happens.
         DivergenceError
-            If blocks move as no load explains.
+            If the kinetic energy exceeds the work of the loads by far.
         """
         try:
             return self._equilibrate()
@@ -160,12 +160,12 @@ class ExplicitStepper:
         )
 
     def _joint_yielded(self) -> bool:
-        """Whether any contact has broken or slid; elastic joints stop ringing by themselves."""
+        """Return whether any contact has broken or slid; oscillations of elastic joints decay by themselves."""
         history = self.scheme.joint_history()
         return bool(history.cracked[self.scheme.bonded].any() or history.slip.any())
 
     def collapses(self) -> bool:
-        """Test whether a wall that does not come to rest is a mechanism; if so, it is left where that took it."""
+        """Return whether a wall without equilibrium is a mechanism; if so, it is left in its motion."""
         if self.scheme.pump is not None:
             return False
         released = DampedTimeStepping(with_lasting_bonds(self.scheme.model), self.settings, commit_sections=False)
@@ -258,8 +258,8 @@ def explicit_path(
     Raises
     ------
     DivergenceError
-        If blocks move as nothing could move them; the message names increment and block.
+        If the kinetic energy exceeds the work of the loads by far; the message names increment and block.
     ConvergenceError
-        If an increment does not come to rest; the message names increment and block.
+        If an increment does not reach equilibrium; the message names increment and block.
     """
     yield from follow_movement(ExplicitStepper(model, settings, elastic_start), model, increments)

@@ -114,13 +114,7 @@ class Pump:
         """Load factor and volume at the end of the last increment."""
 
     def row_sum(self, scale: FloatArray) -> FloatArray:
-        """Return the sums (size,) of the rows of the line's stiffness, each degree of freedom as a displacement.
-
-        Parameters
-        ----------
-        scale : array (size,)
-            Arm of each degree of freedom (m), 1 where it is a displacement.
-        """
+        """Return the row sums (size,) of the line's stiffness, degrees of freedom divided by ``scale`` (m or 1)."""
         push = np.abs(self.jacks.push) / scale
         return self.stiffness * push * push.sum()
 

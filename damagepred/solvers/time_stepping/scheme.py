@@ -291,13 +291,7 @@ class DampedTimeStepping:
         return float((load * np.abs(self.motion.displacement)).sum())
 
     def record_broken_bonds(self, cracked: BoolArray | None = None) -> None:
-        """Record the present load factor for bonds that have broken since the last call.
-
-        Parameters
-        ----------
-        cracked : array of bool (m, q), optional
-            Cracked contacts; by default those of the last cycle.
-        """
+        """Record the load factor of bonds that broke since the last call; cracked contacts (m, q) may be given."""
         broken = take(self.joints.tiles["cracked"], self.joints.lane) != 0.0 if cracked is None else cracked
         self.broken_at[broken & self.bonded[:, None] & np.isnan(self.broken_at)] = self.load_factor
 
