@@ -70,11 +70,17 @@ Intensity = Literal[
 
 
 @app.command()
-def new(file: Annotated[Path, typer.Argument(help="File to write.", show_default=False)]) -> None:
+def new(
+    file: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
+    template: Annotated[
+        Literal["wall", "mound", "jacks", "control-joint"],
+        typer.Option("--template", help="Ground of prescribed form, clay of class H1, test rig, or clay and a joint."),
+    ] = "wall",
+) -> None:
     """Write a commented study as a template."""
     from damagepred.study.campaign.template import write_template
 
-    write_template(file)
+    write_template(file, template)
     screen.say(f"wrote {file}; next: damagepred check {file}")
 
 

@@ -125,6 +125,27 @@ def test_the_template_is_valid_and_never_overwrites(command: Run, tmp_path: Path
     assert (tmp_path / "house.toml").read_bytes() == before
 
 
+@pytest.mark.parametrize("name", ["wall", "mound", "jacks", "control-joint"])
+def test_each_template_describes_a_wall_that_can_be_built(command: Run, tmp_path: Path, name: str) -> None:
+    from damagepred.pipeline import model_of
+    from damagepred.study import Study
+
+    assert command("new", tmp_path / "house.toml", "--template", name).code == 0
+    text = (tmp_path / "house.toml").read_text(encoding="utf-8")
+    assert "damagepred study house.toml -j 2" in text
+    assert "{" not in text.replace("{ course_correlation = 0.4 }", "").replace('{ "joint.cohesion" = 0.7 }', "")
+    scene, _ = Study.from_toml(tmp_path / "house.toml").sample(0)
+    shape = {"wall": "three_loads", "jacks": "jacks"}.get(name, "mound")
+    assert (scene.movement.shape, bool(scene.control_joint)) == (shape, name == "control-joint")
+    assert model_of(scene).n_blocks > 500
+
+
+def test_an_unknown_template_is_answered_by_its_names(command: Run, tmp_path: Path) -> None:
+    said = command("new", tmp_path / "house.toml", "--template", "mont")
+    assert (said.code, "control-joint" in said.err) == (2, True)
+    assert not (tmp_path / "house.toml").exists()
+
+
 def test_check_prices_a_study(command: Run, small_study_file: Path) -> None:
     result = command("check", small_study_file)
     assert result.code == 0, result.err

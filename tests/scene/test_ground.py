@@ -10,7 +10,7 @@ from damagepred.errors import InputError
 from damagepred.guide import page
 from damagepred.scene import Footing, Joint, Mound, Movement, ReinforcedConcrete, Rig, Scene, Soil, Solver
 from damagepred.scene.assumed import ground_line
-from damagepred.study.campaign.template import TEMPLATE
+from damagepred.study.campaign.template import template
 
 EVERYTHING = {
     "movement": {"shape": "jacks", "kind": "doming"},
@@ -169,7 +169,7 @@ def test_stiffness_of_the_soil_is_the_same_by_default_in_template_guide_statisti
         expected = getattr(usual, name)
         assert statistics[f"soil.{name}"]["mean"] == expected
         assert house["scene"]["soil"][name] == house["variables"][f"soil.{name}"]["mean"] == expected
-        for text in (TEMPLATE, guide):
+        for text in (template("wall", Path("a.toml")), guide):
             assert [float(v) for v in re.findall(rf'{name} = "([\d.]+) kPa/m"', text)] == [1e-3 * expected]
 
 
@@ -213,7 +213,7 @@ def test_mesh_just_fits_into_the_footing():
 
 def test_what_the_template_hints_at_is_a_study():
     """Without their comment signs, the hints on mound and rig are tables that a scene takes."""
-    text = TEMPLATE.format(name="house.toml", stem="house")
+    text = template("wall", Path("house.toml"))
     start = text.index("# [scene.mound]")
     block = text[start : text.index("[scene.loads]")]
     hints = "\n".join(line.removeprefix("# ") for line in block.splitlines() if not line.startswith("# With"))
