@@ -24,7 +24,7 @@ def test_of_a_study_file_crossed_walls_are_run(command: Run, crossed: Path, tmp_
     assert (tmp_path / "d.png").stat().st_size > 5000
     for words in (
         "joint.friction",
-        "what varies",  # from joint to joint, on another line of the table
+        "one value a",  # joint, on another line of the table
         "6 tables",
         "rank of the capacity for category 2",
     ):
