@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from damagepred.archive.schema import CATEGORIES
+from damagepred.archive.schema import flag_name
 from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable, load_table
 from damagepred.plotting.colours import CATEGORY_COLOURS
@@ -37,9 +37,7 @@ def name_of(ds: xr.Dataset, category: int) -> str:
     category : int
         Its number.
     """
-    meanings = ds["damage_category"].attrs.get("flag_meanings") if "damage_category" in ds.variables else None
-    names = str(meanings).split() if meanings else list(CATEGORIES)
-    return verbatim(names[category].replace("_", " ")) if 0 <= category < len(names) else "not known"
+    return verbatim(flag_name(ds, category))
 
 
 def shade_bands(ax: Axes, table: DamageTable) -> None:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap, Normalize
 
 from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable
-from damagepred.plotting.sheet import MM
+from damagepred.plotting.sheet import MM, figure_of
 
 CATEGORY_COLOURS = ("#8f8f8f", "#f0ab00", "#e4600f", "#b3152b", "#5c0f55", "#000000")
 """Of categories 0, 1, ...: warm and ever darker, distinct in grey and to the colour-blind."""
@@ -67,6 +71,24 @@ def width_colours(table: DamageTable) -> tuple[ListedColormap, BoundaryNorm]:
     return colours, BoundaryNorm(boundaries, colours.N, clip=True)
 
 
-def path_colours() -> LinearSegmentedColormap:
-    """Return viridis without its yellow, which does not show on white."""
-    return LinearSegmentedColormap.from_list("movement", colormaps["viridis"]([0.9 - 0.9 * i / 20 for i in range(21)]))
+def movement_bar(ax: Axes, movement: FloatArray, name: str) -> Callable[[float], tuple[float, ...]]:
+    """Add a colour bar of the movement, and return the colour of each movement (mm).
+
+    Parameters
+    ----------
+    ax : Axes
+        Beside which to draw it.
+    movement : array
+        All movements drawn (mm).
+    name : str
+        Of the movement.
+    """
+    # viridis without its yellow, which does not show on white
+    shades = colormaps["viridis"]([0.9 - 0.9 * i / 20 for i in range(21)])
+    colours, norm = (
+        LinearSegmentedColormap.from_list("movement", shades),
+        Normalize(0.0, max(float(movement.max()), 1e-9)),
+    )
+    bar = figure_of(ax).colorbar(ScalarMappable(norm, colours), ax=ax, pad=0.02)
+    bar.set_label(f"{name.replace('_', ' ')} (mm)")
+    return lambda value: colours(norm(value))

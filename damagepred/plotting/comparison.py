@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from damagepred.archive.schema import flag_name
 from damagepred.arguments import checked
 from damagepred.plotting.colours import CURVE_STYLES, OPENING_STYLES
 from damagepred.plotting.sheet import MM, label_movement, legend_below, require, set_title, several_or_new, verbatim
@@ -73,12 +74,11 @@ def draw_comparison(
     level = f"{float(comparison.attrs['confidence']):.0%} intervals"
     paired = comparison["paired_samples"].values[1:]
     pairs = f"{int(paired.min())} pairs of samples" if paired.size and paired.min() else "different samples"
-    set_title(upper, "Probability of damage", f"category {category} ({_name(comparison, category)}) or worse; {level}")
+    set_title(
+        upper,
+        "Probability of damage",
+        f"category {category} ({verbatim(flag_name(comparison, category, 'category'))}) or worse; {level}",
+    )
     set_title(lower, "Difference to the first study", f"{pairs}; below zero: less damage")
     legend_below(lower, upper.get_lines(), columns=3)
     return [upper, lower]
-
-
-def _name(comparison: xr.Dataset, category: int) -> str:
-    names = str(comparison["category"].attrs.get("flag_meanings", "")).split()
-    return verbatim(names[category].replace("_", " ")) if category < len(names) else "no name"

@@ -9,7 +9,7 @@ from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.plotting.categories import highest_of, name_of
 from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES
-from damagepred.plotting.sheet import MM, axes_or_new, legend_below, plain_number, require, set_title, title_of
+from damagepred.plotting.sheet import MM, axes_or_new, grid, legend_below, plain_number, require, set_title, title_of
 from damagepred.uq.fragility import movement_measure
 from damagepred.uq.running import running_probability
 
@@ -53,8 +53,7 @@ def draw_convergence(ds: xr.Dataset, at: float, ax: Axes | None = None, confiden
     ax.set_xticks([*marks, most], labels=[str(n) for n in (*marks, most)])
     ax.minorticks_off()
     ax.set_ylim(-0.02, 1.02)
-    ax.grid(color="0.9")
-    ax.set_axisbelow(True)
+    grid(ax)
     ax.set_xlabel("walls counted (1)")
     ax.set_ylabel("probability (1)")
     legend_below(ax, ax.get_legend_handles_labels()[0], 2)

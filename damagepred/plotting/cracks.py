@@ -21,8 +21,11 @@ from damagepred.plotting.geometry import corners, footing_blocks, polygons
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
+    elevation,
     figure_of,
+    height_to_scale,
     legend_below,
+    moved_to,
     new_figure,
     plain_number,
     set_title,
@@ -70,9 +73,7 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, kno
     known = WallCracks(ds) if known is None else known
     profile, found = known.profile(increment), known.dataset()
     points, block = corners(ds)
-    if ax is None:
-        width, height = np.ptp(points, axis=0)
-        ax = axes_or_new(None, 10.0, float(np.clip(8.6 * height / width + 1.7, 3.4, 9.0)))
+    ax = axes_or_new(ax, 10.0, height_to_scale(points, 1.7, 3.4, 8.6))
     _draw_bricks(ax, ds, points, block)
     table = table_of(ds)
     segment = np.stack([profile[f"piece_{axis}_{end}"].values for end in ("start", "end") for axis in "xy"], axis=-1)
@@ -172,25 +173,13 @@ def _number(ax: Axes, known: WallCracks, increment: int) -> None:
 
 
 def _finish(ax: Axes, ds: xr.Dataset, increment: int, handles: list[Line2D], hairline: float) -> None:
-    ax.set_aspect("equal")
+    elevation(ax)
     ax.autoscale_view()
     ax.margins(0.03)
-    ax.set_xlabel("along the wall (m)")
-    ax.set_ylabel("height (m)")
-    for side in ("top", "right"):
-        ax.spines[side].set_visible(False)
     if handles:
         legend_below(ax, handles, 4)
-    deflection = plain_number(float(ds["central_deflection"].values[increment]) * MM)
-    when = f"central deflection of {deflection} mm"
-    if "time" in ds.variables:
-        when = f"at {plain_number(float(ds['time'].values[increment]))} s"
     what = f"joints open or slid by more than {plain_number(hairline * MM)} mm; colours by {table_of(ds).name}"
-    set_title(
-        ax,
-        title_of(ds, "wall"),
-        f"cracks at a {when}; {what}" if "time" not in ds.variables else f"cracks {when}; {what}",
-    )
+    set_title(ax, title_of(ds, "wall"), f"cracks at {moved_to(ds, increment)}; {what}")
 
 
 def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
@@ -206,9 +195,7 @@ def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
     known = WallCracks(ds)
     frame = crack_frame(known.dataset(), increment)
     rows = [_row(one) for one in widest_of_each_part(frame).to_dict("records")]
-    points, _ = corners(ds)
-    width, height = np.ptp(points, axis=0)
-    drawing, listing = float(np.clip(8.6 * height / width + 1.7, 3.4, 8.0)), 0.23 * (len(rows) + 2) + 0.45
+    drawing, listing = min(height_to_scale(corners(ds)[0], 1.7, 3.4, 8.6), 8.0), 0.23 * (len(rows) + 2) + 0.45
     figure = new_figure(10.0, drawing + listing)
     upper, lower = figure.subplots(2, 1, height_ratios=(drawing, listing))
     draw_cracks(ds, upper, increment, known)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,32 @@ from matplotlib.collections import LineCollection, PolyCollection
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
+from damagepred.errors import InputError
 from damagepred.plotting.colours import DPC_COLOUR, FOOTING_COLOUR, OUTLINE_COLOUR
-from damagepred.plotting.geometry import Faces, Motion, footing_blocks, gaps_of, moved_corners, polygons
-from damagepred.plotting.sheet import MM, below, plain_number, title_of
-from damagepred.plotting.zone_geometry import Zones, moved_gridpoints
+from damagepred.plotting.geometry import Faces, Motion, corners, footing_blocks, polygons, round_exaggeration
+from damagepred.plotting.sheet import MM, below, elevation, height_to_scale, plain_number, require, title_of
+from damagepred.plotting.zone_geometry import Zones
+
+_NEEDED = (
+    "vertex_x",
+    "vertex_y",
+    "vertex_block",
+    "block_x",
+    "block_y",
+    "block_displacement_x",
+    "block_displacement_y",
+    "block_rotation",
+    "contact_x",
+    "contact_y",
+    "contact_interface",
+    "contact_kind",
+    "contact_length",
+    "contact_opening",
+    "contact_state",
+    "contact_normal_x",
+    "contact_normal_y",
+    "central_deflection",
+)
 
 
 @dataclass(frozen=True)
@@ -38,7 +61,7 @@ class Deformed:
     rigid : array of bool (n,)
         Blocks without zones.
     footing : array of bool (n,)
-        Of them, segments of a footing, which have no stress of their own to be drawn.
+        Blocks of the footing, which have no stress of their own to be drawn if they are rigid.
     """
 
     ds: xr.Dataset
@@ -68,21 +91,58 @@ class Deformed:
         InputError
             If the dataset is not of one wall, or has no such increment, or the factor is none.
         """
-        motion, points, block, factor = moved_corners(ds, increment, exaggeration)
+        require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
+        steps = ds.sizes["increment"]
+        if not -steps <= increment < steps:
+            raise InputError(
+                f"increment = {increment}: the wall has {steps} increments; take 0 to {steps - 1}, or -1 for the last."
+            )
+        if exaggeration is not None and not (np.isfinite(exaggeration) and exaggeration >= 0):
+            raise InputError(f"exaggeration = {exaggeration!r}: must be a number of 0 or more.")
+        motion, (points, block) = Motion.of(ds, increment), corners(ds)
+        if exaggeration is None:
+            exaggeration = round_exaggeration(motion.at(block, points), float(np.ptp(points[:, 0])))
         rigid = np.ones(len(motion.x), dtype=np.bool_)
         if "zone_block" in ds.variables:
             rigid[ds["zone_block"].values] = False
-        return cls(ds, increment, motion, points, block, factor, rigid, rigid & footing_blocks(ds))
+        return cls(ds, increment, motion, points, block, float(exaggeration), rigid, footing_blocks(ds))
 
-    @property
+    @cached_property
     def shape(self) -> FloatArray:
         """Where the corners are drawn (v, 2) (m)."""
         return self.points + self.factor * self.motion.at(self.block, self.points)
 
-    @property
-    def length(self) -> float:
-        """Of the wall (m)."""
-        return float(np.ptp(self.points[:, 0]))
+    @cached_property
+    def outlines(self) -> list[FloatArray]:
+        """Corners of each block as drawn (m)."""
+        return polygons(self.shape, self.block)
+
+    @cached_property
+    def faces(self) -> Faces:
+        """The interfaces."""
+        return Faces.of(self.ds, self.increment)
+
+    @cached_property
+    def zones(self) -> Zones:
+        """The zones, before any movement."""
+        return Zones.of(self.ds)
+
+    @cached_property
+    def gridpoints(self) -> FloatArray:
+        """Where the gridpoints are drawn (g, 2) (m)."""
+        moved = [self.ds[f"gridpoint_displacement_{axis}"].values[self.increment] for axis in "xy"]
+        return np.asarray(self.zones.points + self.factor * np.column_stack(moved))
+
+    def gaps(self, faces: Faces) -> FloatArray:
+        """Return the gap between the two blocks of each interface as drawn: quadrilaterals (m, 4, 2)."""
+        sides = faces.neighbours(self.points, self.block)
+
+        def shown(side: int, place: FloatArray) -> FloatArray:
+            # where one side was not found, the other speaks for both
+            own = np.where(sides[side] >= 0, sides[side], sides[1 - side])
+            return place + self.factor * self.motion.at(own, place) * (own >= 0)[:, None]
+
+        return np.stack((shown(0, faces.start), shown(0, faces.end), shown(1, faces.end), shown(1, faces.start)), 1)
 
     @property
     def title(self) -> str:
@@ -107,10 +167,9 @@ class Deformed:
             return "displacements to scale"
         return f"displacements exaggerated {plain_number(self.factor)} times"
 
-    def sheet_height(self, other: float) -> float:
+    def sheet_height(self, room: float) -> float:
         """Return the height (inches) of a sheet 10 wide, with room for legend and title."""
-        width, height = np.ptp(self.shape, axis=0)
-        return float(np.clip(8.0 * height / width + other, 3.2, 9.0))
+        return height_to_scale(self.shape, room)
 
     def draw_rigid(self, ax: Axes, colours: Any) -> None:
         """Fill the rigid blocks with a colour, or with one each; segments of a footing are grey.
@@ -122,13 +181,12 @@ class Deformed:
         colours : object
             One colour, or one a rigid block.
         """
-        outlines = polygons(self.shape, self.block)
-        segments = [outlines[i] for i in np.flatnonzero(self.footing)]
+        segments = [self.outlines[i] for i in np.flatnonzero(self.rigid & self.footing)]
         if segments:
             ax.add_collection(
                 PolyCollection(segments, facecolors=FOOTING_COLOUR, zorder=2, label="footing", snap=False)
             )
-        chosen = [outlines[i] for i in np.flatnonzero(self.rigid & ~self.footing)]
+        chosen = [self.outlines[i] for i in np.flatnonzero(self.rigid & ~self.footing)]
         if chosen:
             blocks = PolyCollection(chosen, edgecolors="none", zorder=2, label="rigid blocks", snap=False)
             blocks.set_facecolor(colours)
@@ -136,37 +194,48 @@ class Deformed:
 
     def draw_outlines(self, ax: Axes) -> None:
         """Draw the edges of all blocks."""
-        loops = [np.vstack((p, p[:1])) for p in polygons(self.shape, self.block)]
-        lines = [loops[i] for i in np.flatnonzero(self.rigid)]
+        rigid = (self.outlines[i] for i in np.flatnonzero(self.rigid))
+        lines = [np.vstack((p, p[:1])) for p in rigid]
         if not self.rigid.all():
-            zones = Zones.of(self.ds)
-            lines += list(moved_gridpoints(self.ds, zones, self.increment, self.factor)[zones.rims()])
+            lines += list(self.gridpoints[self.zones.rims()])
         ax.add_collection(LineCollection(lines, colors=OUTLINE_COLOUR, linewidths=0.25, zorder=3, label="outlines"))
 
     def draw_cracks(self, ax: Axes) -> None:
         """Draw both faces of cracked or open joints: mortar black, the dpc in its colour."""
-        faces = Faces.of(self.ds, self.increment)
+        faces = self.faces
         parts = (
             ("cracks", faces.pick(faces.is_mortar & (faces.crack > HAIRLINE)), "black"),
             ("dpc opening", faces.pick(faces.is_dpc & (faces.opening > HAIRLINE)), DPC_COLOUR),
         )
         for label, chosen, colour in parts:
             if len(chosen.kind):
-                gaps = gaps_of(chosen, self.motion, self.points, self.block, self.factor)
+                gaps = self.gaps(chosen)
                 sides = np.stack((gaps[:, :2], gaps[:, 2:]), axis=1).reshape(-1, 2, 2)
                 ax.add_collection(LineCollection(list(sides), colors=colour, linewidths=0.6, zorder=4, label=label))
 
     def finish(self, ax: Axes) -> None:
-        """Write the axes."""
-        ax.set_aspect("equal")
+        """Write the axes, and the bar that tells the scale of displacements."""
+        elevation(ax)
         low, high = self.shape.min(axis=0), self.shape.max(axis=0)
         room = 0.02 * (high - low)[0]
         ax.set_xlim(low[0] - room, high[0] + room)
         ax.set_ylim(low[1] - room, high[1] + room)
-        ax.set_xlabel("along the wall (m)")
-        ax.set_ylabel("height (m)")
-        for side in ("top", "right"):
-            ax.spines[side].set_visible(False)
+        if self.factor != 1.0:
+            self._draw_magnification(ax)
+
+    def _draw_magnification(self, ax: Axes) -> None:
+        """Draw a bar under the wall's right end that is as long as a round displacement is drawn."""
+        length = float(np.ptp(self.points[:, 0]))
+        wanted = 0.08 * length / self.factor
+        steps = np.outer(10.0 ** np.arange(-7, 3), [1.0, 2.0, 5.0]).ravel()
+        size = float(steps[np.argmin(np.abs(np.log(steps / wanted)))])
+        right = float(self.shape[:, 0].max())
+        left = right - self.factor * size
+        where = below(ax, 0.47, ax.get_xaxis_transform())
+        style: dict[str, Any] = {"linewidth": 2.0, "solid_capstyle": "butt", "label": "magnification"}
+        ax.plot([left, right], [0.0, 0.0], color="black", transform=where, clip_on=False, **style)
+        words = f"displacement of {plain_number(size * MM)} mm"
+        ax.text(left - 0.01 * length, 0.0, words, transform=where, ha="right", va="center", fontsize="small")
 
 
 def _kind(ds: xr.Dataset) -> str:
@@ -176,42 +245,3 @@ def _kind(ds: xr.Dataset) -> str:
     except tomllib.TOMLDecodeError:
         return "central deflection"
     return str(scene.get("movement", {}).get("kind", "central deflection"))
-
-
-def add_magnification(ax: Axes, wall: Deformed) -> None:
-    """Draw a bar under the wall's right end that is as long as a round displacement is drawn.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where to draw.
-    wall : Deformed
-        As it is drawn.
-    """
-    if wall.factor == 1.0:
-        return
-    wanted = 0.08 * wall.length / wall.factor
-    steps = np.outer(10.0 ** np.arange(-7, 3), [1.0, 2.0, 5.0]).ravel()
-    size = float(steps[np.argmin(np.abs(np.log(steps / wanted)))])
-    right = float(wall.shape[:, 0].max())
-    left = right - wall.factor * size
-    where = below(ax, 0.47, ax.get_xaxis_transform())
-    ax.plot(
-        [left, right],
-        [0.0, 0.0],
-        color="black",
-        linewidth=2.0,
-        solid_capstyle="butt",
-        transform=where,
-        clip_on=False,
-        label="magnification",
-    )
-    ax.text(
-        left - 0.01 * wall.length,
-        0.0,
-        f"displacement of {plain_number(size * MM)} mm",
-        transform=where,
-        ha="right",
-        va="center",
-        fontsize="small",
-    )

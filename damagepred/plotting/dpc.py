@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.joints import JointMap
 from damagepred.enumerations import ContactKind
-from damagepred.plotting.colours import path_colours
+from damagepred.plotting.colours import movement_bar
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
-    figure_of,
     legend_below,
     plain_number,
     require,
@@ -28,6 +27,15 @@ from damagepred.plotting.sheet import (
 
 MOST_LINES = 10
 """Increments drawn at most."""
+_NEEDED = (
+    "contact_x",
+    "contact_kind",
+    "contact_interface",
+    "contact_length",
+    "contact_opening",
+    "central_deflection",
+    "vertex_x",
+)
 
 
 @checked
@@ -73,19 +81,7 @@ def draw_footing_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
     part, name = ("dpc", "dpc") if kind == ContactKind.DPC else ("footing", "bed on the footing")
-    require(
-        ds,
-        (
-            "contact_x",
-            "contact_kind",
-            "contact_interface",
-            "contact_length",
-            "contact_opening",
-            "central_deflection",
-            "vertex_x",
-        ),
-        "the result of one wall with all its fields (`damagepred solve`)",
-    )
+    require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
     ax = axes_or_new(ax, 9.0, 5.0)
     ax.set_xlabel("along the wall (m)")
     ax.set_ylabel(f"opening of the {name} (mm)")
@@ -101,12 +97,10 @@ def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
     place, opening, pieces = opening_along(ds, kind)
     opening = opening * MM
     deflection = ds["central_deflection"].values * MM
-    colours, norm = path_colours(), Normalize(0.0, max(float(deflection.max()), 1e-9))
+    colour = movement_bar(ax, deflection, "central_deflection")
     for step in spread_evenly(len(deflection), MOST_LINES):
         for piece in pieces:
-            ax.plot(place[piece], opening[step, piece], color=colours(norm(deflection[step])), linewidth=1.4)
-    bar = figure_of(ax).colorbar(ScalarMappable(norm, colours), ax=ax, pad=0.02)
-    bar.set_label("central deflection (mm)")
+            ax.plot(place[piece], opening[step, piece], color=colour(deflection[step]), linewidth=1.4)
     threshold = float(ds[f"{part}_separation_length"].attrs.get("opening_threshold", 1e-3)) * MM
     limit = f"{plain_number(threshold)} mm"
     ax.axhline(threshold, color="black", linestyle="--", linewidth=1.0, label=f"threshold {limit}")
@@ -189,33 +183,18 @@ def _mark(ax: Axes, stretches: list[tuple[float, float]], threshold: float, left
     """Mark where the threshold is passed, and say for the outermost places how far they are from the nearer end."""
     ends = sorted(end for stretch in stretches for end in stretch)
     inner = [end for end in ends if min(end - left, right - end) > 1e-6 * (right - left)]
-    ax.plot(
-        inner,
-        [threshold] * len(inner),
-        linestyle="none",
-        marker="o",
-        markersize=5,
-        color="black",
-        zorder=5,
-        label="passed at the last increment",
-    )
+    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5, "color": "black", "zorder": 5}
+    ax.plot(inner, [threshold] * len(inner), label="passed at the last increment", **style)
     for row, place in enumerate(sorted({*inner[:1], *inner[-1:]})):
         near_left = place - left < right - place
         distance = place - left if near_left else right - place
         height = 0.95 - 0.06 * row
-        ax.plot(
-            [place, place],
-            [0.0, height],
-            color="black",
-            linewidth=0.8,
-            linestyle=":",
-            zorder=1,
-            transform=ax.get_xaxis_transform(),
-        )
+        upright = ax.get_xaxis_transform()
+        ax.plot([place] * 2, [0.0, height], color="black", linewidth=0.8, linestyle=":", zorder=1, transform=upright)
         ax.annotate(
             f"{distance:.2f} m from the {'left' if near_left else 'right'} end",
             (place, height),
-            xycoords=ax.get_xaxis_transform(),
+            xycoords=upright,
             xytext=(5 if near_left else -5, 0),
             textcoords="offset points",
             ha="left" if near_left else "right",

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
 
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import ContactKind
-from damagepred.plotting.colours import JACK_COLOUR, SOIL_COLOUR, SUPPORT_COLOUR, path_colours
+from damagepred.plotting.colours import JACK_COLOUR, SOIL_COLOUR, SUPPORT_COLOUR, movement_bar
 from damagepred.plotting.geometry import footing_blocks, footing_rise, ground_profile
 from damagepred.plotting.sheet import (
     KN,
     MM,
     axes_or_new,
-    figure_of,
+    grid,
     legend_below,
     plain_number,
     require,
@@ -74,8 +73,7 @@ def draw_jack_load(
         ax.axhline(0.0, color="black", linewidth=0.8)
         ax.set_xlabel("central deflection (mm)")
         ax.set_ylabel("load, upwards positive (kN)")
-        ax.grid(color="0.9")
-        ax.set_axisbelow(True)
+        grid(ax)
     x = ds["central_deflection"].values * MM
     curves = [(ds["jack_load"].values, "each jack", "-", colour)]
     if supports:
@@ -86,27 +84,13 @@ def draw_jack_load(
         ax.plot(x, load * KN, color=shade, linestyle=dashes, linewidth=1.5, marker=".", markersize=4, label=name)
     limit = idle_at(ds)
     if limit is not None:
-        ax.plot(
-            [limit * MM],
-            [0.0],
-            marker="o",
-            markersize=7,
-            markerfacecolor="white",
-            markeredgecolor=colour,
-            linestyle="none",
-            zorder=5,
-            label="_limit",
-        )
+        style: dict[str, Any] = {"markersize": 7, "markerfacecolor": "white", "markeredgecolor": colour, "zorder": 5}
+        ax.plot([limit * MM], [0.0], marker="o", linestyle="none", label="_limit", **style)
         marks = np.array([np.asarray(line.get_xdata())[0] for line in ax.lines if line.get_label() == "_limit"])
         above = 11 * int((np.abs(marks - limit * MM) < 0.08 * x.max()).sum()) - 6  # its own among them
-        ax.annotate(
-            f"{plain_number(limit * MM)} mm",
-            (limit * MM, 0.0),
-            (4, above),
-            textcoords="offset points",
-            fontsize="small",
-            color=colour,
-        )
+        at = limit * MM, 0.0
+        words: dict[str, Any] = {"textcoords": "offset points", "fontsize": "small", "color": colour}
+        ax.annotate(f"{plain_number(limit * MM)} mm", at, (4, above), **words)
     if first:
         set_title(ax, title_of(ds, "wall"), "circle: jacks or a support carry nothing any more")
     ax.set_xlim(0.0, max(1.1 * float(x.max()), 1e-6, 0.0 if first else ax.get_xlim()[1]))
@@ -175,14 +159,8 @@ def draw_footing_form(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax = _along(ds, ax, "footing gone up (mm)", form)
     x, _, rise = ground_profile(ds, ds.sizes["increment"] - 1, ContactKind.SOIL)
     if len(x):
-        ax.plot(
-            x,
-            rise * MM,
-            color=SOIL_COLOUR,
-            linestyle="--",
-            linewidth=1.4,
-            label="surface of the ground at the end, but for the footing",
-        )
+        label = "surface of the ground at the end, but for the footing"
+        ax.plot(x, rise * MM, color=SOIL_COLOUR, linestyle="--", linewidth=1.4, label=label)
         ax.legend(fontsize="small", frameon=False)
     return ax
 
@@ -255,17 +233,14 @@ def _along(ds: xr.Dataset, ax: Axes | None, what: str, curve: Callable[[int], tu
     ax = axes_or_new(ax, 9.0, 4.0)
     moved = ds["surface_movement" if "surface_movement" in ds.variables else "central_deflection"]
     values = moved.values * MM
-    colours, norm = path_colours(), Normalize(0.0, max(float(values.max()), 1e-9))
+    colour = movement_bar(ax, values, str(moved.name))
     ax.axhline(0.0, color="black", linewidth=0.8)
     for step in spread_evenly(len(values), MOST_LINES):
         x, y = curve(int(step))
-        ax.plot(x, y, color=colours(norm(values[step])), linewidth=1.4)
-    bar = figure_of(ax).colorbar(ScalarMappable(norm, colours), ax=ax, pad=0.02)
-    bar.set_label(f"{str(moved.name).replace('_', ' ')} (mm)")
+        ax.plot(x, y, color=colour(values[step]), linewidth=1.4)
     ax.set_xlim(float(ds["vertex_x"].min()), float(ds["vertex_x"].max()))
     ax.set_xlabel("along the wall (m)")
     ax.set_ylabel(what)
-    ax.grid(color="0.9")
-    ax.set_axisbelow(True)
+    grid(ax)
     set_title(ax, title_of(ds, "wall"))
     return ax

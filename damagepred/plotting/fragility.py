@@ -8,15 +8,19 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter
 
-from damagepred.archive.schema import CATEGORIES
+from damagepred.archive.schema import flag_name
 from damagepred.arguments import checked
+from damagepred.formatting import ratio
 from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
+    grid,
     label_movement,
+    legend_below,
     plain_number,
     require,
+    round_numbers,
     set_title,
     title_of,
     verbatim,
@@ -26,52 +30,6 @@ from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
 
 EMPIRICAL = "empirical"
 """Status of a curve without a form."""
-
-
-_RATIOS = (
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    8,
-    10,
-    12,
-    15,
-    20,
-    25,
-    30,
-    40,
-    50,
-    60,
-    80,
-    100,
-    120,
-    150,
-    200,
-    250,
-    300,
-    400,
-    500,
-    600,
-    800,
-    1000,
-    1200,
-    1500,
-    2000,
-    2500,
-    3000,
-    4000,
-    5000,
-    6000,
-    8000,
-    10000,
-    20000,
-    50000,
-    100000,
-)
-"""Denominators n of the marks 1/n on an axis of deflection ratios."""
 
 
 @checked
@@ -143,19 +101,10 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
         )
     ax.set_xlim(float(x[0]), float(x[-1]))
     ax.set_ylim(0.0, 1.0)
-    ax.grid(color="0.9")
-    ax.set_axisbelow(True)
+    grid(ax)
     label_intensity(ax, curves, in_metres)
     ax.set_ylabel("probability of the category or worse (1)")
-    ax.legend(
-        handles=handles,
-        loc="upper left",
-        bbox_to_anchor=(0.0, -0.13),
-        frameon=False,
-        fontsize="small",
-        borderaxespad=0.0,
-        handlelength=3.0,
-    )
+    legend_below(ax, handles, 1, 0.6, left=True)
     set_title(ax, *_title(curves))
     return ax
 
@@ -163,8 +112,7 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
 def _name(curves: xr.Dataset, number: int) -> str:
     if "category_name" in curves.variables:
         return verbatim(str(curves["category_name"].values[number]).replace("_", " "))
-    category = int(curves["category"].values[number])
-    return CATEGORIES[category].replace("_", " ") if category < len(CATEGORIES) else "no name"
+    return flag_name(curves, int(curves["category"].values[number]))
 
 
 def _parameters(one: xr.Dataset, largest: float, scale: float, in_metres: bool) -> str:
@@ -172,16 +120,11 @@ def _parameters(one: xr.Dataset, largest: float, scale: float, in_metres: bool) 
     if not np.isfinite(median):
         return "fewer than half of the walls reached it"
     curvature = one["intensity"].attrs.get("units") == "m-1"
-    shown = f"{median:.3g} 1/m" if curvature else f"{plain_number(median)} mm" if in_metres else as_ratio(median)
+    shown = f"{median:.3g} 1/m" if curvature else f"{plain_number(median)} mm" if in_metres else ratio(median)
     if str(one["fit_status"].item()) == EXTRAPOLATED or median > largest:
         return f"median beyond {plain_number(largest) + ' mm' if in_metres else shown}, to which walls were moved"
     scatter = float(one["dispersion"])
     return f"median {shown}" + (f", dispersion {scatter:.2f}" if np.isfinite(scatter) else "")
-
-
-def as_ratio(value: float) -> str:
-    """Return a deflection ratio as engineers write it, such as 1/300."""
-    return "0" if value <= 0 else f"1/{1 / value:.0f}"
 
 
 def mark_site_classes(ax: Axes) -> None:
@@ -236,11 +179,11 @@ def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
     ax.set_xlabel(f"{name} (1)")
     largest = ax.get_xlim()[1]
     marks = [0.0]
-    for ratio in sorted(1.0 / n for n in _RATIOS):
-        if ratio <= largest * (1 + 1e-9) and ratio - marks[-1] >= 0.1 * largest:
-            marks.append(ratio)
+    for mark in 1.0 / round_numbers(6)[::-1]:
+        if mark <= largest * (1 + 1e-9) and mark - marks[-1] >= 0.1 * largest:
+            marks.append(mark)
     ax.xaxis.set_major_locator(FixedLocator(marks))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: as_ratio(value)))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: ratio(value)))
 
 
 def _title(curves: xr.Dataset) -> tuple[str, str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -13,6 +15,7 @@ from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
     figure_of,
+    legend_below,
     require,
     say_nothing_to_draw,
     set_title,
@@ -78,33 +81,17 @@ def draw_fragility_surface(surface: xr.Dataset, ax: Axes | None = None) -> Axes:
             Line2D([], [], color="black", linewidth=0.8, label="0.1 and 0.9"),
         ]
         if np.isfinite(surface["median_lower"].values).all():
+            dashed: dict[str, Any] = {"color": "black", "linestyle": "--", "linewidth": 1.0}
             for end in ("lower", "upper"):
-                ax.plot(
-                    scale * surface[f"median_{end}"].values, y, color="black", linestyle="--", linewidth=1.0, zorder=3
-                )
+                ax.plot(scale * surface[f"median_{end}"].values, y, zorder=3, **dashed)
             handles.append(
-                Line2D(
-                    [],
-                    [],
-                    color="black",
-                    linestyle="--",
-                    linewidth=1.0,
-                    label=f"{float(surface.attrs['confidence']):.0%} band of the median",
-                )
+                Line2D([], [], label=f"{float(surface.attrs['confidence']):.0%} band of the median", **dashed)
             )
         ax.set_xlim(x[0], x[-1])
         ax.set_ylim(y[0], y[-1])
         label_intensity(ax, surface, in_metres)
         ax.set_ylabel(f"{second} ({unit})")
-        ax.legend(
-            handles=handles,
-            loc="upper left",
-            bbox_to_anchor=(0.0, -0.13),
-            ncols=3,
-            frameon=False,
-            fontsize="small",
-            borderaxespad=0.0,
-        )
+        legend_below(ax, handles, 3, 0.6, left=True)
     title = title_of(surface, "fragility surface")
     failed = int(surface.attrs.get("samples_failed", 0))
     walls = f"{int(surface.attrs['samples'])} walls" + (f", {failed} of them failed" if failed else "")

@@ -10,8 +10,7 @@ import xarray as xr
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import JointMap
 from damagepred.enumerations import ContactKind
-from damagepred.errors import InputError
-from damagepred.plotting.sheet import require
+from damagepred.plotting.sheet import round_numbers
 
 FINITE_ROTATION = 0.02
 """Rotation (rad) from which it is drawn as it is."""
@@ -23,27 +22,6 @@ DRAWN_DISPLACEMENT = 0.045
 """Largest displacement on the drawing, as a fraction of the wall's length."""
 
 LARGEST_EXAGGERATION = 1000.0
-
-_NEEDED = (
-    "vertex_x",
-    "vertex_y",
-    "vertex_block",
-    "block_x",
-    "block_y",
-    "block_displacement_x",
-    "block_displacement_y",
-    "block_rotation",
-    "contact_x",
-    "contact_y",
-    "contact_interface",
-    "contact_kind",
-    "contact_length",
-    "contact_opening",
-    "contact_state",
-    "contact_normal_x",
-    "contact_normal_y",
-    "central_deflection",
-)
 
 
 @dataclass(frozen=True)
@@ -291,40 +269,6 @@ def ground_profile(
     return x, np.bincount(which, place[:, 1]) / count, np.bincount(which, rise) / count
 
 
-def moved_corners(
-    ds: xr.Dataset, increment: int, exaggeration: float | None
-) -> tuple[Motion, FloatArray, IntArray, float]:
-    """Return how blocks have moved, their corners (v, 2) (m), whose these are (v,), and the factor to draw with.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    increment : int
-        Position of the increment.
-    exaggeration : float or None
-        Factor on displacements; None: a round one.
-
-    Raises
-    ------
-    InputError
-        If the dataset is not of one wall, or has no such increment, or the factor is none.
-    """
-    require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
-    steps = ds.sizes["increment"]
-    if not -steps <= increment < steps:
-        raise InputError(
-            f"increment = {increment}: the wall has {steps} increments; take 0 to {steps - 1}, or -1 for the last."
-        )
-    if exaggeration is not None and not (np.isfinite(exaggeration) and exaggeration >= 0):
-        raise InputError(f"exaggeration = {exaggeration!r}: must be a number of 0 or more.")
-    motion = Motion.of(ds, increment)
-    points, block = corners(ds)
-    if exaggeration is None:
-        exaggeration = round_exaggeration(motion.at(block, points), float(np.ptp(points[:, 0])))
-    return motion, points, block, float(exaggeration)
-
-
 def round_exaggeration(displacement: FloatArray, length: float) -> float:
     """Return the round number that shows the largest displacement as about 4.5 % of the wall's length.
 
@@ -339,34 +283,8 @@ def round_exaggeration(displacement: FloatArray, length: float) -> float:
     if not np.isfinite(largest) or largest <= 0.0:
         return 1.0
     wanted = min(max(DRAWN_DISPLACEMENT * length / largest, 1.0), LARGEST_EXAGGERATION)
-    round_numbers = np.outer(10.0 ** np.arange(4), [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]).ravel()
-    return float(round_numbers[np.argmin(np.abs(np.log(round_numbers / wanted)))])
-
-
-def gaps_of(faces: Faces, motion: Motion, points: FloatArray, block: IntArray, factor: float) -> FloatArray:
-    """Return the gap between the two blocks of each interface as drawn: quadrilaterals (m, 4, 2).
-
-    Parameters
-    ----------
-    faces : Faces
-        Interfaces, m of them.
-    motion : Motion
-        Of the blocks.
-    points : array of float
-        Corners of all blocks (v, 2) (m).
-    block : array of int
-        Block of each corner (v,).
-    factor : float
-        On displacements.
-    """
-    sides = faces.neighbours(points, block)
-
-    def shown(side: int, place: FloatArray) -> FloatArray:
-        # where one side was not found, the other speaks for both
-        own = np.where(sides[side] >= 0, sides[side], sides[1 - side])
-        return place + factor * motion.at(own, place) * (own >= 0)[:, None]
-
-    return np.stack((shown(0, faces.start), shown(0, faces.end), shown(1, faces.end), shown(1, faces.start)), axis=1)
+    factors = round_numbers(4)
+    return float(factors[np.argmin(np.abs(np.log(factors / wanted)))])
 
 
 def footing_rise(ds: xr.Dataset, increment: int, chosen: BoolArray) -> tuple[FloatArray, FloatArray]:

@@ -2,104 +2,62 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 
-from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.enumerations import ContactKind
 from damagepred.plotting.colours import FOOTING_COLOUR, FOOTING_EDGE, RIG_COLOUR, SOIL_COLOUR
-from damagepred.plotting.geometry import footing_rise, ground_profile, polygons
+from damagepred.plotting.deformed import Deformed
+from damagepred.plotting.geometry import footing_rise, ground_profile
 from damagepred.plotting.sheet import KN, plain_number
-from damagepred.plotting.zone_geometry import Zones, moved_gridpoints
 
 TRIANGLE, ARROW = 0.018, 0.06
 """Size of a support, and of the arrow of the largest load of a jack, as fractions of the wall's length."""
 
 
-def draw_footing_blocks(
-    ax: Axes, ds: xr.Dataset, increment: int, factor: float, shape: FloatArray, block: IntArray, chosen: BoolArray
-) -> None:
+def draw_footing_blocks(ax: Axes, wall: Deformed) -> None:
     """Draw the blocks of a footing; those with zones as their gridpoints have moved.
 
     Parameters
     ----------
     ax : Axes
         Where.
-    ds : xarray.Dataset
-        Of one wall.
-    increment : int
-        Position of the increment.
-    factor : float
-        On displacements.
-    shape : array (v, 2)
-        Corners of all blocks as drawn (m).
-    block : array of int (v,)
-        Block of each corner.
-    chosen : array of bool (n,)
-        Blocks of the footing.
+    wall : Deformed
+        With a footing.
     """
-    zoned = np.zeros(len(chosen), dtype=np.bool_)
-    if "gridpoint_displacement_x" in ds.variables:
-        zoned[ds["zone_block"].values] = True
-    outlines = polygons(shape, block)
-    rigid = [outlines[i] for i in np.flatnonzero(chosen & ~zoned)]
+    style: dict[str, Any] = {"facecolors": FOOTING_COLOUR, "zorder": 2, "snap": False, "label": "footing"}
+    rigid = [wall.outlines[i] for i in np.flatnonzero(wall.footing & wall.rigid)]
     if rigid:
-        ax.add_collection(
-            PolyCollection(
-                rigid,
-                facecolors=FOOTING_COLOUR,
-                edgecolors=FOOTING_EDGE,
-                linewidths=0.35,
-                zorder=2,
-                snap=False,
-                label="footing",
-            )
-        )
-    if (chosen & zoned).any():
-        zones = Zones.of(ds)
-        places = moved_gridpoints(ds, zones, increment, factor)
-        own = chosen[zones.block]
-        ax.add_collection(
-            PolyCollection(
-                list(places[zones.corners[own]]),
-                facecolors=FOOTING_COLOUR,
-                edgecolors=FOOTING_COLOUR,
-                snap=False,
-                linewidths=0.3,
-                zorder=2,
-                label="footing",
-            )
-        )
+        ax.add_collection(PolyCollection(rigid, edgecolors=FOOTING_EDGE, linewidths=0.35, **style))
+    if (wall.footing & ~wall.rigid).any():
+        zones, places = wall.zones, wall.gridpoints
+        own = places[zones.corners[wall.footing[zones.block]]]
+        ax.add_collection(PolyCollection(list(own), edgecolors=FOOTING_COLOUR, linewidths=0.3, **style))
         rims = zones.rims()
-        rims = rims[chosen[ds["gridpoint_block"].values[rims[:, 0]]]]
+        rims = rims[wall.footing[wall.ds["gridpoint_block"].values[rims[:, 0]]]]
         ax.add_collection(LineCollection(list(places[rims]), colors=FOOTING_EDGE, linewidths=0.5, zorder=2))
 
 
-def draw_soil(ax: Axes, ds: xr.Dataset, increment: int, factor: float, label: bool = True) -> None:
+def draw_soil(ax: Axes, wall: Deformed) -> None:
     """Draw the surface of the ground as it would be without the footing: where it is in the footing, it presses.
 
     Parameters
     ----------
     ax : Axes
         Where.
-    ds : xarray.Dataset
-        Of one wall.
-    increment : int
-        Position of the increment.
-    factor : float
-        On displacements.
-    label : bool
-        Whether the line has a label for a legend.
+    wall : Deformed
+        On a footing.
     """
-    x, height, rise = ground_profile(ds, increment, ContactKind.SOIL)
+    x, height, rise = ground_profile(wall.ds, wall.increment, ContactKind.SOIL)
     if len(x):
-        name = "surface of the ground but for the footing" if label else "_soil"
-        ax.plot(x, height + factor * rise, color=SOIL_COLOUR, linewidth=1.4, zorder=3.5, label=name)
+        name = "surface of the ground but for the footing"
+        ax.plot(x, height + wall.factor * rise, color=SOIL_COLOUR, linewidth=1.4, zorder=3.5, label=name)
 
 
-def draw_rig(ax: Axes, ds: xr.Dataset, increment: int, factor: float, chosen: BoolArray) -> None:
+def draw_rig(ax: Axes, wall: Deformed) -> None:
     """Draw supports as triangles and jacks as arrows, with their loads, under the footing as it has moved.
 
     A jack that pushes has an arrow up to the footing, one that pulls an arrow down from it, as long as its load is
@@ -109,30 +67,18 @@ def draw_rig(ax: Axes, ds: xr.Dataset, increment: int, factor: float, chosen: Bo
     ----------
     ax : Axes
         Where.
-    ds : xarray.Dataset
-        Of one wall on jacks.
-    increment : int
-        Position of the increment.
-    factor : float
-        On displacements.
-    chosen : array of bool (n,)
-        Blocks of the footing.
+    wall : Deformed
+        On jacks.
     """
+    ds, increment, factor = wall.ds, wall.increment, wall.factor
     length = float(np.ptp(ds["vertex_x"].values))
     low = float(ds["vertex_y"].values.min())
-    along, rise = footing_rise(ds, increment, chosen)
+    along, rise = footing_rise(ds, increment, wall.footing)
     size = TRIANGLE * length
     for x, load in zip(ds["support_x"].values, ds["support_load"].values[increment]):
         y = low + factor * float(np.interp(x, along, rise))
-        ax.fill(
-            [x, x - 0.6 * size, x + 0.6 * size],
-            [y, y - size, y - size],
-            facecolor="white",
-            edgecolor=RIG_COLOUR,
-            linewidth=1.0,
-            zorder=4,
-            label="support",
-        )
+        across, upwards = [x, x - 0.6 * size, x + 0.6 * size], [y, y - size, y - size]
+        ax.fill(across, upwards, facecolor="white", edgecolor=RIG_COLOUR, linewidth=1.0, zorder=4, label="support")
         ax.text(x, y - 1.3 * size, _load(float(load)), ha="center", va="top", fontsize="x-small")
     loads = ds["jack_load"].values
     largest = max(float(np.abs(loads).max()), 1e-9)
@@ -142,13 +88,8 @@ def draw_rig(ax: Axes, ds: xr.Dataset, increment: int, factor: float, chosen: Bo
         tail = y - max(reach, 0.3 * size)
         if abs(load) > 1e-3 * largest:
             tip, start = ((x, y), (x, tail)) if load > 0 else ((x, tail), (x, y))
-            ax.annotate(
-                "",
-                tip,
-                start,
-                zorder=4,
-                arrowprops={"arrowstyle": "-|>", "color": RIG_COLOUR, "shrinkA": 0, "shrinkB": 0},
-            )
+            arrow = {"arrowstyle": "-|>", "color": RIG_COLOUR, "shrinkA": 0, "shrinkB": 0}
+            ax.annotate("", tip, start, zorder=4, arrowprops=arrow)
         ax.text(x, tail - 0.3 * size, _load(load), ha="center", va="top", fontsize="x-small")
     # text and annotations do not widen the axes by themselves
     bottom = low - (ARROW + 2.2 * TRIANGLE) * length

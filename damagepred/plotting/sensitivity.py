@@ -10,10 +10,8 @@ from matplotlib.axes import Axes
 
 from damagepred.arguments import checked
 from damagepred.plotting.colours import RANK_COLOURS, SHARE_COLOURS
-from damagepred.plotting.sheet import figure_of, require, set_title, several_or_new, title_of
-
-GROUPS = {"wall": "all that holds for a wall", "joints": "all that varies\nfrom joint to joint"}
-"""Names of the groups of a crossed study."""
+from damagepred.plotting.sheet import figure_of, grid, legend_below, require, set_title, several_or_new, title_of
+from damagepred.tables import GROUPS
 
 
 @checked
@@ -61,20 +59,11 @@ def draw_sensitivity(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> l
     right.axvline(1.0, color="0.4", linewidth=0.8)
     right.set_xlim(min(-0.05, right.get_xlim()[0]), max(1.05, right.get_xlim()[1]))
     right.set_xlabel("share of the variance (1)")
-    right.set_yticks([*below, *at], [*(GROUPS[str(g)] for g in groups), *names])
-    rows = len(names) + len(groups)
+    right.set_yticks([*below, *at], [*(GROUPS[str(g)].replace(" with", "\nwith") for g in groups), *names])
     for ax in (left, right):
         ax.set_ylim(-0.6 - len(groups), len(names) - 0.4)
-        ax.grid(axis="x", color="0.9")
-        ax.set_axisbelow(True)
-        ax.legend(
-            loc="upper left",
-            bbox_to_anchor=(0.0, -0.6 / (0.3 + 0.45 * rows)),
-            ncols=2,
-            frameon=False,
-            fontsize="small",
-            borderaxespad=0.0,
-        )
+        grid(ax, "x")
+        legend_below(ax, ax.get_legend_handles_labels()[0], 2, 0.6, left=True)
     title = title_of(found, "sensitivity")
     censored = float(found.attrs.get("share_censored", 0.0))
     lines = (

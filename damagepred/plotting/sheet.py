@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Sequence
+from typing import Literal
 
 import numpy as np
 import xarray as xr
@@ -13,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation, Transform
 
-from damagepred.arrays import IntArray
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.text import without_controls
 
@@ -133,6 +134,62 @@ def title_of(ds: xr.Dataset, default: str) -> str:
     return verbatim(str(ds.attrs.get("title", default)))
 
 
+def height_to_scale(points: FloatArray, room: float, lowest: float = 3.2, width: float = 8.0) -> float:
+    """Return the height (inches) of a sheet that shows points to scale.
+
+    Parameters
+    ----------
+    points : array (v, 2)
+        All that is shown.
+    room : float
+        For legend and title (inches).
+    lowest : float
+        Least height (inches).
+    width : float
+        Of the points on the sheet (inches).
+    """
+    across, upwards = np.ptp(points, axis=0)
+    return float(np.clip(width * upwards / across + room, lowest, 9.0))
+
+
+def elevation(ax: Axes) -> None:
+    """Make axes those of a wall seen from its face: to scale, in metres, without a frame."""
+    ax.set_aspect("equal")
+    ax.set_xlabel("along the wall (m)")
+    ax.set_ylabel("height (m)")
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+
+
+def grid(ax: Axes, axis: Literal["both", "x"] = "both") -> None:
+    """Draw a pale grid below all else.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where.
+    axis : {"both", "x"}
+        Which lines.
+    """
+    ax.grid(axis=axis, color="0.9")
+    ax.set_axisbelow(True)
+
+
+def moved_to(ds: xr.Dataset, increment: int) -> str:
+    """Return in words how far a wall has moved at an increment, or the time of a run in time.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    increment : int
+        Position of the increment.
+    """
+    if "time" in ds.variables:
+        return f"{plain_number(float(ds['time'].values[increment]))} s"
+    return f"a central deflection of {plain_number(float(ds['central_deflection'].values[increment]) * MM)} mm"
+
+
 def set_title(ax: Axes, *lines: str) -> None:
     """Write a title: the first line is the name of the wall or study, the others say what is drawn.
 
@@ -164,7 +221,9 @@ def below(ax: Axes, inches: float, transform: Transform | None = None) -> Transf
     return (transform or ax.transAxes) + ScaledTranslation(0.0, -inches, figure_of(ax).dpi_scale_trans)
 
 
-def legend_below(ax: Axes, handles: Sequence[Artist], columns: int = 6) -> None:
+def legend_below(
+    ax: Axes, handles: Sequence[Artist], columns: int = 6, inches: float = 0.5, left: bool = False
+) -> None:
     """Put a legend in rows under the axes, where it covers nothing.
 
     Parameters
@@ -175,12 +234,16 @@ def legend_below(ax: Axes, handles: Sequence[Artist], columns: int = 6) -> None:
         What to explain, each with a label.
     columns : int
         Entries in a row at most.
+    inches : float
+        Distance from the axes.
+    left : bool
+        Whether it begins at the left end of the axes; else it stands in the middle.
     """
     ax.legend(
         handles=handles,
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0.0),
-        bbox_transform=below(ax, 0.5),
+        loc="upper left" if left else "upper center",
+        bbox_to_anchor=(0.0 if left else 0.5, 0.0),
+        bbox_transform=below(ax, inches),
         ncols=min(columns, len(handles)),
         frameon=False,
         fontsize="small",
@@ -220,6 +283,11 @@ def say_nothing_to_draw(ax: Axes, reason: str) -> None:
 def plain_number(value: float) -> str:
     """Return a number to three figures, without an exponent."""
     return f"{float(f'{value:.3g}'):.10f}".rstrip("0").rstrip(".")
+
+
+def round_numbers(decades: int) -> FloatArray:
+    """Return round numbers from 1 up to 10**decades, ten a decade, rising."""
+    return np.outer(10.0 ** np.arange(decades), [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]).ravel()
 
 
 def spread_evenly(count: int, most: int) -> IntArray:

@@ -16,10 +16,10 @@ from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.plotting.colours import band_colours
-from damagepred.plotting.deformed import Deformed, add_magnification
+from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, corners, polygons
 from damagepred.plotting.sheet import axes_or_new, figure_of, plain_number, require, set_title
-from damagepred.plotting.zone_geometry import Zones, has_zones, moved_gridpoints
+from damagepred.plotting.zone_geometry import has_zones
 
 MPA = 1e-6
 """Megapascals in a pascal."""
@@ -36,9 +36,9 @@ COMPONENTS = {
 TAIL_PERCENT = 5.0
 """Percentage of the area at either end that does not count for the limits of the colours: corners peak."""
 LEVEL_MARGIN = 1.25
-"""The colours reach so many times further than the rest."""
+"""Reach of the colours over that of the rest."""
 ONE_SIDED = 0.1
-"""With less than that share on the other side of zero, only one half of the colours is used."""
+"""Share on the other side of zero below which only one half of the colours is used."""
 SMALLEST_LEVEL = 1e-3
 """Where the colours end if there is no stress at all (MPa)."""
 MAX_BANDS = 18
@@ -93,8 +93,7 @@ def draw_stress(
     norm = BoundaryNorm(list(limits), colours.N, extend="both")
     wall.draw_rigid(ax, colours(norm(MPA * one_of(rigid, component))))
     if len(zoned):
-        zones = Zones.of(ds)
-        shape = moved_gridpoints(ds, zones, increment, wall.factor)
+        zones, shape = wall.zones, wall.gridpoints
         smooth = np.column_stack([zones.at_gridpoints(s) for s in zoned.T])
         picture = ax.tricontourf(
             Triangulation(shape[:, 0], shape[:, 1], zones.corners),
@@ -108,7 +107,6 @@ def draw_stress(
     wall.draw_outlines(ax)
     wall.draw_cracks(ax)
     wall.finish(ax)
-    add_magnification(ax, wall)
     bar = figure_of(ax).colorbar(
         ScalarMappable(norm, colours), cax=ax.inset_axes((1.02, 0.0, 0.025, 1.0)), extend="both", spacing="uniform"
     )
@@ -251,5 +249,5 @@ def _stresses(wall: Deformed) -> tuple[FloatArray, FloatArray]:
 def _every(wall: Deformed, rigid: FloatArray, zoned: FloatArray, component: str) -> tuple[FloatArray, FloatArray]:
     """Return all stresses (Pa), and the areas they stand for."""
     area = np.array([_area(p) for p in polygons(wall.points, wall.block)])[wall.rigid & ~wall.footing]
-    weight = [area, Zones.of(wall.ds).area] if len(zoned) else [area]
+    weight = [area, wall.zones.area] if len(zoned) else [area]
     return np.concatenate([one_of(s, component) for s in (rigid, zoned)]), np.concatenate(weight)

@@ -29,24 +29,20 @@ from damagepred.plotting.colours import (
     SOIL_COLOUR,
     width_colours,
 )
-from damagepred.plotting.geometry import (
-    Faces,
-    footing_blocks,
-    gaps_of,
-    ground_profile,
-    moved_corners,
-    polygons,
-)
+from damagepred.plotting.deformed import Deformed
+from damagepred.plotting.geometry import Faces, ground_profile
 from damagepred.plotting.rig import draw_footing_blocks, draw_rig, draw_soil
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
-    below,
+    elevation,
     figure_of,
+    height_to_scale,
+    legend_below,
+    moved_to,
     plain_number,
     require,
     set_title,
-    title_of,
 )
 
 DATUM = (0, (6, 4))
@@ -85,26 +81,20 @@ def draw_wall(
         If the dataset is not of one wall, or has no such increment.
     """
     require(ds, ("damage_category",), "the result of one wall with all its fields (`damagepred solve`)")
-    motion, points, block, factor = moved_corners(ds, increment, exaggeration)
-    shape = points + factor * motion.at(block, points)
-    if ax is None:
-        ax = axes_or_new(None, 10.0, _sheet_height(shape))
-
-    table = table_of(ds)
-    footing = footing_blocks(ds)
-    if footing.any():
-        draw_footing_blocks(ax, ds, increment, factor, shape, block, footing)
+    wall = Deformed.of(ds, increment, exaggeration)
+    ax = axes_or_new(ax, 10.0, height_to_scale(wall.shape, 1.95, 3.6))
+    if wall.footing.any():
+        draw_footing_blocks(ax, wall)
         _draw_datum(ax, *ground_profile(ds, increment)[:2])
-        draw_soil(ax, ds, increment, factor)
+        draw_soil(ax, wall)
         if "jack_load" in ds.variables:
-            draw_rig(ax, ds, increment, factor, footing)
+            draw_rig(ax, wall)
     else:
-        _draw_ground(ax, ds, increment, factor)
-    bricks, tones = polygons(shape, block), _tones(len(motion.x))
-    own = np.flatnonzero(~footing)
+        _draw_ground(ax, ds, increment, wall.factor)
+    tones, own = _tones(len(wall.footing)), np.flatnonzero(~wall.footing)
     ax.add_collection(
         PolyCollection(
-            [bricks[i] for i in own],
+            [wall.outlines[i] for i in own],
             facecolors=[tones[i] for i in own],
             edgecolors=BRICK_EDGE,
             linewidths=0.35,
@@ -113,26 +103,18 @@ def draw_wall(
             snap=False,  # an upright brick among turned ones must not jump to whole pixels
         )
     )
-    faces = Faces.of(ds, increment)
+    faces = wall.faces
     cracks = faces.pick(faces.is_mortar & (faces.crack > HAIRLINE))
-    _draw_cracks(ax, gaps_of(cracks, motion, points, block, factor), cracks.crack * MM, table)
-    if footing.any():
-        lifted = faces.pick(faces.is_footing & (faces.opening > HAIRLINE))
-        _draw_lifted(ax, gaps_of(lifted, motion, points, block, factor))
+    _draw_cracks(ax, wall.gaps(cracks), cracks.crack * MM, table_of(ds))
+    if wall.footing.any():
+        _draw_lifted(ax, wall.gaps(faces.pick(faces.is_footing & (faces.opening > HAIRLINE))))
     dpc = faces.pick(faces.is_dpc)
-    _draw_dpc(ax, dpc, gaps_of(dpc, motion, points, block, factor))
-    control = faces.pick(faces.is_control)
-    _draw_control_joints(ax, gaps_of(control, motion, points, block, factor))
+    _draw_dpc(ax, dpc, wall.gaps(dpc))
+    _draw_control_joints(ax, wall.gaps(faces.pick(faces.is_control)))
     if slips:
-        slipped = faces.pick((faces.is_mortar | faces.is_dpc) & (faces.slip > HAIRLINE))
-        _draw_slips(ax, gaps_of(slipped, motion, points, block, factor))
-    _finish(ax, ds, increment, factor, faces)
+        _draw_slips(ax, wall.gaps(faces.pick((faces.is_mortar | faces.is_dpc) & (faces.slip > HAIRLINE))))
+    _finish(ax, wall)
     return ax
-
-
-def _sheet_height(shape: FloatArray) -> float:
-    width, height = np.ptp(shape, axis=0)
-    return float(np.clip(8.0 * height / width + 1.95, 3.6, 9.0))
 
 
 def _tones(count: int) -> list[str]:
@@ -245,37 +227,20 @@ def _draw_datum(ax: Axes, x: FloatArray, height: FloatArray) -> None:
         ax.plot(x[[0, -1]], height[[0, -1]], color="black", linewidth=0.7, linestyle=DATUM, zorder=3)
 
 
-def _finish(ax: Axes, ds: xr.Dataset, increment: int, factor: float, faces: Faces) -> None:
+def _finish(ax: Axes, wall: Deformed) -> None:
     """Write legend, axes and title."""
-    ax.set_aspect("equal")
+    ds, increment = wall.ds, wall.increment
+    elevation(ax)
     ax.margins(0.02)
     ax.autoscale_view()
-    ax.set_xlabel("along the wall (m)")
-    ax.set_ylabel("height (m)")
-    for side in ("top", "right"):
-        ax.spines[side].set_visible(False)
-    ax.legend(
-        handles=_legend(ds, increment, faces),
-        loc="upper left",
-        bbox_to_anchor=(0.0, 0.0),
-        bbox_transform=below(ax, 0.5),
-        ncols=2,
-        frameon=False,
-        fontsize="small",
-        borderaxespad=0.0,
-    )
-    deflection = plain_number(float(ds["central_deflection"].values[increment]) * MM)
-    when = f"central deflection {deflection} mm"
-    if "time" in ds.variables:
-        when = f"at {plain_number(float(ds['time'].values[increment]))} s"
+    legend_below(ax, _legend(ds, increment, wall.faces), 2, left=True)
     category = int(ds["damage_category"].values[increment])
-    scale = "to scale" if factor == 1.0 else f"exaggerated {plain_number(factor)} times"
     early = "limit" in ds.attrs or ds.attrs.get("status", PathStatus.COMPLETE) != PathStatus.COMPLETE
     at_end = early and increment in (-1, ds.sizes["increment"] - 1)
     set_title(
         ax,
-        title_of(ds, "wall"),
-        f"{when}, damage category {category} ({name_of(ds, category)}); displacements {scale}",
+        wall.title,
+        f"at {moved_to(ds, increment)}, damage category {category} ({name_of(ds, category)}); {wall.scale}",
         str(ds.attrs.get("status_message", ds.attrs.get("status"))) if at_end else "",
     )
 
@@ -297,13 +262,7 @@ def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch
     if faces.is_dpc.any():
         opening = float(faces.opening[faces.is_dpc].max())
         label = f"dpc, opening at most {_mm(opening)}" if opening > HAIRLINE else "dpc, closed"
-        handles.append(
-            Patch(
-                facecolor=_pale(to_rgba_array(DPC_COLOUR))[0],
-                edgecolor=DPC_COLOUR,
-                label=label,
-            )
-        )
+        handles.append(Patch(facecolor=_pale(to_rgba_array(DPC_COLOUR))[0], edgecolor=DPC_COLOUR, label=label))
     if faces.is_control.any():
         most = [float(ds[f"control_joint_{way}_max"].values[increment]) for way in ("opening", "closing")]
         label = f"control joint, widened by at most {_mm(most[0])}, closed by at most {_mm(most[1])}"

@@ -58,21 +58,3 @@ class Zones:
         key = edges.min(axis=1) * len(self.points) + edges.max(axis=1)
         _, first, count = np.unique(key, return_index=True, return_counts=True)
         return np.asarray(edges[first[count == 1]])
-
-
-def moved_gridpoints(ds: xr.Dataset, zones: Zones, increment: int, factor: float) -> FloatArray:
-    """Return where the gridpoints are drawn (g, 2) (m), displacements multiplied by a factor.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    zones : Zones
-        Of that wall.
-    increment : int
-        Position of the increment.
-    factor : float
-        On displacements.
-    """
-    moved = [ds[f"gridpoint_displacement_{axis}"].values[increment] for axis in "xy"]
-    return np.asarray(zones.points + factor * np.column_stack(moved))

@@ -11,9 +11,8 @@ from matplotlib.patches import Patch
 
 from damagepred.arguments import checked
 from damagepred.plotting.colours import ZONE_STATES
-from damagepred.plotting.deformed import Deformed, add_magnification
-from damagepred.plotting.sheet import axes_or_new, below, require, set_title
-from damagepred.plotting.zone_geometry import Zones, moved_gridpoints
+from damagepred.plotting.deformed import Deformed
+from damagepred.plotting.sheet import axes_or_new, legend_below, require, set_title
 
 
 @checked
@@ -42,13 +41,11 @@ def draw_zone_states(
     wall = Deformed.of(ds, increment, exaggeration)
     ax = axes_or_new(ax, 10.0, wall.sheet_height(2.3))
     wall.draw_rigid(ax, "white")
-    zones = Zones.of(ds)
-    shape = moved_gridpoints(ds, zones, increment, wall.factor)
     state = ds["zone_state"].values[increment].astype(np.int64)
     colours = to_rgba_array([colour for _, colour in ZONE_STATES])
     ax.add_collection(
         PolyCollection(
-            list(shape[zones.corners]),
+            list(wall.gridpoints[wall.zones.corners]),
             facecolors=colours[state],
             edgecolors=colours[state],
             linewidths=0.1,
@@ -59,21 +56,12 @@ def draw_zone_states(
     wall.draw_outlines(ax)
     wall.draw_cracks(ax)
     wall.finish(ax)
-    add_magnification(ax, wall)
     count = np.bincount(state, minlength=len(ZONE_STATES))
-    ax.legend(
-        handles=[
-            Patch(facecolor=colour, edgecolor="0.6", linewidth=0.5, label=f"{name}: {number}")
-            for (name, colour), number in zip(ZONE_STATES, count)
-            if number
-        ],
-        loc="upper left",
-        bbox_to_anchor=(0.0, 0.0),
-        bbox_transform=below(ax, 0.65),
-        ncols=3,
-        frameon=False,
-        fontsize="small",
-        borderaxespad=0.0,
-    )
+    handles = [
+        Patch(facecolor=colour, edgecolor="0.6", linewidth=0.5, label=f"{name}: {number}")
+        for (name, colour), number in zip(ZONE_STATES, count)
+        if number
+    ]
+    legend_below(ax, handles, 3, 0.65, left=True)
     set_title(ax, wall.title, f"zones that yield at {wall.movement}; {wall.scale}")
     return ax

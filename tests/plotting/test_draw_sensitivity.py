@@ -13,7 +13,7 @@ def test_inputs_and_groups_are_drawn_with_their_intervals():
     found = study_sensitivity(ds, category=1, resamples=30)
     left, right = draw_sensitivity(found)
     assert [t.get_text() for t in left.get_yticklabels()] == ["dpc, friction", "joint, friction"]  # strongest on top
-    assert {t.get_text() for t in right.get_yticklabels()} >= {"all that holds for a wall"}
+    assert {t.get_text() for t in right.get_yticklabels()} >= {"inputs\nwith one value a wall"}
     assert left.get_xlabel() == "rank correlation (1)"
     points = left.lines[0].get_xdata()
     assert points == pytest.approx(found["spearman"].sel(variable=["dpc.friction", "joint.friction"]).values)

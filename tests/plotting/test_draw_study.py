@@ -7,7 +7,6 @@ import xarray as xr
 from damagepred.errors import InputError
 from damagepred.plotting import draw_category_shares, draw_crack_widths, draw_fragility, draw_fragility_surface
 from damagepred.plotting.convergence import draw_convergence
-from damagepred.plotting.fragility import as_ratio
 from damagepred.plotting.study import common_paths, quantile
 from damagepred.scene.site import site_classes
 from damagepred.uq.running import running_probability
@@ -154,7 +153,6 @@ def test_deflection_ratios_are_shown_as_fractions(curves):
     assert labels[0] == "0"
     assert "1/200" in labels
     assert "median 1/600," in legend(ax)[0]
-    assert as_ratio(0.0) == "0"
 
 
 def test_what_holds_no_curves_is_refused(study):

@@ -120,7 +120,7 @@ def test_title_and_axes_say_what_is_drawn(on_dpc):
     ax = draw_wall(on_dpc, exaggeration=10)
     title = ax.get_title(loc="left")
     assert "little wall on a dpc" in title
-    assert "central deflection 6 mm" in title
+    assert "central deflection of 6 mm" in title
     assert "damage category 0 (negligible)" in title
     assert "10 times" in title
     assert ax.get_xlabel().endswith("(m)")
