@@ -17,25 +17,7 @@ from pydantic_core import PydanticUndefined
 
 from damagepred.archive.schema import VARIABLES
 from damagepred.archive.schema import Variable as ArchiveVariable
-from damagepred.scene import (
-    BaseMotion,
-    BlockMaterial,
-    ControlJoint,
-    Damage,
-    Dpc,
-    Dynamics,
-    Footing,
-    Joint,
-    Loads,
-    Mound,
-    Movement,
-    Opening,
-    ReinforcedConcrete,
-    Rig,
-    Soil,
-    Solver,
-    Wall,
-)
+from damagepred.scene import Scene
 from damagepred.scene.quantity import Quantity
 from damagepred.solvers.options import option_classes
 from damagepred.study.settings import Sampling
@@ -43,25 +25,6 @@ from damagepred.uq.importance import Proposal
 from damagepred.uq.stopping import StopWhen
 from damagepred.uq.variable import Component, JointField, Variable
 
-SCENE_TABLES: dict[str, type] = {
-    "[wall]": Wall,
-    "[[opening]]": Opening,
-    "[[control_joint]]": ControlJoint,
-    "[block]": BlockMaterial,
-    "[joint]": Joint,
-    "[dpc]": Dpc,
-    "[footing]": Footing,
-    "[footing.concrete]": ReinforcedConcrete,
-    "[movement]": Movement,
-    "[rig]": Rig,
-    "[mound]": Mound,
-    "[soil]": Soil,
-    "[loads]": Loads,
-    "[solver]": Solver,
-    "[damage]": Damage,
-    "[dynamics]": Dynamics,
-    "[[dynamics.base]]": BaseMotion,
-}
 STUDY_TABLES: dict[str, type] = {
     "[study]": Sampling,
     "[study.stop_when]": StopWhen,
@@ -103,10 +66,24 @@ unknown. NaN is unknown, too. Files follow the CF conventions 1.11, meshes of zo
 """
 
 
+def _scene_tables(kind: Any = Scene, inside: str = "") -> Iterator[tuple[str, type]]:
+    """Yield the head of each table of a scene file with its class, from the fields of the classes."""
+    for name, field in kind.__pydantic_fields__.items():
+        inner = list(_parts(field.annotation))
+        for part in inner:
+            if isinstance(part, type) and dataclasses.is_dataclass(part):
+                head = f"{inside}{name}"
+                yield f"[[{head}]]" if any(get_origin(p) is tuple for p in inner) else f"[{head}]", part
+                yield from _scene_tables(part, f"{head}.")
+
+
 def keys_page() -> str:
     """Return the page of all keys of scenes and studies."""
     parts = [KEYS_HEAD, "## The scene\n", "- `title` (text, default `masonry wall`): what the wall is.\n"]
-    parts += [_table(name, kind) for name, kind in SCENE_TABLES.items()]
+    heads: dict[type, str] = {}
+    for head, kind in _scene_tables():
+        heads.setdefault(kind, head)  # [footing.joint] has the keys of [joint]
+    parts += [_table(head, kind) for kind, head in heads.items()]
     parts += ["## The study\n", "`[correlation]` has a table of partners for a variable, each with its correlation.\n"]
     parts += [_table(name, kind) for name, kind in STUDY_TABLES.items()]
     parts += ["## The algorithms, for experts\n", "Every archive records all of these as `solver_options`.\n"]
