@@ -12,7 +12,7 @@ import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import IO, TYPE_CHECKING, Any, cast
+from typing import IO, TYPE_CHECKING, Any, Self, cast
 
 from rich.console import Console
 from rich.markup import escape
@@ -248,7 +248,26 @@ def _parts_that_fit(columns: Sequence[str], rows: Sequence[Sequence[str]], width
     return parts
 
 
-class Bar:
+class _Progress:
+    """A bar of progress, shown only on a terminal, with columns of rich before and after it."""
+
+    def __init__(self, before: str, *after: str, transient: bool) -> None:
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+        texts = map(TextColumn, after[:-1])
+        columns = (TextColumn(before), BarColumn(), MofNCompleteColumn(), *texts, TimeElapsedColumn())
+        last = map(TextColumn, after[-1:])
+        self._progress = Progress(*columns, *last, console=_err, transient=transient, disable=not _err.is_terminal)
+
+    def __enter__(self) -> Self:
+        self._progress.start()
+        return self
+
+    def __exit__(self, *problem: object) -> None:
+        self._progress.stop()
+
+
+class Bar(_Progress):
     """Progress of one wall, increment by increment; shown only on a terminal.
 
     Parameters
@@ -260,57 +279,22 @@ class Bar:
     """
 
     def __init__(self, label: str, total: int | None = None) -> None:
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-        self._progress = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeElapsedColumn(),
-            console=_err,
-            transient=True,
-            disable=not _err.is_terminal,
-        )
+        super().__init__("{task.description}", transient=True)
         self._task = self._progress.add_task(label, total=total)
-
-    def __enter__(self) -> Bar:
-        self._progress.start()
-        return self
-
-    def __exit__(self, *problem: object) -> None:
-        self._progress.stop()
 
     def step(self, step: Step) -> None:
         """Show one more increment."""
         self._progress.update(self._task, advance=1)
 
 
-class StudyBar:
+class StudyBar(_Progress):
     """Progress of a study: done, failed, remaining time. Without a terminal, a line now and then."""
 
     def __init__(self) -> None:
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-        self._progress = Progress(
-            TextColumn("walls"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("[red]{task.fields[failed]} failed[/]"),
-            TimeElapsedColumn(),
-            TextColumn("{task.fields[left]}"),
-            console=_err,
-            disable=not _err.is_terminal,
-        )
+        super().__init__("walls", "[red]{task.fields[failed]} failed[/]", "{task.fields[left]}", transient=False)
         self._task: Any = None
         self._before = 0
         self._began = self._spoke = time.monotonic()
-
-    def __enter__(self) -> StudyBar:
-        self._progress.start()
-        return self
-
-    def __exit__(self, *problem: object) -> None:
-        self._progress.stop()
 
     def update(self, state: StudyProgress) -> None:
         """Show where the study stands."""

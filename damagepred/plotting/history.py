@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -61,50 +63,35 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     has_footing = "contact_kind" in ds.variables and "footing" in shown_gaps(ds)
     footing = ds["footing_opening_max"].values * MM if has_footing else np.zeros_like(x)
     base = ds["base_crack_width_max"].values * MM if "base_crack_width_max" in ds.variables else np.zeros_like(x)
-    has_base = bool(base.max(initial=0.0) > HAIRLINE * MM)
     category = ds["damage_category"].values
-    ax.plot(
-        x, crack, color="black", linewidth=1.6, zorder=4, label="widest crack" + (" above the dpc" if has_dpc else "")
-    )
-    ax.scatter(
-        x,
-        crack,
-        c=[CATEGORY_COLOURS[max(int(c), 0)] for c in category],
-        edgecolors="black",
-        s=32,
-        zorder=5,
-        clip_on=False,
-    )
-    if has_dpc:
-        ax.plot(
-            x,
-            dpc,
-            color=DPC_COLOUR,
-            linewidth=1.6,
-            linestyle="--",
-            marker="s",
-            markersize=4,
-            zorder=4,
-            label="widest dpc opening",
-        )
-    if (band > crack + HAIRLINE * MM).any():
-        ax.plot(x, band, color="black", linewidth=1.2, linestyle="-.", zorder=3, label="widest crack band")
-    if footing.max(initial=0.0) > HAIRLINE * MM:
-        ax.plot(
-            x,
+    colours = [CATEGORY_COLOURS[max(int(c), 0)] for c in category]
+    above = " above the dpc" if has_dpc else ""
+    ax.plot(x, crack, color="black", linewidth=1.6, zorder=4, label=f"widest crack{above}")
+    ax.scatter(x, crack, c=colours, edgecolors="black", s=32, zorder=5, clip_on=False)
+    visible = HAIRLINE * MM
+    marked: dict[str, Any] = {"linewidth": 1.6, "linestyle": "--", "markersize": 4, "zorder": 4}
+    thin: dict[str, Any] = {"linewidth": 1.2, "zorder": 3}
+    drawn = [crack]
+    for width, shown, style, label in (
+        (dpc, has_dpc, marked | {"color": DPC_COLOUR, "marker": "s"}, "widest dpc opening"),
+        (band, (band > crack + visible).any(), thin | {"color": "black", "linestyle": "-."}, "widest crack band"),
+        (
             footing,
-            color=FOOTING_GAP_COLOUR,
-            linewidth=1.6,
-            linestyle="--",
-            marker="^",
-            markersize=4,
-            zorder=4,
-            label="widest gap on the footing",
-        )
-    if has_base:
-        ax.plot(x, base, color="0.35", linewidth=1.2, linestyle=":", zorder=3, label="widest crack below the dpc")
-    drawn = np.concatenate((crack, band, footing, dpc if has_dpc else crack, base if has_base else crack))
-    width_scale(ax, drawn, table)
+            footing.max(initial=0.0) > visible,
+            marked | {"color": FOOTING_GAP_COLOUR, "marker": "^"},
+            "widest gap on the footing",
+        ),
+        (
+            base,
+            base.max(initial=0.0) > visible,
+            thin | {"color": "0.35", "linestyle": ":"},
+            "widest crack below the dpc",
+        ),
+    ):
+        if shown:
+            ax.plot(x, width, label=label, **style)
+            drawn.append(width)
+    width_scale(ax, np.concatenate(drawn), table)
     ax.set_xlim(0.0, max(float(x.max()) * 1.02, 1e-6))
     shade_bands(ax, table)
     if in_time:
