@@ -12,7 +12,7 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.section import Sections
-from damagepred.kernels.joint.parameters import JointParameters, joint_parameters
+from damagepred.kernels.joint.parameters import joint_parameters
 
 
 class Blocks(NamedTuple):
@@ -424,8 +424,8 @@ class Model:
         return f"block {block} ({where}" + (f", course {course + 1})" if course >= 0 else ")")
 
     @cached_property
-    def joint_parameters(self) -> JointParameters:
-        """Parameters of the joint law of the interfaces, arrays (m,)."""
+    def joint_parameters(self) -> np.ndarray:
+        """Parameters of the joint law of the interfaces, records (m,) of ``JointParameters``."""
         return joint_parameters(self.properties)
 
     @cached_property

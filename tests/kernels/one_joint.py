@@ -25,5 +25,4 @@ def one_joint(
     """Return parameters from f_t, C, tan(phi) of the intact joint and of one without bond, w_c, beta, f_c and C_ss."""
     s_c = (w_c - strength[0] / k_n) / slip_weight if slip_weight else 0.0
     values = (k_n, k_s, *strength, psi, *residual_strength, brittle, *cap, w_c, s_c, 0.0)
-    joints = joint_parameters(JointProperties(*(np.array([value]) for value in values)))
-    return JointParameters(*(value[0] for value in joints))
+    return JointParameters(*joint_parameters(JointProperties(*(np.array([value]) for value in values)))[0])

@@ -15,7 +15,7 @@ from damagepred.kernels.interface.energy import energy
 from damagepred.kernels.interface.internal_force import contact_stresses, joint_forces, update_tresca_bounds
 from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.kernels.joint.limits import NO_LIMIT
-from damagepred.kernels.joint.parameters import JointParameters, joint_parameters, of_interface
+from damagepred.kernels.joint.parameters import joint_parameters
 from damagepred.kernels.joint.return_mapping import (
     is_plain,
     plain_return,
@@ -98,7 +98,7 @@ def evaluate(joints, cracked, kappa, e, shear):
     """Return the result of ``return_mapping`` for each joint, (count, 9)."""
     found = np.empty((e.size, 9))
     for i in range(e.size):
-        found[i] = np.array(return_mapping(of_interface(joints, i), cracked[i], kappa[i], e[i], shear[i], OPTIONS))
+        found[i] = np.array(return_mapping(joints[i], cracked[i], kappa[i], e[i], shear[i], OPTIONS))
     return found
 
 
@@ -106,7 +106,7 @@ def evaluate(joints, cracked, kappa, e, shear):
 def evaluate_tresca(joints, cracked, kappa, bound, e, shear):
     found = np.empty((e.size, 6))
     for i in range(e.size):
-        p = of_interface(joints, i)
+        p = joints[i]
         found[i] = np.array(tresca_return(p, cracked[i], kappa[i], bound[i], e[i], shear[i], OPTIONS))
     return found
 
@@ -114,7 +114,7 @@ def evaluate_tresca(joints, cracked, kappa, bound, e, shear):
 @numba.njit
 def cycle(joints, i, u_n, u_s, slip, dilatant_opening, cracked, kappa):
     """Apply the explicit solver's law once."""
-    p = of_interface(joints, i)
+    p = joints[i]
     return explicit_update(u_n, u_s, slip, dilatant_opening, cracked, kappa, p, True, True)
 
 
@@ -190,7 +190,7 @@ def test_never_outside_the_limits(feature: str) -> None:
 def evaluate_plain(joints, cracked, e, shear):
     found = np.empty((e.size, 9))
     for i in range(e.size):
-        found[i] = np.array(plain_return(of_interface(joints, i), cracked[i], e[i], shear[i], OPTIONS))
+        found[i] = np.array(plain_return(joints[i], cracked[i], e[i], shear[i], OPTIONS))
     return found
 
 
@@ -200,7 +200,7 @@ def test_the_reduced_law_of_plain_joints_is_the_full_one(feature: str) -> None:
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
-    assert is_plain(JointParameters(*(values[0] for values in joint_parameters(joints))))
+    assert is_plain(joint_parameters(joints)[0])
     live = evaluate(joints, cracked, kappa, e, shear)
     short = evaluate_plain(joints, cracked, e, shear)
     np.testing.assert_allclose(short[:, :2], live[:, :2], rtol=1e-9, atol=1e-3)
@@ -219,9 +219,8 @@ def test_the_reduced_tresca_law_of_plain_joints_is_the_full_one(feature: str) ->
     e, shear = random_place(rng, COUNT)
     bound = rng.choice([0.0, 1.0, NO_LIMIT], COUNT) * rng.uniform(0.0, 2.0, COUNT) * K_S * np.abs(shear).mean()
     for i in range(COUNT):
-        parameters = JointParameters(*(values[i] for values in joint_parameters(joints)))
-        k_n, k_s = joints.normal_stiffness[i], joints.shear_stiffness[i]
-        sigma, tau, nn, sn, ss = plain_tresca_return(k_n, k_s, bound[i], cracked[i], e[i], shear[i])
+        parameters = joint_parameters(joints)[i]
+        sigma, tau, nn, sn, ss = plain_tresca_return(parameters, bound[i], cracked[i], e[i], shear[i])
         whole = tresca_return(parameters, cracked[i], kappa[i], bound[i], e[i], shear[i], OPTIONS)
         assert whole == (sigma, tau, nn, 0.0, sn, ss)
 
@@ -229,7 +228,7 @@ def test_the_reduced_tresca_law_of_plain_joints_is_the_full_one(feature: str) ->
 @pytest.mark.parametrize("feature", [f for f in FEATURES if f not in ("plain", "residual")])
 def test_joints_with_more_to_their_law_are_not_plain(feature: str) -> None:
     joints = random_joints(np.random.default_rng(11), 100, feature)
-    plain = np.array([is_plain(JointParameters(*values)) for values in zip(*joint_parameters(joints))])
+    plain = np.array([is_plain(parameters) for parameters in joint_parameters(joints)])
     more = np.isfinite(joints.compressive_strength) | (joints.dilation > 0)
     more |= (joints.critical_opening > 0) | (joints.residual_tensile_strength > 0)
     np.testing.assert_array_equal(plain, ~more)
@@ -245,7 +244,7 @@ def settled(joints, cracked, kappa, slip, dilatant_opening, u_n, u_s):
     first = joints.tensile_strength / K_N
     wears = (joints.critical_slip > 0) & (cracked | ((slid != 0) & (e <= first)))
     kappa = np.where((cracked & softens) | wears, np.maximum(np.maximum(kappa, np.where(cracked, e, 0)), first), kappa)
-    kappa = np.where(wears, kappa + joint_parameters(joints).slip_weight * np.abs(slid), kappa)
+    kappa = np.where(wears, kappa + joint_parameters(joints)["slip_weight"] * np.abs(slid), kappa)
     return sigma, tau, cracked | wears, kappa, slip + slid, dilatant_opening + dilatancy
 
 
@@ -380,9 +379,8 @@ def test_tresca_law_with_bounds_of_the_coulomb_law_agrees_with_it() -> None:
     reached = np.where(cracked & (joints.critical_opening > 0), softened, kappa)
     first = joints.tensile_strength / K_N
     wears = (joints.critical_slip > 0) & (cracked | ((live[:, 6] != 0) & (e <= first)))
-    worn = np.maximum(np.maximum(kappa, np.where(cracked, e, 0.0)), first) + joint_parameters(
-        joints
-    ).slip_weight * np.abs(live[:, 6])
+    worn = np.maximum(np.maximum(kappa, np.where(cracked, e, 0.0)), first)
+    worn += joint_parameters(joints)["slip_weight"] * np.abs(live[:, 6])
     reached = np.where(wears, worn, reached)
     bound = np.maximum(live[:, 8], 0.0)
     tresca = evaluate_tresca(joints, cracked, reached, bound, e - live[:, 7], shear)

@@ -104,7 +104,7 @@ def test_a_very_small_fracture_energy_is_a_brittle_joint() -> None:
     assert not enough.brittle_shear.any()
     np.testing.assert_allclose(enough.critical_slip, 2 * SHEAR_ENERGY / (0.375e6 - 0.05e6))
     np.testing.assert_allclose(
-        model.joint_parameters.slip_weight * enough.critical_slip,
+        model.joint_parameters["slip_weight"] * enough.critical_slip,
         enough.critical_opening - enough.tensile_strength / enough.normal_stiffness,
     )
 

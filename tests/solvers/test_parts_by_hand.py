@@ -15,7 +15,6 @@ from damagepred.kernels.explicit.jacks import VOLUME
 from damagepred.kernels.interface.checks import softened_bond_load
 from damagepred.kernels.interface.internal_force import contact_stresses, update_tresca_bounds
 from damagepred.kernels.joint.limits import NO_LIMIT
-from damagepred.kernels.joint.parameters import of_interface
 from damagepred.pipeline import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
@@ -125,7 +124,7 @@ def test_load_of_a_softened_bond_by_hand(share: float, e: float) -> None:
     for k in range(2):
         wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))
     wall.support(0)
-    parameters = of_interface(wall.build(STIFF).joint_parameters, 0)
+    parameters = wall.build(STIFF).joint_parameters[0]
     first, critical = 0.5e-4, 1.8e-4
     kappa = critical - share * (critical - first)
     sigma = 2e9 * e if e < 0 else share * 0.1e6 * e / kappa

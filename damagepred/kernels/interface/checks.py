@@ -5,7 +5,6 @@ import numpy as np
 from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement
 from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.joint.limits import capped, coulomb_limit, shear_limit
-from damagepred.kernels.joint.parameters import of_interface
 from damagepred.kernels.joint.return_mapping import normal_law, return_mapping
 from damagepred.kernels.joint.softening import integrity_of, softened
 
@@ -69,7 +68,7 @@ def bond_loads(active, interfaces, properties, options, ground, history, displac
     heaviest = 0.0
     for i in active:
         middle = interface_displacement(interfaces, displacement, i)
-        p = of_interface(properties, i)
+        p = properties[i]
         k_s, w_c, residual = p.shear_stiffness, p.critical_opening, p.residual_tensile_strength
         for k in range(interfaces.contact_area.shape[1]):
             load[i, k] = 0.0
@@ -116,7 +115,7 @@ def farthest_sliding(listed, level, interfaces, properties, options, ground, his
     for i in listed:
         if level[i] <= farthest:
             continue
-        middle, p, slides = interface_displacement(interfaces, displacement, i), of_interface(properties, i), False
+        middle, p, slides = interface_displacement(interfaces, displacement, i), properties[i], False
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             sigma = p.normal_stiffness * (u_n - history.dilatant_opening[i, k])
@@ -149,7 +148,7 @@ def joint_law_violation_of(properties, cracked, kappa, sigma, tau):
     """
     largest, known = 0.0, True
     for i in range(sigma.shape[0]):
-        p = of_interface(properties, i)
+        p = properties[i]
         kappa_0 = p.tensile_strength / p.normal_stiffness
         for k in range(sigma.shape[1]):
             integrity = integrity_of(max(kappa[i, k], kappa_0), cracked[i, k], p.critical_opening, p.damage_rate)

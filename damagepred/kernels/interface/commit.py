@@ -4,7 +4,6 @@ import numpy as np
 
 from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement
 from damagepred.kernels.jit import kernel
-from damagepred.kernels.joint.parameters import of_interface
 from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain
 from damagepred.kernels.joint.softening import (
     kappa_before_slip,
@@ -34,16 +33,14 @@ def commit_joint_history(active, interfaces, properties, options, ground, histor
     friction, crushing, mode_1_dissipation = 0.0, 0.0, 0.0
     for i in active:
         middle = interface_displacement(interfaces, displacement, i)
-        p = of_interface(properties, i)
+        p = properties[i]
         plain = is_plain(p)
         w_c, kappa_0 = p.critical_opening, p.tensile_strength / p.normal_stiffness
         for k in range(interfaces.contact_area.shape[1]):
             area, kappa = interfaces.contact_area[i, k], history.kappa[i, k]
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             cracked, e = history.cracked[i, k], u_n - history.dilatant_opening[i, k]
-            sigma, tau, _, _, _, _, slip, dilatancy, _ = coulomb_return(
-                properties, i, plain, cracked, kappa, e, u_s, options
-            )
+            sigma, tau, _, _, _, _, slip, dilatancy, _ = coulomb_return(p, plain, cracked, kappa, e, u_s, options)
             never_opened[i, k] &= e <= 0.0
             if slip != 0.0 or dilatancy != 0.0:
                 history.slip[i, k] += slip
@@ -81,7 +78,7 @@ def break_in_shear(broken, interfaces, properties, history):
     """
     dissipated = 0.0
     for i in range(broken.shape[0]):
-        p = of_interface(properties, i)
+        p = properties[i]
         for k in range(broken.shape[1]):
             if broken[i, k]:
                 if history.cracked[i, k]:

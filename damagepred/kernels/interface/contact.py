@@ -6,7 +6,7 @@ from damagepred.kernels.explicit.tiles import LANES
 from damagepred.kernels.interface.kinematics import interface_displacement, midpoint_displacement
 from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.joint.explicit_update import explicit_update
-from damagepred.kernels.joint.parameters import of_interface
+from damagepred.kernels.joint.parameters import of_lane
 
 Y, TURN = np.uint64(1), np.uint64(2)
 
@@ -55,7 +55,7 @@ def contact_forces(tile, ground, special, softening, load_factor):
         drift = (tile.drift_x[i], tile.drift_y[i])
         turn_a, turn_b = tile.turn_a[i], tile.turn_b[i]
         opening, shear = midpoint_displacement((n_x, n_y), arm_a, arm_b, drift, turn_a, turn_b)
-        parameters = of_interface(tile, i)
+        parameters = of_lane(tile, i)
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         for k in range(tile.slip.shape[0]):
             at = tile.contact_offset[k, i]
@@ -120,7 +120,7 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
     for i in range(interfaces.block_a.size):
         middle, along, turn = interface_displacement(interfaces, displacement, i)
-        parameters = of_interface(properties, i)
+        parameters = properties[i]
         for k in range(interfaces.contact_area.shape[1]):
             u_n = middle + interfaces.contact_offset[i, k] * turn
             u_s = along

@@ -4,7 +4,6 @@ import numpy as np
 
 from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement
 from damagepred.kernels.jit import kernel
-from damagepred.kernels.joint.parameters import of_interface
 from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain
 from damagepred.kernels.joint.softening import softening_work
 
@@ -29,14 +28,14 @@ def energy(listed, interfaces, properties, options, ground, history, displacemen
     first_ground = interfaces.block_a.size - ground.normal.shape[0]
     for i in listed:
         middle = interface_displacement(interfaces, displacement, i)
-        p = of_interface(properties, i)
+        p = properties[i]
         plain = is_plain(p)
         kappa_0 = p.tensile_strength / p.normal_stiffness
         for k in range(interfaces.contact_area.shape[1]):
             area, kappa = interfaces.contact_area[i, k], history.kappa[i, k]
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             cracked, e = history.cracked[i, k], u_n - history.dilatant_opening[i, k]
-            sigma, tau, _, _, _, _, _, _, _ = coulomb_return(properties, i, plain, cracked, kappa, e, u_s, options)
+            sigma, tau, _, _, _, _, _, _, _ = coulomb_return(p, plain, cracked, kappa, e, u_s, options)
             stored += 0.5 * area * sigma * e
             stored += 0.5 * area * tau * tau / p.shear_stiffness
             if cracked and p.slip_weight == 0.0 and p.critical_opening > 0.0 and kappa < np.inf:

@@ -3,7 +3,6 @@
 from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement, scatter_interface_force
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.joint.limits import NO_LIMIT
-from damagepred.kernels.joint.parameters import of_interface
 from damagepred.kernels.joint.return_mapping import (
     coulomb_return,
     is_plain,
@@ -48,28 +47,26 @@ def joint_forces(
         middle = interface_displacement(interfaces, displacement, i)
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         nn, ns, nm, sn, ss, sm, ms, mm = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        plain = is_plain(of_interface(properties, i))
-        k_n, k_s = properties.normal_stiffness[i], properties.shear_stiffness[i]
+        p = properties[i]
+        plain = is_plain(p)
         for k in range(interfaces.contact_area.shape[1]):
             at, area = interfaces.contact_offset[i, k], interfaces.contact_area[i, k]
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             cracked, d_ns = history.cracked[i, k], 0.0
             if plain and coulomb:
-                sigma, tau, d_nn, _, d_sn, d_ss, _, _, _ = plain_return(
-                    of_interface(properties, i), cracked, u_n, u_s, options
-                )
+                sigma, tau, d_nn, _, d_sn, d_ss, _, _, _ = plain_return(p, cracked, u_n, u_s, options)
             elif plain:
                 e = u_n - dilatant_opening[i, k]
-                sigma, tau, d_nn, d_sn, d_ss = plain_tresca_return(k_n, k_s, bound[i, k], cracked, e, u_s)
+                sigma, tau, d_nn, d_sn, d_ss = plain_tresca_return(p, bound[i, k], cracked, e, u_s)
             elif coulomb:
                 e = u_n - history.dilatant_opening[i, k]
                 sigma, tau, d_nn, d_ns, d_sn, d_ss, _, _, _ = return_mapping(
-                    of_interface(properties, i), cracked, history.kappa[i, k], e, u_s, options
+                    p, cracked, history.kappa[i, k], e, u_s, options
                 )
             else:
                 e = u_n - dilatant_opening[i, k]
                 sigma, tau, d_nn, d_ns, d_sn, d_ss = tresca_return(
-                    of_interface(properties, i), cracked, kappa[i, k], bound[i, k], e, u_s, options
+                    p, cracked, kappa[i, k], bound[i, k], e, u_s, options
                 )
             total_n += area * sigma
             total_s += area * tau
@@ -103,15 +100,13 @@ def update_tresca_bounds(active, interfaces, properties, options, ground, histor
     bound, dilatant_opening, kappa = tresca
     for i in active:
         middle = interface_displacement(interfaces, displacement, i)
-        p = of_interface(properties, i)
+        p = properties[i]
         plain = is_plain(p)
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             cracked, largest, old = history.cracked[i, k], history.kappa[i, k], bound[i, k]
             e = u_n - history.dilatant_opening[i, k]
-            _, _, _, _, _, _, slip, dilatancy, limit = coulomb_return(
-                properties, i, plain, cracked, largest, e, u_s, options
-            )
+            _, _, _, _, _, _, slip, dilatancy, limit = coulomb_return(p, plain, cracked, largest, e, u_s, options)
             bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + relaxation * (limit - old), 0.0)
             if plain:
                 continue
@@ -135,12 +130,12 @@ def contact_stresses(interfaces, properties, options, ground, history, displacem
     """
     for i in range(interfaces.block_a.size):
         middle = interface_displacement(interfaces, displacement, i)
-        p = of_interface(properties, i)
+        p = properties[i]
         plain = is_plain(p)
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             opening[i, k] = u_n
             cracked, e = history.cracked[i, k], u_n - history.dilatant_opening[i, k]
             sigma[i, k], tau[i, k], _, _, _, _, _, _, _ = coulomb_return(
-                properties, i, plain, cracked, history.kappa[i, k], e, u_s, options
+                p, plain, cracked, history.kappa[i, k], e, u_s, options
             )

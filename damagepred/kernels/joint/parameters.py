@@ -2,16 +2,16 @@
 
 from typing import NamedTuple
 
-from numpy import maximum
+import numpy as np
 
 from damagepred.kernels.jit import law
 from damagepred.kernels.joint.softening import TINY
 
 
 class JointParameters(NamedTuple):
-    """Parameters of one joint, or arrays (m,) of several, with derived values that the law needs again and again.
+    """Parameters of one joint, with derived values that the law needs again and again.
 
-    A kernel may also hand the laws a record with fields of these names.
+    The laws take such a tuple, or a record with fields of these names.
 
     Attributes
     ----------
@@ -57,65 +57,63 @@ class JointParameters(NamedTuple):
     gap: float
 
 
+JOINT_PARAMETERS = np.dtype(
+    [(name, np.bool_ if kind is bool else np.float64) for name, kind in JointParameters.__annotations__.items()],
+    align=True,
+)
+"""Records of an array of joints, which a kernel takes at the cost of one array."""
+
+
 def joint_parameters(properties):
-    """Return the parameters of all joints, arrays (m,), from ``damagepred.assembly.model.JointProperties``."""
+    """Return the parameters of all joints, records (m,), from ``damagepred.assembly.model.JointProperties``."""
     k_n, k_s, psi = properties.normal_stiffness, properties.shear_stiffness, properties.dilation
     w_c, s_c = properties.critical_opening, properties.critical_slip
-    softening_range = maximum(w_c - properties.tensile_strength / k_n, TINY)
-    return JointParameters(
-        k_n,
-        k_s,
-        1.0 / k_s,
-        properties.tensile_strength,
-        properties.cohesion,
-        properties.friction,
-        1.0 / (k_s + k_n * properties.friction * psi),
-        properties.residual_tensile_strength,
-        properties.residual_cohesion,
-        properties.residual_friction,
-        1.0 / (k_s + k_n * properties.residual_friction * psi),
-        w_c,
-        1.0 / softening_range,
-        (s_c > 0.0) * softening_range / maximum(s_c, TINY),
-        psi,
-        properties.brittle_shear,
-        properties.compressive_strength,
-        properties.compressive_strength / k_n,
-        1.0 / properties.cap_shear,
-        properties.gap,
-    )
+    softening_range = np.maximum(w_c - properties.tensile_strength / k_n, TINY)
+    derived = {
+        "shear_compliance": 1.0 / k_s,
+        "slip_compliance": 1.0 / (k_s + k_n * properties.friction * psi),
+        "residual_slip_compliance": 1.0 / (k_s + k_n * properties.residual_friction * psi),
+        "damage_rate": 1.0 / softening_range,
+        "slip_weight": (s_c > 0.0) * softening_range / np.maximum(s_c, TINY),
+        "elastic_closing": properties.compressive_strength / k_n,
+        "cap_compliance": 1.0 / properties.cap_shear,
+    }
+    joints = np.empty(len(k_n), JOINT_PARAMETERS)
+    for name in JointParameters._fields:
+        joints[name] = derived[name] if name in derived else getattr(properties, name)
+    return joints
 
 
 @law
-def of_interface(parameters, i):
-    """Return the parameters of the joint of interface i.
+def of_lane(tile, i):
+    """Return the parameters of the joint in a lane of a tile.
 
     Parameters
     ----------
-    parameters : JointParameters or record of arrays
-        Of several joints.
+    tile : record
+        See ``damagepred.kernels.explicit.tiles``.
     i : int
-        Which of them.
+        Lane.
     """
     return JointParameters(
-        parameters.normal_stiffness[i],
-        parameters.shear_stiffness[i],
-        parameters.shear_compliance[i],
-        parameters.tensile_strength[i],
-        parameters.cohesion[i],
-        parameters.friction[i],
-        parameters.slip_compliance[i],
-        parameters.residual_tensile_strength[i],
-        parameters.residual_cohesion[i],
-        parameters.residual_friction[i],
-        parameters.residual_slip_compliance[i],
-        parameters.critical_opening[i],
-        parameters.damage_rate[i],
-        parameters.slip_weight[i],
-        parameters.dilation[i],
-        parameters.brittle_shear[i],
-        parameters.compressive_strength[i],
-        parameters.elastic_closing[i],
-        parameters.cap_compliance[i],
-        parameters.gap[i],
+        tile.normal_stiffness[i],
+        tile.shear_stiffness[i],
+        tile.shear_compliance[i],
+        tile.tensile_strength[i],
+        tile.cohesion[i],
+        tile.friction[i],
+        tile.slip_compliance[i],
+        tile.residual_tensile_strength[i],
+        tile.residual_cohesion[i],
+        tile.residual_friction[i],
+        tile.residual_slip_compliance[i],
+        tile.critical_opening[i],
+        tile.damage_rate[i],
+        tile.slip_weight[i],
+        tile.dilation[i],
+        tile.brittle_shear[i],
+        tile.compressive_strength[i],
+        tile.elastic_closing[i],
+        tile.cap_compliance[i],
+        tile.gap[i],
     )

@@ -15,7 +15,6 @@ import numpy as np
 
 from damagepred.kernels.jit import law, rule
 from damagepred.kernels.joint.limits import NO_LIMIT, cap_slope, capped, coulomb_limit, cut_off_compression, shear_limit
-from damagepred.kernels.joint.parameters import of_interface
 from damagepred.kernels.joint.softening import kappa_before_slip, secant_stiffness, softened, softened_integrity
 
 
@@ -267,36 +266,31 @@ def plain_return(parameters, cracked, e, shear, options):
 
 
 @law
-def coulomb_return(properties, i, plain, cracked, kappa, e, shear, options):
-    """Return what ``return_mapping`` does, by the short way where the joint is plain; only what a way needs is read.
+def coulomb_return(parameters, plain, cracked, kappa, e, shear, options):
+    """Return what ``return_mapping`` does, by ``plain_return`` where the joint is plain.
 
     Parameters
     ----------
-    properties : JointParameters
-        Arrays (m,).
-    i : int
-        Interface.
-    cracked, kappa, e, shear, options
+    parameters, cracked, kappa, e, shear, options
         As ``return_mapping``.
     plain : bool
         ``is_plain``.
     """
     if plain:
-        return plain_return(of_interface(properties, i), cracked, e, shear, options)
-    return return_mapping(of_interface(properties, i), cracked, kappa, e, shear, options)
+        return plain_return(parameters, cracked, e, shear, options)
+    return return_mapping(parameters, cracked, kappa, e, shear, options)
 
 
 @law
-def plain_tresca_return(k_n, k_s, bound, cracked, e, shear):
+def plain_tresca_return(parameters, bound, cracked, e, shear):
     """Return stresses and tangent (nn, sn, ss) of a plain joint in the Tresca problem.
 
     Parameters
     ----------
-    k_n, k_s : float
-        Stiffness (Pa/m).
-    bound, cracked, e, shear
+    parameters, bound, cracked, e, shear
         As ``tresca_return``.
     """
+    k_n, k_s = parameters.normal_stiffness, parameters.shear_stiffness
     sigma, sigma_e, tau = k_n * e, k_n, k_s * shear
     if cracked and e > 0.0:
         sigma, sigma_e = 0.0, 0.0

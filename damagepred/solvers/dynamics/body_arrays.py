@@ -12,6 +12,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.lib.recfunctions import structured_to_unstructured
 from numpy.typing import NDArray
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
@@ -356,5 +357,5 @@ def _laws(model: Model) -> FloatArray:
         critical_opening=none,
         critical_slip=none,
     )
-    laws = np.stack([np.column_stack(joint_parameters(of_pair)) for of_pair in (properties, bare)], axis=1)
+    laws = np.stack([structured_to_unstructured(joint_parameters(pair)) for pair in (properties, bare)], axis=1)
     return laws.reshape(-1, LAW)

@@ -12,6 +12,7 @@ from damagepred.assembly import Model
 from damagepred.assembly.model import Ground, GroundMovement, Interfaces, JointProperties
 from damagepred.assembly.section import SectionMemory, Sections
 from damagepred.kernels.explicit.tiles import LANES, aligned_zeros, ground_type, tile_type
+from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.solvers.state.joint_history import JointHistory
 
 
@@ -108,8 +109,8 @@ def pack_joints(model: Model) -> PackedJoints:
     if model.sections is not None:  # these have a law of their own: see ``pack_sections``
         here = model.sections.interface
         put(tiles["contact_area"], lane[here], np.zeros((len(here), points)))
-    for name, values in model.joint_parameters._asdict().items():
-        put(tiles[name], lane, values)
+    for name in JointParameters._fields:
+        put(tiles[name], lane, model.joint_parameters[name])
     packed = PackedJoints(tiles, ground, tiles.view(np.float64), *_incidence(model, tiles.dtype, lane), lane)
     move_ground(packed, model.ground, 0.0, 1.0)
     if law.gap.any():
