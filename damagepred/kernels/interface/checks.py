@@ -6,7 +6,7 @@ from damagepred.kernels.interface.kinematics import elastic_trial, interface_dis
 from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.joint.limits import capped, coulomb_limit, shear_limit
 from damagepred.kernels.joint.return_mapping import normal_law, return_mapping
-from damagepred.kernels.joint.softening import integrity_of, softened
+from damagepred.kernels.joint.softening import degraded, integrity_of
 
 
 @law
@@ -43,8 +43,8 @@ def softened_bond_load(parameters, kappa, e, tau, no_strength):
     """
     p = parameters
     sigma, _, integrity, _ = normal_law(p, True, kappa, e, True)
-    cohesion = softened(integrity, p.cohesion, p.residual_cohesion)
-    limit = coulomb_limit(cohesion, softened(integrity, p.friction, p.residual_friction), sigma)
+    cohesion = degraded(integrity, p.cohesion, p.residual_cohesion)
+    limit = coulomb_limit(cohesion, degraded(integrity, p.friction, p.residual_friction), sigma)
     return 1.0 + (capped(abs(tau), sigma, p) - max(limit, 0.0)) / max(p.cohesion, no_strength)
 
 
@@ -151,10 +151,10 @@ def joint_law_violation_of(properties, cracked, kappa, sigma, tau):
         p = properties[i]
         kappa_0 = p.tensile_strength / p.normal_stiffness
         for k in range(sigma.shape[1]):
-            integrity = integrity_of(max(kappa[i, k], kappa_0), cracked[i, k], p.critical_opening, p.damage_rate)
-            tension = sigma[i, k] - softened(integrity, p.tensile_strength, p.residual_tensile_strength)
-            cohesion = softened(integrity, p.cohesion, p.residual_cohesion)
-            friction = softened(integrity, p.friction, p.residual_friction)
+            integrity = integrity_of(p, max(kappa[i, k], kappa_0)) if cracked[i, k] else 1.0
+            tension = sigma[i, k] - degraded(integrity, p.tensile_strength, p.residual_tensile_strength)
+            cohesion = degraded(integrity, p.cohesion, p.residual_cohesion)
+            friction = degraded(integrity, p.friction, p.residual_friction)
             limit = capped(max(coulomb_limit(cohesion, friction, sigma[i, k]), 0.0), sigma[i, k], p)
             shear = abs(tau[i, k]) - limit
             known &= sigma[i, k] == sigma[i, k] and tau[i, k] == tau[i, k]

@@ -6,9 +6,9 @@ from damagepred.kernels.interface.kinematics import elastic_trial, interface_dis
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain
 from damagepred.kernels.joint.softening import (
+    integrity_of,
     kappa_before_slip,
     secant_stiffness,
-    softened_integrity,
     softening_work,
     updated_kappa,
 )
@@ -58,8 +58,8 @@ def commit_joint_history(active, interfaces, properties, options, ground, histor
                 if softens and p.slip_weight > 0.0:
                     opened = kappa_before_slip(p, cracked, kappa, e)
                     work = softening_work(p, opened) - softening_work(p, max(kappa, kappa_0))
-                    drop = secant_stiffness(p, opened, softened_integrity(p, opened))
-                    drop -= secant_stiffness(p, after, softened_integrity(p, after))
+                    drop = secant_stiffness(p, opened, integrity_of(p, opened))
+                    drop -= secant_stiffness(p, after, integrity_of(p, after))
                     mode_1_dissipation += area * (work + 0.5 * max(e, 0.0) ** 2 * drop)
                 history.kappa[i, k], history.cracked[i, k] = after, softens
     return friction, crushing, mode_1_dissipation

@@ -91,7 +91,7 @@ def explicit_update(opening, shear, slip, dilatant_opening, cracked, kappa, para
         w_c = p.critical_opening
         cracked = cracked | (elastic > f_t)
         kappa = u if cracked & (u > kappa) & (w_c > 0.0) else kappa
-        integrity = integrity_of(kappa, cracked, w_c, p.damage_rate)
+        integrity = integrity_of(p, kappa) if cracked else 1.0
         secant = secant_stiffness(p, kappa if kappa > TINY else TINY, integrity)
         secant = secant if cracked & (w_c > 0.0) else k_n
         sigma = (k_n if u < 0.0 else secant) * u

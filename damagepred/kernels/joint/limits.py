@@ -4,7 +4,7 @@ import numpy as np
 from numpy import sqrt
 
 from damagepred.kernels.jit import law
-from damagepred.kernels.joint.softening import softened
+from damagepred.kernels.joint.softening import degraded
 
 NO_LIMIT = 1e30
 """Shear stress that no joint reaches (Pa)."""
@@ -80,8 +80,8 @@ def shear_limit(parameters, cracked, integrity, sigma, sigma_e, damage_e, option
     p = parameters
     cohesion, friction, damaging = p.cohesion, p.friction, 0.0
     if cracked:
-        cohesion = softened(integrity, p.cohesion, p.residual_cohesion)
-        friction = softened(integrity, p.friction, p.residual_friction)
+        cohesion = degraded(integrity, p.cohesion, p.residual_cohesion)
+        friction = degraded(integrity, p.friction, p.residual_friction)
         damaging = damage_e * coulomb_limit(p.cohesion - p.residual_cohesion, p.friction - p.residual_friction, sigma)
     limit, decrease = coulomb_limit(cohesion, friction, sigma), friction * sigma_e - damaging
     if p.brittle_shear and integrity > 0.0:

@@ -15,7 +15,13 @@ import numpy as np
 
 from damagepred.kernels.jit import law, rule
 from damagepred.kernels.joint.limits import NO_LIMIT, cap_slope, capped, coulomb_limit, cut_off_compression, shear_limit
-from damagepred.kernels.joint.softening import kappa_before_slip, secant_stiffness, softened, softened_integrity
+from damagepred.kernels.joint.softening import (
+    degraded,
+    integrity_of,
+    kappa_before_slip,
+    secant_stiffness,
+    softening_slope,
+)
 
 
 class ReturnMapping(NamedTuple):
@@ -53,10 +59,10 @@ def normal_law(parameters, cracked, kappa, e, damage_grows):
     if w_c > 0.0:
         reached = max(kappa, f_t / k_n)
         if e > reached and damage_grows:
-            integrity = softened_integrity(parameters, e)
-            rate = 1.0 / (w_c - f_t / k_n) if integrity > 0.0 else 0.0
-            return f_t * integrity, -f_t * rate, integrity, -rate
-        integrity = softened_integrity(parameters, reached)
+            integrity = integrity_of(parameters, e)
+            slope = softening_slope(parameters, integrity)
+            return f_t * integrity, f_t * slope, integrity, slope
+        integrity = integrity_of(parameters, reached)
         stiffness = secant_stiffness(parameters, reached, integrity) if e > 0.0 else k_n
         return stiffness * e, stiffness, integrity, 0.0
     if e <= 0.0 or (parameters.residual_tensile_strength > 0.0 and kappa == 0.0):
@@ -176,16 +182,16 @@ def mixed_mode_return(parameters, cracked, kappa, e, shear, crushing, options):
     t = 0.0
     for _ in range(options.max_iterations):
         kappa = start + beta * t
-        integrity = softened_integrity(p, kappa)
-        damage_kappa = -1.0 / (w_c - f_t / k_n) if integrity > 0.0 else 0.0
+        integrity = integrity_of(p, kappa)
+        damage_kappa = softening_slope(p, integrity)
         if e > 0.0:
             sigma, sigma_e = f_t * integrity * e / kappa, secant_stiffness(p, kappa, integrity)
             sigma_kappa = f_t * e * (damage_kappa * kappa - integrity) / (kappa * kappa)
         else:
             sigma, sigma_e = cut_off_compression(p, k_n * e, k_n, options)
             sigma_kappa = 0.0
-        tan_phi = softened(integrity, p.friction, p.residual_friction)
-        limit = coulomb_limit(softened(integrity, p.cohesion, p.residual_cohesion), tan_phi, sigma)
+        tan_phi = degraded(integrity, p.friction, p.residual_friction)
+        limit = coulomb_limit(degraded(integrity, p.cohesion, p.residual_cohesion), tan_phi, sigma)
         limit_kappa = damage_kappa * coulomb_limit(
             p.cohesion - p.residual_cohesion, p.friction - p.residual_friction, sigma
         )

@@ -4,9 +4,6 @@ The history variable kappa is the largest equivalent opening, u + beta |slip| wi
 cohesive law of Ortiz and Pandolfi 1999, but linear). The integrity, 1 - damage, is
 
     b = (w_c - kappa) / (w_c - kappa_0),   kappa_0 = f_t / k_n,   w_c = 2 G_f / f_t
-
-The explicit update takes b and strengths from ``integrity_of`` and ``degraded``, which have no division; the return
-mapping from ``softened_integrity`` and ``softened``. They agree but for rounding, to which paths are sensitive.
 """
 
 from damagepred.kernels.jit import law
@@ -16,21 +13,33 @@ TINY = 1e-100
 
 
 @law
-def integrity_of(kappa, cracked, critical_opening, damage_rate):
-    """Return the integrity b: 1 while intact, 0 where the bond broke at once.
+def integrity_of(parameters, kappa):
+    """Return the integrity b of a bond that has cracked, 0 if it is brittle.
 
     Parameters
     ----------
+    parameters : JointParameters
+        Of the joint.
     kappa : float
         History variable (m).
-    cracked : bool
-        Whether the bond is broken or softens.
-    critical_opening, damage_rate : float
-        w_c (m), and damage for each unit of kappa beyond kappa_0, 1 / (w_c - kappa_0) (1/m).
     """
-    integrity = (critical_opening - kappa) * damage_rate
+    integrity = (parameters.critical_opening - kappa) * parameters.damage_rate
     integrity = integrity if integrity > 0.0 else 0.0
-    return integrity if cracked & (integrity < 1.0) else 1.0
+    return integrity if integrity < 1.0 else 1.0
+
+
+@law
+def softening_slope(parameters, integrity):
+    """Return db/dkappa (1/m) of a bond that softens, 0 once it is exhausted.
+
+    Parameters
+    ----------
+    parameters : JointParameters
+        Of the joint.
+    integrity : float
+        b (1).
+    """
+    return -parameters.damage_rate if integrity > 0.0 else 0.0
 
 
 @law
@@ -45,33 +54,6 @@ def degraded(integrity, intact, residual):
         The strength at b = 1 and at b = 0.
     """
     return integrity * intact + (1.0 - integrity) * residual
-
-
-@law
-def softened_integrity(parameters, kappa):
-    """Return the integrity b of a bond that has begun to soften: that of ``integrity_of``, but for rounding.
-
-    Parameters
-    ----------
-    parameters : JointParameters
-        Of the joint, with w_c > 0.
-    kappa : float
-        History variable (m).
-    """
-    w_c, kappa_0 = parameters.critical_opening, parameters.tensile_strength / parameters.normal_stiffness
-    return min(max((w_c - kappa) / (w_c - kappa_0), 0.0), 1.0)
-
-
-@law
-def softened(integrity, intact, residual):
-    """Return a strength between its residual and its intact value: that of ``degraded``, but for rounding.
-
-    Parameters
-    ----------
-    integrity, intact, residual
-        As ``degraded``.
-    """
-    return residual + integrity * (intact - residual)
 
 
 @law
@@ -137,5 +119,5 @@ def softening_work(parameters, kappa):
     """
     f_t, w_c = parameters.tensile_strength, parameters.critical_opening
     kappa_0, reached = f_t / parameters.normal_stiffness, min(kappa, w_c)
-    sigma = f_t * softened_integrity(parameters, reached)
+    sigma = f_t * integrity_of(parameters, reached)
     return 0.5 * (f_t * kappa_0 + (f_t + sigma) * (reached - kappa_0) - sigma * reached)
