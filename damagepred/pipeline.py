@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,22 +25,18 @@ from damagepred.damage import (
     Verdict,
     judge,
 )
+from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import ContactKind, ContactState, PathStatus, ZoneState
 from damagepred.errors import InputError, SolverError, require_count, require_one_of
 from damagepred.one_thread import each_with_one_blas_thread, one_blas_thread
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.options import SolverOptions
-from damagepred.solvers.state.increment import Counters, Energies
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, support_loads
 from damagepred.time_limit import time_limit
 
 if TYPE_CHECKING:
     from damagepred.solvers.dynamics.run import DynamicRun
-
-
-IN_TIME = ("kinetic_energy", "boundary_work", "damping_work")
-"""Terms of the energy balance that only a dynamic run has."""
 
 
 class Step(NamedTuple):
@@ -359,17 +355,12 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     if model.deflection is not None:
         deflection = np.abs([s.increment.deflection for s in steps])
     in_time = bool(np.isfinite(steps[0].increment.time))
-    counters = [s.increment.counters for s in steps]
-    energies = {name: np.array([getattr(s.increment.energy, name) for s in steps]) for name in Energies._fields}
     values = {
         "progress": progress,
         "central_deflection": deflection,
         "deflection_ratio": deflection / model.span,
-        "unbalanced_force_ratio": _stacked(steps, "unbalanced_force_ratio"),
-        **{name: np.array([getattr(c, name) for c in counters], dtype=np.int64) for name in Counters._fields},
+        **_diagnostics(steps, in_time),
         "base_reaction": _stacked(steps, "base_reaction"),
-        "joint_law_violation": _stacked(steps, "joint_law_violation"),
-        **{name: energy for name, energy in energies.items() if in_time or name not in IN_TIME},
         **frames.distortion(moved)._asdict(),
         **lines.deviation(moved)._asdict(),
         "group_count": np.array(GROUP_COUNTS, dtype=np.int64),
@@ -393,6 +384,22 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     for name in CATEGORY_VARIABLES:
         values[name] = values[name].astype(np.int8)
     return values
+
+
+def _diagnostics(steps: list[Step], in_time: bool) -> dict[str, FloatArray]:
+    """Return the diagnostics of each increment; what only dynamic runs have is left out of other paths."""
+    increments = [s.increment for s in steps]
+    records: dict[type, list[Any]] = {
+        Residuals: increments,
+        Counters: [i.counters for i in increments],
+        Energies: [i.energy for i in increments],
+    }
+    return {
+        name: np.array([getattr(one, name) for one in values])
+        for record, values in records.items()
+        for name, diagnostic in described(record).items()
+        if in_time or not diagnostic.in_time
+    }
 
 
 def matrix_bytes(model: Model, solver: Solver) -> int:

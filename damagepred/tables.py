@@ -12,6 +12,7 @@ import xarray as xr
 from damagepred.archive.cautions import work_done
 from damagepred.archive.schema import category_label
 from damagepred.arrays import FloatArray
+from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.formatting import chance, length, named, number, ratio, with_band
 from damagepred.rejudge import has_dpc, shares, shown_gaps
 from damagepred.uq.fragility.fit import EXTRAPOLATED
@@ -25,31 +26,7 @@ MM = 1e3
 DOUBTFUL = 0.05
 """Goodness of fit below which a curve is doubtful."""
 
-RESIDUALS = {
-    "unbalanced_force_ratio": ("largest unbalanced force", "mean block weights"),
-    "joint_law_violation": ("stress by which a joint exceeds its law", "Pa"),
-}
-"""Residuals of the solution, each with its name and unit."""
-
-_COUNTS = {
-    "events": "times at which bonds broke",
-    "newton_iterations": "Newton iterations",
-    "factorisations": "factorisations",
-    "cycles": "cycles or time steps",
-}
 _IN_TIME = ("contact_points", "contact points"), ("impacts", "impacts")
-_ENERGY = {
-    "external_work": "work of load and movement",
-    "kinetic_energy": "in motion",
-    "elastic_energy": "stored in joints and blocks",
-    "friction_work": "friction",
-    "fracture_work": "softening of bonds",
-    "crushing_work": "crushing",
-    "plastic_work": "yielding zones",
-    "damping_work": "damping",
-    "released_energy": "released where bonds broke",
-    "energy_error": "not balanced",
-}
 
 
 @dataclass(frozen=True)
@@ -230,19 +207,17 @@ def energy_shares(ds: xr.Dataset) -> FloatArray:
 def quality_rows(ds: xr.Dataset) -> list[list[str]]:
     """Return how well the path of a wall is solved: in each row a name, a value and its unit."""
     rows = [
-        [what, number(float(np.nanmax(ds[name].values)), 2), unit]
-        for name, (what, unit) in RESIDUALS.items()
+        [residual.label, number(float(np.nanmax(ds[name].values)), 2), residual.shown_unit]
+        for name, residual in described(Residuals).items()
         if known(ds, name)
     ]
     share = energy_shares(ds)
     if share.size and np.isfinite(share[-1]):
         rows.append(["energy that does not balance, of all work done", number(100 * float(share[-1]), 2), "%"])
-    counts = {name: ds[name].values for name in _COUNTS if name in ds}
-    rows += [
-        [_COUNTS[name], str(int(values[values > 0].sum())), ""]
-        for name, values in counts.items()
-        if (values > 0).any() or (name == "events" and (values == 0).any())
-    ]
+    for name, counter in described(Counters).items():
+        spent = ds[name].values if name in ds else np.zeros(0)
+        if (spent > 0).any() or (name == "events" and (spent == 0).any()):
+            rows.append([counter.label, str(int(spent[spent > 0].sum())), ""])
     if "time_step" in ds.attrs:
         rows.append(["time step", number(1e6 * float(ds.attrs["time_step"]), 3), "µs"])
         rows.append(["searches for neighbours", str(int(ds["searches"][-1])), ""])
@@ -253,8 +228,9 @@ def quality_rows(ds: xr.Dataset) -> list[list[str]]:
 
 def energy_rows(ds: xr.Dataset) -> list[list[str]]:
     """Return where the energy of a wall has gone by the end of its path: in each row a name and a value (J)."""
-    last = {name: float(ds[name].values[-1]) for name in _ENERGY if known(ds, name)}
-    return [[_ENERGY[name], number(value)] for name, value in last.items() if value != 0.0]
+    shown = {name: energy.label for name, energy in described(Energies).items() if energy.label and known(ds, name)}
+    last = {label: float(ds[name].values[-1]) for name, label in shown.items()}
+    return [[label, number(value)] for label, value in last.items() if value != 0.0]
 
 
 # -- fragility curves ------------------------------------------------------------------------------------------------

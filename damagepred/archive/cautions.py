@@ -9,20 +9,8 @@ import numpy as np
 import xarray as xr
 
 from damagepred.arrays import FloatArray
+from damagepred.diagnostics import Energies, described
 
-WORKS = (
-    "external_work",
-    "boundary_work",
-    "kinetic_energy",
-    "elastic_energy",
-    "friction_work",
-    "fracture_work",
-    "crushing_work",
-    "plastic_work",
-    "damping_work",
-    "released_energy",
-)
-"""Terms of the energy balance (J), its error apart."""
 STUDIED = ("energy_error_share", "snap_through_share", "displacement_share", "crack_share", "snap_back_limited")
 """Results of a study that ``study_cautions`` looks at."""
 
@@ -36,8 +24,8 @@ def work_done(values: Mapping[Any, Any]) -> FloatArray:
         With ``energy_error`` and terms of the balance.
     """
     work = np.zeros(np.shape(values["energy_error"]))
-    for name in WORKS:
-        if name in values:
+    for name, energy in described(Energies).items():
+        if energy.term and name in values:
             work = np.fmax(work, np.abs(np.asarray(values[name], dtype=np.float64)))
     return work
 

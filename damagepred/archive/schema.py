@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import ContactKind, ContactState, SampleStatus, ZoneState, flag_meanings
 
 SCHEMA_VERSION = 5
@@ -83,34 +84,15 @@ VARIABLES: dict[str, Variable] = {
         _STEP, "m", "movement of the ground's surface under the footing, as a site is classed by"
     ),
     "jack_load": Variable(_STEP, "N", "load of each jack under the footing, upwards positive"),
-    "unbalanced_force_ratio": Variable(_STEP, "1", "largest unbalanced force over the mean weight of a block"),
-    "newton_iterations": Variable(_STEP, "1", "Newton iterations of the quasi-static solver spent on the increment"),
-    "cycles": Variable(
-        _STEP, "1", "cycles of the explicit solver, or time steps of a dynamic run, spent on the increment"
-    ),
-    "events": Variable(_STEP, "1", "times at which bonds broke in the increment, counted by the quasi-static solver"),
-    "factorisations": Variable(_STEP, "1", "changes of the stiffness that the quasi-static solver factorised"),
-    "joint_law_violation": Variable(
-        _STEP, "Pa", "stress by which a joint exceeds what it carries, at most, in the quasi-static solver"
-    ),
-    "external_work": Variable(_STEP, "J", "work of dead load and movement on the wall since its first state"),
-    "elastic_energy": Variable(_STEP, "J", "energy stored in the joints"),
-    "friction_work": Variable(_STEP, "J", "work taken by sliding joints so far"),
-    "fracture_work": Variable(_STEP, "J", "work taken by softening bonds so far"),
-    "crushing_work": Variable(_STEP, "J", "work taken so far by joints that are crushed"),
-    "plastic_work": Variable(_STEP, "J", "work taken so far by zones that yield"),
+    **{
+        name: Variable(_STEP, diagnostic.units, diagnostic.meaning)
+        for record in (Residuals, Counters, Energies)
+        for name, diagnostic in described(record).items()
+    },
     "time": Variable(_STEP, "s", "physical time of a dynamic run"),
     "base_displacement_x": Variable(_STEP, "m", "displacement of the base along the wall in a dynamic run"),
     "base_displacement_y": Variable(_STEP, "m", "displacement of the base upwards in a dynamic run"),
-    "kinetic_energy": Variable(_STEP, "J", "energy of motion of the blocks in a dynamic run"),
-    "boundary_work": Variable(_STEP, "J", "work put in so far by moving ground and supports in a dynamic run"),
-    "damping_work": Variable(_STEP, "J", "work taken so far by damping in a dynamic run"),
-    "searches": Variable(_STEP, "1", "times a dynamic run has looked so far for what blocks are near"),
-    "released_energy": Variable(_STEP, "J", "energy set free so far where bonds broke or the wall gave way"),
-    "snap_through_energy": Variable(
-        _STEP, "J", "part of released_energy: where the wall moved by itself to an equilibrium that was not near"
-    ),
-    "energy_error": Variable(_STEP, "J", "work that does not balance so far, between the places where bonds broke"),
+    "searches": Variable(_STEP, "1", "searches for neighbouring blocks so far, of a dynamic run"),
     "base_reaction": Variable(_STEP, "N", "vertical force of the ground on the wall, upwards positive"),
     # the verdict
     "damage_category": Variable(_STEP, None, "damage category of the wall proper, above any dpc", CATEGORIES),

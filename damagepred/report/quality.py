@@ -6,10 +6,11 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.schema import category_label
+from damagepred.diagnostics import Residuals, described
 from damagepred.enumerations import SOLVED
 from damagepred.formatting import chance, length, named, number, with_band
 from damagepred.report.parts import Part, Table, drawing
-from damagepred.tables import RESIDUALS, energy_rows, energy_shares, known, quality_rows
+from damagepred.tables import energy_rows, energy_shares, known, quality_rows
 from damagepred.uq.capacity import highest_category, probability_reached
 from damagepred.uq.exceedance import category_capacities, exceedance
 from damagepred.uq.fragility import movement_measure
@@ -33,8 +34,8 @@ def wall_quality(ds: xr.Dataset) -> list[Part]:
 def study_quality(ds: xr.Dataset) -> list[Part]:
     """Return how well the walls of a study were solved, and the worst of them."""
     found = [
-        (f"{what} ({unit})", np.asarray(ds[name].values, dtype=np.float64))
-        for name, (what, unit) in RESIDUALS.items()
+        (f"{residual.label} ({residual.shown_unit})", np.asarray(ds[name].values, dtype=np.float64))
+        for name, residual in described(Residuals).items()
         if known(ds, name)
     ]
     share = energy_shares(ds)

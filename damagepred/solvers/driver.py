@@ -12,8 +12,9 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from damagepred.assembly import Model
+from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
-from damagepred.solvers.state.increment import Counters, Increment
+from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi
 
 CheckpointT = TypeVar("CheckpointT")

@@ -24,7 +24,7 @@ from damagepred.assembly.model import BlockLaw, Ground, Jambs, JointProperties, 
 from damagepred.assembly.section import Sections
 from damagepred.errors import SolverError
 from damagepred.solvers.options import DEFAULTS, SymmetryOptions
-from damagepred.solvers.state.increment import Energies, Increment
+from damagepred.solvers.state.increment import Increment
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +83,7 @@ class HalfModel(Model):
             broken_at=None if increment.broken_at is None else at_contacts(increment.broken_at),
             support_force=force,
             base_reaction=2 * increment.base_reaction,
-            energy=Energies(*(2 * value for value in increment.energy)),
+            energy=increment.energy.twice(),
         )
 
     def renumber(self, error: SolverError) -> SolverError:

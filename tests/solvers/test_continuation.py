@@ -9,9 +9,10 @@ from threadpoolctl import ThreadpoolController, threadpool_limits
 import damagepred
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import GRAVITY, rectangle
+from damagepred.diagnostics import Energies, described
 from damagepred.enumerations import ContactState
 from damagepred.errors import ConvergenceError
-from damagepred.pipeline import IN_TIME, model_of
+from damagepred.pipeline import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.options import DEFAULTS
@@ -21,7 +22,6 @@ from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.dense_inverse import invert
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.quasi_static.stepper import quasi_static_path
-from damagepred.solvers.state.increment import Energies
 from damagepred.solvers.state.wall_state import State
 from tests.properties.test_quasi_static_laws import random_wall
 from tests.solvers.test_symmetry_reduction import mirrored
@@ -29,7 +29,7 @@ from tests.solvers.walls import small_scene, stack, weak_pair
 from tests.validation.test_quasi_static_balance import unbalanced
 
 CONTROL = DEFAULTS.continuation
-QUALITY = ("joint_law_violation", *(name for name in Energies._fields if name not in IN_TIME))
+QUALITY = ("joint_law_violation", *(name for name, d in described(Energies).items() if not d.in_time))
 QUASI_STATIC = Solver(method="quasi_static")
 WHOLE = Solver(method="quasi_static", symmetric_half=False)
 WEAK = Joint(tensile_strength=0.1e6, cohesion=0.1e6)

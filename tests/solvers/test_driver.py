@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import Model, wall_model
+from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
-from damagepred.solvers.state.increment import Counters, Increment
+from damagepred.solvers.state.increment import Increment
 from tests.solvers.test_explicit_jacks import on_jacks
 from tests.solvers.walls import stack
 

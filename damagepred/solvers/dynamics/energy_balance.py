@@ -16,6 +16,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
+from damagepred.diagnostics import Energies
 from damagepred.kernels.dynamics.contact import DASHPOT, FRACTURE, FRICTION, RELEASED
 from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING, LIVE
 from damagepred.kernels.dynamics.zones import YIELDING, ZONE_DAMPING
@@ -23,7 +24,6 @@ from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.body_motion import Motion
 from damagepred.solvers.dynamics.gridpoints import Grid, zone_energy
-from damagepred.solvers.state.increment import Energies
 
 
 class EnergyTerms(NamedTuple):

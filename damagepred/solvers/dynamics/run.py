@@ -9,6 +9,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
+from damagepred.diagnostics import Counters
 from damagepred.enumerations import ContactState
 from damagepred.errors import DivergenceError, InputError
 from damagepred.kernels.dynamics.contact import BONDED, JOINT_TERMS
@@ -38,7 +39,7 @@ from damagepred.solvers.dynamics.gridpoints import (
 )
 from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
-from damagepred.solvers.state.increment import Counters, Increment
+from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.deformable_blocks import at_gridpoints

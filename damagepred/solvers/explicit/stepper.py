@@ -8,12 +8,13 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
+from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
 from damagepred.solvers.options import SolverOptions
-from damagepred.solvers.state.increment import Counters, Increment
+from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import contact_states, fields_of
 from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses

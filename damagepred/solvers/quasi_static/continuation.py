@@ -18,6 +18,7 @@ import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly import Model
+from damagepred.diagnostics import Counters
 from damagepred.kernels.concrete_section.forces import commit_sections
 from damagepred.kernels.interface.checks import bond_loads
 from damagepred.kernels.interface.commit import break_in_shear, commit_joint_history
@@ -32,7 +33,6 @@ from damagepred.solvers.quasi_static.step_control import (
     Point,
     StepControl,
 )
-from damagepred.solvers.state.increment import Counters
 from damagepred.solvers.state.joint_history import JointHistory, without_bond
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.detached_blocks import detached_blocks
@@ -139,7 +139,7 @@ class Continuation:
     def counters(self) -> Counters:
         """Work done so far."""
         equilibrium = self.equilibrium
-        return Counters(equilibrium.newton_iterations, 0, self.events, equilibrium.equations.factorisations)
+        return Counters(self.events, equilibrium.newton_iterations, equilibrium.equations.factorisations)
 
     # -- bonds and history -------------------------------------------------------------------------------------------
 

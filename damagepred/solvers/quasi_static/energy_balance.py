@@ -10,10 +10,10 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
+from damagepred.diagnostics import Energies, described
 from damagepred.kernels.interface.energy import energy
 from damagepred.kernels.joint.return_mapping import ReturnMapping
 from damagepred.solvers.quasi_static.superelements import Superelements
-from damagepred.solvers.state.increment import Energies
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_energy, section_response_of
@@ -78,7 +78,7 @@ class EnergyBalance:
 
     def energies(self) -> Energies:
         """Return the balance as an increment reports it."""
-        return Energies(**{name: value for name, value in vars(self).items() if name in Energies._fields})
+        return Energies(**{name: value for name, value in vars(self).items() if name in described(Energies)})
 
     def begin(self, model: Model, state: State) -> None:
         """Start the balance at a state.

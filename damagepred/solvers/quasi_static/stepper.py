@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from damagepred.assembly import Model
+from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.interface.checks import joint_law_violation_of
 from damagepred.one_thread import each_with_one_blas_thread
@@ -14,7 +15,7 @@ from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
 from damagepred.solvers.quasi_static.continuation import Checkpoint, Continuation
 from damagepred.solvers.quasi_static.dynamic_relaxation import residual_in_motion
-from damagepred.solvers.state.increment import Counters, Increment
+from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import contact_states
 from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.loading_stages import (

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from damagepred.arrays import FloatArray, Int8Array
+from damagepred.diagnostics import Counters, Energies, Residuals
 
 
 class ZoneResults(NamedTuple):
@@ -26,71 +27,12 @@ class ZoneResults(NamedTuple):
     state: Int8Array
 
 
-class Counters(NamedTuple):
-    """Work spent on an increment.
-
-    Attributes
-    ----------
-    newton_iterations : int
-        Of the quasi-static solver.
-    cycles : int
-        Of the explicit solver, or time steps of a dynamic run.
-    events, factorisations : int
-        Of the quasi-static solver: times at which bonds failed, and factorisations of the stiffness.
-    """
-
-    newton_iterations: int = 0
-    cycles: int = 0
-    events: int = 0
-    factorisations: int = 0
-
-    def since(self, before: Counters) -> Counters:
-        """Return the work done since earlier counters."""
-        return Counters(*(now - then for now, then in zip(self, before, strict=True)))
-
-
-class Energies(NamedTuple):
-    """Energy balance (J): works are summed along the path; NaN where a solver has none.
-
-    Attributes
-    ----------
-    external_work : float
-        Work of loads and movement.
-    elastic_energy : float
-        Stored in joints and zones.
-    friction_work, fracture_work, crushing_work, plastic_work : float
-        Dissipated by friction, by softening bonds, by crushing, and by zones that yield.
-    released_energy : float
-        Set free where bonds failed or the wall snapped through.
-    snap_through_energy : float
-        Part of that: by snap-through to a distant equilibrium.
-    energy_error : float
-        Imbalance of these terms; of the quasi-static solver the sum of its magnitudes.
-    kinetic_energy, boundary_work, damping_work : float
-        Of a dynamic run: energy of motion, work of ground and supports (part of ``external_work``), and dissipated by
-        damping.
-    """
-
-    external_work: float = float("nan")
-    elastic_energy: float = float("nan")
-    friction_work: float = float("nan")
-    fracture_work: float = float("nan")
-    crushing_work: float = float("nan")
-    plastic_work: float = float("nan")
-    released_energy: float = float("nan")
-    snap_through_energy: float = float("nan")
-    energy_error: float = float("nan")
-    kinetic_energy: float = float("nan")
-    boundary_work: float = float("nan")
-    damping_work: float = float("nan")
-
-
-NO_WORK, NO_ENERGIES = Counters(), Energies()
-
-
 @dataclass(frozen=True)
-class Increment:
-    """Equilibrium at one point of the path; n blocks, m interfaces with q contacts each.
+class Increment(Residuals):
+    """Equilibrium at one point of the path, with its residuals; n blocks, m interfaces with q contacts each.
+
+    The unbalanced force ratio is above the tolerance of the quasi-static solver, and at most 1e-3, where Coulomb
+    friction admitted no equilibrium on the way (cyclic stick-slip).
 
     Attributes
     ----------
@@ -107,17 +49,12 @@ class Increment:
     state : array of int8 (m, q)
         ``ContactState``: cracked once tension has passed its strength, also while the bond still softens (or brittle
         shear has broken it), else slipping once it has slid.
-    unbalanced_force_ratio : float
-        Largest residual force over the mean block weight. Above the tolerance of the quasi-static solver, and at most
-        1e-3, where Coulomb friction admitted no equilibrium on the way (cyclic stick-slip).
     base_reaction : float
         Vertical force of ground and supports on the wall (N, upwards).
     counters : Counters
         Work spent on it.
     energy : Energies
         Energy balance of the quasi-static solver and of dynamic runs.
-    joint_law_violation : float
-        Stress by which a joint exceeds its law, at most (Pa), of the quasi-static solver.
     collapsed : bool
         Whether a part of the wall is detached; then the increment is no equilibrium, and ``load_factor`` is that of
         collapse.
@@ -151,12 +88,10 @@ class Increment:
     normal_stress: FloatArray
     shear_stress: FloatArray
     state: Int8Array
-    unbalanced_force_ratio: float
     base_reaction: float
-    counters: Counters = NO_WORK
-    energy: Energies = NO_ENERGIES
+    counters: Counters = field(default_factory=Counters)
+    energy: Energies = field(default_factory=Energies)
     collapsed: bool = False
-    joint_law_violation: float = float("nan")
     last_stable_load_factor: float = float("nan")
     time: float = float("nan")
     base: tuple[float, float] = (0.0, 0.0)
