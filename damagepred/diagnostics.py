@@ -79,6 +79,12 @@ class Counters:
         0, "1", "Newton iterations of the quasi-static solver spent on the increment", "Newton iterations"
     )
     factorisations: int = _of(0, "1", "factorisations of the stiffness by the quasi-static solver", "factorisations")
+    corrections: int = _of(
+        0,
+        "1",
+        "solutions by Woodbury correction of a factorisation, of the quasi-static solver",
+        "corrected solutions",
+    )
     cycles: int = _of(
         0,
         "1",

@@ -232,6 +232,7 @@ def check_wall(ds: xr.Dataset, root: Element) -> None:
                 "times at which bonds broke": ds["events"].sum(),
                 "Newton iterations": ds["newton_iterations"].sum(),
                 "factorisations": ds["factorisations"].sum(),
+                "corrected solutions": ds["corrections"].sum(),
                 "reaction of the ground at the end": last["base_reaction"],
             }
             assert list(expected) == [row[0] for row in rows]

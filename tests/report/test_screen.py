@@ -124,6 +124,7 @@ def test_every_number_of_a_wall(wall: xr.Dataset, shown: Screen) -> None:
             "bonds broke {};": float(ds["events"].sum()),
             "Newton iterations {};": float(ds["newton_iterations"].sum()),
             "factorisations {};": float(ds["factorisations"].sum()),
+            "corrected solutions {};": float(ds["corrections"].sum()),
             "reaction of the ground at the end {}": float(ds["base_reaction"][-1]),
         },
     )

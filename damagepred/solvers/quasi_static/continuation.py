@@ -138,8 +138,8 @@ class Continuation:
     @property
     def counters(self) -> Counters:
         """Work done so far."""
-        equilibrium = self.equilibrium
-        return Counters(self.events, equilibrium.newton_iterations, equilibrium.equations.factorisations)
+        equilibrium, equations = self.equilibrium, self.equilibrium.equations
+        return Counters(self.events, equilibrium.newton_iterations, equations.factorisations, equations.corrections)
 
     # -- bonds and history -------------------------------------------------------------------------------------------
 
