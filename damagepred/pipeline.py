@@ -534,6 +534,14 @@ def _zone_values(model: Model, steps: list[Step]) -> dict[str, NDArray]:
     }
 
 
+def _strain_values(steps: list[Step]) -> dict[str, NDArray]:
+    """Return strain and curvature of elastic blocks, by variable."""
+    strains = [s.increment.strain for s in steps if s.increment.strain is not None]
+    if len(strains) < len(steps):
+        return {}
+    return {name: np.array([s[:, i] for s in strains]) for i, name in enumerate(("block_strain", "block_curvature"))}
+
+
 def _collect(
     model: Model,
     steps: list[Step],
@@ -570,6 +578,7 @@ def _collect(
         "block_displacement_x": moved[..., 0],
         "block_displacement_y": moved[..., 1],
         "block_rotation": moved[..., 2],
+        **_strain_values(steps),
         "block_support_force_x": support[..., 0],
         "block_support_force_y": support[..., 1],
         "block_support_moment": support[..., 2],

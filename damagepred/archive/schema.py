@@ -188,6 +188,10 @@ VARIABLES: dict[str, Variable] = {
     ),
     "block_displacement_y": Variable((*_STEP, *_BLOCK), "m", "displacement of the block upwards, relative to the base"),
     "block_rotation": Variable((*_STEP, *_BLOCK), "rad", "rotation of the block, counter-clockwise positive"),
+    "block_strain": Variable((*_STEP, *_BLOCK), "1", "strain of an elastic block along its bed, elongation positive"),
+    "block_curvature": Variable(
+        (*_STEP, *_BLOCK), "m-1", "curvature of an elastic block, positive where its ends go up against its middle"
+    ),
     "block_support_force_x": Variable((*_STEP, *_BLOCK), "N", "force of what holds the block, along the wall"),
     "block_support_force_y": Variable((*_STEP, *_BLOCK), "N", "force of what holds the block, upwards"),
     "block_support_moment": Variable((*_STEP, *_BLOCK), "N m", "moment of what holds the block, counter-clockwise"),

@@ -9,6 +9,7 @@ import numpy as np
 
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, Int8Array, IntArray
+from damagepred.assembly.elastic_blocks import elastic_blocks
 from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, refuse_overlaps, shared_edges
 from damagepred.assembly.interfaces import (
     Geometry,
@@ -22,7 +23,7 @@ from damagepred.assembly.interfaces import (
     outlines,
     place_contacts,
 )
-from damagepred.assembly.mesh import default_zone_size, mesh_of
+from damagepred.assembly.mesh import Mesh, default_zone_size, mesh_of
 from damagepred.assembly.model import Blocks, Jambs, Model, Supports
 from damagepred.assembly.points import Amount, Hold, Traction, Where, edge_loads, held_too
 from damagepred.assembly.properties import (
@@ -109,6 +110,7 @@ class Assembly:
         self._block_materials = [block or BlockMaterial()]
         self._block_material: list[int] = []
         self._zone_size: list[float | None] = []
+        self._elastic: list[bool | None] = []
         self._thickness: list[float] = []
         self._joint_materials = [joint or Joint()]
         self._pairs: dict[tuple[int, int], tuple[int, ContactKind | None]] = {}
@@ -139,6 +141,7 @@ class Assembly:
         course: int = -1,
         *,
         zone_size: float | None = None,
+        elastic: bool | None = None,
         thickness: float | None = None,
     ) -> int:
         """Add a convex polygon and return its number.
@@ -154,6 +157,8 @@ class Assembly:
         zone_size : float, optional
             Makes the block deformable, whatever the solver's settings say: largest edge of the cells, of four zones
             each, into which it is cut (m). 0 keeps it rigid.
+        elastic : bool, optional
+            Whether the block stretches and bends if it is a rectangle, whatever the solver's settings say.
         thickness : float, optional
             Its own, out of plane (m).
 
@@ -169,6 +174,7 @@ class Assembly:
         self._polygons.append(convex_polygon(vertices, f"block {number}"))
         self._course.append(course)
         self._zone_size.append(zone_size)
+        self._elastic.append(elastic)
         self._thickness.append(self.thickness if thickness is None else float(thickness))
         self._block_material.append(_numbered(self._block_materials, material))
         return number
@@ -494,6 +500,7 @@ class Assembly:
         tolerance = 1e-6 * float(np.sqrt(blocks.area.min()))
         refuse_overlaps(blocks.vertices, blocks.first_vertex, tolerance)
         mesh = mesh_of(self._polygons, self._zone_sizes(settings, deformable))
+        elastic = elastic_blocks(self._polygons, self._are_elastic(settings, mesh))
         outline, first_vertex, facet = outlines(blocks, mesh)
         shared = shared_edges(outline, first_vertex, tolerance)
         grounded, resting = self._ground_edges(outline, first_vertex)
@@ -501,7 +508,10 @@ class Assembly:
         kind, material = self._classify(edges, blocks, resting)
         bare = np.array([no_tension_joint(joint) for joint in self._joint_materials])[material]
         bare = (bare | np.isin(kind, list(no_tension))) & ~np.isin(kind, NEVER_CUT)
-        edges, whole = cut(edges, np.where(bare, settings.no_tension_parts, 1))
+        parts = np.where(bare, settings.no_tension_parts, 1)
+        if elastic is not None:
+            parts = np.maximum(parts, elastic.parts(edges, settings.elastic_subdivisions))
+        edges, whole = cut(edges, parts)
         kind, material = kind[whole], material[whole]
         on_ground = int((edges.a == len(blocks.x)).sum())
         order = in_order(edges, kind, blocks, on_ground)
@@ -510,11 +520,11 @@ class Assembly:
         joint, joints = number_joints(edges, kind, blocks)
         mesh, body_a, body_b = bodies_of(edges, facet, len(blocks.x), mesh)
         interfaces = place_contacts(
-            edges, kind, joint, (body_a, body_b), blocks, mesh, settings, np.array(self._thickness)
+            edges, kind, joint, (body_a, body_b), blocks, mesh, elastic, settings, np.array(self._thickness)
         )
         first = len(kind) - on_ground
         ground_x = interfaces.x[first:, None] + interfaces.normal_y[first:, None] * interfaces.contact_offset[first:]
-        return Geometry(blocks, interfaces, joints, material, ground_x, mesh)
+        return Geometry(blocks, interfaces, joints, material, ground_x, mesh, elastic)
 
     def _zone_sizes(self, settings: Solver, deformable: frozenset[int] | None) -> dict[int, float]:
         """Deformable blocks and the size of their cells; supported, moved and loaded blocks are rigid."""
@@ -531,6 +541,15 @@ class Assembly:
                 raise InputError(f"block {block}: cannot be held as one and be deformable; leave out zone_size.")
             sizes[block] = size
         return sizes
+
+    def _are_elastic(self, settings: Solver, mesh: Mesh | None) -> list[bool]:
+        """Return whether each block shall stretch and bend; supported and moved blocks are rigid."""
+        held = {dof // 3 for dof in self._prescribed}
+        usual = settings.blocks == "elastic"
+        chosen = [(usual if own is None else own) and block not in held for block, own in enumerate(self._elastic)]
+        if mesh is not None and any(chosen):
+            raise InputError("elastic blocks and blocks of zones do not go together in one wall; take one of the two.")
+        return chosen
 
     @checked
     @one_blas_thread()
@@ -563,7 +582,12 @@ class Assembly:
         )
         if settings.lump_block_elasticity:
             properties = lump_block_elasticity(
-                properties, geometry.interfaces, blocks, self._block_materials, block_material
+                properties,
+                geometry.interfaces,
+                blocks,
+                self._block_materials,
+                block_material,
+                elastic=geometry.elastic,
             )
         properties, snap_back = brittle_where_soft(properties, geometry.interfaces.joint)
         law = block_law(self._block_materials, block_material, np.array(self._thickness))
@@ -613,6 +637,7 @@ class Assembly:
             snap_back_limited=snap_back,
             block_law=law,
             mesh=geometry.mesh,
+            elastic=geometry.elastic,
             plane=settings.plane,
             edge_load=dead_edges,
             live_edge_load=live_edges,

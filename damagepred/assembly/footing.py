@@ -112,7 +112,9 @@ def add_footing(
         ends = _segment_ends([bricks[i] for i in lowest], length, unit, found.segment_length)
     size = found.zone_size if found.model == "deformable" else 0.0
     blocks = [
-        assembly.add_block(rectangle(left, -found.depth, right, 0.0), zone_size=size, thickness=found.width)
+        assembly.add_block(
+            rectangle(left, -found.depth, right, 0.0), zone_size=size, elastic=False, thickness=found.width
+        )
         for left, right in itertools.pairwise(ends)
     ]
     for left, right in itertools.pairwise(blocks):

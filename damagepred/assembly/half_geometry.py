@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.assembly.elastic_blocks import ElasticBlocks, elastic_sides
 from damagepred.assembly.model import Blocks, Interfaces
 
 MIRRORED = np.array([-1.0, 1.0, -1.0])
@@ -52,7 +53,7 @@ class HalfGeometry(NamedTuple):
         Blocks and interfaces of the half, the latter in this order: between blocks, on the axis, with the ground.
     cut, on_axis : array of bool (h,), (k,)
         Which of the blocks the axis cuts; which of the interfaces lie along it, between a block and its image.
-    blocks, interfaces
+    blocks, interfaces, elastic
         Of the half.
     block_source, block_sign : array of int (n,), array (n, 3)
         Block of the half whose motion each block of the whole has, and the signs of its x, y and rotation.
@@ -67,6 +68,7 @@ class HalfGeometry(NamedTuple):
     on_axis: BoolArray
     blocks: Blocks
     interfaces: Interfaces
+    elastic: ElasticBlocks | None
     block_source: IntArray
     block_sign: FloatArray
     contact_source: IntArray
@@ -77,14 +79,16 @@ _recent: deque[tuple[Blocks, Interfaces, float, HalfGeometry | None]] = deque(ma
 """Geometries reduced before, by identity: all samples of a wall share one."""
 
 
-def half_geometry(blocks: Blocks, interfaces: Interfaces, rounding: float) -> HalfGeometry | None:
+def half_geometry(
+    blocks: Blocks, interfaces: Interfaces, elastic: ElasticBlocks | None, rounding: float
+) -> HalfGeometry | None:
     """Return the half of a geometry; None if it is not its own mirror image, or cannot be halved.
 
     The shape of a block counts by centroid, area, second moment of area and interfaces.
 
     Parameters
     ----------
-    blocks, interfaces
+    blocks, interfaces, elastic
         Of the wall.
     rounding : float
         Relative difference up to which lengths (over the size of the wall) and areas agree (1).
@@ -93,7 +97,7 @@ def half_geometry(blocks: Blocks, interfaces: Interfaces, rounding: float) -> Ha
         if known_blocks is blocks and known_interfaces is interfaces and known_rounding == rounding:
             return geometry
     mirror = _mirror_image(blocks, interfaces, rounding)
-    geometry = None if mirror is None else _halve(mirror, blocks, interfaces, rounding)
+    geometry = None if mirror is None else _halve(mirror, blocks, interfaces, elastic, rounding)
     _recent.append((blocks, interfaces, rounding, geometry))
     return geometry
 
@@ -106,7 +110,7 @@ def _mirror_image(blocks: Blocks, interfaces: Interfaces, rounding: float) -> Mi
     face_image = _images(interfaces.x, interfaces.y, axis, near)
     if image is None or face_image is None:
         return None
-    there = Interfaces(*(values[face_image] for values in interfaces))  # type: ignore[arg-type]
+    there = interfaces.taken(face_image)
     # the image's normal is the mirror image of the normal; or its opposite, and then the image of block a is b
     normal = np.stack((interfaces.normal_x, interfaces.normal_y))
     same, opposite = (np.abs(normal[:, face_image] + sign * normal) < rounding for sign in (-1.0, 1.0))
@@ -136,7 +140,9 @@ def _images(x: FloatArray, y: FloatArray, axis: float, near: float) -> IntArray 
     return image
 
 
-def _halve(mirror: MirrorImage, blocks: Blocks, interfaces: Interfaces, rounding: float) -> HalfGeometry | None:
+def _halve(
+    mirror: MirrorImage, blocks: Blocks, interfaces: Interfaces, elastic: ElasticBlocks | None, rounding: float
+) -> HalfGeometry | None:
     """Return how a geometry is halved; None if all of it is on the axis, or an interface reaches across it."""
     n, m, q = len(blocks.x), *interfaces.contact_area.shape
     own_block, own_face = mirror.block == np.arange(n), mirror.interface == np.arange(m)
@@ -156,7 +162,8 @@ def _halve(mirror: MirrorImage, blocks: Blocks, interfaces: Interfaces, rounding
     if (b < 0).any() or ((a < 0) != on_axis).any():
         return None
     a[on_axis] = len(kept)
-    part = Interfaces(*(values[faces] for values in interfaces))  # type: ignore[arg-type]
+    part = interfaces.taken(faces)
+    strained = elastic and elastic.taken(kept)
     sizes = np.diff(blocks.first_vertex)
     place = np.full(m, -1)
     place[faces] = np.arange(len(faces))
@@ -182,7 +189,17 @@ def _halve(mirror: MirrorImage, blocks: Blocks, interfaces: Interfaces, rounding
             arm_normal_a=np.where(on_axis, 0.0, part.arm_normal_a),  # the axis does not turn
             arm_shear_a=np.where(on_axis, 0.0, part.arm_shear_a),
             contact_area=part.contact_area * np.where(halved[faces], 0.5, 1.0)[:, None],
+            elastic=strained
+            and elastic_sides(
+                strained,
+                (a, b),
+                np.column_stack((part.x, part.y)),
+                np.column_stack((part.normal_x, part.normal_y)),
+                part.length,
+                np.column_stack((blocks.x, blocks.y))[kept],
+            ),
         ),
+        elastic=strained,
         block_source=number[np.where(left_block, mirror.block, np.arange(n))],
         block_sign=np.where(left_block[:, None], MIRRORED, 1.0),
         contact_source=place[:, None] * q + contacts,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
+from damagepred.assembly.elastic_blocks import ElasticBlocks, elastic_sides
 from damagepred.assembly.geometry import SharedEdges
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.model import Blocks, Ground, GroundMovement, Interfaces, Joints
@@ -30,6 +31,8 @@ class Geometry:
         Where the contacts with the ground lie (m).
     mesh : Mesh or None
         Zones of the deformable blocks.
+    elastic : ElasticBlocks or None
+        Blocks that stretch and bend.
     """
 
     blocks: Blocks
@@ -38,6 +41,7 @@ class Geometry:
     joint_material: IntArray
     ground_x: FloatArray
     mesh: Mesh | None
+    elastic: ElasticBlocks | None = None
 
 
 def outlines(blocks: Blocks, mesh: Mesh | None) -> tuple[FloatArray, IntArray, IntArray]:
@@ -180,6 +184,7 @@ def place_contacts(
     bodies: tuple[IntArray, IntArray],
     blocks: Blocks,
     mesh: Mesh | None,
+    elastic: ElasticBlocks | None,
     solver: Solver,
     thickness: FloatArray,
 ) -> Interfaces:
@@ -197,6 +202,8 @@ def place_contacts(
         The n blocks.
     mesh : Mesh or None
         Zones of the deformable blocks.
+    elastic : ElasticBlocks or None
+        Blocks that stretch and bend.
     solver : Solver
         Its quadrature.
     thickness : array (n,)
@@ -237,6 +244,7 @@ def place_contacts(
         arm_shear_b=shear_b,
         contact_offset=length[:, None] * points,
         contact_area=(depth * length)[:, None] * weights,
+        elastic=elastic and elastic_sides(elastic, (edges.a, edges.b), middle, edges.normal, length, centre),
     )
 
 

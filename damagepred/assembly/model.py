@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
+from damagepred.assembly.elastic_blocks import ElasticBlocks, ElasticSides
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.section import Sections
 from damagepred.kernels.joint.parameters import joint_parameters
@@ -70,6 +71,8 @@ class Interfaces(NamedTuple):
         Position of the contacts along the tangent from the middle (m).
     contact_area : array (m, q)
         Area each stands for (m2).
+    elastic : ElasticSides or None
+        How elastic blocks move the sides besides; None if there are none.
     """
 
     block_a: IntArray
@@ -89,6 +92,11 @@ class Interfaces(NamedTuple):
     arm_shear_b: FloatArray
     contact_offset: FloatArray
     contact_area: FloatArray
+    elastic: ElasticSides | None = None
+
+    def taken(self, listed: IntArray) -> Interfaces:
+        """Return those of a list, in its order; elastic blocks left out."""
+        return Interfaces(*(values[listed] for values in self[:-1]))  # type: ignore[arg-type]
 
 
 class Joints(NamedTuple):
@@ -345,6 +353,8 @@ class Model:
         What the blocks are made of.
     mesh : Mesh or None
         Zones of the deformable blocks; None if all are rigid.
+    elastic : ElasticBlocks or None
+        Blocks that stretch and bend; None if there are none.
     plane : {"stress", "strain"}
         Whether zones are free or held out of plane.
     loose_joint : JointProperties or None
@@ -381,6 +391,7 @@ class Model:
     snap_back_limited: int
     block_law: BlockLaw
     mesh: Mesh | None = None
+    elastic: ElasticBlocks | None = None
     plane: str = "stress"
     edge_load: FloatArray | None = None
     loose_joint: JointProperties | None = None
@@ -409,8 +420,10 @@ class Model:
 
     @property
     def size(self) -> int:
-        """Number of degrees of freedom of all blocks, the ground, facets and gridpoints together; see ``Mesh``."""
-        return 3 * (self.n_blocks + 1) if self.mesh is None else self.mesh.size
+        """Number of degrees of freedom: of blocks and ground, then of facets and gridpoints (``Mesh``) or strains."""
+        if self.mesh is not None:
+            return self.mesh.size
+        return 3 * (self.n_blocks + 1) + (0 if self.elastic is None else 2 * len(self.elastic.block))
 
     @property
     def mass(self) -> FloatArray:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.assembly.elastic_blocks import ElasticBlocks
 from damagepred.assembly.model import BlockLaw, Blocks, Interfaces, JointProperties
 from damagepred.scene import BlockMaterial, Joint
 
@@ -96,6 +97,7 @@ def lump_block_elasticity(
     materials: Sequence[BlockMaterial],
     material: IntArray,
     soft: int | None = None,
+    elastic: ElasticBlocks | None = None,
 ) -> JointProperties:
     """Put the elasticity of rigid blocks in series with their joints.
 
@@ -114,7 +116,10 @@ def lump_block_elasticity(
         Which of them each block has.
     soft : int, optional
         Number of blocks, the first ones, whose elasticity counts; by default all.
+    elastic : ElasticBlocks, optional
+        Blocks that stretch by themselves along their axis: there they add nothing to the normal stiffness.
     """
+    normal = np.column_stack((interfaces.normal_x, interfaces.normal_y))
     soft_n = 1.0 / properties.normal_stiffness
     soft_s = 1.0 / properties.shear_stiffness
     modulus = np.array([m.elastic_modulus for m in materials])
@@ -126,7 +131,8 @@ def lump_block_elasticity(
             interfaces.normal_x * (interfaces.x - blocks.x[number])
             + interfaces.normal_y * (interfaces.y - blocks.y[number])
         )
-        soft_n = soft_n + np.where(is_block, depth / modulus[material[number]], 0.0)
+        lumped = is_block if elastic is None else is_block & ~elastic.along(side, normal)
+        soft_n = soft_n + np.where(lumped, depth / modulus[material[number]], 0.0)
         soft_s = soft_s + np.where(is_block, depth / shear[material[number]], 0.0)
     return properties._replace(normal_stiffness=1.0 / soft_n, shear_stiffness=1.0 / soft_s)
 

@@ -63,8 +63,9 @@ ZONING = (
     "zone_size_above_dpc",
     "zone_size_below_dpc",
     "zone_size_footing",
+    "elastic_subdivisions",
 )
-"""Settings that decide on zones."""
+"""Settings that decide on zones and elastic blocks."""
 MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL = range(7)
 """Numbers of the joint materials of a wall; BED is that between footing and first course."""
 IN_KIND = np.array([MORTAR, MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL])
@@ -115,7 +116,9 @@ def _geometry(
     for number, brick in enumerate(bricks):
         corners = rectangle(brick.left, brick.bottom, brick.right, brick.top)
         chosen = None if deformable is None else number in deformable
-        assembly.add_block(corners, course=brick.course, zone_size=_zone_size(brick, solver, dpc_course, chosen))
+        blocks = _blocks_at(brick, solver, dpc_course)
+        size = _zone_size(brick, solver, dpc_course, chosen)
+        assembly.add_block(corners, course=brick.course, zone_size=size, elastic=blocks == "elastic")
     if dpc_course is not None:
         assembly.set_joint_above(dpc_course - 1, Joint(), ContactKind.DPC)
     meet = parted(scene, bricks)
@@ -141,6 +144,12 @@ def _footing_alone(known: Scene, solver: Solver, found: Foundation) -> WallGeome
     footing = add_footing(assembly, found, bricks, wall.length, wall.block_length, alone=True)
     geometry = assembly.geometry(solver, no_tension=_no_tension(known))
     return WallGeometry(geometry, (), NO_JAMBS, footing, np.full(len(geometry.interfaces.kind), -1))
+
+
+def _blocks_at(brick: Brick, solver: Solver, dpc_course: int | None) -> str:
+    """Return what the settings say of a brick."""
+    below = dpc_course is not None and brick.course < dpc_course
+    return (solver.below_dpc if below else solver.above_dpc) or solver.blocks
 
 
 def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None, chosen: bool | None) -> float:
@@ -198,7 +207,8 @@ def _own_bed(scene: Scene) -> bool:
 def _meshing(solver: Solver, zoned: bool) -> Solver:
     """Keep of the settings only what shapes the geometry: samples that differ in other things share it."""
     usual = Solver()
-    zoned |= any(b == "deformable" for b in (solver.blocks, solver.above_dpc, solver.below_dpc, solver.footing))
+    given = (solver.blocks, solver.above_dpc, solver.below_dpc, solver.footing)
+    zoned |= not {"deformable", "elastic"}.isdisjoint(given)
     names = ("quadrature", "contacts_per_interface", "no_tension_subdivisions") + (ZONING if zoned else ())
     return replace(usual, **{name: getattr(solver, name) for name in names})
 
@@ -269,7 +279,9 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
     substance = (np.arange(len(blocks.x)) >= len(bricks)).astype(np.int64)
     if scene.solver.lump_block_elasticity:
         # a beam's cross-section keeps its shape: its elasticity is in the interfaces between its segments
-        properties = lump_block_elasticity(properties, interfaces, blocks, substances, substance, soft=len(bricks))
+        properties = lump_block_elasticity(
+            properties, interfaces, blocks, substances, substance, len(bricks), geometry.elastic
+        )
     properties, sections = section_law(properties, geometry, scene.footing)
     properties, snap_back = brittle_where_soft(properties, interfaces.joint)
     widths = np.array([joint.width for joint in scene.control_joint] + [0.0])
@@ -298,6 +310,7 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
         snap_back_limited=snap_back,
         block_law=block_law(substances, substance, thickness),
         mesh=geometry.mesh,
+        elastic=geometry.elastic,
         plane=scene.solver.plane,
         footing=footing if len(footing) else None,
         sections=sections,

@@ -30,13 +30,14 @@ class Solver:
         A preset: what it sets of the keys below, each of which may be given besides and then stands. ``standard`` are
         their defaults. ``damagepred check`` tells what each sets and the errors that were measured with it; see
         ``damagepred.scene.accuracy``.
-    blocks : {"rigid", "deformable", "auto"}
-        ``rigid``: their elasticity is lumped in series with the joints. ``deformable``: cut into constant-strain
-        triangles, zones, with assumed strains in bending. ``auto``: the wall is solved with rigid blocks first, and
-        those are cut for which the joints' forces say that it matters; see ``rigid_error``.
+    blocks : {"rigid", "elastic", "deformable", "auto"}
+        ``rigid``: their elasticity is lumped in series with the joints. ``elastic``: rectangles stretch along their bed
+        and bend besides; other polygons, supported and moved blocks and the footing stay rigid. ``deformable``: cut
+        into constant-strain triangles, zones, with assumed strains in bending. ``auto``: the wall is solved with rigid
+        blocks first, and those are cut for which the joints' forces say that it matters; see ``rigid_error``.
     rigid_error : float
         For ``auto``: the strain energy that rigid blocks leave out or make up, as a share of that in the wall.
-    above_dpc, below_dpc : {"rigid", "deformable"} or None
+    above_dpc, below_dpc : {"rigid", "elastic", "deformable"} or None
         Another choice for the blocks of one part of the wall; None: as ``blocks`` says. Without a dpc all is above.
     zone_size : float or None
         Largest edge of the cells, of four zones each, into which deformable blocks are cut (m). None: the width of the
@@ -48,6 +49,8 @@ class Solver:
         ``none``: the underside of the wall follows the movement. ``beam``: the footing is a chain of segments on jacks
         or on a mound. ``deformable``: it is a beam of zones under the wall, with a mortar bed between. None: ``beam``
         on jacks and on a mound, ``none`` with a prescribed movement.
+    elastic_subdivisions : int
+        Parts, along the length of an elastic block, of its bed joint on a body that does not bend: ground or footing.
     plane : {"stress", "strain"}
         Whether zones are free to expand out of plane, as in a wall, or held.
     lump_block_elasticity : bool
@@ -107,15 +110,16 @@ class Solver:
 
     method: Literal["quasi_static", "explicit"] = "quasi_static"
     accuracy: Literal["draft", "standard", "reference"] = "standard"
-    blocks: Literal["rigid", "deformable", "auto"] = "rigid"
+    blocks: Literal["rigid", "elastic", "deformable", "auto"] = "rigid"
     rigid_error: Pure = Field(default=0.01, gt=0)
-    above_dpc: Literal["rigid", "deformable"] | None = None
-    below_dpc: Literal["rigid", "deformable"] | None = None
+    above_dpc: Literal["rigid", "elastic", "deformable"] | None = None
+    below_dpc: Literal["rigid", "elastic", "deformable"] | None = None
     zone_size: Length | None = Field(default=None, gt=0)
     zone_size_above_dpc: Length | None = Field(default=None, gt=0)
     zone_size_below_dpc: Length | None = Field(default=None, gt=0)
     zone_size_footing: Length | None = Field(default=None, gt=0)
     footing: Literal["none", "beam", "deformable"] | None = None
+    elastic_subdivisions: Count = Field(default=4, ge=2, le=16)
     plane: Literal["stress", "strain"] = "stress"
     lump_block_elasticity: bool = True
     quadrature: Literal["lobatto", "midpoint"] = "lobatto"

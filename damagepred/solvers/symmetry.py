@@ -75,6 +75,7 @@ class HalfModel(Model):
         return replace(
             increment,
             displacement=geometry.block_sign * increment.displacement[geometry.block_source],
+            strain=None if increment.strain is None else increment.strain[geometry.block_source],
             opening=at_contacts(increment.opening, np.where(geometry.shear_sign == 0.0, 2.0, 1.0)),
             slip=at_contacts(increment.slip, geometry.shear_sign),
             normal_stress=at_contacts(increment.normal_stress),
@@ -105,7 +106,9 @@ def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetr
     options : SymmetryOptions, optional
         Rounding, and shear of the joints on the axis.
     """
-    geometry = None if model.mesh is not None else half_geometry(model.blocks, model.interfaces, options.rounding)
+    if model.mesh is not None:
+        return None
+    geometry = half_geometry(model.blocks, model.interfaces, model.elastic, options.rounding)
     if geometry is None or not _is_symmetric(model, geometry.mirror, options.rounding):
         return None
     kept, jacks = geometry.kept, model.jacks
@@ -114,6 +117,7 @@ def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetr
     of_half = {
         "blocks": geometry.blocks,
         "interfaces": geometry.interfaces,
+        "elastic": geometry.elastic,
         "properties": _joints_of_half(model.properties, geometry, options),
         "ground": model.ground.map(lambda ground: _ground_of_half(ground, geometry)),
         "supports": _supports_of_half(model, geometry),
@@ -138,13 +142,17 @@ def _is_symmetric(model: Model, mirror: MirrorImage, rounding: float) -> bool:
     if not all(np.array_equal(values[face_image], values) for values in strengths):
         return False
     held, moved, later = _prescribed(model)
-    weights = [v[:-3] for v in (model.deflection, None if model.jacks is None else model.jacks.push) if v is not None]
+    whole = 3 * model.n_blocks
+    weights = [
+        v[:whole] for v in (model.deflection, None if model.jacks is None else model.jacks.push) if v is not None
+    ]
     loads = (values.reshape(-1, 3) for values in (model.supports.load, model.supports.live_load, *weights))
     pairs = [(MIRRORED * values[image], values) for values in (moved, *loads)]
     for ground in model.ground.states():
         pairs += [(mirror.of_contacts(ground.normal), ground.normal), (-mirror.of_contacts(ground.shear), ground.shear)]
     return (
-        all((np.abs(k[face_image] - k) <= rounding * k).all() for k in (law.normal_stiffness, law.shear_stiffness))
+        (model.elastic is None or np.array_equal(stretches := model.elastic.number[:-1] >= 0, stretches[image]))
+        and all((np.abs(k[face_image] - k) <= rounding * k).all() for k in (law.normal_stiffness, law.shear_stiffness))
         and all(np.array_equal(values[image], values) for values in (model.density, held, later))
         and all((np.abs(there - here) <= rounding * np.abs(here).max(initial=0.0)).all() for there, here in pairs)
     )
@@ -201,10 +209,12 @@ def _supports_of_half(model: Model, geometry: HalfGeometry) -> Supports:
 
 
 def _half_weights(geometry: HalfGeometry, weights: FloatArray) -> FloatArray:
-    """Return weights of the half's degrees of freedom that make the same sum as those of the whole (3 (n + 1),)."""
+    """Return weights of the half's degrees of freedom that make the same sum as those of the whole, of blocks alone."""
     half = np.zeros((len(geometry.kept) + 1, 3))
-    np.add.at(half, geometry.block_source, geometry.block_sign * weights.reshape(-1, 3)[:-1])
-    return half.ravel()
+    here = weights[: geometry.block_sign.size].reshape(-1, 3)
+    np.add.at(half, geometry.block_source, geometry.block_sign * here)
+    strains = 0 if geometry.elastic is None else 2 * len(geometry.elastic.block)
+    return np.concatenate((half.ravel(), np.zeros(strains)))
 
 
 def _sections_of_half(sections: Sections, geometry: HalfGeometry) -> Sections:

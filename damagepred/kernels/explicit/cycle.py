@@ -2,7 +2,7 @@
 
 from damagepred.kernels.concrete_section.forces import commit_sections, section_forces
 from damagepred.kernels.explicit.jacks import press
-from damagepred.kernels.explicit.motion import move, sum_forces
+from damagepred.kernels.explicit.motion import move, sum_forces, sum_strain_forces
 from damagepred.kernels.interface.contact import contact_forces, gather
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces, zone_forces
@@ -62,11 +62,11 @@ def run_cycles(
         if zoned is not None:
             place_facets(zoned[0], displacement)
         for t in range(tiles.size):
-            gather(tiles[t], displacement)
+            gather(tiles[t], joints.elastic, displacement)
         for t in range(first_ground):
-            contact_forces(tiles[t], None, special, softening, load_factor_now)
+            contact_forces(tiles[t], None, special, softening, joints.elastic, load_factor_now)
         for t in range(ground.size):
-            contact_forces(tiles[first_ground + t], ground[t], special, softening, load_factor_now)
+            contact_forces(tiles[first_ground + t], ground[t], special, softening, joints.elastic, load_factor_now)
         sum_forces(
             joints.contributions,
             joints.first,
@@ -77,6 +77,7 @@ def run_cycles(
             load_factor_now,
             force,
         )
+        sum_strain_forces(joints.elastic, joints.contributions, joints.first, joints.position, displacement, force)
         if sections is not None:
             section_forces(
                 sections.law,

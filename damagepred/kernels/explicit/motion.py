@@ -42,6 +42,33 @@ def sum_forces(contributions, first, position, load, load_share, live_load, load
 
 
 @law
+def sum_strain_forces(elastic, contributions, first, position, displacement, force):
+    """Sum the residual force of strain and curvature of elastic blocks; loads do no work on them.
+
+    Parameters
+    ----------
+    elastic : NamedTuple of arrays or None
+        See ``damagepred.solvers.time_stepping.tiles.PackedStrains``; None if no block is elastic.
+    contributions, first, position
+        As ``sum_forces``; both forces follow the moment at distances of ``LANES``.
+    displacement, force : array (size,)
+        Of all degrees of freedom, these after those of blocks and ground.
+    """
+    if elastic is not None:
+        dof = 3 * (first.size - 1)
+        for d in range(elastic.block.size):
+            block = elastic.block[d]
+            stretching = -elastic.stiffness[2 * d] * displacement[dof]
+            bending = -elastic.stiffness[2 * d + 1] * displacement[dof + 1]
+            for p in range(first[block], first[block + 1]):
+                at = position[p] + NEXT + NEXT + NEXT
+                stretching += contributions[at]
+                bending += contributions[at + NEXT]
+            force[dof], force[dof + 1] = stretching, bending
+            dof += 2
+
+
+@law
 def move(force, inverse_mass, damping, velocity, displacement, first, last):
     """Advance velocity and displacement by one time step of length 1, with local damping (Cundall 1987).
 

@@ -14,22 +14,32 @@ CACHE_LINE = 64
 """Bytes of a line of the processor's cache."""
 
 
-def tile_type(points):
+def tile_type(points, elastic):
     """Return the record type of tiles whose interfaces have that many contacts.
 
     Parameters
     ----------
     points : int
         Contacts of an interface, q.
+    elastic : bool
+        Whether blocks have a strain and a curvature.
 
     Returns
     -------
     dtype
         ``dof_a``, ``dof_b``: first degree of freedom of the two blocks. The fields of ``JointParameters``. ``slip``,
         ``dilatant_opening``, ``cracked``, ``kappa``: history variables of the contacts. ``drift_x`` to ``turn_b``: how
-        the blocks moved, as gathered. ``on_a``, ``on_b``: force x, y (N) and moment (N m) on the blocks.
+        the blocks moved, as gathered. ``on_a``, ``on_b``: force x, y (N) and moment (N m) on the blocks. With elastic
+        blocks ``strain_dof_a`` and so on: where their strains stand, the curvature follows; ``strain_a``,
+        ``curvature_a``: as gathered; ``rows_a``: opening for both, shear for both, rotation for the curvature; and the
+        forces on both follow in ``on_a``.
     """
     lane, contact = (LANES,), (points, LANES)
+    of_strains = [
+        (f"{name}_{side}", kind, (5, LANES) if name == "rows" else lane)
+        for side in "ab"
+        for name, kind in (("strain_dof", "u8"), ("strain", "f8"), ("curvature", "f8"), ("rows", "f8"))
+    ]
     return np.dtype(
         [
             ("dof_a", "u8", lane),
@@ -51,8 +61,9 @@ def tile_type(points):
             ("drift_y", "f8", lane),
             ("turn_a", "f8", lane),
             ("turn_b", "f8", lane),
-            ("on_a", "f8", (3, LANES)),
-            ("on_b", "f8", (3, LANES)),
+            *(of_strains if elastic else ()),
+            ("on_a", "f8", (5 if elastic else 3, LANES)),
+            ("on_b", "f8", (5 if elastic else 3, LANES)),
         ]
     )
 

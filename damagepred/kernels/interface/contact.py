@@ -12,13 +12,15 @@ Y, TURN = np.uint64(1), np.uint64(2)
 
 
 @law
-def gather(tile, displacement):
+def gather(tile, elastic, displacement):
     """Gather the displacements of the blocks at the interfaces of a tile.
 
     Parameters
     ----------
     tile : record
         See ``damagepred.kernels.explicit.tiles``.
+    elastic : NamedTuple of arrays or None
+        None if no block has a strain and a curvature.
     displacement : array (size,)
         x, y (m) and rotation of each body.
     """
@@ -28,10 +30,15 @@ def gather(tile, displacement):
         tile.drift_y[i] = displacement[b + Y] - displacement[a + Y]
         tile.turn_a[i] = displacement[a + TURN]
         tile.turn_b[i] = displacement[b + TURN]
+    if elastic is not None:
+        for i in range(LANES):
+            a, b = tile.strain_dof_a[i], tile.strain_dof_b[i]
+            tile.strain_a[i], tile.curvature_a[i] = displacement[a], displacement[a + Y]
+            tile.strain_b[i], tile.curvature_b[i] = displacement[b], displacement[b + Y]
 
 
 @law
-def contact_forces(tile, ground, special, softening, load_factor):
+def contact_forces(tile, ground, special, softening, elastic, load_factor):
     """Update the history variables of all contacts of a tile, and its forces on the blocks.
 
     Parameters
@@ -45,6 +52,8 @@ def contact_forces(tile, ground, special, softening, load_factor):
         None if no joint dilates, breaks or softens by slip or has a cap: these are then left out at compile time.
     softening : bool or None
         None if no bond softens.
+    elastic : NamedTuple of arrays or None
+        None if no block has a strain and a curvature.
     load_factor : float
         Load factor of the movement.
     """
@@ -55,6 +64,18 @@ def contact_forces(tile, ground, special, softening, load_factor):
         drift = (tile.drift_x[i], tile.drift_y[i])
         turn_a, turn_b = tile.turn_a[i], tile.turn_b[i]
         opening, shear = midpoint_displacement((n_x, n_y), arm_a, arm_b, drift, turn_a, turn_b)
+        if elastic is not None:
+            strain_a, curvature_a, strain_b, curvature_b = (
+                tile.strain_a[i],
+                tile.curvature_a[i],
+                tile.strain_b[i],
+                tile.curvature_b[i],
+            )
+            opening += tile.rows_a[0, i] * strain_a + tile.rows_a[1, i] * curvature_a
+            opening += tile.rows_b[0, i] * strain_b + tile.rows_b[1, i] * curvature_b
+            shear += tile.rows_a[2, i] * strain_a + tile.rows_a[3, i] * curvature_a
+            shear += tile.rows_b[2, i] * strain_b + tile.rows_b[3, i] * curvature_b
+            turn_b += tile.rows_a[4, i] * curvature_a + tile.rows_b[4, i] * curvature_b
         parameters = of_lane(tile, i)
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         for k in range(tile.slip.shape[0]):
@@ -98,6 +119,11 @@ def contact_forces(tile, ground, special, softening, load_factor):
         tile.on_b[0, i] = -pull_x
         tile.on_b[1, i] = -pull_y
         tile.on_b[2, i] = -(total_n * arm_b[0] + total_s * arm_b[1] + total_m)
+        if elastic is not None:
+            tile.on_a[3, i] = -(tile.rows_a[0, i] * total_n + tile.rows_a[2, i] * total_s)
+            tile.on_a[4, i] = -(tile.rows_a[1, i] * total_n + tile.rows_a[3, i] * total_s + tile.rows_a[4, i] * total_m)
+            tile.on_b[3, i] = -(tile.rows_b[0, i] * total_n + tile.rows_b[2, i] * total_s)
+            tile.on_b[4, i] = -(tile.rows_b[1, i] * total_n + tile.rows_b[3, i] * total_s + tile.rows_b[4, i] * total_m)
 
 
 @kernel

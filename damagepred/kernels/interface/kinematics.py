@@ -1,7 +1,8 @@
 """Kinematics of interfaces: relative displacements from those of the bodies, and the transposed scatter of forces.
 
 An interface is a straight edge, so the opening along it is linear and the shear constant: both follow from three
-numbers (opening and shear at its middle, relative rotation). The contacts, its integration points, share them.
+numbers (opening and shear at its middle, relative rotation). The contacts, its integration points, share them. Elastic
+blocks add to the three by their strain and curvature; see ``damagepred.assembly.elastic_blocks``.
 """
 
 from damagepred.kernels.jit import law
@@ -28,6 +29,52 @@ def midpoint_displacement(normal, arm_a, arm_b, drift, turn_a, turn_b):
 
 
 @law
+def with_strains(elastic, displacement, i, opening, shear, turn):
+    """Add the part of elastic blocks to opening, shear (m) and relative rotation of interface i.
+
+    Parameters
+    ----------
+    elastic : NamedTuple of arrays or None
+        See ``damagepred.assembly.elastic_blocks.ElasticSides``; None if no block is elastic.
+    displacement : array (size,)
+        Of all degrees of freedom.
+    i : int
+        Interface.
+    opening, shear, turn : float
+        Of the rigid motion.
+    """
+    if elastic is not None:
+        for side in range(2):
+            dof = elastic.dof[i, side]
+            if dof >= 0:
+                strain, curvature, rows = displacement[dof], displacement[dof + 1], elastic.rows[i, side]
+                opening += rows[0, 0] * strain + rows[0, 1] * curvature
+                shear += rows[1, 0] * strain + rows[1, 1] * curvature
+                turn += rows[2, 1] * curvature
+    return opening, shear, turn
+
+
+@law
+def scatter_to_strains(elastic, i, normal, shear, moment, force):
+    """Add the forces of interface i on strain and curvature of its elastic blocks.
+
+    Parameters
+    ----------
+    elastic, i
+        As ``with_strains``.
+    normal, shear, moment, force
+        As ``scatter_interface_force``.
+    """
+    if elastic is not None:
+        for side in range(2):
+            dof = elastic.dof[i, side]
+            if dof >= 0:
+                rows = elastic.rows[i, side]
+                force[dof] -= rows[0, 0] * normal + rows[1, 0] * shear
+                force[dof + 1] -= rows[0, 1] * normal + rows[1, 1] * shear + rows[2, 1] * moment
+
+
+@law
 def interface_displacement(interfaces, displacement, i):
     """Return opening and shear (m) in the middle of interface i, and its relative rotation.
 
@@ -50,7 +97,7 @@ def interface_displacement(interfaces, displacement, i):
         turn_a,
         turn_b,
     )
-    return opening, shear, turn_b - turn_a
+    return with_strains(interfaces.elastic, displacement, i, opening, shear, turn_b - turn_a)
 
 
 @law
@@ -75,6 +122,7 @@ def scatter_interface_force(interfaces, i, normal, shear, moment, force):
     force[b] -= pull_x
     force[b + 1] -= pull_y
     force[b + 2] -= normal * interfaces.arm_normal_b[i] + shear * interfaces.arm_shear_b[i] + moment
+    scatter_to_strains(interfaces.elastic, i, normal, shear, moment, force)
 
 
 @law

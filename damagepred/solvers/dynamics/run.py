@@ -94,6 +94,10 @@ class DynamicRun:
         initial: State | None = None,
         options: DynamicsOptions = DEFAULTS,
     ) -> None:
+        if model.elastic is not None:
+            raise InputError(
+                "solver.blocks = 'elastic': not in runs in time; take 'rigid' or 'deformable' with [dynamics]"
+            )
         self.options = options
         self.model, self.dynamics, self.system = model, dynamics, DiscreteSystem.of(model)
         self.origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])

@@ -216,6 +216,7 @@ class ExplicitStepper:
             unbalanced_force_ratio=outcome.unbalanced_force_ratio,
             base_reaction=scheme.system.base_reaction(scheme.motion.force),
             collapsed=outcome.collapsed,
+            strain=scheme.system.strains(displacement),
             support_force=scheme.system.support_force(scheme.motion.force),
             zones=None if scheme.zones is None else scheme.zones.results(displacement),
             deflection=np.nan if model.deflection is None else float(model.deflection @ displacement),

@@ -68,6 +68,7 @@ class BlockTridiagonalSystem:
         model = self.model = system.model
         self.elastic, self.superelements, self.options = elastic, superelements, options
         self.kinematics = interface_kinematics(model)
+        self._first_strain, self._strain_stiffness = system.strain_dofs.start, system.strain_stiffness
         self.level = block_levels(system)
         self.level_of = level_of = self.level[system.block_of_dof]
         dofs = system.free_dofs
@@ -148,6 +149,10 @@ class BlockTridiagonalSystem:
             joining = np.concatenate((joining, self._bridges(k + 1)))
         assemble_level(joining, self.kinematics, stiffness, self.place, self.level_of, k, matrix)
         elastic = stiffness is self.elastic
+        if len(self._strain_stiffness):
+            own = self.dofs[self.start[k] : self.start[k + 1]] - self._first_strain
+            strains = np.flatnonzero(own >= 0)
+            matrix[strains, strains] += self._strain_stiffness[own[strains]]
         for d, own, place in self._superelements_of[k]:
             block = self.superelements.elastic[d] if elastic else self.superelement_stiffness[d]  # type: ignore[union-attr]
             matrix[place[:, None], place] += block.T if len(own) == len(block) else block[own[:, None], own].T

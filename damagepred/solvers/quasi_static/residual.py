@@ -123,6 +123,9 @@ class Residual:
             self.force,
             self.stiffness,
         )
+        if model.elastic is not None:
+            strains = self.system.strain_dofs
+            self.force[strains] -= self.system.strain_stiffness * displacement[strains]
         if superelements is not None:
             superelements.scatter_facet_forces(self.force)
             superelements.add_internal_forces(state.load, state.load_factor, displacement, state.plastic, self.force)
@@ -184,13 +187,14 @@ class Residual:
         What is condensed is elastic and in equilibrium with its loads f: it stores (f u - F u_e) / 2 with the force F
         and the displacements u_e on the last level in play.
         """
-        equations = self.equations
+        equations, moved, strains = self.equations, state.displacement, self.system.strain_dofs
+        # strain and curvature of elastic blocks that are not condensed
+        by_strain = 0.5 * float(self.system.strain_stiffness @ (moved[strains] ** 2 * self.free[strains]))
         if not self.condensed or self.superelements is not None:
-            return self._everything, 0.0
-        moved = state.displacement
+            return self._everything, by_strain
         hanging = equations.condensed_load_work(moved, state.load, state.load_factor)
         edge = equations.condensed_force(moved, state.load, state.load_factor) @ moved[equations.boundary_dofs]
-        return equations.active, 0.5 * (hanging - float(edge))
+        return equations.active, by_strain + 0.5 * (hanging - float(edge))
 
     def load_increment(self, load: float, load_factor: float) -> FloatArray:
         """Return the force increment of a step, with sliding joints as in the last equilibrium (N, N m).

@@ -142,6 +142,7 @@ class QuasiStaticStepper:
                 model.joint_parameters, history.cracked, history.kappa, sigma, tau
             ),
             last_stable_load_factor=path.last_stable_load_factor if outcome.collapsed else np.nan,
+            strain=path.equilibrium.system.strains(state.displacement),
             support_force=path.equilibrium.system.support_force(force),
             zones=None if superelements is None else superelements.zone_results(state.displacement, state.plastic),
             deflection=np.nan if model.deflection is None else float(model.deflection @ state.displacement),

@@ -66,6 +66,9 @@ class Increment(Residuals):
         Displacement x, y of the base of a dynamic run (m); that of the blocks is relative to it.
     searches : int
         Searches of a dynamic run for neighbouring blocks so far.
+    strain : array (n, 2) or None
+        Strain along its bed (elongation positive) and curvature (1/m, ends up positive) of each block, 0 of
+        rigid ones; None if no block is elastic.
     support_force : array (n, 3) or None
         Force of the supports on each block, x, y (N) and moment (N m); 0 where the block is free.
     zones : ZoneResults or None
@@ -96,6 +99,7 @@ class Increment(Residuals):
     time: float = float("nan")
     base: tuple[float, float] = (0.0, 0.0)
     searches: int = 0
+    strain: FloatArray | None = None
     support_force: FloatArray | None = None
     zones: ZoneResults | None = None
     deflection: float = float("nan")

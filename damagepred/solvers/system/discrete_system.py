@@ -18,7 +18,7 @@ from damagepred.solvers.system.deformable_blocks import (
     transformation_matrix,
     zone_stiffness,
 )
-from damagepred.solvers.system.interface_kinematics import body_kinematics
+from damagepred.solvers.system.interface_kinematics import body_kinematics, interface_kinematics
 from damagepred.solvers.system.options import DEFAULTS, ElasticSolutionOptions
 
 
@@ -88,14 +88,21 @@ class DiscreteSystem:
         block[: 3 * n] = np.repeat(np.arange(n), 3)
         if mesh is not None:
             block[mesh.dof_x] = block[mesh.dof_y] = mesh.gridpoint_block
+        if self.model.elastic is not None:
+            block[self.strain_dofs] = np.repeat(self.model.elastic.block, 2)
         return block
 
     @cached_property
     def arms(self) -> FloatArray:
-        """Arm (size,) that makes each degree of freedom a displacement: radii of gyration (m) of rotations, else 1."""
+        """Arm (size,) that makes each degree of freedom a displacement: radii of gyration (m) of rotations, else 1.
+
+        Strain and curvature of an elastic block have that at its ends: b/2 (m) and b^2/12 (m2).
+        """
         arms = np.ones(self.model.size)
-        blocks = self.model.blocks
+        blocks, elastic = self.model.blocks, self.model.elastic
         arms[2 : 3 * self.model.n_blocks : 3] = np.sqrt(blocks.polar / blocks.area)
+        if elastic is not None:
+            arms[self.strain_dofs] = np.column_stack((elastic.length / 2.0, elastic.length**2 / 12.0)).ravel()
         return arms
 
     @cached_property
@@ -103,7 +110,33 @@ class DiscreteSystem:
         """Residual force (size,) (N, N m) that counts as one mean block weight, or its share on an axis of symmetry."""
         scale = self.model.mean_block_weight * self.arms
         scale[: 3 * self.model.n_blocks] *= np.repeat(self.model.block_share, 3)
+        if self.model.elastic is not None:
+            scale[self.strain_dofs] *= np.repeat(self.model.block_share[self.model.elastic.block], 2)
         return scale
+
+    @property
+    def strain_dofs(self) -> slice:
+        """Strain and curvature of all elastic blocks; none where there are zones."""
+        return slice(3 * (self.model.n_blocks + 1) if self.model.mesh is None else self.model.size, None)
+
+    @cached_property
+    def strain_stiffness(self) -> FloatArray:
+        """Stiffness of elastic blocks against strain, E b h t (N m), and curvature, E b t h^3/12 (N m3), in turn."""
+        model, elastic = self.model, self.model.elastic
+        if elastic is None:
+            return np.empty(0)
+        law, block = model.block_law, elastic.block
+        axial = law.elastic_modulus[block] * law.thickness[block] * elastic.length * elastic.height
+        axial *= model.block_share[block]
+        return np.column_stack((axial, axial * elastic.height**2 / 12.0)).ravel()
+
+    def strains(self, displacement: FloatArray) -> FloatArray | None:
+        """Return strain and curvature (1/m) of each block (n, 2), 0 of rigid ones; None if no block is elastic."""
+        if self.model.elastic is None:
+            return None
+        strain = np.zeros((self.model.n_blocks, 2))
+        strain[self.model.elastic.block] = displacement[self.strain_dofs].reshape(-1, 2)
+        return strain
 
     # -- loads ----------------------------------------------------------------------------------------------------
 
@@ -168,6 +201,10 @@ class DiscreteSystem:
 
     def _assemble_stiffness(self, area: FloatArray) -> sparse.csc_array:
         joints = _joint_stiffness(self.model, area)
+        if self.model.elastic is not None:
+            strains = np.arange(self.model.size)[self.strain_dofs]
+            size = joints.shape
+            return (joints + sparse.coo_array((self.strain_stiffness, (strains, strains)), shape=size)).tocsc()
         if self.model.mesh is None:
             return joints
         transform = self._transformation[: joints.shape[0]]
@@ -264,14 +301,18 @@ class DiscreteSystem:
 
 
 def _joint_stiffness(model: Model, area: FloatArray) -> sparse.csc_array:
-    """Return the stiffness (3 bodies, 3 bodies) of the intact joints, whose contacts have areas (m, q) (m2)."""
+    """Return the stiffness of the intact joints, whose contacts have areas (m, q) (m2), between bodies and strains."""
     face, law = model.interfaces, model.properties
-    rows = body_kinematics(face)
+    size = 3 * model.n_bodies
+    if model.elastic is None:
+        rows = body_kinematics(face)
+        dof = np.concatenate((3 * face.body_a[:, None] + np.arange(3), 3 * face.body_b[:, None] + np.arange(3)), axis=1)
+    else:
+        (dof, rows), size = interface_kinematics(model), model.size
+        dof = np.maximum(dof, 0)  # no row belongs to what is not there
     opening = rows[:, None, 0] + face.contact_offset[:, :, None] * rows[:, None, 2]
     shear = np.repeat(rows[:, None, 1], opening.shape[1], axis=1)
     k_n, k_s = law.normal_stiffness[:, None] * area, law.shear_stiffness[:, None] * area
     blocks = np.einsum("mq,mqi,mqj->mij", k_n, opening, opening) + np.einsum("mq,mqi,mqj->mij", k_s, shear, shear)
-    dof = np.concatenate((3 * face.body_a[:, None] + np.arange(3), 3 * face.body_b[:, None] + np.arange(3)), axis=1)
     rows_of, columns_of = np.broadcast_to(dof[:, :, None], blocks.shape), np.broadcast_to(dof[:, None, :], blocks.shape)
-    size = 3 * model.n_bodies
     return sparse.coo_array((blocks.ravel(), (rows_of.ravel(), columns_of.ravel())), shape=(size, size)).tocsc()

@@ -13,13 +13,13 @@ from damagepred.solvers.system.deformable_blocks import facets_of
 
 
 class InterfaceKinematics(NamedTuple):
-    """For m interfaces, w degrees of freedom each: 6 in a wall of rigid blocks, 8 where any is deformable.
+    """For m interfaces, w degrees of freedom each: 6 with rigid blocks, 8 where any is deformable, 10 where elastic.
 
     Attributes
     ----------
     dof : array of int (m, w)
-        Degrees of freedom of side a, then of side b: three of a rigid block, x and y of the two gridpoints at the ends
-        of a facet; -1 where there are fewer.
+        Degrees of freedom of side a, then of side b: three of a rigid block, strain and curvature of an elastic one; or
+        x and y of the two gridpoints at the ends of a facet; -1 where there are fewer.
     rows : array (m, 3, w)
         Opening and shear at the middle, and relative rotation, for unit displacements of each.
     """
@@ -57,6 +57,10 @@ def interface_kinematics(model: Model) -> InterfaceKinematics:
         turn_x, turn_y = facets.turn_x[piece], facets.turn_y[piece]
         follow[:, 2] = np.stack((-turn_x, -turn_y, turn_x, turn_y), axis=-1)
         rows.swapaxes(1, 2)[~whole] = of_bodies.swapaxes(1, 2)[~whole] @ follow
+    if face.elastic is not None:
+        rows = np.concatenate((rows, face.elastic.rows.swapaxes(1, 2)), axis=3)
+        strain = face.elastic.dof[:, :, None]
+        dof = np.concatenate((dof, strain, np.where(strain < 0, -1, strain + 1)), axis=2)
     count = len(face.kind)
     width = 2 * dof.shape[2]
     return InterfaceKinematics(dof.reshape(count, width), np.ascontiguousarray(rows.reshape(count, 3, width)))

@@ -14,6 +14,22 @@ from damagepred.assembly.section import SectionMemory, Sections
 from damagepred.kernels.explicit.tiles import LANES, aligned_zeros, ground_type, tile_type
 from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.solvers.state.joint_history import JointHistory
+from damagepred.solvers.system.discrete_system import DiscreteSystem
+
+
+class PackedStrains(NamedTuple):
+    """Blocks with a strain and a curvature, d of them.
+
+    Attributes
+    ----------
+    block : array of int (d,)
+        Number of each.
+    stiffness : array (2 d,)
+        Of strain (N m) and curvature (N m3) in turn.
+    """
+
+    block: IntArray
+    stiffness: FloatArray
 
 
 class PackedJoints(NamedTuple):
@@ -31,6 +47,8 @@ class PackedJoints(NamedTuple):
         ``position[first[j]:first[j + 1]]`` is where ``contributions`` holds the forces on body j.
     lane : array of int (m,)
         Place of each interface: tile * LANES + lane.
+    elastic : PackedStrains or None
+        None if no block is elastic.
     """
 
     tiles: NDArray[Any]
@@ -39,6 +57,7 @@ class PackedJoints(NamedTuple):
     first: NDArray[np.uint64]
     position: NDArray[np.uint64]
     lane: IntArray
+    elastic: PackedStrains | None
 
 
 class PackedSections(NamedTuple):
@@ -89,7 +108,7 @@ def pack_joints(model: Model) -> PackedJoints:
     inner_tiles, ground_tiles = -(-(count - on_ground) // LANES), -(-on_ground // LANES)
     lane = np.arange(count)
     lane[count - on_ground :] += inner_tiles * LANES - (count - on_ground)
-    tiles = aligned_zeros(inner_tiles + ground_tiles, tile_type(points))
+    tiles = aligned_zeros(inner_tiles + ground_tiles, tile_type(points, model.elastic is not None))
     ground = aligned_zeros(ground_tiles, ground_type(points))
 
     tiles["dof_a"] = tiles["dof_b"] = 3 * model.n_blocks
@@ -111,11 +130,23 @@ def pack_joints(model: Model) -> PackedJoints:
         put(tiles["contact_area"], lane[here], np.zeros((len(here), points)))
     for name in JointParameters._fields:
         put(tiles[name], lane, model.joint_parameters[name])
-    packed = PackedJoints(tiles, ground, tiles.view(np.float64), *_incidence(model, tiles.dtype, lane), lane)
+    incidence, elastic = _incidence(model, tiles.dtype, lane), _pack_strains(model, tiles, lane)
+    packed = PackedJoints(tiles, ground, tiles.view(np.float64), *incidence, lane, elastic)
     move_ground(packed, model.ground, 0.0, 1.0)
     if law.gap.any():
         set_history(packed, JointHistory.fresh(model))
     return packed
+
+
+def _pack_strains(model: Model, tiles: NDArray[Any], lane: IntArray) -> PackedStrains | None:
+    """Fill in the tiles how elastic blocks move the interfaces; return these blocks, None if there are none."""
+    sides = model.interfaces.elastic
+    if model.elastic is None or sides is None:
+        return None
+    for number, side in enumerate("ab"):
+        put(tiles[f"strain_dof_{side}"], lane, np.maximum(sides.dof[:, number], 0))  # no row belongs to rigid sides
+        put(tiles[f"rows_{side}"], lane, np.delete(sides.rows[:, number].reshape(-1, 6), 4, axis=1))
+    return PackedStrains(model.elastic.block, DiscreteSystem.of(model).strain_stiffness)
 
 
 def move_ground(joints: PackedJoints, movement: GroundMovement, start: float, end: float) -> None:
