@@ -40,6 +40,9 @@ def test_an_assembly_of_the_wall_s_bricks_is_the_wall():
     for part in ("interfaces", "properties", "ground.full", "joints"):
         found, expected = (attrgetter(part)(model) for model in (mine, template))
         for name, value in expected._asdict().items():
+            if value is None:
+                assert getattr(found, name) is None
+                continue
             np.testing.assert_allclose(getattr(found, name), value, rtol=1e-12, atol=1e-15, err_msg=name)
     np.testing.assert_allclose(mine.supports.load, template.supports.load, rtol=1e-12, atol=1e-12)
     assert mine.span == pytest.approx(2.4)
@@ -201,6 +204,8 @@ def test_ten_kilometres_away_the_wall_is_the_same(shift: tuple[float, float]):
     first, second = near.build(), far.build()
     for part, tolerance in (("interfaces", 1e-9), ("joints", 1e-9)):
         for name, value in getattr(first, part)._asdict().items():
+            if value is None:
+                continue
             moved = {"x": shift[0], "y": shift[1]}.get(name, 0.0)
             np.testing.assert_allclose(
                 getattr(getattr(second, part), name), value + moved, atol=tolerance, err_msg=name

@@ -1,0 +1,131 @@
+"""Bricks that stretch and bend (``[solver] blocks = "elastic"``)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from damagepred import Assembly, InputError, Scene, solve
+from damagepred.assembly.assembly import rectangle
+from damagepred.pipeline import model_of
+from damagepred.scene import BlockMaterial, Joint, Solver
+from damagepred.solvers import solve_path
+from damagepred.solvers.system.discrete_system import DiscreteSystem
+
+E, B, H, T = 9e9, 0.24, 0.075, 0.11
+PLATE = 0.1  # length of a plate, half of which is lumped into the joint on either side
+
+
+def scene(**tables: dict[str, Any]) -> Scene:
+    base: dict[str, dict[str, Any]] = {
+        "wall": {"length": 1.92, "height": 0.75},
+        "dpc": {"course": 1},
+        "joint": {"tensile_strength": 0.2e6, "cohesion": 0.3e6},
+        "movement": {"kind": "dishing", "central_deflection": 2e-3, "increments": 4},
+        "solver": {"blocks": "elastic"},
+    }
+    return Scene.from_dict({name: base.get(name, {}) | tables.get(name, {}) for name in base | tables})
+
+
+def strip(angle: float = 0.0, **joint: float) -> tuple[Assembly, list[int]]:
+    """One elastic brick between two held plates, turned by an angle."""
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    wall = Assembly(
+        thickness=T,
+        gravity=(0.0, 0.0),
+        joint=Joint(tensile_strength=1e9, cohesion=1e9, friction=0.5, **joint),
+        block=BlockMaterial(elastic_modulus=E),
+    )
+    corners = [rectangle(-PLATE, 0.0, 0.0, H), rectangle(0.0, 0.0, B, H), rectangle(B, 0.0, B + PLATE, H)]
+    plates = [wall.add_block(np.array(box) @ turn.T) for box in corners]
+    for plate in (0, 2):
+        wall.support(plates[plate])
+    return wall, plates
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4])
+def test_a_brick_stretches_as_a_bar_in_series_with_its_joints(angle: float) -> None:
+    wall, (_, brick, right) = strip(angle)
+    pull = 1e-5
+    wall.move(right, x=pull * np.cos(angle), y=pull * np.sin(angle))
+    model = wall.build(Solver(blocks="elastic"))
+    *_, end = solve_path(model, Solver(blocks="elastic"), 1)
+    stress = pull / (2 / 82e9 + (B + PLATE) / E)
+    assert end.strain is not None
+    assert end.strain[brick, 0] == pytest.approx(stress / E, rel=1e-9)
+    np.testing.assert_allclose(end.normal_stress, stress, rtol=1e-9)
+
+
+def test_a_brick_bends_as_a_beam_in_series_with_its_joints() -> None:
+    wall, (left, brick, right) = strip()
+    turn = 1e-4
+    wall.move(left, rotation=-turn)
+    wall.move(right, rotation=turn)
+    model = wall.build(Solver(blocks="elastic"))
+    *_, end = solve_path(model, Solver(blocks="elastic"), 1)
+    second_moment = T * H**3 / 12
+    moment = 2 * turn / (2 / (82e9 * second_moment) + (B + PLATE) / (E * second_moment))
+    assert end.strain is not None
+    assert end.strain[brick, 1] == pytest.approx(moment / (E * second_moment), rel=1e-9)
+    # the plates turn about their middles, and the ends of the brick go up against its mean
+    down = turn * PLATE / 2 + end.strain[brick, 1] * B**2 / 12
+    assert end.displacement[brick, 1] == pytest.approx(-down, rel=1e-9)
+
+
+def test_only_rectangles_that_are_not_held_are_elastic() -> None:
+    wall, (_, brick, _) = strip()
+    other = wall.add_block([(0.0, H), (B, H), (B / 2, 2 * H)])
+    model = wall.build(Solver(blocks="elastic"))
+    assert model.elastic is not None
+    assert model.elastic.block.tolist() == [brick]
+    assert model.size == 3 * (other + 2) + 2
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        {},
+        {"dpc": {"course": 2}, "movement": {"kind": "doming"}},
+        {"wall": {"bond": "stack"}},
+        {"movement": {"shape": "mound"}, "mound": {"surface_movement": 5e-3}},
+    ],
+    ids=["dishing", "doming", "stack", "mound"],
+)
+def test_half_of_a_symmetric_wall_is_the_whole(tables: dict[str, dict[str, Any]]) -> None:
+    always = {"symmetry": {"small_wall": 0}}
+    settings = ({"blocks": "elastic", "symmetric_half": half, "advanced": always} for half in (True, False))
+    found = [solve(scene(**tables, solver=solver)) for solver in settings]
+    for name in ("block_strain", "block_curvature", "contact_normal_stress", "contact_opening", "block_rotation"):
+        half, whole = (ds[name].values for ds in found)
+        np.testing.assert_allclose(half, whole, atol=1e-6 * np.abs(whole).max())
+
+
+def test_explicit_solver_gives_the_same() -> None:
+    settings = ({"method": "quasi_static"}, {"method": "explicit", "tolerance": 1e-4})
+    strong = {"tensile_strength": 1e6, "cohesion": 1e6}
+    quasi, explicit = (solve(scene(solver={"blocks": "elastic"} | more, joint=strong)) for more in settings)
+    for name in ("dpc_opening_max", "block_strain", "block_curvature"):
+        np.testing.assert_allclose(explicit[name], quasi[name], atol=1e-3 * float(np.abs(quasi[name]).max()))
+
+
+def test_self_weight_does_no_work_on_the_strains() -> None:
+    ds = solve(scene(joint={"tensile_strength": 1e6, "cohesion": 1e6}, dpc={"course": 1}))
+    rigid = solve(scene(solver={"blocks": "rigid"}, joint={"tensile_strength": 1e6, "cohesion": 1e6}))
+    assert np.abs(ds["block_strain"][0]).max() < 1e-9
+    np.testing.assert_allclose(ds["base_reaction"], rigid["base_reaction"], rtol=1e-9)
+
+
+def test_energy_is_balanced() -> None:
+    ds = solve(scene(joint={"tensile_strength": 1e6, "cohesion": 1e6}))
+    assert ds.attrs["energy_error_share"] < 0.02
+    model = model_of(scene())
+    system = DiscreteSystem.of(model)
+    stiffness = system.elastic_stiffness
+    assert abs(stiffness - stiffness.T).max() < 1e-6 * abs(stiffness).max()
+
+
+def test_a_run_in_time_is_refused() -> None:
+    with pytest.raises(InputError, match="elastic"):
+        solve(scene(dynamics={"duration": 0.1}))
