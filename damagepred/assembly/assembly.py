@@ -500,7 +500,11 @@ class Assembly:
         tolerance = 1e-6 * float(np.sqrt(blocks.area.min()))
         refuse_overlaps(blocks.vertices, blocks.first_vertex, tolerance)
         mesh = mesh_of(self._polygons, self._zone_sizes(settings, deformable))
-        elastic = elastic_blocks(self._polygons, self._are_elastic(settings, mesh))
+        elastic = elastic_blocks(
+            self._polygons,
+            self._are_elastic(settings, mesh),
+            [self._block_materials[number].poisson_ratio for number in self._block_material],
+        )
         outline, first_vertex, facet = outlines(blocks, mesh)
         shared = shared_edges(outline, first_vertex, tolerance)
         grounded, resting = self._ground_edges(outline, first_vertex)

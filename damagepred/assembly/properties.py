@@ -117,7 +117,8 @@ def lump_block_elasticity(
     soft : int, optional
         Number of blocks, the first ones, whose elasticity counts; by default all.
     elastic : ElasticBlocks, optional
-        Blocks that stretch by themselves along their axis: there they add nothing to the normal stiffness.
+        Blocks that stretch by themselves: they add nothing to their head joints, see
+        ``damagepred.assembly.elastic_blocks``.
     """
     normal = np.column_stack((interfaces.normal_x, interfaces.normal_y))
     soft_n = 1.0 / properties.normal_stiffness
@@ -131,9 +132,15 @@ def lump_block_elasticity(
             interfaces.normal_x * (interfaces.x - blocks.x[number])
             + interfaces.normal_y * (interfaces.y - blocks.y[number])
         )
-        lumped = is_block if elastic is None else is_block & ~elastic.along(side, normal)
-        soft_n = soft_n + np.where(lumped, depth / modulus[material[number]], 0.0)
-        soft_s = soft_s + np.where(is_block, depth / shear[material[number]], 0.0)
+        flexible, slack = depth / modulus[material[number]], depth / shear[material[number]]
+        if elastic is not None:
+            stretch = elastic.number[side]
+            ratio = np.where(stretch >= 0, elastic.poisson_ratio[stretch], 0.0)
+            head = elastic.along(side, normal)
+            flexible = np.where(head, 0.0, (1.0 - ratio**2) * flexible)
+            slack = np.where(head, 0.0, slack)
+        soft_n = soft_n + np.where(is_block, flexible, 0.0)
+        soft_s = soft_s + np.where(is_block, slack, 0.0)
     return properties._replace(normal_stiffness=1.0 / soft_n, shear_stiffness=1.0 / soft_s)
 
 

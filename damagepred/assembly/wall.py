@@ -106,13 +106,14 @@ def _geometry(
     found: Foundation | None,
     deformable: frozenset[int] | None,
     no_tension: frozenset[ContactKind],
+    poisson_ratio: float,
 ) -> WallGeometry:
     dpc = None if dpc_course is None else Dpc(course=dpc_course)
     # the movement says nothing about the bricks; its default is too much for a short wall
     still = Movement(central_deflection=0.0)
     scene = Scene(wall=wall, opening=opening, control_joint=control_joint, dpc=dpc, movement=still)
     bricks = lay_bricks(scene)
-    assembly = Assembly(thickness=wall.thickness)
+    assembly = Assembly(thickness=wall.thickness, block=BlockMaterial(poisson_ratio=poisson_ratio))
     for number, brick in enumerate(bricks):
         corners = rectangle(brick.left, brick.bottom, brick.right, brick.top)
         chosen = None if deformable is None else number in deformable
@@ -188,7 +189,9 @@ def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> WallGeome
     # a gap's width shapes nothing
     joints = tuple(replace(joint, width=0.0) for joint in scene.control_joint)
     found, bare = foundation(scene), _no_tension(scene)
-    return _geometry(scene.wall, scene.opening, joints, course, meshing, found, deformable, bare)
+    # how elastic bricks contract, which shapes their sides
+    ratio = scene.block.poisson_ratio if "elastic" in (meshing.blocks, meshing.above_dpc, meshing.below_dpc) else 0.0
+    return _geometry(scene.wall, scene.opening, joints, course, meshing, found, deformable, bare, ratio)
 
 
 def _no_tension(scene: Scene) -> frozenset[ContactKind]:
