@@ -12,7 +12,7 @@ from damagepred.scene import BlockMaterial, Footing, Joint, Movement, Rig, Scene
 from damagepred.solvers import solve_path
 from damagepred.solvers.explicit.stepper import ExplicitStepper
 from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.system.detached_blocks import detached_blocks
+from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism
 
 METHODS = pytest.mark.parametrize("method", ["quasi_static", "explicit"])

@@ -23,7 +23,7 @@ from damagepred.solvers.dynamics.facets import facet_bodies
 from damagepred.solvers.dynamics.gridpoints import gridpoint_arrays, results_of_zones
 from damagepred.solvers.dynamics.options import DEFAULTS
 from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
-from damagepred.solvers.system.detached_blocks import DetachmentLimit, largest_elastic_displacement
+from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, section_lengths, support_loads
 from damagepred.solvers.system.zero_support_load import least_support_load
 from tests.verification.test_energy_accounts import ONE_STEP, softening_work

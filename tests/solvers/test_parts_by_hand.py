@@ -26,7 +26,7 @@ from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.step_control import EnergyControl
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.zone_history import zone_results
-from damagepred.solvers.system.detached_blocks import largest_elastic_displacement
+from damagepred.solvers.system.collapse_criterion import largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_response_of
 from damagepred.solvers.time_stepping.jack_servo import Pump

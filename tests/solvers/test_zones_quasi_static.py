@@ -12,7 +12,10 @@ from damagepred.enumerations import ZoneState
 from damagepred.pipeline import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Solver
 from damagepred.solvers import solve_path
+from damagepred.solvers.driver import Outcome
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
+from damagepred.solvers.quasi_static.step_control import EnergyControl, StepControl
+from damagepred.solvers.quasi_static.stepper import QuasiStaticStepper
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.state.zone_history import exceeds_yield_limit
@@ -123,6 +126,31 @@ def test_both_solvers_agree(material: BlockMaterial, plane: str) -> None:
     if yields:
         assert found[-1].energy.plastic_work > 0.1
     assert found[-1].energy.energy_error < 0.02 * found[-1].energy.external_work
+
+
+@pytest.mark.parametrize("leave", ["refused step", "checkpoint"])
+def test_zone_states_return_with_the_state_of_the_wall(leave: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    stepper = QuasiStaticStepper(panel(WEAK).build(QUASI), QUASI)
+    path = stepper.path
+
+    def zone_state() -> list[int]:
+        zones = stepper.report(Outcome(0.0, True, False)).zones
+        assert zones is not None
+        return zones.state.tolist()
+
+    path.advance(1.0, 0.5)
+    before, checkpoint = zone_state(), stepper.checkpoint()
+    if leave == "checkpoint":
+        path.advance(1.0, 1.0)
+        assert zone_state() != before
+        stepper.restore(checkpoint)
+    else:
+        trial = path.state.at(1.0, 0.6)
+        assert path.equilibrium.find(trial) < path.tolerance
+        control = StepControl.start(path.state, (1.0, 1.0), path.options, False)
+        monkeypatch.setattr(EnergyControl, "next_length", lambda *_: 0.0)
+        assert not path._commit_within_energy_error(trial, 1.0, False, control)
+    assert zone_state() == before
 
 
 def test_forces_are_the_slope_of_what_the_blocks_push_back_also_where_they_yield() -> None:

@@ -42,8 +42,8 @@ from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequ
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.wall_state import State
+from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.deformable_blocks import at_gridpoints
-from damagepred.solvers.system.detached_blocks import detached_blocks
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.time_stepping.tiles import needs_full_law, needs_softening
 from damagepred.time_limit import check_time

@@ -16,9 +16,9 @@ from damagepred.solvers.driver import Bracket, Outcome, follow_movement
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import contact_states, fields_of
-from damagepred.solvers.system.detached_blocks import detached_blocks
+from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
-from damagepred.solvers.system.loading_stages import supported_after_load, supported_during_load
+from damagepred.solvers.system.loading_stages import activate_deferred_supports, supported_during_load
 from damagepred.solvers.system.zero_support_load import least_support_load
 from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism, with_lasting_bonds
 from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
@@ -77,7 +77,9 @@ class ExplicitStepper:
     def support_after_load(self) -> None:
         """Continue from the present state with the supports that act after the dead load."""
         before = self.scheme
-        self.scheme = DampedTimeStepping(supported_after_load(self.model, before.motion.displacement), self.settings)
+        self.scheme = DampedTimeStepping(
+            activate_deferred_supports(self.model, before.motion.displacement), self.settings
+        )
         self.scheme.broken_at[:] = before.broken_at
         self.scheme.restore(*before.checkpoint())
 

@@ -35,7 +35,7 @@ from damagepred.solvers.quasi_static.step_control import (
 )
 from damagepred.solvers.state.joint_history import JointHistory, without_bond
 from damagepred.solvers.state.wall_state import State
-from damagepred.solvers.system.detached_blocks import detached_blocks
+from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
 from damagepred.solvers.system.loading_stages import (
     unilateral_supports,
@@ -228,7 +228,7 @@ class Continuation:
             commit_sections(model.sections, state.sections, model.interfaces, state.displacement)
         superelements, yielding = self.equilibrium.superelements, 0.0
         if superelements is not None:
-            yielding = superelements.commit(state.displacement, state.plastic)
+            yielding = superelements.commit(state)
         dissipation = Dissipation(friction, crushing, yielding)
         condensed = self.equilibrium.condensed_energy(state)
         self.balance.add(
@@ -411,7 +411,9 @@ class Continuation:
         equilibrium, supports = self.equilibrium, self.model.supports
         load_increment = equilibrium.load_increment(target[0] - state.load, target[1] - state.load_factor)
         ahead = replace(state, load=target[0], load_factor=target[1], displacement=state.displacement.copy())
-        step, _ = equilibrium.solve(equilibrium.tangent, load_increment, equilibrium.gap(ahead, state.displacement))
+        step, _ = equilibrium.solve(
+            equilibrium.tangent, load_increment, equilibrium.missing_deflection(ahead, state.displacement)
+        )
         ahead.displacement += step
         ahead.displacement[supports.prescribed] = supports.displacement(ahead.load_factor)
         equilibrium.complete(ahead)
@@ -459,7 +461,7 @@ class Continuation:
             if ratio < self.tolerance:
                 resting.displacement[:] = found
                 return resting, ratio
-            if abs(equilibrium.gap(resting, found)) > options.fallback_deflection_tolerance:
+            if abs(equilibrium.missing_deflection(resting, found)) > options.fallback_deflection_tolerance:
                 # stick-slip does not excuse a missing deflection
                 ratio = max(ratio, options.fallback_residual_tolerance)
             if ratio < least:

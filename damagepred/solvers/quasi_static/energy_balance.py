@@ -167,7 +167,7 @@ class EnergyBalance:
         )
         stored += condensed_energy
         if superelements is not None:
-            stored += superelements.elastic_energy(state.displacement, state.plastic)
+            stored += superelements.elastic_energy(state)
         if model.sections is not None:
             response = section_response_of(model, state.sections, state.displacement)
             section_stored, section_work = section_energy(model, response, self._sections)

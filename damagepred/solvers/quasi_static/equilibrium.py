@@ -35,7 +35,7 @@ class Equilibrium(Residual):
         ----------
         state : State
             Its displacement is that of the last equilibrium, and becomes that of this one.
-        start : array (3 (n + 1),), optional
+        start : array (size,), optional
             Other start of the iteration.
         near : bool
             Whether to try Newton's method alone.

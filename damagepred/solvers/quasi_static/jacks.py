@@ -61,7 +61,7 @@ class JackControl:
             return found
         return self.level_load + load_factor * (self.load - self.level_load)
 
-    def gap(self, load_factor: float, displacement: FloatArray) -> float:
+    def missing_deflection(self, load_factor: float, displacement: FloatArray) -> float:
         """Return the missing deflection (m); 0 where the load is given.
 
         Parameters
@@ -73,18 +73,20 @@ class JackControl:
         """
         return 0.0 if self.by_load else load_factor * self.goal - float(self.weights @ displacement)
 
-    def step(self, alone: FloatArray, by_push: FloatArray, gap: float) -> tuple[FloatArray, float]:
-        """Return the step of displacements and load that balances forces and reaches the deflection.
+    def bordered_step(
+        self, residual_response: FloatArray, push_response: FloatArray, missing_deflection: float
+    ) -> tuple[FloatArray, float]:
+        """Solve the bordered system K du - p dq = r, w du = missing deflection, for displacements du and load dq.
 
         Parameters
         ----------
-        alone, by_push : array (size,)
-            Displacements by the unbalanced forces, and by unit loads of the jacks.
-        gap : float
-            Deflection that is missing (m).
+        residual_response, push_response : array (size,)
+            K^-1 r of the residual force r, and K^-1 p of unit loads p of the jacks.
+        missing_deflection : float
+            Residual of the constraint (m).
         """
-        per_load = float(self.weights @ by_push)
-        if not per_load > 0.0:  # the jacks lift nothing: leave the load as it is
-            return alone, 0.0
-        more = (gap - float(self.weights @ alone)) / per_load
-        return alone + more * by_push, more
+        deflection_per_load = float(self.weights @ push_response)
+        if not deflection_per_load > 0.0:  # the jacks lift nothing: leave the load as it is
+            return residual_response, 0.0
+        jack_step = (missing_deflection - float(self.weights @ residual_response)) / deflection_per_load
+        return residual_response + jack_step * push_response, jack_step

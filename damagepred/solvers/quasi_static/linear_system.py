@@ -192,7 +192,7 @@ class BlockTridiagonalSystem:
         ----------
         active_levels : int
             Number of active levels, from the ground on.
-        load, live_load : array (3 (n + 1),)
+        load, live_load : array (size,)
             Dead and live load at load factor 1 (N, N m); None: no live load.
 
         Returns

@@ -13,7 +13,7 @@ from damagepred.time_limit import check_time
 def newton(problem: Residual, state: State, start: FloatArray) -> tuple[FloatArray, float]:
     """Newton's method with backtracking on the Coulomb law; return the best iterate and its unbalanced force ratio.
 
-    The first iterations are undamped: active sets of contacts often settle although the residual grows.
+    The first iterations are undamped: active sets of contacts often stabilise although the residual grows.
 
     Parameters
     ----------
@@ -39,24 +39,24 @@ def newton(problem: Residual, state: State, start: FloatArray) -> tuple[FloatArr
         if diverging >= options.early_divergence_iterations and near:
             break
         check_time()
-        step, more = problem.solve(problem.stiffness, force, problem.gap(state, u))
-        before, share, last = ratio, 1.0, state.jack
-        state.jack = last + more
+        step, jack_step = problem.solve(problem.stiffness, force, problem.missing_deflection(state, u))
+        before, step_length, last = ratio, 1.0, state.jack
+        state.jack = last + jack_step
         force, ratio = problem.residual(state, u + step)
-        while share > options.minimum_step and (
+        while step_length > options.minimum_step and (
             (ratio > before and taken >= options.undamped_iterations) or ratio == np.inf
         ):
             # active sets that alternate: backtracking
-            share *= 0.5
-            state.jack = last + share * more
-            force, ratio = problem.residual(state, u + share * step)
+            step_length *= 0.5
+            state.jack = last + step_length * jack_step
+            force, ratio = problem.residual(state, u + step_length * step)
         if not ratio < options.divergence_ratio * max(first, 1.0):
             break
-        u = u + share * step
-        cycles = abs(ratio - least) <= options.stagnation_tolerance * least
+        u = u + step_length * step
+        stagnates = abs(ratio - least) <= options.stagnation_tolerance * least
         if ratio < least:
             best, least, load = u, ratio, state.jack
-        if cycles and ratio >= problem.tolerance:
+        if stagnates and ratio >= problem.tolerance:
             break
     state.jack = load
     if problem.has_diverged(state, best):

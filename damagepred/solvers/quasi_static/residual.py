@@ -18,7 +18,7 @@ from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import State
-from damagepred.solvers.system.detached_blocks import DetachmentLimit, largest_elastic_displacement
+from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
@@ -52,13 +52,13 @@ class Residual:
         shape = model.interfaces.contact_area.shape
         self.force = np.zeros(self.dead_load.size)
         self.stiffness = np.zeros((shape[0], 9))
-        everything = self._everything = np.arange(shape[0])
+        all_interfaces = self._all_interfaces = np.arange(shape[0])
         self._in_section = np.zeros(shape[0], dtype=np.bool_)
         if model.sections is not None:
             self._in_section[model.sections.interface] = True
         self.tresca = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
         rest = State.rest(model)
-        self._joint_forces(everything, rest, rest.displacement, coulomb=False)
+        self._joint_forces(all_interfaces, rest, rest.displacement, coulomb=False)
         self.stiffness[model.properties.gap > 0.0] = 0.0  # until it closes
         self.tangent = self.stiffness.copy()
         self.equations = BlockTridiagonalSystem(
@@ -68,19 +68,21 @@ class Residual:
         supports = model.supports
         moves = supports.prescribed_displacement != 0.0
         # forces inside deformable blocks may depend on the load factor
-        self._stands_still = self.superelements is None and not (moves.any() or model.ground.moves)
-        self._moved = everything[:0] if self._stands_still else self._interfaces_of(self._blocks_of(moves))
+        self._no_imposed_movement = self.superelements is None and not (moves.any() or model.ground.moves)
+        self._moving_interfaces = (
+            all_interfaces[:0] if self._no_imposed_movement else self._interfaces_of(self._blocks_of(moves))
+        )
         # condensed courses have fixed supports
         displaced = self._blocks_of(moves | (supports.start != 0.0))
-        self._nearest = 0
+        self._farthest_displaced_level = 0
         if displaced.size:
             beside = self._interfaces_of(displaced, ground=False)
-            self._nearest = int(self.equations.interface_level[beside].max(initial=0))
+            self._farthest_displaced_level = int(self.equations.interface_level[beside].max(initial=0))
         self.store_tangent(rest, rest.displacement)
         self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
         self.free[self.equations.dofs] = True
         self._detachment_limit = DetachmentLimit.of(model)
-        self._begun_at = float(np.abs(supports.start).max(initial=0.0))
+        self._initial_support_displacement = float(np.abs(supports.start).max(initial=0.0))
 
     def _blocks_of(self, prescribed: BoolArray) -> IntArray:
         """Return the blocks of some prescribed degrees of freedom."""
@@ -153,8 +155,10 @@ class Residual:
         if self.superelements is not None:
             ratio = max(ratio, self.superelements.largest_block_resultant(force) / self.weight)
         if coulomb and self.jacks is not None:
-            gap = abs(self.gap(state, displacement)) / self.options.jacks.deflection_tolerance * self.tolerance
-            ratio = max(ratio, gap if np.isfinite(gap) else np.inf)
+            # the constraint on the deflection, so scaled that both tolerances are met together
+            missing = abs(self.missing_deflection(state, displacement))
+            constraint = missing / self.options.jacks.deflection_tolerance * self.tolerance
+            ratio = max(ratio, constraint if np.isfinite(constraint) else np.inf)
         return force, ratio
 
     def _loads(self, state: State) -> None:
@@ -163,7 +167,7 @@ class Residual:
         if self.jacks is not None:
             self.force += state.jack * self.jacks.push
 
-    def gap(self, state: State, displacement: FloatArray) -> float:
+    def missing_deflection(self, state: State, displacement: FloatArray) -> float:
         """Return the missing deflection of jacks whose deflection is given (m).
 
         Parameters
@@ -173,28 +177,28 @@ class Residual:
         displacement : array (size,)
             Of all degrees of freedom.
         """
-        return 0.0 if self.jacks is None else self.jacks.gap(state.load_factor, displacement)
+        return 0.0 if self.jacks is None else self.jacks.missing_deflection(state.load_factor, displacement)
 
     def forces(self, state: State) -> FloatArray:
         """Return the force of joints and loads on all degrees of freedom, prescribed and condensed ones included."""
         self._loads(state)
-        self._joint_forces(self._everything, state, state.displacement, coulomb=True)
+        self._joint_forces(self._all_interfaces, state, state.displacement, coulomb=True)
         return self.force
 
     def condensed_energy(self, state: State) -> tuple[IntArray, float]:
-        """Return the interfaces whose energy is to be counted one by one, and what all others store (J).
+        """Return the active interfaces, and the elastic energy of condensed levels and of strained elastic blocks (J).
 
-        What is condensed is elastic and in equilibrium with its loads f: it stores (f u - F u_e) / 2 with the force F
-        and the displacements u_e on the last level in play.
+        Condensed levels are in equilibrium with their loads f: they store (f u - F u_b) / 2 with the force F and the
+        displacements u_b on the boundary level. With deformable blocks all interfaces are returned.
         """
-        equations, moved, strains = self.equations, state.displacement, self.system.strain_dofs
+        equations, u, strains = self.equations, state.displacement, self.system.strain_dofs
         # strain and curvature of elastic blocks that are not condensed
-        by_strain = 0.5 * float(self.system.strain_stiffness @ (moved[strains] ** 2 * self.free[strains]))
+        by_strain = 0.5 * float(self.system.strain_stiffness @ (u[strains] ** 2 * self.free[strains]))
         if not self.condensed or self.superelements is not None:
-            return self._everything, by_strain
-        hanging = equations.condensed_load_work(moved, state.load, state.load_factor)
-        edge = equations.condensed_force(moved, state.load, state.load_factor) @ moved[equations.boundary_dofs]
-        return equations.active, by_strain + 0.5 * (hanging - float(edge))
+            return self._all_interfaces, by_strain
+        load_work = equations.condensed_load_work(u, state.load, state.load_factor)
+        boundary_work = equations.condensed_force(u, state.load, state.load_factor) @ u[equations.boundary_dofs]
+        return equations.active, by_strain + 0.5 * (load_work - float(boundary_work))
 
     def load_increment(self, load: float, load_factor: float) -> FloatArray:
         """Return the force increment of a step, with sliding joints as in the last equilibrium (N, N m).
@@ -221,7 +225,7 @@ class Residual:
         """
         displacement = state.displacement if displacement is None else displacement
         allowed = self._detachment_limit.at(state.load_factor)
-        limit = self._begun_at + self.options.newton.divergence_displacement * allowed
+        limit = self._initial_support_displacement + self.options.newton.divergence_displacement * allowed
         if within_limit(displacement, self.free, self.arms, limit):
             return False
         limit += 2.0 * largest_elastic_displacement(self.model, state.load_factor)
@@ -241,7 +245,7 @@ class Residual:
         """
         self.tangent[self.equations.active] = self.stiffness[self.equations.active]
         self.rate = self.live_load.copy()
-        if not self._stands_still:
+        if not self._no_imposed_movement:
             self.rate += self._joint_rate(state, displacement)
         if self.jacks is not None and self.jacks.by_load:
             self.rate += (self.jacks.load_at(1.0, 0.0) - self.jacks.load_at(0.0, 0.0)) * self.jacks.push
@@ -249,16 +253,16 @@ class Residual:
     def _joint_rate(self, state: State, displacement: FloatArray) -> FloatArray:
         """Return the force per load factor of moving ground and supports, by a forward difference."""
         supports, step = self.model.supports, self.options.newton.finite_difference_step
-        nudged = replace(state, load_factor=state.load_factor + step, displacement=displacement.copy())
-        nudged.displacement[supports.prescribed] += step * supports.prescribed_displacement
+        perturbed = replace(state, load_factor=state.load_factor + step, displacement=displacement.copy())
+        perturbed.displacement[supports.prescribed] += step * supports.prescribed_displacement
         self.force[:] = 0.0
-        self._joint_forces(self._moved, state, displacement, coulomb=True)
+        self._joint_forces(self._moving_interfaces, state, displacement, coulomb=True)
         before = self.force.copy()
         self.force[:] = 0.0
-        self._joint_forces(self._moved, nudged, nudged.displacement, coulomb=True)
+        self._joint_forces(self._moving_interfaces, perturbed, perturbed.displacement, coulomb=True)
         return (self.force - before) / step
 
-    def solve(self, stiffness: FloatArray, force: FloatArray, gap: float) -> tuple[FloatArray, float]:
+    def solve(self, stiffness: FloatArray, force: FloatArray, missing_deflection: float) -> tuple[FloatArray, float]:
         """Solve the linear system, bordered by the condition on the deflection where jacks are controlled by it.
 
         Parameters
@@ -267,8 +271,8 @@ class Residual:
             Of the joints.
         force : array (size,)
             Right-hand side (N, N m).
-        gap : float
-            Missing deflection (m).
+        missing_deflection : float
+            Residual of that condition (m).
 
         Returns
         -------
@@ -279,20 +283,20 @@ class Residual:
         self.newton_iterations += 1
         if self.jacks is None or self.jacks.by_load:
             return self.equations.solve(force), 0.0
-        alone, by_push = self.equations.solve(np.stack((force, self.jacks.push)))
-        return self.jacks.step(alone, by_push, gap)
+        responses = self.equations.solve(np.stack((force, self.jacks.push)))
+        return self.jacks.bordered_step(responses[0], responses[1], missing_deflection)
 
     def volume_per_deflection(self) -> float | None:
-        """Return the sum of the jacks' lifts per deflection of the last tangent (1).
+        """Return the sum of the jacks' lifts, the volume they take, per deflection with the last tangent (1).
 
         None where their load is given, or where they do not bend the footing.
         """
         if self.jacks is None or self.jacks.by_load:
             return None
         self.equations.update(self.tangent)
-        by_push = self.equations.solve(self.jacks.push)
-        bends, gives = float(self.jacks.weights @ by_push), float(self.jacks.push @ by_push)
-        return gives / bends if bends > 0.0 else None
+        push_response = self.equations.solve(self.jacks.push)
+        deflection, volume = float(self.jacks.weights @ push_response), float(self.jacks.push @ push_response)
+        return volume / deflection if deflection > 0.0 else None
 
     # -- Tresca problem and condensation ----------------------------------------------------------------------------
 
@@ -321,7 +325,7 @@ class Residual:
 
     def uncondense_up_to(self, level: int) -> None:
         """Make all joints up to a level active; courses beyond it stay elastic and condensed."""
-        level = max(level, self._nearest)
+        level = max(level, self._farthest_displaced_level)
         if level + 1 > self.equations.active_levels or not self.condensed:
             self.condensed = self.equations.condense(level + 1, self.dead_load, self.live_load)
             self.free[:] = False
@@ -372,8 +376,8 @@ class Residual:
         displacement : array (size,), optional
             Changed; by default the state's own.
         """
-        moved = state.displacement if displacement is None else displacement
+        u = state.displacement if displacement is None else displacement
         if self.condensed:
-            self.equations.recover(moved, state.load, state.load_factor)
+            self.equations.recover(u, state.load, state.load_factor)
         if self.superelements is not None:
-            self.superelements.recover(moved, state.load, state.load_factor, state.plastic)
+            self.superelements.recover(u, state.load, state.load_factor, state.plastic)

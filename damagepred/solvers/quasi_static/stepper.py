@@ -17,10 +17,10 @@ from damagepred.solvers.quasi_static.continuation import Checkpoint, Continuatio
 from damagepred.solvers.quasi_static.dynamic_relaxation import residual_in_motion
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import contact_states
-from damagepred.solvers.system.detached_blocks import detached_blocks
+from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.loading_stages import (
+    activate_deferred_supports,
     level,
-    supported_after_load,
     supported_during_load,
     unilateral_supports,
 )
@@ -67,7 +67,7 @@ class QuasiStaticStepper:
 
     def support_after_load(self) -> None:
         """Continue from the present equilibrium with the supports that act after the dead load."""
-        self.path.change_supports(supported_after_load(self.model, self.path.state.displacement))
+        self.path.change_supports(activate_deferred_supports(self.model, self.path.state.displacement))
 
     def end_increment(self) -> None:
         """From the level state on, the load of jacks may be prescribed."""
@@ -144,7 +144,7 @@ class QuasiStaticStepper:
             last_stable_load_factor=path.last_stable_load_factor if outcome.collapsed else np.nan,
             strain=path.equilibrium.system.strains(state.displacement),
             support_force=path.equilibrium.system.support_force(force),
-            zones=None if superelements is None else superelements.zone_results(state.displacement, state.plastic),
+            zones=None if superelements is None else superelements.zone_results(state),
             deflection=np.nan if model.deflection is None else float(model.deflection @ state.displacement),
             jack_load=np.nan if model.jacks is None else state.jack,
             broken_at=path.broken_at.copy(),

@@ -17,6 +17,7 @@ from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces
 from damagepred.kernels.zone.superelement import commit_plastic_strain, condensed_response
 from damagepred.solvers.quasi_static.options import NewtonOptions
 from damagepred.solvers.state.increment import ZoneResults
+from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.state.zone_history import ZoneField, exceeds_yield_limit, zone_results
 from damagepred.solvers.system.deformable_blocks import (
     Bending,
@@ -89,7 +90,6 @@ class Superelements:
         self.field = ZoneField(model)
         self.facets = facets_of(model)
         self.facet_dofs = slice(self.facets.first_dof, self.facets.first_dof + 3 * len(self.facets.turn_x))
-        self.state = np.zeros(len(self.mesh.zones), dtype=np.int8)
         self._owner = np.repeat(np.arange(len(self.block)), np.diff(self.mesh.first_zone))
         self.yields = can_yield(model)[self.block]
         self._arms, self._on_blocks = gridpoint_arms(model), np.zeros((model.n_blocks, 3))
@@ -297,7 +297,6 @@ class Superelements:
     def activate_as_in(self, other: Superelements) -> None:
         """Activate the blocks that are active in another set, of the same wall with other supports."""
         self._activate(np.array(list(other.tangent), dtype=np.int64))
-        self.state[:] = other.state
 
     def _activate(self, blocks: IntArray) -> list[int]:
         new = [d for d in np.unique(blocks).tolist() if d not in self.tangent]
@@ -305,16 +304,8 @@ class Superelements:
             self.tangent[d] = self.elastic[d]
         return new
 
-    def commit(self, displacement: FloatArray, plastic: FloatArray) -> float:
-        """Commit the plastic strains at an equilibrium; return the plastic work (J).
-
-        Parameters
-        ----------
-        displacement : array (size,)
-            Of all degrees of freedom (m, rad), after ``recover``.
-        plastic : array (z, 4)
-            Plastic strain of the last equilibrium; updated.
-        """
+    def commit(self, state: State) -> float:
+        """Commit plastic strains and zone states at an equilibrium, after ``recover``; return the plastic work (J)."""
         work = 0.0
         for d in self.tangent:
             zones = slice(self.mesh.first_zone[d], self.mesh.first_zone[d + 1])
@@ -326,36 +317,26 @@ class Superelements:
                 self._elasticity[block],
                 self._strength[block],
                 self._bending_of(zones),
-                displacement[self._dofs(d)],
-                plastic[zones],
-                self.state[zones],
+                state.displacement[self._dofs(d)],
+                state.plastic[zones],
+                state.zone_state[zones],
             )
         return work
 
-    def zone_results(self, displacement: FloatArray, plastic: FloatArray) -> ZoneResults:
-        """Return the zones' stresses and states and the gridpoints' displacements at an equilibrium.
+    def zone_results(self, state: State) -> ZoneResults:
+        """Return the zones' stresses and states and the gridpoints' displacements at an equilibrium."""
+        gridpoints = at_gridpoints(self.model, state.displacement)
+        return zone_results(gridpoints, self._stresses(state), state.plastic, state.zone_state)
 
-        Parameters
-        ----------
-        displacement, plastic
-            As ``commit``.
-        """
-        self.field.set_plastic_strain(plastic)
-        moved = at_gridpoints(self.model, displacement)
-        return zone_results(moved, self.field.stresses(displacement), plastic, self.state)
+    def _stresses(self, state: State) -> FloatArray:
+        """Return the stresses of the zones (z, 4) at an equilibrium (Pa)."""
+        self.field.set_plastic_strain(state.plastic)
+        return self.field.stresses(state.displacement)
 
-    def elastic_energy(self, displacement: FloatArray, plastic: FloatArray) -> float:
-        """Return the elastic energy of all zones (J).
-
-        Parameters
-        ----------
-        displacement, plastic
-            As ``commit``.
-        """
-        self.field.set_plastic_strain(plastic)
-        stress = self.field.stresses(displacement)
+    def elastic_energy(self, state: State) -> float:
+        """Return the elastic energy of all zones at an equilibrium (J)."""
         inverse = 1.0 / self.model.block_law.elastic_modulus[self.mesh.zone_block]
         nu = self.model.block_law.poisson_ratio[self.mesh.zone_block]
-        xx, yy, xy, zz = stress.T
+        xx, yy, xy, zz = self._stresses(state).T
         squares = xx**2 + yy**2 + zz**2 - 2 * nu * (xx * yy + yy * zz + zz * xx) + 2 * (1 + nu) * xy**2
         return float(0.5 * (inverse * squares * self._volume).sum())

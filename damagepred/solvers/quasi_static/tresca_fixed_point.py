@@ -44,12 +44,12 @@ def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_
         _minimise(problem, state, max(problem.tolerance, _at_or_last(options.forcing_sequence, attempt)))
         if problem.has_diverged(state):
             break
-        share = 1.0
+        relaxation = 1.0
         if attempt >= options.full_updates:
             # bounds that overshoot are under-relaxed
             update = (attempt - options.full_updates) // options.updates_per_factor
-            share = _at_or_last(options.relaxation_factors, update)
-        problem.update_tresca_bounds(state, share)
+            relaxation = _at_or_last(options.relaxation_factors, update)
+        problem.update_tresca_bounds(state, relaxation)
         found, ratio = newton(problem, state, state.displacement)
         if ratio < problem.tolerance:
             state.displacement[:] = found
@@ -75,7 +75,7 @@ def _minimise(problem: Residual, state: State, tolerance: float) -> None:
         # at least one step: bounds of the previous displacements may carry nothing
         if ratio < (tolerance if taken else problem.tolerance):
             allowed = problem.options.jacks.deflection_tolerance * max(tolerance / problem.tolerance, 1.0)
-            if abs(problem.gap(state, u)) <= allowed:
+            if abs(problem.missing_deflection(state, u)) <= allowed:
                 break
             # minimum under this jack load: correct the load for the deflection
             _correct_jack_load(problem, state, force, u)
@@ -86,8 +86,8 @@ def _minimise(problem: Residual, state: State, tolerance: float) -> None:
         slope = float(force @ step)
         if not slope > 0:
             break
-        share, force, ratio = _line_search(problem, state, u, step, slope)
-        u += share * step
+        step_length, force, ratio = _line_search(problem, state, u, step, slope)
+        u += step_length * step
         if problem.has_diverged(state):
             break
 
@@ -99,9 +99,9 @@ def _correct_jack_load(problem: Residual, state: State, force: FloatArray, u: Fl
     """
     if problem.jacks is None or problem.jacks.by_load:
         return
-    _, more = problem.solve(problem.stiffness, force, problem.gap(state, u))
-    state.jack += more
-    force += np.where(problem.free, more * problem.jacks.push, 0.0)
+    _, jack_step = problem.solve(problem.stiffness, force, problem.missing_deflection(state, u))
+    state.jack += jack_step
+    force += np.where(problem.free, jack_step * problem.jacks.push, 0.0)
 
 
 def _line_search(
@@ -110,20 +110,22 @@ def _line_search(
     """Line search: root of the slope of the potential along a step, by safeguarded regula falsi."""
     options = problem.options.line_search
     low, high, slope_low, slope_high = 0.0, 1.0, slope, np.nan
-    share = 1.0
+    step_length = 1.0
     for _ in range(options.max_iterations):
-        force, ratio = problem.residual(state, u + share * step, coulomb=False)
-        now = float(force @ step)
-        if abs(now) <= options.slope_tolerance * slope or (now > 0 and share >= options.maximum_step):
+        force, ratio = problem.residual(state, u + step_length * step, coulomb=False)
+        slope_here = float(force @ step)
+        if abs(slope_here) <= options.slope_tolerance * slope or (
+            slope_here > 0 and step_length >= options.maximum_step
+        ):
             break
-        if now > 0:
-            low, slope_low = share, now
+        if slope_here > 0:
+            low, slope_low = step_length, slope_here
             if np.isnan(slope_high):
-                share *= 2.0
+                step_length *= 2.0
                 continue
         else:
-            high, slope_high = share, now
+            high, slope_high = step_length, slope_here
         # false position, kept away from the ends
         root = slope_low / (slope_low - slope_high)
-        share = low + (high - low) * min(max(root, options.safeguard), 1.0 - options.safeguard)
-    return share, force, ratio
+        step_length = low + (high - low) * min(max(root, options.safeguard), 1.0 - options.safeguard)
+    return step_length, force, ratio

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from damagepred.arrays import FloatArray
+from damagepred.arrays import FloatArray, Int8Array
 from damagepred.assembly import Model
 from damagepred.assembly.section import SectionMemory
 from damagepred.solvers.state.joint_history import JointHistory
@@ -35,6 +35,8 @@ class State:
         Load of each jack (N).
     sections : SectionMemory
         Of the sections of a footing that cracks.
+    zone_state : array of int8 (z,)
+        ``ZoneState`` of the zones at the last commit.
     """
 
     load: float
@@ -44,13 +46,15 @@ class State:
     plastic: FloatArray = field(default_factory=lambda: NO_ZONES)
     jack: float = 0.0
     sections: SectionMemory = field(default_factory=lambda: SectionMemory.fresh(0))
+    zone_state: Int8Array = field(default_factory=lambda: np.empty(0, dtype=np.int8))
 
     @classmethod
     def rest(cls, model: Model) -> State:
         """Return the unloaded wall."""
         zones = NO_ZONES if model.mesh is None else np.zeros((len(model.mesh.zones), 4))
         sections = SectionMemory.fresh(0) if model.sections is None else SectionMemory.at_first(model.sections)
-        return cls(0.0, 0.0, np.zeros(model.size), JointHistory.fresh(model), zones, 0.0, sections)
+        zone_state = np.zeros(len(zones), dtype=np.int8)
+        return cls(0.0, 0.0, np.zeros(model.size), JointHistory.fresh(model), zones, 0.0, sections, zone_state)
 
     def copy(self) -> State:
         """Return an independent copy."""
@@ -72,6 +76,7 @@ class State:
             history=self.history.copy(),
             plastic=self.plastic.copy(),
             sections=self.sections.copy(),
+            zone_state=self.zone_state.copy(),
         )
 
     def distance(self, point: Point) -> float:

@@ -211,8 +211,8 @@ class DiscreteSystem:
         return (transform.T @ joints @ transform + zone_stiffness(self.model)).tocsc()
 
     @cached_property
-    def _factorised(self) -> tuple[sparse.csc_array, SuperLU] | None:
-        """Stiffness of the free degrees of freedom with open gaps, and its factors; None if it is singular."""
+    def _factorised_stiffness(self) -> tuple[sparse.csc_array, SuperLU] | None:
+        """Elastic stiffness of the free degrees of freedom, joints with a gap left out, and its factors if regular."""
         gap, free = self.model.properties.gap, self.free_dofs
         closed = self.model.interfaces.contact_area * (gap == 0.0)[:, None]
         whole = self._assemble_stiffness(closed) if gap.any() else self.elastic_stiffness
@@ -238,9 +238,9 @@ class DiscreteSystem:
         list of array (size,) or None
             0 where constrained, see ``complete``; None if the joints do not hold the wall in place.
         """
-        if self._factorised is None:
+        if self._factorised_stiffness is None:
             return None
-        (stiffness, factors), free, found = self._factorised, self.free_dofs, []
+        (stiffness, factors), free, found = self._factorised_stiffness, self.free_dofs, []
         for load in loads:
             displacement = np.zeros(self.model.size)
             displacement[free] = moved = factors.solve(load[free])

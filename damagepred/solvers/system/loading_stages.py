@@ -12,7 +12,7 @@ from damagepred.enumerations import ContactKind
 
 
 def supported_during_load(model: Model) -> Model:
-    """Return the model without the supports that act only after the dead load."""
+    """Return the model without the deferred supports, which act only after the dead load."""
     supports = model.supports
     if not supports.after_load.any():
         return model
@@ -49,15 +49,15 @@ def level(model: Model) -> Model:
     return replace(model, properties=law._replace(tensile_strength=tension, cohesion=cohesion))
 
 
-def supported_after_load(model: Model, displacement: FloatArray) -> Model:
-    """Return the model with all supports, from its displacements under the dead load.
+def activate_deferred_supports(model: Model, displacement: FloatArray) -> Model:
+    """Activate the deferred supports; their prescribed displacement counts from the dead-load displacement.
 
     Parameters
     ----------
     model : Model
         The wall.
-    displacement : array (3 (n + 1),)
-        Of blocks and ground under the dead load.
+    displacement : array (size,)
+        Under the dead load.
     """
     supports = model.supports
     start = np.where(supports.after_load, displacement[supports.prescribed], supports.start)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damagepred.assembly import Model
-from damagepred.solvers.system.detached_blocks import detached_blocks
+from damagepred.solvers.system.collapse_criterion import detached_blocks
 
 if TYPE_CHECKING:
     from damagepred.solvers.time_stepping.scheme import DampedTimeStepping

@@ -22,8 +22,8 @@ def detached_blocks(model: Model, displacement: FloatArray, load_factor: float) 
     ----------
     model : Model
         The wall.
-    displacement : array (3 (n + 1),)
-        Of blocks and ground.
+    displacement : array (size,)
+        Of all degrees of freedom.
     load_factor : float
         Share of the full movement.
     """

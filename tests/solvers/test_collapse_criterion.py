@@ -7,7 +7,7 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Solver
 from damagepred.solvers import solve_path
-from damagepred.solvers.system.detached_blocks import detached_blocks, largest_elastic_displacement
+from damagepred.solvers.system.collapse_criterion import detached_blocks, largest_elastic_displacement
 
 LENGTH, HEIGHT, WEIGHT = 0.24, 0.075, 2000.0 * 9.81 * 0.075
 
