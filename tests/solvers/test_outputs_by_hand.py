@@ -11,10 +11,9 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.model import Jacks
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.kernels.dynamics.contact import FREE, LAW
+from damagepred.kernels.dynamics.contact import FREE
 from damagepred.kernels.interface.checks import joint_law_violation_of
 from damagepred.kernels.interface.residual import combine_loads, free_residual, largest_block_resultant
-from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics.body_arrays import body_arrays
@@ -229,7 +228,7 @@ def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
     wall.set_joint(1, 2, other)
     wall.support(0)
     model = wall.build(STIFF)
-    laws = body_arrays(model, np.zeros(2), facet_bodies(model), DEFAULTS).laws.reshape(-1, 2, LAW)
+    laws = body_arrays(model, np.zeros(2), facet_bodies(model), DEFAULTS).laws.reshape(-1, 2)
     for i, joint in enumerate((worn, other)):
         k_n, k_s, psi = joint.normal_stiffness, joint.shear_stiffness, joint.dilation
         left = joint.residual_friction
@@ -263,14 +262,14 @@ def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
         if strongest < np.inf:
             expected["cap_compliance"] = 1 / joint.cap_shear
         for name, value in expected.items():
-            assert getattr(JointParameters(*laws[i, 0]), name) == pytest.approx(value), name
+            assert laws[i, 0][name] == pytest.approx(value), name
         bare = {name: 0.0 for name in expected if name not in ("damage_rate", "cap_compliance")}
         bare |= {name: expected[name] for name in ("normal_stiffness", "shear_stiffness", "shear_compliance")}
         bare |= {name: expected[name] for name in ("compressive_strength", "elastic_closing")}
         bare |= dict.fromkeys(("friction", "residual_friction"), left)
         bare |= dict.fromkeys(("slip_compliance", "residual_slip_compliance"), 1 / k_s)
         for name, value in bare.items():
-            assert getattr(JointParameters(*laws[i, 1]), name) == pytest.approx(value), name
+            assert laws[i, 1][name] == pytest.approx(value), name
 
 
 def test_bare_faces_have_the_law_of_the_block_s_longest_joint() -> None:
@@ -282,7 +281,7 @@ def test_bare_faces_have_the_law_of_the_block_s_longest_joint() -> None:
     wall.support(0)
     made = body_arrays(wall.build(STIFF), np.zeros(2), facet_bodies(wall.build(STIFF)), DEFAULTS)
     bare = made.points[made.points["status"] == FREE]
-    friction = JointParameters(*made.laws[bare["law"]].T).friction
+    friction = made.laws[bare["law"]]["friction"]
     for body, expected in ((0, 0.7), (1, 0.7), (2, 0.3)):
         assert friction[bare["body"] == body] == pytest.approx(expected)
 

@@ -7,19 +7,19 @@ the edge acts at the point's present place on the one body, and the opposite one
 momentum and angular momentum are kept exactly, and while the joint is elastic the force is the exact gradient of
 A (k_n u_n^2 + k_s u_s^2) / 2 with respect to both poses: whatever turns with both of them costs nothing.
 
-What faces what in the end is one of three things:
+The status of a point is one of three:
 
-- HOME: the edge the point was joined to at first, by mortar or by lying on it. It stays so while the bond holds, and
-  after that until it has parted by ``release`` or passed the end of the edge.
-- TOUCH: an edge met later. A point that comes into a convex block is in contact with the edge it is least deep behind,
-  of those its face looks at. That depth d begins with nothing, and so does the potential k A d^2 / 2: no rounding of
-  corners is needed. Once met, the edge is kept until the point parts from it or passes its end by ``reach``; then the
-  block, or its neighbour, is asked again, and pressure and friction are carried over where the new edge goes on nearly
-  in the direction of the old one. So a block slides over the joints of a course unhindered.
-- FREE: nothing.
+- BONDED: it faces the edge that it was joined to at first, by mortar or by lying on it. It does so while the bond
+  holds, and after that until it opens by ``release_opening`` or passes the end of the edge.
+- TOUCHING: it faces an edge met later. A point inside a convex block is in contact with the edge of least penetration
+  among those that its face looks at. The penetration d begins at 0, and so does the potential k A d^2 / 2: no rounding
+  of corners is needed. The edge is kept until the point parts from it or passes its end by ``edge_overrun``. Then
+  contact is detected anew, and pressure and friction are carried over to an edge of nearly the same direction. So a
+  block slides over the joints of a course unhindered.
+- FREE: it faces nothing.
 
 A point faces one thing at a time, and only what its own face looks at: a corner has two points, one for each of the
-faces that meet in it, and the one whose face lies across what is hit has no part in it. Energy is never created by a
+faces that meet in it, and the one whose face lies across the edge met takes no part. Energy is never created by a
 change of edge: a point that is found behind an edge through which it did not come counts from there (``offset``), and
 what it held is lost where it passes an end with nothing beyond.
 """
@@ -29,14 +29,9 @@ import numpy as np
 from damagepred.kernels.jit import law, rule
 from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.kernels.joint.limits import coulomb_limit
-from damagepred.kernels.joint.parameters import JointParameters
 
 FREE, BONDED, TOUCHING = 0, 1, 2
-"""What a point may face."""
-FACING = 0.1
-"""Cosine between a point's own face and the face met, from which they look at each other: about 84 degrees."""
-GOES_ON = 0.7
-"""Cosine between two edges from which friction is carried over from one to the other."""
+"""Status of a point: what it faces."""
 FRICTION, RELEASED, FRACTURE, DASHPOT, JOINT_TERMS = 0, 1, 2, 3, 4
 """What is counted while points act (J): work of friction, energy set free, work of softening, of stiffness damping."""
 
@@ -47,8 +42,8 @@ POINT = np.dtype(
         ("x", "f8"),
         ("y", "f8"),
         ("area", "f8"),
-        ("reach", "f8"),
-        ("release", "f8"),
+        ("edge_overrun", "f8"),
+        ("release_opening", "f8"),
         ("law", "i8"),
         ("status", "i8"),
         ("target", "i8"),
@@ -69,8 +64,8 @@ POINT = np.dtype(
 )
 """A boundary point: its body and place there (m), the edge it lies on, its area (m2), how far it may pass an end and
 how far part before it is free (m), its law; what it faces, where shear counts from, what is added to the opening (m),
-whether what is near it has been looked at; memory of the law; opening, shear (m), stresses, and damping stresses (Pa)
-of the last cycle."""
+whether its neighbours have been searched; history variables of the law; opening and shear (m), stresses, and damping
+stresses (Pa) of the last step."""
 
 EDGE = np.dtype(
     [
@@ -89,43 +84,6 @@ EDGE = np.dtype(
 at first make up one face. In that body's frame the end from which the way along it counts (m), and its direction,
 clockwise round the block: the outward normal is (-along_y, along_x). Then where it ends on the way, low and length (m):
 0 and its length, but for the ground, which goes on to either side."""
-
-LAW = len(JointParameters._fields)
-"""Columns of the laws: the fields of ``JointParameters``. A bond's row is followed by one without bond, for contacts
-made later."""
-SHEAR_COMPLIANCE = JointParameters._fields.index("shear_compliance")
-INTACT = JointParameters._fields.index("tensile_strength")
-"""Column of f_t; C and tan(phi) follow."""
-RESIDUAL = JointParameters._fields.index("residual_tensile_strength")
-"""Column of the residual f_t; C and tan(phi) follow."""
-CRITICAL_OPENING = JointParameters._fields.index("critical_opening")
-
-
-@law
-def parameters_of(row):
-    """Return a row of the laws as ``JointParameters``."""
-    return JointParameters(
-        row[0],
-        row[1],
-        row[2],
-        row[3],
-        row[4],
-        row[5],
-        row[6],
-        row[7],
-        row[8],
-        row[9],
-        row[10],
-        row[11],
-        row[12],
-        row[13],
-        row[14],
-        row[15],
-        row[16],
-        row[17],
-        row[18],
-        row[19],
-    )
 
 
 @law
@@ -161,7 +119,7 @@ def edge_coordinates(points, i, edges, e, pose):
 
 
 @rule
-def signed_distances(at_x, at_y, own_x, own_y, edges, first, last, pose):
+def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose):
     """Return the signed distances of a place on a face from the edges of one block, convex or slightly bent.
 
     Parameters
@@ -170,10 +128,10 @@ def signed_distances(at_x, at_y, own_x, own_y, edges, first, last, pose):
         The place (m).
     own_x, own_y : float
         Direction of the face it lies on, a unit vector.
-    edges : array of record (e,)
-        ``EDGE``.
-    first, last : int
-        Edges of the block: from the first to before the last.
+    bodies : BodyArrays
+        See ``contact_forces``.
+    polygon : int
+        The block.
     pose : array (bodies, 4)
         x, y (m), cosine and sine of the rotation of each body.
 
@@ -186,9 +144,10 @@ def signed_distances(at_x, at_y, own_x, own_y, edges, first, last, pose):
     others : float
         Largest signed distance from the other edges (m).
     """
+    edges, last = bodies.edges, bodies.first_edge[polygon + 1]
     faced, others, which = -np.inf, -np.inf, -1
     nearest, distance, at, looks = np.inf, 0.0, -1, 0.0
-    for e in range(first, last):
+    for e in range(bodies.first_edge[polygon], last):
         b = edges[e].body
         arm_x, arm_y = at_x - pose[b, 0], at_y - pose[b, 1]
         cb, sb = pose[b, 2], pose[b, 3]
@@ -203,7 +162,7 @@ def signed_distances(at_x, at_y, own_x, own_y, edges, first, last, pose):
             looks = (cb * t_x - sb * t_y) * own_x + (sb * t_x + cb * t_y) * own_y
         if e + 1 < last and edges[e + 1].face == edges[e].face:
             continue
-        if looks < -FACING:
+        if looks < -bodies.facing_cosine:
             if distance > faced:
                 faced, which = distance, at
         elif distance > others:
@@ -232,14 +191,14 @@ def face_frame(points, i, edges, pose):
 
 
 @rule
-def detect_contact(points, i, edges, first_edge, neighbours, pose, laws, pressed, sheared, old_x, old_y):
+def detect_contact(bodies, i, neighbours, pose, pressed, sheared, old_x, old_y):
     """Detect contact of a free point with a neighbouring block, and start it; return whether there is one.
 
     The point touches the edge of least penetration (node-to-segment contact, Wriggers 2006).
 
     Parameters
     ----------
-    points, edges, first_edge, neighbours, pose, laws
+    bodies, neighbours, pose
         See ``contact_forces``.
     i : int
         The point.
@@ -248,14 +207,11 @@ def detect_contact(points, i, edges, first_edge, neighbours, pose, laws, pressed
     old_x, old_y : float
         Direction of that edge.
     """
-    p = points[i]
-    at_x, at_y, own_x, own_y = face_frame(points, i, edges, pose)
+    p = bodies.points[i]
+    at_x, at_y, own_x, own_y = face_frame(bodies.points, i, bodies.edges, pose)
     found, deepest, came_from = -1, np.inf, 0.0
     for k in range(neighbours.first[i], neighbours.first[i + 1]):
-        polygon = neighbours.polygon[k]
-        gap, e, others = signed_distances(
-            at_x, at_y, own_x, own_y, edges, first_edge[polygon], first_edge[polygon + 1], pose
-        )
+        gap, e, others = signed_distances(at_x, at_y, own_x, own_y, bodies, neighbours.polygon[k], pose)
         before = neighbours.distance[k] if (p.searched != 0) & (neighbours.edge[k] == e) else min(gap, 0.0)
         neighbours.distance[k] = gap
         neighbours.edge[k] = e
@@ -263,61 +219,42 @@ def detect_contact(points, i, edges, first_edge, neighbours, pose, laws, pressed
         if (e < 0) | (gap >= 0.5 * abs(gap - before)) | (gap >= deepest):
             continue
         # through the face itself, or it was behind its line already and came from the side, and is inside by now
-        if (before > 0.0) & (others < p.reach) | (others < gap):
+        if (before > 0.0) & (others < p.edge_overrun) | (others < gap):
             found, deepest, came_from = e, gap, before
     p.searched = 1
     if found < 0:
         return False
-    _, _, _, _, along, gap, t_x, t_y = edge_coordinates(points, i, edges, found, pose)
-    number = p.law | 1
-    is_mechanism = pressed < 0.0 and t_x * old_x + t_y * old_y > GOES_ON
-    p.law = number
+    _, _, _, _, along, gap, t_x, t_y = edge_coordinates(bodies.points, i, bodies.edges, found, pose)
+    p.law = p.law | 1
+    joint = bodies.laws[p.law]
+    continues = pressed < 0.0 and t_x * old_x + t_y * old_y > bodies.continuation_cosine
     p.target = found
     p.status = TOUCHING
     p.searched = 0
-    p.offset = 0.0 if came_from > 0.0 else max(-gap + (pressed if is_mechanism else 0.0), 0.0)
-    p.anchor = along - (sheared * laws[number, SHEAR_COMPLIANCE] if is_mechanism else 0.0)
+    p.offset = 0.0 if came_from > 0.0 else max(-gap + (pressed if continues else 0.0), 0.0)
+    p.anchor = along - (sheared * joint.shear_compliance if continues else 0.0)
     p.slip = 0.0
     p.dilatant_opening = 0.0
     p.kappa = 0.0
     p.cracked = 1.0
     p.opening = came_from if came_from > 0.0 else gap + p.offset
     p.shear = along - p.anchor
-    p.sigma = laws[number, 0] * pressed if is_mechanism else 0.0
-    p.tau = sheared if is_mechanism else 0.0
+    p.sigma = joint.normal_stiffness * pressed if continues else 0.0
+    p.tau = sheared if continues else 0.0
     p.damping_n = 0.0
     p.damping_s = 0.0
     return True
 
 
-@law
-def stored_energy(sigma, tau, opening, compliance, shear_compliance, softened):
-    """Return the elastic energy of a contact per area (J/m2).
-
-    Parameters
-    ----------
-    sigma, tau : float
-        Normal stress, tension positive, and shear stress (Pa).
-    opening : float
-        Normal opening without its dilatant part (m).
-    compliance, shear_compliance : float
-        1 / k_n, 1 / k_s (m/Pa).
-    softened : bool
-        Whether the normal part unloads along the secant: sigma opening / 2 in place of sigma^2 / (2 k_n).
-    """
-    normal = sigma * opening if softened else sigma * sigma * compliance
-    return 0.5 * (normal + tau * tau * shear_compliance)
-
-
 @rule
-def release_contact(points, i, edges, first_edge, neighbours, pose, laws, joint_terms, along, gap, t_x, t_y, search):
+def release_contact(bodies, i, neighbours, pose, joint_terms, along, gap, t_x, t_y, search):
     """Release a point that passed the end of its edge, and detect its next contact; return whether there is one.
 
     The elastic energy that the next contact does not take over is counted as released.
 
     Parameters
     ----------
-    points, edges, first_edge, neighbours, pose, laws, joint_terms
+    bodies, neighbours, pose, joint_terms
         See ``contact_forces``.
     i : int
         The point.
@@ -328,36 +265,125 @@ def release_contact(points, i, edges, first_edge, neighbours, pose, laws, joint_
     search : bool
         Whether points may touch blocks that they were not bonded to.
     """
-    p = points[i]
-    number = p.law
+    p = bodies.points[i]
+    joint = bodies.laws[p.law]
     u_n, u_s = gap + p.offset, along - p.anchor
-    before = stored_energy(
-        p.sigma,
-        p.tau,
-        p.opening - p.dilatant_opening,
-        1.0 / laws[number, 0],
-        laws[number, SHEAR_COMPLIANCE],
-        False,
-    )
+    # in tension it unloads along the secant
+    normal_energy = p.sigma * p.sigma * (1.0 / joint.normal_stiffness)
     if p.sigma > 0.0:
-        before = 0.5 * (p.sigma * (p.opening - p.dilatant_opening) + p.tau * p.tau * laws[number, SHEAR_COMPLIANCE])
+        normal_energy = p.sigma * (p.opening - p.dilatant_opening)
+    before = 0.5 * (normal_energy + p.tau * p.tau * joint.shear_compliance)
     work = 0.5 * (p.sigma * (u_n - p.opening) + p.tau * (u_s - p.shear))
     pressed = min(u_n - p.dilatant_opening, 0.0) if p.sigma < 0.0 else 0.0
-    sheared = p.tau
     p.status = FREE
     p.searched = 0
     after = 0.0
-    met = search and detect_contact(points, i, edges, first_edge, neighbours, pose, laws, pressed, sheared, t_x, t_y)
+    met = search and detect_contact(bodies, i, neighbours, pose, pressed, p.tau, t_x, t_y)
     if met:
-        after = stored_energy(p.sigma, p.tau, 0.0, 1.0 / laws[p.law, 0], laws[p.law, SHEAR_COMPLIANCE], False)
+        joint = bodies.laws[p.law]
+        after = 0.5 * (p.sigma * p.sigma * (1.0 / joint.normal_stiffness) + p.tau * p.tau * joint.shear_compliance)
     else:
-        p.law = number | 1
+        p.law = p.law | 1
         p.sigma = 0.0
         p.tau = 0.0
         p.damping_n = 0.0
         p.damping_s = 0.0
     joint_terms[RELEASED] += p.area * (before + work - after)
     return met
+
+
+@law
+def exceeds_limits(p, joint, sigma, tau, special, softening):
+    """Return whether the elastic predictor of a point needs a correction: by a limit of its joint, softening or a cap.
+
+    Parameters
+    ----------
+    p, joint : record
+        ``POINT``, ``JOINT_PARAMETERS``.
+    sigma, tau : float
+        Elastic predictor (Pa).
+    special, softening : bool or None
+        See ``contact_forces``.
+    """
+    cracked = p.cracked != 0.0
+    f_t = joint.residual_tensile_strength if cracked else joint.tensile_strength
+    cohesion = joint.residual_cohesion if cracked else joint.cohesion
+    friction = joint.residual_friction if cracked else joint.friction
+    exceeds = (sigma > f_t) | (abs(tau) > coulomb_limit(cohesion, friction, sigma))
+    if softening is not None:
+        exceeds = exceeds | (cracked & (joint.critical_opening > 0.0))
+    if special is not None:
+        exceeds = exceeds | (joint.compressive_strength < np.inf)
+    return exceeds
+
+
+@law
+def return_to_limits(p, joint, pressed, u_n, u_s, special, softening):
+    """Return sigma, tau (Pa) of a point by the joint law, and its works per area (J/m2); commit its history.
+
+    Parameters
+    ----------
+    p, joint : record
+        ``POINT``, whose history variables are changed, and ``JOINT_PARAMETERS``.
+    pressed, u_n, u_s : float
+        Opening for the law, opening and shear (m).
+    special, softening : bool or None
+        See ``contact_forces``.
+
+    Returns
+    -------
+    sigma, tau : float
+        Stress (Pa).
+    friction_work, fracture_work, released_energy : float
+        Of the step (J/m2).
+    """
+    was_cracked, slip, dilatant_opening, kappa = p.cracked != 0.0, p.slip, p.dilatant_opening, p.kappa
+    sigma, tau, p.slip, p.dilatant_opening, cracked, p.kappa = explicit_update(
+        pressed, u_s, slip, dilatant_opening, was_cracked, kappa, joint, special, softening
+    )
+    p.cracked = 1.0 if cracked else 0.0
+    mean_sigma, mean_tau = 0.5 * (sigma + p.sigma), 0.5 * (tau + p.tau)
+    friction_work = mean_tau * (p.slip - slip) + mean_sigma * (p.dilatant_opening - dilatant_opening)
+    softens, snaps = False, False
+    if softening is not None:
+        w_c = joint.critical_opening
+        softens = cracked & (w_c > 0.0) & ((p.sigma > 0.0) | (sigma > 0.0))
+        if special is not None:
+            # slip that breaks the bond releases its elastic energy
+            snaps = joint.brittle_shear & (kappa < w_c) & (p.kappa >= w_c) & (u_n - p.dilatant_opening < w_c)
+    if not ((cracked != was_cracked) | softens):
+        return sigma, tau, friction_work, 0.0, 0.0
+    lost = mean_sigma * (u_n - p.opening - p.dilatant_opening + dilatant_opening)
+    lost += 0.5 * p.sigma * (p.opening - dilatant_opening)
+    lost -= 0.5 * sigma * (u_n - p.dilatant_opening)
+    if softens & (not snaps):
+        return sigma, tau, friction_work, lost, 0.0
+    return sigma, tau, friction_work, 0.0, lost
+
+
+@law
+def damping_stress(p, sigma, tau, rate, newly_cracked, no_tension):
+    """Return the damping stress (Pa), proportional to the rate of the elastic stress.
+
+    It never pulls a joint that carries no tension.
+
+    Parameters
+    ----------
+    p : record
+        ``POINT``, with the stress of the last step.
+    sigma, tau : float
+        Stress now (Pa).
+    rate : float
+        Stiffness-proportional damping over the time step (1).
+    newly_cracked, no_tension : bool
+        Whether the joint cracked in this step; whether it carries no tension.
+    """
+    if newly_cracked or (no_tension and sigma == 0.0):
+        return 0.0, 0.0
+    damping_n = rate * (sigma - p.sigma)
+    if p.cracked != 0.0 and sigma <= 0.0 and sigma + damping_n > 0.0:
+        damping_n = -sigma
+    return damping_n, rate * (tau - p.tau)
 
 
 @law
@@ -385,19 +411,7 @@ def add_force_pair(force, a, b, x, y, moment_a, moment_b):
 
 @rule
 def contact_forces(
-    points,
-    edges,
-    first_edge,
-    neighbours,
-    laws,
-    pose,
-    force,
-    special,
-    softening,
-    per_step,
-    pressed_per_step,
-    search,
-    joint_terms,
+    bodies, neighbours, pose, force, special, softening, per_step, pressed_per_step, search, joint_terms
 ):
     """Compute the forces of all contacts on the bodies (penalty contact with the joint law), and commit their history.
 
@@ -408,36 +422,31 @@ def contact_forces(
 
     Parameters
     ----------
-    points : array of record (p,)
-        ``POINT``.
-    edges : array of record (e,)
-        ``EDGE``, block by block, counter-clockwise round each.
-    first_edge : array of int (polygons + 1,)
-        Where those of each block begin.
+    bodies : BodyArrays
+        Points, edges, laws and cosines; see ``damagepred.solvers.dynamics.body_arrays``.
     neighbours : NamedTuple of arrays
         ``first`` (p + 1,), ``polygon``, ``edge`` and ``distance`` (k,): blocks near each point, and how far the edge
         that its face looks at was last.
-    laws : array (l, LAW)
-        See ``LAW``.
     pose : array (bodies, 4)
         x, y (m), cosine and sine of the angle of each body.
     force : array (bodies, 3)
         Force x, y (N) and moment (N m) on each body: added to.
     special : bool or None
-        None if no joint dilates, breaks or wears by slip or has a cap: what they need is then left out when compiling.
+        None if no joint dilates, breaks or softens by slip or has a cap: left out at compile time.
     softening : bool or None
-        None if no bond softens.
+        None if no bond softens: left out at compile time.
     per_step : float
         Stiffness-proportional damping over the time step (1).
     pressed_per_step : float
         The same of contacts without tensile strength, in addition.
     search : bool
-        Whether points may meet what they did not face at first.
+        Whether points may touch blocks that they were not bonded to.
     joint_terms : array (JOINT_TERMS,)
         Added to.
     """
-    rubbed, freed, torn, dashed = 0.0, 0.0, 0.0, 0.0
-    # points of one joint follow each other: what they do to its two bodies is summed up before it is handed on
+    points, edges = bodies.points, bodies.edges
+    friction_work, released_energy, fracture_work, damping_work = 0.0, 0.0, 0.0, 0.0
+    # points of one joint follow each other: their forces on its two bodies are summed before they are added
     last_a, last_b = 0, 0
     a_x, a_y, a_m, b_m = 0.0, 0.0, 0.0, 0.0
     for i in range(points.size):
@@ -445,99 +454,63 @@ def contact_forces(
         if p.status == FREE:
             if not search or neighbours.first[i] == neighbours.first[i + 1]:
                 continue
-            if not detect_contact(points, i, edges, first_edge, neighbours, pose, laws, 0.0, 0.0, 0.0, 0.0):
+            if not detect_contact(bodies, i, neighbours, pose, 0.0, 0.0, 0.0, 0.0):
                 continue
         ax, ay, bx, by, along, gap, t_x, t_y = edge_coordinates(points, i, edges, p.target, pose)
-        if (along < edges[p.target].low - p.reach) | (along > edges[p.target].length + p.reach):
-            if not release_contact(
-                points, i, edges, first_edge, neighbours, pose, laws, joint_terms, along, gap, t_x, t_y, search
-            ):
+        edge = edges[p.target]
+        if (along < edge.low - p.edge_overrun) | (along > edge.length + p.edge_overrun):
+            if not release_contact(bodies, i, neighbours, pose, joint_terms, along, gap, t_x, t_y, search):
                 continue
             ax, ay, bx, by, along, gap, t_x, t_y = edge_coordinates(points, i, edges, p.target, pose)
+        joint = bodies.laws[p.law]
         u_n, u_s = gap + p.offset, along - p.anchor
-        moved = u_n - p.opening
-
-        row = p.law
-        k_n, k_s = laws[row, 0], laws[row, 1]
-        was_cracked, dilatant_opening, slip, was_opened = p.cracked != 0.0, p.dilatant_opening, p.slip, p.kappa
-        away, half = u_n - dilatant_opening, 0.5 * abs(moved)
-        # most contacts neither give way nor pass the kink: then there is no more to the law than this
-        sigma, tau = k_n * away, k_s * (u_s - slip)
-        column = RESIDUAL if was_cracked else INTACT
-        no_tension = was_cracked & (laws[row, RESIDUAL] == 0.0)
-        limit = coulomb_limit(laws[row, column + 1], laws[row, column + 2], sigma)
-        gives = (sigma > laws[row, column]) | (abs(tau) > limit)
-        gives = gives | (no_tension & (abs(away) < half))
+        moved, was_cracked = u_n - p.opening, p.cracked != 0.0
+        elastic_opening, half_step = u_n - p.dilatant_opening, 0.5 * abs(moved)
+        no_tension = was_cracked & (joint.residual_tensile_strength == 0.0)
+        at_kink = no_tension & (abs(elastic_opening) < half_step)
         if softening is not None:
-            gives = gives | (was_cracked & (laws[row, CRITICAL_OPENING] > 0.0))
-            no_tension = no_tension & (p.kappa >= laws[row, CRITICAL_OPENING])
-        cracked, brittle_shear = was_cracked, False
-        if special is not None:
-            parameters = parameters_of(laws[row])
-            brittle_shear = parameters.brittle_shear != 0.0
-            gives = gives | (parameters.compressive_strength < np.inf)
-        if gives:
-            # the law, past the kink by its mean
+            no_tension = no_tension & (p.kappa >= joint.critical_opening)
+
+        # elastic predictor: most contacts need no more
+        sigma, tau = joint.normal_stiffness * elastic_opening, joint.shear_stiffness * (u_s - p.slip)
+        if exceeds_limits(p, joint, sigma, tau, special, softening) | at_kink:
             pressed = u_n
-            if no_tension & (abs(away) < half):
-                pressed = dilatant_opening - (half - away) * (half - away) / (4.0 * half)
-            sigma, tau, new_slip, new_dilated, cracked, kappa = explicit_update(
-                pressed, u_s, slip, dilatant_opening, was_cracked, p.kappa, parameters_of(laws[row]), special, softening
+            if no_tension & at_kink:
+                below = half_step - elastic_opening
+                pressed = p.dilatant_opening - below * below / (4.0 * half_step)
+            sigma, tau, by_slip, by_softening, released = return_to_limits(
+                p, joint, pressed, u_n, u_s, special, softening
             )
-            p.slip = new_slip
-            p.dilatant_opening = new_dilated
-            p.cracked = 1.0 if cracked else 0.0
-            p.kappa = kappa
+            friction_work += p.area * by_slip
+            fracture_work += p.area * by_softening
+            released_energy += p.area * released
+        cracked = p.cracked != 0.0
 
-            # where the work went
-            mean_sigma, mean_tau = 0.5 * (sigma + p.sigma), 0.5 * (tau + p.tau)
-            rubbed += p.area * (mean_tau * (new_slip - slip) + mean_sigma * (new_dilated - dilatant_opening))
-            softens, snaps = False, False
-            if softening is not None:
-                w_c = laws[row, CRITICAL_OPENING]
-                softens = cracked & (w_c > 0.0) & ((p.sigma > 0.0) | (sigma > 0.0))
-                # slip that breaks the bond sets free what it holds
-                snaps = softens & brittle_shear & (was_opened < w_c) & (kappa >= w_c) & (u_n - new_dilated < w_c)
-            if (cracked != was_cracked) | softens:
-                lost = mean_sigma * (moved - new_dilated + dilatant_opening) + 0.5 * p.sigma * (
-                    p.opening - dilatant_opening
-                )
-                lost -= 0.5 * sigma * (u_n - new_dilated)
-                if softens & (not snaps):
-                    torn += p.area * lost
-                else:
-                    freed += p.area * lost
-
-        # damping by the rate of the elastic stress; it never pulls a joint that carries no tension
-        pull_n, pull_s = sigma, tau
+        total_n, total_s = sigma, tau
         rate = per_step + (pressed_per_step if no_tension else 0.0)
         if rate > 0.0:
-            damping_n, damping_s = rate * (sigma - p.sigma), rate * (tau - p.tau)
-            if cracked != was_cracked or (no_tension and sigma == 0.0):
-                damping_n, damping_s = 0.0, 0.0
-            elif cracked and sigma <= 0.0 and sigma + damping_n > 0.0:
-                damping_n = -sigma
+            damping_n, damping_s = damping_stress(p, sigma, tau, rate, cracked != was_cracked, no_tension)
             moved_s = u_s - p.shear
-            dashed += 0.5 * p.area * ((damping_n + p.damping_n) * moved + (damping_s + p.damping_s) * moved_s)
+            damping_work += 0.5 * p.area * ((damping_n + p.damping_n) * moved + (damping_s + p.damping_s) * moved_s)
             p.damping_n = damping_n
             p.damping_s = damping_s
-            pull_n += damping_n
-            pull_s += damping_s
+            total_n += damping_n
+            total_s += damping_s
 
         p.opening = u_n
         p.shear = u_s
         p.sigma = sigma
         p.tau = tau
         if sigma == 0.0 and tau == 0.0:
-            if cracked and away > (p.release if p.status == BONDED else half):
+            if cracked and elastic_opening > (p.release_opening if p.status == BONDED else half_step):
                 p.status = FREE
                 p.searched = 0
                 p.law = p.law | 1
             continue
         a, b = p.body, edges[p.target].body
-        pull_n *= p.area
-        pull_s *= p.area
-        f_x, f_y = pull_n * t_y - pull_s * t_x, -pull_n * t_x - pull_s * t_y
+        total_n *= p.area
+        total_s *= p.area
+        f_x, f_y = total_n * t_y - total_s * t_x, -total_n * t_x - total_s * t_y
         if (a != last_a) | (b != last_b):
             add_force_pair(force, last_a, last_b, a_x, a_y, a_m, b_m)
             last_a, last_b = a, b
@@ -547,7 +520,7 @@ def contact_forces(
         a_m += ax * f_y - ay * f_x
         b_m -= bx * f_y - by * f_x
     add_force_pair(force, last_a, last_b, a_x, a_y, a_m, b_m)
-    joint_terms[FRICTION] += rubbed
-    joint_terms[RELEASED] += freed
-    joint_terms[FRACTURE] += torn
-    joint_terms[DASHPOT] += dashed
+    joint_terms[FRICTION] += friction_work
+    joint_terms[RELEASED] += released_energy
+    joint_terms[FRACTURE] += fracture_work
+    joint_terms[DASHPOT] += damping_work

@@ -16,7 +16,27 @@ from damagepred.kernels.dynamics.zones import (
     update_facet_poses,
     zone_forces,
 )
-from damagepred.kernels.jit import kernel
+from damagepred.kernels.jit import kernel, law
+
+
+@law
+def _add_ground_work(points, imposed, change, body_terms):
+    """Add half the work of the ground's movement in a step, by the forces of the bonded points on it."""
+    for m in range(imposed.point.size):
+        p = points[imposed.point[m]]
+        if p.status == BONDED:
+            d_n, d_s = -change * imposed.normal[m], change * imposed.shear[m]
+            body_terms[BOUNDARY] += 0.5 * p.area * ((p.sigma + p.damping_n) * d_n - (p.tau + p.damping_s) * d_s)
+
+
+@law
+def _move_ground(points, imposed, change):
+    """Move the ground under the bonded points."""
+    for m in range(imposed.point.size):
+        p = points[imposed.point[m]]
+        if p.status == BONDED:
+            p.offset += -change * imposed.normal[m]
+            p.anchor += change * imposed.shear[m]
 
 
 @kernel
@@ -29,7 +49,7 @@ def run_steps(
     softening,
     imposed,
     has_live_load,
-    drive,
+    loading,
     first,
     last,
     damping,
@@ -43,7 +63,7 @@ def run_steps(
     Parameters
     ----------
     body_arrays : NamedTuple of arrays
-        ``points``, ``edges``, ``first_edge``, ``laws``, ``reach``; see ``damagepred.solvers.dynamics.body_arrays``.
+        See ``damagepred.solvers.dynamics.body_arrays``.
     neighbours : NamedTuple of arrays
         Blocks near each point.
     motion : NamedTuple of arrays
@@ -56,8 +76,8 @@ def run_steps(
         ``point`` (i,), ``normal`` and ``shear`` (i,): movement of the ground under points per load factor (m).
     has_live_load : bool
         Whether there are live loads.
-    drive : array (steps + 1, 3)
-        Base x, y (m) and share of the movement.
+    loading : array (steps + 1, 3)
+        Displacement x, y of the base (m) and load factor.
     first, last : int
         Range of steps.
     damping : tuple of float
@@ -65,9 +85,9 @@ def run_steps(
     time_step : float
         dt (s).
     searched_at : array (n + 1, 3)
-        Displacements when what is near was last looked for.
+        Displacements at the last neighbour search.
     search_distance : float
-        Movement since then (m) at which it has to be looked for anew; 0 to never look and meet nothing.
+        Movement since then (m) that asks for the next search; 0 for no search and no new contacts.
     counts : NamedTuple of arrays
         ``joint_terms`` and ``body_terms``, added to.
 
@@ -78,33 +98,24 @@ def run_steps(
     """
     local, mass_damping, stiffness_damping, contact_damping = damping
     points = body_arrays.points
-    sides, base = motion.velocity.shape[0], motion.velocity.shape[0] - 1
+    first_facet, base = motion.velocity.shape[0], motion.velocity.shape[0] - 1
     k = first
     while k < last:
-        advance_bodies(motion, drive, k, time_step, local, mass_damping, counts.body_terms)
+        advance_bodies(motion, loading, k, time_step, local, mass_damping, counts.body_terms)
         if grid is not None:
-            advance_gridpoints(grid, drive, k, time_step, local, mass_damping, counts.body_terms)
-            update_facet_poses(grid, motion.pose, sides)
-        change = drive[k + 1, 2] - drive[k, 2]
+            advance_gridpoints(grid, loading, k, time_step, local, mass_damping, counts.body_terms)
+            update_facet_poses(grid, motion.pose, first_facet)
+        change = loading[k + 1, 2] - loading[k, 2]
         if has_live_load:
-            ramp_live_load(motion, drive[k, 2], drive[k + 1, 2], time_step, counts.body_terms)
+            ramp_live_load(motion, loading[k, 2], loading[k + 1, 2], time_step, counts.body_terms)
             if grid is not None:
-                ramp_live_load(grid, drive[k, 2], drive[k + 1, 2], time_step, counts.body_terms)
+                ramp_live_load(grid, loading[k, 2], loading[k + 1, 2], time_step, counts.body_terms)
         if change != 0.0:
-            for m in range(imposed.point.size):
-                p = points[imposed.point[m]]
-                if p.status == BONDED:
-                    d_n, d_s = -change * imposed.normal[m], change * imposed.shear[m]
-                    p.offset += d_n
-                    p.anchor += d_s
-                    pull_n, pull_s = p.sigma + p.damping_n, p.tau + p.damping_s
-                    counts.body_terms[BOUNDARY] += 0.5 * p.area * (pull_n * d_n - pull_s * d_s)
+            _add_ground_work(points, imposed, change, counts.body_terms)
+            _move_ground(points, imposed, change)
         contact_forces(
-            points,
-            body_arrays.edges,
-            body_arrays.first_edge,
+            body_arrays,
             neighbours,
-            body_arrays.laws,
             motion.pose,
             motion.force,
             special,
@@ -115,20 +126,15 @@ def run_steps(
             counts.joint_terms,
         )
         if change != 0.0:
-            for m in range(imposed.point.size):
-                p = points[imposed.point[m]]
-                if p.status == BONDED:
-                    d_n, d_s = -change * imposed.normal[m], change * imposed.shear[m]
-                    pull_n, pull_s = p.sigma + p.damping_n, p.tau + p.damping_s
-                    counts.body_terms[BOUNDARY] += 0.5 * p.area * (pull_n * d_n - pull_s * d_s)
+            _add_ground_work(points, imposed, change, counts.body_terms)
         add_boundary_work(motion, time_step, counts.body_terms)
         if grid is not None:
             zone_forces(grid, stiffness_damping / time_step)
-            scatter_facet_forces(grid, motion.force, sides)
+            scatter_facet_forces(grid, motion.force, first_facet)
             add_gridpoint_boundary_work(grid, time_step, counts.body_terms)
         k += 1
         if search_distance > 0.0:
-            if not largest_movement(motion, searched_at, body_arrays.reach) <= search_distance:
+            if not largest_movement(motion, searched_at, body_arrays.radius) <= search_distance:
                 break
             if grid is not None:
                 moved = motion.displacement
@@ -155,11 +161,8 @@ def first_forces(body_arrays, neighbours, motion, grid, special, softening, sear
     """
     motion.force[:] = 0.0
     contact_forces(
-        body_arrays.points,
-        body_arrays.edges,
-        body_arrays.first_edge,
+        body_arrays,
         neighbours,
-        body_arrays.laws,
         motion.pose,
         motion.force,
         special,

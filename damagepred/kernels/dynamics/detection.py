@@ -7,13 +7,13 @@ from damagepred.kernels.jit import kernel, rule
 
 
 @rule
-def append_if_near(points, i, other, edges, first_edge, pose, low, high, margin, polygon, edge, gap, count):
+def append_if_near(bodies, i, other, pose, low, high, margin, polygon, edge, gap, count):
     """Append a block to the neighbour list of point i if it is within the margin; return the length of the list.
 
     Parameters
     ----------
-    points, edges, first_edge, pose
-        See ``damagepred.kernels.dynamics.contact``.
+    bodies, pose
+        See ``damagepred.kernels.dynamics.contact.contact_forces``.
     i : int
         The point.
     other : int
@@ -27,15 +27,13 @@ def append_if_near(points, i, other, edges, first_edge, pose, low, high, margin,
     count : int
         Length of the list so far; it goes on counting where the arrays are full.
     """
-    x, y, along_x, along_y = face_frame(points, i, edges, pose)
-    own = edges[points[i].own_edge].polygon
+    x, y, along_x, along_y = face_frame(bodies.points, i, bodies.edges, pose)
+    own = bodies.edges[bodies.points[i].own_edge].polygon
     if (other == own) | (high[other, 0] < x - margin) | (low[other, 0] > x + margin):
         return count
     if (high[other, 1] < y - margin) | (low[other, 1] > y + margin):
         return count
-    faced, which, others = signed_distances(
-        x, y, along_x, along_y, edges, first_edge[other], first_edge[other + 1], pose
-    )
+    faced, which, others = signed_distances(x, y, along_x, along_y, bodies, other, pose)
     if (faced >= margin) | (others >= margin):
         return count
     if count < polygon.size:
@@ -46,17 +44,15 @@ def append_if_near(points, i, other, edges, first_edge, pose, low, high, margin,
 
 
 @kernel
-def find_neighbours(
-    points, left, edges, first_edge, pose, low, high, narrow, start, widest, wide, margin, first, polygon, edge, gap
-):
+def find_neighbours(bodies, left, pose, low, high, narrow, start, widest, wide, margin, first, polygon, edge, gap):
     """Fill the neighbour list (Verlet 1967) of all points: other blocks nearer than ``margin``.
 
     The narrow blocks are sorted by their left ends, so a binary search finds the first that may be near.
 
     Parameters
     ----------
-    points, edges, first_edge, pose
-        See ``damagepred.kernels.dynamics.contact``.
+    bodies, pose
+        See ``damagepred.kernels.dynamics.contact.contact_forces``.
     left : array (p,)
         Coordinate x of the points (m).
     low, high : array (polygons, 2)
@@ -80,19 +76,15 @@ def find_neighbours(
         Length of the whole list.
     """
     count = 0
-    for i in range(points.size):
+    for i in range(left.size):
         first[i] = count
         x = left[i]
         begin = np.searchsorted(start, x - margin - widest)
         for s in range(begin, narrow.size):
             if start[s] > x + margin:
                 break
-            count = append_if_near(
-                points, i, narrow[s], edges, first_edge, pose, low, high, margin, polygon, edge, gap, count
-            )
+            count = append_if_near(bodies, i, narrow[s], pose, low, high, margin, polygon, edge, gap, count)
         for w in range(wide.size):
-            count = append_if_near(
-                points, i, wide[w], edges, first_edge, pose, low, high, margin, polygon, edge, gap, count
-            )
-    first[points.size] = count
+            count = append_if_near(bodies, i, wide[w], pose, low, high, margin, polygon, edge, gap, count)
+    first[left.size] = count
     return count

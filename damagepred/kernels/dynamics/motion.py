@@ -7,73 +7,123 @@ steps. Angles are summed up, and cosine and sine taken of the sum: nothing drift
 import numpy as np
 from numpy import copysign
 
-from damagepred.kernels.jit import rule
+from damagepred.kernels.jit import law, rule
 
 DAMPING, BOUNDARY, LIVE, BODY_TERMS = 0, 1, 2, 3
 """What is counted while bodies move (J): work taken by damping, put in by what is held and by the ground, and by live
 loads."""
 
 
-@rule
-def advance_bodies(motion, drive, k, time_step, local_damping, mass_damping, body_terms):
-    """Advance velocities and poses of all blocks by one step: central differences with local damping (Cundall 1987).
+@law
+def advance_free(motion, count, base, time_step, local_damping, mass_damping, body_terms):
+    """Advance the free degrees of freedom by one step: central differences with local damping (Cundall 1987).
 
     Parameters
     ----------
     motion : NamedTuple of arrays
-        ``reference`` (n + 1, 2) place of the centroids at first (m), ``pose`` (bodies, 4), ``force`` (bodies, 3),
-        ``load``, ``live_load`` and ``inverse_mass`` (n + 1, 3), this 0 where it is held, ``velocity`` and
-        ``displacement`` (n + 1, 3), the ground last, and ``held``, ``held_start``, ``held_displacement``: see
-        ``damagepred.solvers.dynamics.body_motion``.
-    drive : array (steps + 1, 3)
-        Displacement x, y of the base (m) and share of the movement, step by step.
-    k : int
-        Step from which to go on.
-    time_step : float
-        dt (s).
-    local_damping : float
-        Share of the unbalanced force that opposes the motion.
-    mass_damping : float
-        Damping force over momentum relative to the base (1/s).
-    body_terms : array (BODY_TERMS,)
-        Added to.
+        Bodies or gridpoints.
+    count : int
+        How many of them, from the first on.
+    base : tuple of float
+        Velocity of the base in each direction (m/s, rad/s).
+    time_step, local_damping, mass_damping, body_terms
+        See ``advance_bodies``.
     """
     half = 0.5 * mass_damping * time_step
-    base = ((drive[k + 1, 0] - drive[k, 0]) / time_step, (drive[k + 1, 1] - drive[k, 1]) / time_step, 0.0)
-    velocity, displacement, force = motion.velocity, motion.displacement, motion.force
-    blocks = velocity.shape[0] - 1
+    velocity, displacement, force, load = motion.velocity, motion.displacement, motion.force, motion.load
     damped = (local_damping > 0.0) | (mass_damping > 0.0)
-    for j in range(blocks):
-        for d in range(3):
+    for j in range(count):
+        for d in range(len(base)):
             inverse = motion.inverse_mass[j, d]
             if inverse == 0.0:
                 continue
-            pull = force[j, d] + motion.load[j, d]
+            total = force[j, d] + load[j, d]
             v = velocity[j, d]
             if damped:
-                drag = copysign(local_damping * abs(pull), v) if v != 0.0 else 0.0
-                new = (v * (1.0 - half) + 2.0 * half * base[d] + time_step * (pull - drag) * inverse) / (1.0 + half)
+                drag = copysign(local_damping * abs(total), v) if v != 0.0 else 0.0
+                new = (v * (1.0 - half) + 2.0 * half * base[d] + time_step * (total - drag) * inverse) / (1.0 + half)
                 mean = 0.5 * (v + new)
                 dashpot = mass_damping * (mean - base[d]) / inverse
                 body_terms[DAMPING] += time_step * (drag * mean + dashpot * (mean - base[d]))
                 body_terms[BOUNDARY] -= time_step * dashpot * base[d]
             else:
-                new = v + time_step * pull * inverse
+                new = v + time_step * total * inverse
             velocity[j, d] = new
             displacement[j, d] += time_step * new
-    displacement[blocks, 0] = drive[k + 1, 0]
-    displacement[blocks, 1] = drive[k + 1, 1]
-    velocity[blocks, 0] = base[0]
-    velocity[blocks, 1] = base[1]
-    body_terms[BOUNDARY] -= 0.5 * time_step * (force[blocks, 0] * base[0] + force[blocks, 1] * base[1])
+
+
+@law
+def advance_prescribed(motion, loading, k, time_step, body_terms):
+    """Move the prescribed degrees of freedom by one step, and add the first half of the step's work there.
+
+    Parameters
+    ----------
+    motion : NamedTuple of arrays
+        Bodies or gridpoints.
+    loading, k, time_step, body_terms
+        See ``advance_bodies``.
+    """
+    velocity, displacement = motion.velocity, motion.displacement
+    directions = velocity.shape[1]
     for h in range(motion.held.size):
-        j, d = motion.held[h] // 3, motion.held[h] % 3
-        now = motion.held_start[h] + drive[k + 1, 2] * motion.held_displacement[h]
-        now += drive[k + 1, d] if d < 2 else 0.0
+        j, d = motion.held[h] // directions, motion.held[h] % directions
+        now = motion.held_start[h] + loading[k + 1, 2] * motion.held_displacement[h]
+        now += loading[k + 1, d] if d < 2 else 0.0
         v = (now - displacement[j, d]) / time_step
         displacement[j, d] = now
         velocity[j, d] = v
-        body_terms[BOUNDARY] -= 0.5 * time_step * v * (force[j, d] + motion.load[j, d])
+        body_terms[BOUNDARY] -= 0.5 * time_step * v * (motion.force[j, d] + motion.load[j, d])
+
+
+@law
+def prescribed_power(motion, power):
+    """Return a power and that of the forces at prescribed degrees of freedom (W).
+
+    Parameters
+    ----------
+    motion : NamedTuple of arrays
+        Bodies or gridpoints.
+    power : float
+        To which it is added (W).
+    """
+    directions = motion.velocity.shape[1]
+    for h in range(motion.held.size):
+        j, d = motion.held[h] // directions, motion.held[h] % directions
+        power += motion.velocity[j, d] * (motion.force[j, d] + motion.load[j, d])
+    return power
+
+
+@rule
+def advance_bodies(motion, loading, k, time_step, local_damping, mass_damping, body_terms):
+    """Advance velocities and poses of all blocks by one step.
+
+    Parameters
+    ----------
+    motion : NamedTuple of arrays
+        See ``damagepred.solvers.dynamics.body_motion``: n blocks, then the ground.
+    loading : array (steps + 1, 3)
+        Displacement x, y of the base (m) and load factor, step by step.
+    k : int
+        Step from which to go on.
+    time_step : float
+        dt (s).
+    local_damping : float
+        Share of the residual force that opposes the motion.
+    mass_damping : float
+        Damping force over momentum relative to the base (1/s).
+    body_terms : array (BODY_TERMS,)
+        Added to (J).
+    """
+    base = ((loading[k + 1, 0] - loading[k, 0]) / time_step, (loading[k + 1, 1] - loading[k, 1]) / time_step, 0.0)
+    velocity, displacement, force = motion.velocity, motion.displacement, motion.force
+    blocks = velocity.shape[0] - 1
+    advance_free(motion, blocks, base, time_step, local_damping, mass_damping, body_terms)
+    displacement[blocks, 0] = loading[k + 1, 0]
+    displacement[blocks, 1] = loading[k + 1, 1]
+    velocity[blocks, 0] = base[0]
+    velocity[blocks, 1] = base[1]
+    body_terms[BOUNDARY] -= 0.5 * time_step * (force[blocks, 0] * base[0] + force[blocks, 1] * base[1])
+    advance_prescribed(motion, loading, k, time_step, body_terms)
     for j in range(blocks + 1):
         update_pose(motion, j)
     force[:] = 0.0
@@ -137,14 +187,11 @@ def add_boundary_work(motion, time_step, body_terms):
     velocity, force = motion.velocity, motion.force
     ground = velocity.shape[0] - 1
     power = force[ground, 0] * velocity[ground, 0] + force[ground, 1] * velocity[ground, 1]
-    for h in range(motion.held.size):
-        j, d = motion.held[h] // 3, motion.held[h] % 3
-        power += velocity[j, d] * (force[j, d] + motion.load[j, d])
-    body_terms[BOUNDARY] -= 0.5 * time_step * power
+    body_terms[BOUNDARY] -= 0.5 * time_step * prescribed_power(motion, power)
 
 
 @rule
-def largest_movement(motion, searched_at, reach):
+def largest_movement(motion, searched_at, radius):
     """Return an upper bound of a block point's displacement relative to the base since the last neighbour search (m).
 
     Parameters
@@ -153,10 +200,10 @@ def largest_movement(motion, searched_at, reach):
         See ``advance_bodies``.
     searched_at : array (n + 1, 3)
         Displacements then.
-    reach : array (n,)
+    radius : array (n,)
         Largest distance of a corner from the centroid (m).
     """
-    now, largest, ground = motion.displacement, 0.0, reach.size
+    now, largest, ground = motion.displacement, 0.0, radius.size
     base_x, base_y = now[ground, 0] - searched_at[ground, 0], now[ground, 1] - searched_at[ground, 1]
     for j in range(ground):
         x, y, turn = (
@@ -164,6 +211,6 @@ def largest_movement(motion, searched_at, reach):
             now[j, 1] - searched_at[j, 1] - base_y,
             now[j, 2] - searched_at[j, 2],
         )
-        moved = abs(x) + abs(y) + reach[j] * abs(turn)
+        moved = abs(x) + abs(y) + radius[j] * abs(turn)
         largest = moved if not moved <= largest else largest
     return largest

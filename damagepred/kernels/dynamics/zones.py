@@ -29,9 +29,8 @@ across it. Energy, momentum and angular momentum are conserved.
 import math
 
 import numpy as np
-from numpy import copysign
 
-from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING
+from damagepred.kernels.dynamics.motion import BOUNDARY, advance_free, advance_prescribed, prescribed_power
 from damagepred.kernels.jit import law, rule
 from damagepred.kernels.zone.law import within_yield_surface, zone_return
 
@@ -44,7 +43,7 @@ ZONE = np.dtype(
         ("b", "i8"),
         ("c", "i8"),
         ("block", "i8"),
-        ("memory", "i8"),
+        ("history", "i8"),
         ("b_x", "f8"),
         ("b_y", "f8"),
         ("c_x", "f8"),
@@ -59,9 +58,9 @@ ZONE = np.dtype(
         ("xy_y", "f8"),
     ]
 )
-"""A zone: its gridpoints, block, place of its memory, -1 if it has none; slopes of the shape functions of b and c
-(1/m); area times thickness (m3); share of a's displacement in the hourglass displacement of its cell of four zones; by
-how much e_xx, e_yy, g_xy grow with that in x and in y (1/m)."""
+"""A zone: its gridpoints, block, place of its history variables, -1 if it stays elastic; slopes of the shape functions
+of b and c (1/m); area times thickness (m3); share of a's displacement in the hourglass displacement of its cell of four
+zones; by how much e_xx, e_yy, g_xy grow with that in x and in y (1/m)."""
 
 FACET_BODY = np.dtype([("start", "i8"), ("end", "i8"), ("share", "f8"), ("along_x", "f8"), ("along_y", "f8")])
 """A body on a facet: the facet's gridpoints, counter-clockwise; where it is between them, 0 at the start, 1 at the end;
@@ -120,7 +119,7 @@ def plastic_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stress
     Parameters
     ----------
     zone : record
-        ``ZONE``, with ``memory`` not negative.
+        ``ZONE``, with ``history`` not negative.
     e_xx, e_yy, g_xy : float
         Biot strain with the hourglass part, in the corotated frame, tension positive; g_xy = 2 e_xy.
     elasticity, strength : array (n, 7)
@@ -132,7 +131,7 @@ def plastic_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stress
     terms : array (ZONE_TERMS,)
         Added to (J).
     """
-    c, b, m = elasticity, zone.block, zone.memory
+    c, b, m = elasticity, zone.block, zone.history
     t_xx, t_yy, p_zz = e_xx - plastic[m, 0], e_yy - plastic[m, 1], plastic[m, 3]
     s_xx = c[b, 0] * t_xx + c[b, 1] * t_yy - c[b, 3] * p_zz
     s_yy = c[b, 1] * t_xx + c[b, 0] * t_yy - c[b, 3] * p_zz
@@ -216,7 +215,7 @@ def zone_forces(grid, per_step):
         e_xx = u_xx + zone.xx_x * p_x + zone.xx_y * p_y
         e_yy = u_yy + zone.yy_x * p_x + zone.yy_y * p_y
         g_xy = 2.0 * u_xy + zone.xy_x * p_x + zone.xy_y * p_y
-        if zone.memory < 0:
+        if zone.history < 0:
             c11, c12 = moduli[zone.block, 0], moduli[zone.block, 1]
             s_xx, s_yy, s_xy = c11 * e_xx + c12 * e_yy, c12 * e_xx + c11 * e_yy, moduli[zone.block, 2] * g_xy
         else:
@@ -271,16 +270,16 @@ def update_facet_poses(grid, pose, first):
     first : int
         Number of the first body on a facet.
     """
-    sides, at, moved = grid.sides, grid.reference, grid.displacement
-    for i in range(sides.size):
-        side = sides[i]
-        x0, y0 = at[side.start, 0] + moved[side.start, 0], at[side.start, 1] + moved[side.start, 1]
-        x, y = at[side.end, 0] + moved[side.end, 0] - x0, at[side.end, 1] + moved[side.end, 1] - y0
+    facets, at, moved = grid.facets, grid.reference, grid.displacement
+    for i in range(facets.size):
+        facet = facets[i]
+        x0, y0 = at[facet.start, 0] + moved[facet.start, 0], at[facet.start, 1] + moved[facet.start, 1]
+        x, y = at[facet.end, 0] + moved[facet.end, 0] - x0, at[facet.end, 1] + moved[facet.end, 1] - y0
         inverse = 1.0 / math.sqrt(x * x + y * y)
-        pose[first + i, 0] = x0 + side.share * x
-        pose[first + i, 1] = y0 + side.share * y
-        pose[first + i, 2] = inverse * (side.along_x * x + side.along_y * y)
-        pose[first + i, 3] = inverse * (side.along_x * y - side.along_y * x)
+        pose[first + i, 0] = x0 + facet.share * x
+        pose[first + i, 1] = y0 + facet.share * y
+        pose[first + i, 2] = inverse * (facet.along_x * x + facet.along_y * y)
+        pose[first + i, 3] = inverse * (facet.along_x * y - facet.along_y * x)
 
 
 @rule
@@ -296,72 +295,36 @@ def scatter_facet_forces(grid, force, first):
     first : int
         Number of the first body on a facet.
     """
-    sides, at, moved, on = grid.sides, grid.reference, grid.displacement, grid.force
-    for i in range(sides.size):
-        x, y, turning = force[first + i, 0], force[first + i, 1], force[first + i, 2]
-        if (x == 0.0) & (y == 0.0) & (turning == 0.0):
+    facets, at, moved, on = grid.facets, grid.reference, grid.displacement, grid.force
+    for i in range(facets.size):
+        x, y, moment = force[first + i, 0], force[first + i, 1], force[first + i, 2]
+        if (x == 0.0) & (y == 0.0) & (moment == 0.0):
             continue
-        side = sides[i]
-        along_x = at[side.end, 0] + moved[side.end, 0] - (at[side.start, 0] + moved[side.start, 0])
-        along_y = at[side.end, 1] + moved[side.end, 1] - (at[side.start, 1] + moved[side.start, 1])
-        turning /= along_x * along_x + along_y * along_y
-        on[side.start, 0] += (1.0 - side.share) * x + turning * along_y
-        on[side.start, 1] += (1.0 - side.share) * y - turning * along_x
-        on[side.end, 0] += side.share * x - turning * along_y
-        on[side.end, 1] += side.share * y + turning * along_x
+        facet = facets[i]
+        along_x = at[facet.end, 0] + moved[facet.end, 0] - (at[facet.start, 0] + moved[facet.start, 0])
+        along_y = at[facet.end, 1] + moved[facet.end, 1] - (at[facet.start, 1] + moved[facet.start, 1])
+        moment /= along_x * along_x + along_y * along_y
+        on[facet.start, 0] += (1.0 - facet.share) * x + moment * along_y
+        on[facet.start, 1] += (1.0 - facet.share) * y - moment * along_x
+        on[facet.end, 0] += facet.share * x - moment * along_y
+        on[facet.end, 1] += facet.share * y + moment * along_x
 
 
 @rule
-def advance_gridpoints(grid, drive, k, time_step, local_damping, mass_damping, body_terms):
-    """Advance all gridpoints by one step: central differences with local damping (Cundall 1987), as ``advance_bodies``.
+def advance_gridpoints(grid, loading, k, time_step, local_damping, mass_damping, body_terms):
+    """Advance all gridpoints by one step, as ``advance_bodies``.
 
     Parameters
     ----------
     grid : NamedTuple of arrays
         See ``damagepred.solvers.dynamics.gridpoints``.
-    drive : array (steps + 1, 3)
-        Displacement x, y of the base (m) and load factor, step by step.
-    k : int
-        Step from which to go on.
-    time_step : float
-        dt (s).
-    local_damping : float
-        Share of the residual force that opposes the motion.
-    mass_damping : float
-        Damping force over momentum relative to the base (1/s).
-    body_terms : array (BODY_TERMS,)
-        Added to (J).
+    loading, k, time_step, local_damping, mass_damping, body_terms
+        See ``advance_bodies``.
     """
-    half = 0.5 * mass_damping * time_step
-    base = ((drive[k + 1, 0] - drive[k, 0]) / time_step, (drive[k + 1, 1] - drive[k, 1]) / time_step)
-    velocity, moved, force, load = grid.velocity, grid.displacement, grid.force, grid.load
-    damped = (local_damping > 0.0) | (mass_damping > 0.0)
-    for j in range(velocity.shape[0]):
-        for d in range(2):
-            inverse = grid.inverse_mass[j, d]
-            if inverse == 0.0:
-                continue
-            pull = force[j, d] + load[j, d]
-            v = velocity[j, d]
-            if damped:
-                drag = copysign(local_damping * abs(pull), v) if v != 0.0 else 0.0
-                new = (v * (1.0 - half) + 2.0 * half * base[d] + time_step * (pull - drag) * inverse) / (1.0 + half)
-                mean = 0.5 * (v + new)
-                dashpot = mass_damping * (mean - base[d]) / inverse
-                body_terms[DAMPING] += time_step * (drag * mean + dashpot * (mean - base[d]))
-                body_terms[BOUNDARY] -= time_step * dashpot * base[d]
-            else:
-                new = v + time_step * pull * inverse
-            velocity[j, d] = new
-            moved[j, d] += time_step * new
-    for h in range(grid.held.size):
-        j, d = grid.held[h] // 2, grid.held[h] % 2
-        now = grid.held_start[h] + drive[k + 1, 2] * grid.held_displacement[h] + drive[k + 1, d]
-        v = (now - moved[j, d]) / time_step
-        moved[j, d] = now
-        velocity[j, d] = v
-        body_terms[BOUNDARY] -= 0.5 * time_step * v * (force[j, d] + load[j, d])
-    force[:] = 0.0
+    base = ((loading[k + 1, 0] - loading[k, 0]) / time_step, (loading[k + 1, 1] - loading[k, 1]) / time_step)
+    advance_free(grid, grid.velocity.shape[0], base, time_step, local_damping, mass_damping, body_terms)
+    advance_prescribed(grid, loading, k, time_step, body_terms)
+    grid.force[:] = 0.0
 
 
 @rule
@@ -377,11 +340,7 @@ def add_gridpoint_boundary_work(grid, time_step, body_terms):
     body_terms : array (BODY_TERMS,)
         Added to (J).
     """
-    push = 0.0
-    for h in range(grid.held.size):
-        j, d = grid.held[h] // 2, grid.held[h] % 2
-        push += grid.velocity[j, d] * (grid.force[j, d] + grid.load[j, d])
-    body_terms[BOUNDARY] -= 0.5 * time_step * push
+    body_terms[BOUNDARY] -= 0.5 * time_step * prescribed_power(grid, 0.0)
 
 
 @rule

@@ -12,13 +12,12 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.lib.recfunctions import structured_to_unstructured
 from numpy.typing import NDArray
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
-from damagepred.kernels.dynamics.contact import BONDED, EDGE, FREE, LAW, POINT
+from damagepred.kernels.dynamics.contact import BONDED, EDGE, FREE, POINT
 from damagepred.kernels.joint.parameters import joint_parameters
 from damagepred.solvers.dynamics.facets import FacetBodies
 from damagepred.solvers.dynamics.options import DynamicsOptions
@@ -41,17 +40,21 @@ class BodyArrays(NamedTuple):
         then those of the places of facets that interfaces join.
     first_edge : array of int (polygons + 1,)
         Where the edges of each polygon begin: the blocks and, if anything rests on it, the ground at its lowest level.
-    laws : array (l, LAW)
-        Laws of bonds, each followed by that of later contacts.
-    reach : array (n,)
+    laws : array of record (l,)
+        ``JOINT_PARAMETERS`` of each bond, followed by those without bond, for later contacts.
+    radius : array (n,)
         Largest distance of a corner from its block's centroid (m).
+    facing_cosine, continuation_cosine : float
+        Of ``DynamicsOptions``.
     """
 
     points: NDArray[Any]
     edges: NDArray[Any]
     first_edge: IntArray
-    laws: FloatArray
-    reach: FloatArray
+    laws: NDArray[Any]
+    radius: FloatArray
+    facing_cosine: float
+    continuation_cosine: float
 
 
 def body_arrays(
@@ -81,7 +84,15 @@ def body_arrays(
     vertices, first = model.blocks.vertices, model.blocks.first_vertex
     owner = np.repeat(np.arange(model.n_blocks), np.diff(first))
     arm = np.hypot(vertices[:, 0] - model.blocks.x[owner], vertices[:, 1] - model.blocks.y[owner])
-    return BodyArrays(points, edges, first_edge, _laws(model), np.maximum.reduceat(arm, first[:-1]))
+    return BodyArrays(
+        points,
+        edges,
+        first_edge,
+        _laws(model),
+        np.maximum.reduceat(arm, first[:-1]),
+        options.facing_cosine,
+        options.continuation_cosine,
+    )
 
 
 def _edges(
@@ -234,7 +245,7 @@ def _joint_points(
     points["area"] = 0.5 * face.contact_area[:, None, :]
     points["law"] = 2 * np.arange(m)[:, None, None]
     length = face.contact_area * (face.length / face.contact_area.sum(axis=1))[:, None]
-    points["reach"], points["release"] = (
+    points["edge_overrun"], points["release_opening"] = (
         options.edge_overrun * length[:, None, :],
         options.release_opening * length[:, None, :],
     )
@@ -275,7 +286,10 @@ def _free_points(
     points["body"], points["own_edge"] = e["body"], own
     points["x"], points["y"] = e["x"] + e["along_x"] * way, e["y"] + e["along_y"] * way
     points["area"] = 0.5 * stretch * model.block_law.thickness[e["polygon"]]
-    points["reach"], points["release"] = options.edge_overrun * stretch, options.release_opening * stretch
+    points["edge_overrun"], points["release_opening"] = (
+        options.edge_overrun * stretch,
+        options.release_opening * stretch,
+    )
     points["law"] = 2 * law[e["polygon"]] + 1
     points["status"] = FREE
     points["cracked"] = 1.0
@@ -340,7 +354,7 @@ def _default_law(model: Model) -> IntArray:
     return usual[:-1]
 
 
-def _laws(model: Model) -> FloatArray:
+def _laws(model: Model) -> NDArray[Any]:
     """Return the laws of the interfaces and, last, of blocks without any, each followed by that with a broken bond."""
     own = model.properties
     loose = model.loose_joint or JointProperties._make(values[:1] for values in own)
@@ -357,5 +371,4 @@ def _laws(model: Model) -> FloatArray:
         critical_opening=none,
         critical_slip=none,
     )
-    laws = np.stack([structured_to_unstructured(joint_parameters(pair)) for pair in (properties, bare)], axis=1)
-    return laws.reshape(-1, LAW)
+    return np.stack([joint_parameters(pair) for pair in (properties, bare)], axis=1).ravel()

@@ -13,7 +13,7 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
 class Motion(NamedTuple):
-    """Bodies: n blocks, then the ground, then those on the facets of deformable blocks (``sides``).
+    """Bodies: n blocks, then the ground, then those on the facets of deformable blocks.
 
     A deformable block as a whole does not move: its gridpoints do (``grid``).
 

@@ -51,10 +51,10 @@ def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float, wide: flo
     points, edges = scene.points, scene.edges
     own = edges[: scene.first_edge[-1]]
     corner = world_coordinates(pose, own["body"], own["x"], own["y"])
-    sides = np.diff(scene.first_edge)
+    corners = np.diff(scene.first_edge)
     low = np.minimum.reduceat(corner, scene.first_edge[:-1])
     high = np.maximum.reduceat(corner, scene.first_edge[:-1])
-    low[sides < 3], high[sides < 3] = -np.inf, np.inf  # the ground: a line without end
+    low[corners < 3], high[corners < 3] = -np.inf, np.inf  # the ground: a line without end
     width = high[:, 0] - low[:, 0]
     is_wide = width > wide * np.median(width)
     narrow = np.flatnonzero(~is_wide)
@@ -65,10 +65,8 @@ def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float, wide: flo
     while True:
         polygon, edge, distance = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
         count = find_neighbours(
-            points,
+            scene,
             left,
-            edges,
-            scene.first_edge,
             pose,
             low,
             high,

@@ -20,7 +20,6 @@ from damagepred.diagnostics import Energies
 from damagepred.kernels.dynamics.contact import DASHPOT, FRACTURE, FRICTION, RELEASED
 from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING, LIVE
 from damagepred.kernels.dynamics.zones import YIELDING, ZONE_DAMPING
-from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.body_motion import Motion
 from damagepred.solvers.dynamics.gridpoints import Grid, zone_energy
@@ -99,12 +98,14 @@ class EnergyBalance:
     def elastic_energy(self) -> float:
         """Return the elastic energy of joints and zones (J)."""
         points = self._scene.points
-        law = JointParameters(*self._scene.laws[points["law"]].T)
+        joint = self._scene.laws[points["law"]]
         sigma = points["sigma"]
         # a softening bond unloads to the origin
-        softened = (sigma > 0) & (points["cracked"] != 0) & (law.critical_opening > 0)
-        opening = np.where(softened, points["opening"] - points["dilatant_opening"], sigma / law.normal_stiffness)
-        joints = 0.5 * float((points["area"] * (sigma * opening + points["tau"] ** 2 * law.shear_compliance)).sum())
+        softened = (sigma > 0) & (points["cracked"] != 0) & (joint["critical_opening"] > 0)
+        opening = np.where(softened, points["opening"] - points["dilatant_opening"], sigma / joint["normal_stiffness"])
+        joints = 0.5 * float(
+            (points["area"] * (sigma * opening + points["tau"] ** 2 * joint["shear_compliance"])).sum()
+        )
         return joints if self._grid is None else joints + zone_energy(self._grid)
 
     def balance(self) -> Energies:

@@ -61,7 +61,7 @@ class Grid(NamedTuple):
         ``ZoneState`` of those zones.
     past : array (z, 9)
         Strain, stress and damping stress of the last step; nothing without stiffness-proportional damping.
-    sides : array of record (s,)
+    facets : array of record (s,)
         ``FACET_BODY``.
     terms : array (ZONE_TERMS,)
         Works so far (J).
@@ -86,7 +86,7 @@ class Grid(NamedTuple):
     stress: FloatArray
     state: IntArray
     past: FloatArray
-    sides: NDArray[Any]
+    facets: NDArray[Any]
     terms: FloatArray
 
 
@@ -129,8 +129,7 @@ def gridpoint_arrays(model: Model, origin: FloatArray, facets: FacetBodies, damp
             f"time: give its material a density greater than 0, or hold it."
         )
     nothing, system = np.zeros((count, 2)), DiscreteSystem.of(model)
-    memory = np.cumsum(can_yield(model)[mesh.zone_block])
-    yields = int(memory[-1])
+    yields = int(can_yield(model)[mesh.zone_block].sum())
     return Grid(
         reference=np.column_stack((mesh.x, mesh.y)) - origin,
         displacement=nothing,
@@ -151,7 +150,7 @@ def gridpoint_arrays(model: Model, origin: FloatArray, facets: FacetBodies, damp
         stress=np.zeros((yields, 4)),
         state=np.zeros(yields, dtype=np.int64),
         past=np.zeros((len(mesh.zones) if damped else 0, 9)),
-        sides=_facet_records(facets),
+        facets=_facet_records(facets),
         terms=np.zeros(ZONE_TERMS),
     )
 
@@ -164,7 +163,7 @@ def _zones(model: Model) -> NDArray[Any]:
     zones["a"], zones["b"], zones["c"] = mesh.zones.T
     zones["block"] = block
     yields = can_yield(model)[block]
-    zones["memory"] = np.where(yields, np.cumsum(yields) - 1, -1)
+    zones["history"] = np.where(yields, np.cumsum(yields) - 1, -1)
     slopes = zone_slopes(mesh)
     zones["b_x"], zones["b_y"], zones["c_x"], zones["c_y"] = slopes.reshape(-1, 4).T
     zones["gamma"], extra = bending(model)
@@ -175,11 +174,11 @@ def _zones(model: Model) -> NDArray[Any]:
 
 
 def _facet_records(facets: FacetBodies) -> NDArray[Any]:
-    sides = np.zeros(len(facets.start), dtype=FACET_BODY)
-    sides["start"], sides["end"], sides["share"] = facets.start, facets.end, facets.share
+    records = np.zeros(len(facets.start), dtype=FACET_BODY)
+    records["start"], records["end"], records["share"] = facets.start, facets.end, facets.share
     way = facets.x_end - facets.x_start
-    sides["along_x"], sides["along_y"] = way.T / np.hypot(*way.T)
-    return sides
+    records["along_x"], records["along_y"] = way.T / np.hypot(*way.T)
+    return records
 
 
 def update_facet_poses(grid: Grid, motion: Motion) -> None:
@@ -192,13 +191,13 @@ def update_facet_poses(grid: Grid, motion: Motion) -> None:
     motion : Motion
         Its ``pose`` is changed from the first body on a facet on.
     """
-    at, sides = grid.reference + grid.displacement, grid.sides
-    start, way = at[sides["start"]], at[sides["end"]] - at[sides["start"]]
+    at, facets = grid.reference + grid.displacement, grid.facets
+    start, way = at[facets["start"]], at[facets["end"]] - at[facets["start"]]
     first = len(motion.displacement)
     length = np.hypot(*way.T)
-    motion.pose[first:, :2] = start + sides["share"][:, None] * way
-    motion.pose[first:, 2] = (sides["along_x"] * way[:, 0] + sides["along_y"] * way[:, 1]) / length
-    motion.pose[first:, 3] = (sides["along_x"] * way[:, 1] - sides["along_y"] * way[:, 0]) / length
+    motion.pose[first:, :2] = start + facets["share"][:, None] * way
+    motion.pose[first:, 2] = (facets["along_x"] * way[:, 0] + facets["along_y"] * way[:, 1]) / length
+    motion.pose[first:, 3] = (facets["along_x"] * way[:, 1] - facets["along_y"] * way[:, 0]) / length
 
 
 def set_initial_velocity(grid: Grid, model: Model) -> None:
@@ -255,8 +254,8 @@ def biot_strains(grid: Grid) -> tuple[FloatArray, FloatArray, FloatArray]:
 def plastic_strains(grid: Grid) -> FloatArray:
     """Return the plastic strain of all zones, array (z, 4)."""
     plastic = np.zeros((len(grid.zones), 4))
-    memory = grid.zones["memory"]
-    plastic[memory >= 0] = grid.plastic[memory[memory >= 0]]
+    history = grid.zones["history"]
+    plastic[history >= 0] = grid.plastic[history[history >= 0]]
     return plastic
 
 
@@ -290,8 +289,8 @@ def results_of_zones(grid: Grid, base: FloatArray) -> ZoneResults:
     turned = half * double_c - s_xy * double_s
     stress = np.column_stack((mean + turned, mean - turned, half * double_s + s_xy * double_c, s_zz))
     state = np.zeros(len(strain), dtype=np.int8)
-    memory = grid.zones["memory"]
-    state[memory >= 0] = grid.state[memory[memory >= 0]]
+    history = grid.zones["history"]
+    state[history >= 0] = grid.state[history[history >= 0]]
     return zone_results(grid.displacement - base, stress, plastic, state)
 
 

@@ -25,6 +25,10 @@ class DynamicsOptions:
         Length by which a point may pass the end of the edge it faces, over the length it stands for (1).
     release_opening : float
         Opening at which a point with a broken bond leaves its first edge, over the length it stands for (1).
+    facing_cosine : float
+        Cosine of the angle between two faces that touch, least to count as facing each other (1). 0.1 is 84 degrees.
+    continuation_cosine : float
+        Cosine of the angle between two edges from which pressure and friction pass from one to the next (1).
     corner_sine : float
         Sine of the angle between two facets from which they belong to different faces (1).
     middle_tolerance : float
@@ -51,6 +55,8 @@ class DynamicsOptions:
     wide_block_ratio: Pure = Field(default=4.0, ge=1)
     edge_overrun: Pure = Field(default=0.02, ge=0)
     release_opening: Pure = Field(default=0.1, ge=0)
+    facing_cosine: Pure = Field(default=0.1, ge=0, lt=1)
+    continuation_cosine: Pure = Field(default=0.7, ge=0, lt=1)
     corner_sine: Pure = Field(default=1e-6, gt=0, lt=1)
     middle_tolerance: Pure = Field(default=1e-9, gt=0, lt=0.5)
     max_cells: Count = Field(default=100, ge=1)

@@ -154,7 +154,7 @@ class DynamicRun:
             if initial is not None:
                 motion.displacement[self.deformable] = 0.0
                 grid.displacement[:] = at_gridpoints(self.model, initial.displacement)
-                grid.plastic[:] = initial.plastic[grid.zones["memory"] >= 0]
+                grid.plastic[:] = initial.plastic[grid.zones["history"] >= 0]
             grid.held_start[:] = grid.displacement.ravel()[grid.held]
             update_facet_poses(grid, motion)
         self._update_neighbour_list()
@@ -215,7 +215,7 @@ class DynamicRun:
         """Run to the next output."""
         count = self.steps_each
         time: FloatArray = self.time + self.time_step * np.arange(count + 1, dtype=np.float64)
-        drive = np.column_stack((self.base(time), self.load_factor(time)))
+        loading = np.column_stack((self.base(time), self.load_factor(time)))
         zones = 0 if self.grid is None else len(self.grid.zones)
         stretch = max(1, self.options.point_steps_per_check // (len(self.bodies.points) + zones))
         done = 0
@@ -223,7 +223,7 @@ class DynamicRun:
         while done < count:
             check_time()
             if done == line_end:
-                ground_rate, line_end = self._next_ground_rate(drive[:, 2], done)
+                ground_rate, line_end = self._next_ground_rate(loading[:, 2], done)
             reached = run_steps(
                 self.bodies,
                 self.neighbours,
@@ -233,7 +233,7 @@ class DynamicRun:
                 self.softening,
                 ground_rate,
                 self.has_live_load,
-                drive,
+                loading,
                 done,
                 min(line_end, done + stretch),
                 self.damping,
@@ -282,7 +282,7 @@ class DynamicRun:
         moved = self.motion.displacement - self.searched_at
         base = np.array([*moved[-1, :2], 0.0])
         moved = np.abs(moved[:-1] - base)
-        largest_movement = float((moved[:, 0] + moved[:, 1] + self.bodies.reach * moved[:, 2]).max())
+        largest_movement = float((moved[:, 0] + moved[:, 1] + self.bodies.radius * moved[:, 2]).max())
         if self.grid is not None:
             points = np.abs(self.grid.displacement - self.grid.searched_at - base[:2])[self.grid.boundary].sum(axis=1)
             largest_movement = max(largest_movement, float(points.max()))

@@ -11,7 +11,6 @@ from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, eigsh
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.kernels.dynamics.contact import BONDED
-from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.scene import Dynamics
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.gridpoints import Grid
@@ -101,11 +100,11 @@ def _on_gridpoints(model: Model, scene: BodyArrays, grid: Grid) -> sparse.sparra
     assert mesh is not None
     points = scene.points
     points = points[points["body"] > model.n_blocks]
-    side = grid.sides[points["body"] - model.n_blocks - 1]
-    law, edge = JointParameters(*scene.laws[points["law"]].T), scene.edges[points["own_edge"]]
+    side = grid.facets[points["body"] - model.n_blocks - 1]
+    joint, edge = scene.laws[points["law"]], scene.edges[points["own_edge"]]
     along = points["x"] * side["along_x"] + points["y"] * side["along_y"]
     share = np.clip(side["share"] + along / edge["length"], 0.0, 1.0)
-    k_n, k_s = law.normal_stiffness * points["area"], law.shear_stiffness * points["area"]
+    k_n, k_s = joint["normal_stiffness"] * points["area"], joint["shear_stiffness"] * points["area"]
     t_x, t_y = side["along_x"], side["along_y"]
     parts = []
     for point, weight in ((side["start"], 1.0 - share), (side["end"], share)):
@@ -126,8 +125,8 @@ def _touched(model: Model, scene: BodyArrays, inverse_mass: FloatArray) -> float
     centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
     own = np.zeros((n + 1, 3, 3))
     all_sides = np.zeros((n + 1, 3, 3))
-    law = JointParameters(*scene.laws[points["law"]].T)
-    normal = law.normal_stiffness * points["area"], law.shear_stiffness * points["area"]
+    joint = scene.laws[points["law"]]
+    normal = joint["normal_stiffness"] * points["area"], joint["shear_stiffness"] * points["area"]
     face = edges[points["own_edge"]]
     rows = _stiffness_rows(points["x"], points["y"], face["along_x"], face["along_y"], *normal)
     whole = points["body"] <= n  # not on the facet of a deformable block
