@@ -47,7 +47,7 @@ class Step(NamedTuple):
     increment : Increment
         Equilibrium.
     verdict : Verdict
-        Cracks and category; the highest category once part of the wall came loose.
+        Cracks and category; the highest category once part of the wall has collapsed.
     """
 
     increment: Increment
@@ -280,11 +280,11 @@ def _solve(
         if steps[-1].increment.collapsed:
             status = PathStatus.COLLAPSED
             last = steps[-1].increment
-            message = f"part of the wall came loose in increment {last.number}"
+            message = f"part of the wall collapsed in increment {last.number}"
             attributes["collapse_increment"] = last.number
             if run is not None:
                 first = next(s.increment for s in steps if s.increment.collapsed)
-                message = f"part of the wall came loose by {first.time:.4g} s"
+                message = f"part of the wall collapsed by {first.time:.4g} s"
                 attributes["collapse_increment"] = first.number
             else:
                 attributes["collapse_progress"] = last.last_stable_load_factor

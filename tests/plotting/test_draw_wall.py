@@ -157,9 +157,9 @@ def test_assembly_without_ground_or_cracks_is_drawn():
 
 
 def test_status_is_told_at_the_end_of_a_path(cracked):
-    ended = cracked.assign_attrs(status="collapsed", status_message="part of the wall came loose in increment 3")
-    assert "came loose" in draw_wall(ended).get_title(loc="left")
-    assert "came loose" not in draw_wall(ended, increment=1).get_title(loc="left")
+    ended = cracked.assign_attrs(status="collapsed", status_message="part of the wall collapsed in increment 3")
+    assert "part of the wall collapsed" in draw_wall(ended).get_title(loc="left")
+    assert "part of the wall collapsed" not in draw_wall(ended, increment=1).get_title(loc="left")
 
 
 def test_wrong_input_is_named(cracked, study):

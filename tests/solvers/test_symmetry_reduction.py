@@ -180,7 +180,7 @@ def test_small_walls_follow_the_same_path(name: str) -> None:
     [
         ("bryant_dishing", 8e-3),
         ("bryant_doming", 7e-3),
-        # later bricks become loose
+        # later bricks are detached
         ("bryant_window_dishing", 3e-3),
         ("bryant_window_doming", 3e-3),
     ],

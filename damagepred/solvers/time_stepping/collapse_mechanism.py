@@ -1,10 +1,10 @@
 """Collapse-mechanism test of a wall that finds no equilibrium.
 
-A little beyond its limit load a wall accelerates so slowly that nothing is detached in any affordable number of cycles.
-Either the unbalanced forces do work along the whole motion, or a joint on the way resists. With small displacements,
-joints slide and open under constant forces, so a larger speed shows the same end sooner: the test speeds the motion up
-until a part is detached, or forces balance. Bonds do not break meanwhile: a wall that
-collapses with them collapses without them.
+Slightly beyond its limit load, a wall accelerates too slowly for a part to be detached in any affordable number of
+cycles. If it is a mechanism, the unbalanced forces do positive work along the whole motion. If not, a joint comes to
+resist. With small displacements, joints slide and open under constant forces, so a larger speed leads to the same end
+sooner. The test therefore raises the speed until a part is detached or forces balance. Bonds do not break meanwhile: a
+wall that collapses with them collapses without them.
 """
 
 from __future__ import annotations
