@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
-from damagepred.kernels.concrete_section.law import BRANSON, CRACKED, bent_before, moments_along
+from damagepred.kernels.concrete_section.law import BRANSON, CRACKED, commit_earlier_moment
+from damagepred.kernels.concrete_section.moment_curvature import moment_curvature_diagram
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
 
@@ -125,7 +126,7 @@ class SectionMemory(NamedTuple):
     def at_first(cls, sections: Sections) -> SectionMemory:
         """Return the history of sections after their earlier moment, either way."""
         memory = cls.fresh(len(sections.interface))
-        bent_before(sections, memory)
+        commit_earlier_moment(sections, memory)
         return memory
 
     @classmethod
@@ -288,7 +289,7 @@ def moment_curvature(footing: Footing, curvature: ArrayLike, axial_force: float 
     path = np.ascontiguousarray(np.atleast_1d(curvature), dtype=float)
     strains, moments = np.zeros_like(path), np.zeros_like(path)
     sections = concrete_sections(np.zeros(1, np.int64), 1.0, footing)
-    moments_along(sections, SectionMemory.at_first(sections), path, float(axial_force), strains, moments)
+    moment_curvature_diagram(sections, SectionMemory.at_first(sections), path, float(axial_force), strains, moments)
     return moments
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from damagepred.assembly.section import SectionMemory, concrete_sections
 from damagepred.kernels.concrete_section import law
+from damagepred.kernels.concrete_section.state_two import state_two
 from damagepred.kernels.jit import kernel
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
@@ -23,15 +24,15 @@ def settle(sections, memory, strain, curvature):
 
 @kernel
 def cracked_state(sections, memory, strain, curvature):
-    return law._state_two(law._section(sections, 0, memory), strain, curvature * sections.depth[0])
+    return state_two(law._section(sections, 0, memory), strain, curvature * sections.depth[0])
 
 
 @kernel
 def two_states(sections, memory, strain, curvature):
     """Return share, strain and curvature of the cracked state, and the share that follows from the forces."""
     values, limits, depth = law._section(sections, 0, memory), law._limits(sections, 0), sections.depth[0]
-    share, strain2, turn2, axial, moment = law._shared(
-        values, limits, law._start(sections, 0), strain, curvature * depth
+    share, strain2, turn2, axial, moment = law._solve_compatibility(
+        values, limits, law._first_cracked_state(sections, 0), strain, curvature * depth
     )
     return share, strain2, turn2 / depth, law._share(values, limits, axial, moment)[0]
 
@@ -263,7 +264,7 @@ def bracketed(sections, memory, strain, curvature):
     values, depth = law._section(sections, 0, memory), sections.depth[0]
     turn = curvature * depth
     scale = abs(strain) + abs(turn) + abs(values.top_plastic) + abs(values.bottom_plastic)
-    share, strain2, turn2, axial, moment = law._bracketed(values, law._limits(sections, 0), strain, turn, scale)
+    share, strain2, turn2, axial, moment = law._solve_bracketed(values, law._limits(sections, 0), strain, turn, scale)
     return share, strain2, turn2 / depth, axial, moment * depth
 
 

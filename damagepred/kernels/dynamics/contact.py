@@ -87,17 +87,8 @@ clockwise round the block: the outward normal is (-along_y, along_x). Then where
 
 
 @law
-def edge_coordinates(points, i, edges, e, pose):
+def _edge_coordinates(points, i, edges, e, pose):
     """Return the coordinates of point i in the frame of edge e.
-
-    Parameters
-    ----------
-    points, edges : array of record
-        ``POINT``, ``EDGE``.
-    i, e : int
-        Point and edge.
-    pose : array (bodies, 4)
-        x, y (m), cosine and sine of the rotation of each body.
 
     Returns
     -------
@@ -191,21 +182,10 @@ def face_frame(points, i, edges, pose):
 
 
 @rule
-def detect_contact(bodies, i, neighbours, pose, pressed, sheared, old_x, old_y):
+def _detect_contact(bodies, i, neighbours, pose, pressed, sheared, old_x, old_y):
     """Detect contact of a free point with a neighbouring block, and start it; return whether there is one.
 
     The point touches the edge of least penetration (node-to-segment contact, Wriggers 2006).
-
-    Parameters
-    ----------
-    bodies, neighbours, pose
-        See ``contact_forces``.
-    i : int
-        The point.
-    pressed, sheared : float
-        Opening (not positive, m) and shear stress (Pa) at the edge that it left just now; 0 if it left none.
-    old_x, old_y : float
-        Direction of that edge.
     """
     p = bodies.points[i]
     at_x, at_y, own_x, own_y = face_frame(bodies.points, i, bodies.edges, pose)
@@ -224,7 +204,7 @@ def detect_contact(bodies, i, neighbours, pose, pressed, sheared, old_x, old_y):
     p.searched = 1
     if found < 0:
         return False
-    _, _, _, _, along, gap, t_x, t_y = edge_coordinates(bodies.points, i, bodies.edges, found, pose)
+    _, _, _, _, along, gap, t_x, t_y = _edge_coordinates(bodies.points, i, bodies.edges, found, pose)
     p.law = p.law | 1
     joint = bodies.laws[p.law]
     continues = pressed < 0.0 and t_x * old_x + t_y * old_y > bodies.continuation_cosine
@@ -247,23 +227,10 @@ def detect_contact(bodies, i, neighbours, pose, pressed, sheared, old_x, old_y):
 
 
 @rule
-def release_contact(bodies, i, neighbours, pose, joint_terms, along, gap, t_x, t_y, search):
+def _release_contact(bodies, i, neighbours, pose, joint_terms, along, gap, t_x, t_y, search):
     """Release a point that passed the end of its edge, and detect its next contact; return whether there is one.
 
     The elastic energy that the next contact does not take over is counted as released.
-
-    Parameters
-    ----------
-    bodies, neighbours, pose, joint_terms
-        See ``contact_forces``.
-    i : int
-        The point.
-    along, gap : float
-        Coordinate along the edge that it leaves, and signed distance from it, outside positive (m).
-    t_x, t_y : float
-        Direction of that edge.
-    search : bool
-        Whether points may touch blocks that they were not bonded to.
     """
     p = bodies.points[i]
     joint = bodies.laws[p.law]
@@ -278,7 +245,7 @@ def release_contact(bodies, i, neighbours, pose, joint_terms, along, gap, t_x, t
     p.status = FREE
     p.searched = 0
     after = 0.0
-    met = search and detect_contact(bodies, i, neighbours, pose, pressed, p.tau, t_x, t_y)
+    met = search and _detect_contact(bodies, i, neighbours, pose, pressed, p.tau, t_x, t_y)
     if met:
         joint = bodies.laws[p.law]
         after = 0.5 * (p.sigma * p.sigma * (1.0 / joint.normal_stiffness) + p.tau * p.tau * joint.shear_compliance)
@@ -293,18 +260,8 @@ def release_contact(bodies, i, neighbours, pose, joint_terms, along, gap, t_x, t
 
 
 @law
-def exceeds_limits(p, joint, sigma, tau, special, softening):
-    """Return whether the elastic predictor of a point needs a correction: by a limit of its joint, softening or a cap.
-
-    Parameters
-    ----------
-    p, joint : record
-        ``POINT``, ``JOINT_PARAMETERS``.
-    sigma, tau : float
-        Elastic predictor (Pa).
-    special, softening : bool or None
-        See ``contact_forces``.
-    """
+def _exceeds_limits(p, joint, sigma, tau, special, softening):
+    """Return whether the elastic predictor of a point needs a correction by limits, softening or a cap."""
     cracked = p.cracked != 0.0
     f_t = joint.residual_tensile_strength if cracked else joint.tensile_strength
     cohesion = joint.residual_cohesion if cracked else joint.cohesion
@@ -318,17 +275,8 @@ def exceeds_limits(p, joint, sigma, tau, special, softening):
 
 
 @law
-def return_to_limits(p, joint, pressed, u_n, u_s, special, softening):
+def _return_to_limits(p, joint, pressed, u_n, u_s, special, softening):
     """Return sigma, tau (Pa) of a point by the joint law, and its works per area (J/m2); commit its history.
-
-    Parameters
-    ----------
-    p, joint : record
-        ``POINT``, whose history variables are changed, and ``JOINT_PARAMETERS``.
-    pressed, u_n, u_s : float
-        Opening for the law, opening and shear (m).
-    special, softening : bool or None
-        See ``contact_forces``.
 
     Returns
     -------
@@ -362,21 +310,10 @@ def return_to_limits(p, joint, pressed, u_n, u_s, special, softening):
 
 
 @law
-def damping_stress(p, sigma, tau, rate, newly_cracked, no_tension):
+def _damping_stress(p, sigma, tau, rate, newly_cracked, no_tension):
     """Return the damping stress (Pa), proportional to the rate of the elastic stress.
 
     It never pulls a joint that carries no tension.
-
-    Parameters
-    ----------
-    p : record
-        ``POINT``, with the stress of the last step.
-    sigma, tau : float
-        Stress now (Pa).
-    rate : float
-        Stiffness-proportional damping over the time step (1).
-    newly_cracked, no_tension : bool
-        Whether the joint cracked in this step; whether it carries no tension.
     """
     if newly_cracked or (no_tension and sigma == 0.0):
         return 0.0, 0.0
@@ -387,20 +324,8 @@ def damping_stress(p, sigma, tau, rate, newly_cracked, no_tension):
 
 
 @law
-def add_force_pair(force, a, b, x, y, moment_a, moment_b):
-    """Add a force to body a, the opposite force to body b, and the moments of both.
-
-    Parameters
-    ----------
-    force : array (bodies, 3)
-        Force x, y (N) and moment (N m) on each body: added to.
-    a, b : int
-        The bodies.
-    x, y : float
-        Force on body a (N).
-    moment_a, moment_b : float
-        Moment on each about its reference point, counter-clockwise (N m).
-    """
+def _add_force_pair(force, a, b, x, y, moment_a, moment_b):
+    """Add a force to body a, the opposite force to body b, and the moments of both."""
     force[a, 0] += x
     force[a, 1] += y
     force[a, 2] += moment_a
@@ -454,14 +379,14 @@ def contact_forces(
         if p.status == FREE:
             if not search or neighbours.first[i] == neighbours.first[i + 1]:
                 continue
-            if not detect_contact(bodies, i, neighbours, pose, 0.0, 0.0, 0.0, 0.0):
+            if not _detect_contact(bodies, i, neighbours, pose, 0.0, 0.0, 0.0, 0.0):
                 continue
-        ax, ay, bx, by, along, gap, t_x, t_y = edge_coordinates(points, i, edges, p.target, pose)
+        ax, ay, bx, by, along, gap, t_x, t_y = _edge_coordinates(points, i, edges, p.target, pose)
         edge = edges[p.target]
         if (along < edge.low - p.edge_overrun) | (along > edge.length + p.edge_overrun):
-            if not release_contact(bodies, i, neighbours, pose, joint_terms, along, gap, t_x, t_y, search):
+            if not _release_contact(bodies, i, neighbours, pose, joint_terms, along, gap, t_x, t_y, search):
                 continue
-            ax, ay, bx, by, along, gap, t_x, t_y = edge_coordinates(points, i, edges, p.target, pose)
+            ax, ay, bx, by, along, gap, t_x, t_y = _edge_coordinates(points, i, edges, p.target, pose)
         joint = bodies.laws[p.law]
         u_n, u_s = gap + p.offset, along - p.anchor
         moved, was_cracked = u_n - p.opening, p.cracked != 0.0
@@ -473,12 +398,12 @@ def contact_forces(
 
         # elastic predictor: most contacts need no more
         sigma, tau = joint.normal_stiffness * elastic_opening, joint.shear_stiffness * (u_s - p.slip)
-        if exceeds_limits(p, joint, sigma, tau, special, softening) | at_kink:
+        if _exceeds_limits(p, joint, sigma, tau, special, softening) | at_kink:
             pressed = u_n
             if no_tension & at_kink:
                 below = half_step - elastic_opening
                 pressed = p.dilatant_opening - below * below / (4.0 * half_step)
-            sigma, tau, by_slip, by_softening, released = return_to_limits(
+            sigma, tau, by_slip, by_softening, released = _return_to_limits(
                 p, joint, pressed, u_n, u_s, special, softening
             )
             friction_work += p.area * by_slip
@@ -489,7 +414,7 @@ def contact_forces(
         total_n, total_s = sigma, tau
         rate = per_step + (pressed_per_step if no_tension else 0.0)
         if rate > 0.0:
-            damping_n, damping_s = damping_stress(p, sigma, tau, rate, cracked != was_cracked, no_tension)
+            damping_n, damping_s = _damping_stress(p, sigma, tau, rate, cracked != was_cracked, no_tension)
             moved_s = u_s - p.shear
             damping_work += 0.5 * p.area * ((damping_n + p.damping_n) * moved + (damping_s + p.damping_s) * moved_s)
             p.damping_n = damping_n
@@ -512,14 +437,14 @@ def contact_forces(
         total_s *= p.area
         f_x, f_y = total_n * t_y - total_s * t_x, -total_n * t_x - total_s * t_y
         if (a != last_a) | (b != last_b):
-            add_force_pair(force, last_a, last_b, a_x, a_y, a_m, b_m)
+            _add_force_pair(force, last_a, last_b, a_x, a_y, a_m, b_m)
             last_a, last_b = a, b
             a_x, a_y, a_m, b_m = 0.0, 0.0, 0.0, 0.0
         a_x += f_x
         a_y += f_y
         a_m += ax * f_y - ay * f_x
         b_m -= bx * f_y - by * f_x
-    add_force_pair(force, last_a, last_b, a_x, a_y, a_m, b_m)
+    _add_force_pair(force, last_a, last_b, a_x, a_y, a_m, b_m)
     joint_terms[FRICTION] += friction_work
     joint_terms[RELEASED] += released_energy
     joint_terms[FRACTURE] += fracture_work

@@ -7,26 +7,8 @@ from damagepred.kernels.jit import kernel, rule
 
 
 @rule
-def append_if_near(bodies, i, other, pose, low, high, margin, polygon, edge, gap, count):
-    """Append a block to the neighbour list of point i if it is within the margin; return the length of the list.
-
-    Parameters
-    ----------
-    bodies, pose
-        See ``damagepred.kernels.dynamics.contact.contact_forces``.
-    i : int
-        The point.
-    other : int
-        The block.
-    low, high : array (polygons, 2)
-        Bounding boxes of the blocks (m).
-    margin : float
-        Distance below which a block is a neighbour (m).
-    polygon, edge, gap : array (k,)
-        The list: block, its edge that the point's face looks at, and signed distance from it (m).
-    count : int
-        Length of the list so far; it goes on counting where the arrays are full.
-    """
+def _append_if_near(bodies, i, other, pose, low, high, margin, polygon, edge, gap, count):
+    """Append a block to the neighbour list of point i if it is within the margin; return the length of the list."""
     x, y, along_x, along_y = face_frame(bodies.points, i, bodies.edges, pose)
     own = bodies.edges[bodies.points[i].own_edge].polygon
     if (other == own) | (high[other, 0] < x - margin) | (low[other, 0] > x + margin):
@@ -83,8 +65,8 @@ def find_neighbours(bodies, left, pose, low, high, narrow, start, widest, wide, 
         for s in range(begin, narrow.size):
             if start[s] > x + margin:
                 break
-            count = append_if_near(bodies, i, narrow[s], pose, low, high, margin, polygon, edge, gap, count)
+            count = _append_if_near(bodies, i, narrow[s], pose, low, high, margin, polygon, edge, gap, count)
         for w in range(wide.size):
-            count = append_if_near(bodies, i, wide[w], pose, low, high, margin, polygon, edge, gap, count)
+            count = _append_if_near(bodies, i, wide[w], pose, low, high, margin, polygon, edge, gap, count)
     first[left.size] = count
     return count

@@ -125,21 +125,13 @@ def advance_bodies(motion, loading, k, time_step, local_damping, mass_damping, b
     body_terms[BOUNDARY] -= 0.5 * time_step * (force[blocks, 0] * base[0] + force[blocks, 1] * base[1])
     advance_prescribed(motion, loading, k, time_step, body_terms)
     for j in range(blocks + 1):
-        update_pose(motion, j)
+        _update_pose(motion, j)
     force[:] = 0.0
 
 
 @rule
-def update_pose(motion, j):
-    """Update the pose of body j, a rigid block or the ground, from its displacement.
-
-    Parameters
-    ----------
-    motion : NamedTuple of arrays
-        See ``advance_bodies``; ``pose`` is changed.
-    j : int
-        The body.
-    """
+def _update_pose(motion, j):
+    """Update the pose of body j, a rigid block or the ground, from its displacement."""
     moved = motion.displacement
     motion.pose[j, 0] = motion.reference[j, 0] + moved[j, 0]
     motion.pose[j, 1] = motion.reference[j, 1] + moved[j, 1]

@@ -68,16 +68,8 @@ direction from start to end before anything moved."""
 
 
 @law
-def displacement_gradient(zone, moved):
-    """Return du_x/dX, du_x/dY, du_y/dX, du_y/dY of a constant-strain triangle.
-
-    Parameters
-    ----------
-    zone : record
-        ``ZONE``.
-    moved : array (g, 2)
-        Displacement of the gridpoints (m).
-    """
+def _displacement_gradient(zone, moved):
+    """Return du_x/dX, du_x/dY, du_y/dX, du_y/dY of a constant-strain triangle."""
     x_b, y_b = moved[zone.b, 0] - moved[zone.a, 0], moved[zone.b, 1] - moved[zone.a, 1]
     x_c, y_c = moved[zone.c, 0] - moved[zone.a, 0], moved[zone.c, 1] - moved[zone.a, 1]
     return (
@@ -89,15 +81,10 @@ def displacement_gradient(zone, moved):
 
 
 @law
-def polar_decomposition(h_xx, h_xy, h_yx, h_yy):
+def _polar_decomposition(h_xx, h_xy, h_yx, h_yy):
     """Return U_xx - 1, U_yy - 1, U_xy, cosine and sine of R, and 1 / tr U of the polar decomposition F = R U.
 
     Closed form in the plane (Hoger and Carlson 1984).
-
-    Parameters
-    ----------
-    h_xx, h_xy, h_yx, h_yy : float
-        Displacement gradient F - 1.
     """
     trace, twist = 2.0 + h_xx + h_yy, h_yx - h_xy
     inverse = 1.0 / math.sqrt(trace * trace + twist * twist)
@@ -113,24 +100,8 @@ def polar_decomposition(h_xx, h_xy, h_yx, h_yy):
 
 
 @law
-def plastic_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stress, state, terms):
-    """Return the corotated stress s_xx, s_yy, s_xy (Pa) of a zone by Mohr-Coulomb return mapping; commit its history.
-
-    Parameters
-    ----------
-    zone : record
-        ``ZONE``, with ``history`` not negative.
-    e_xx, e_yy, g_xy : float
-        Biot strain with the hourglass part, in the corotated frame, tension positive; g_xy = 2 e_xy.
-    elasticity, strength : array (n, 7)
-        Of the blocks; see ``damagepred.kernels.zone.law``.
-    plastic, stress : array (y, 4)
-        Plastic strain e_xx, e_yy, g_xy, e_zz and stress s_xx, s_yy, s_xy, s_zz (Pa): changed in place.
-    state : array of int (y,)
-        What yields now: changed in place.
-    terms : array (ZONE_TERMS,)
-        Added to (J).
-    """
+def _plastic_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stress, state, terms):
+    """Return the corotated stress s_xx, s_yy, s_xy (Pa) by Mohr-Coulomb return mapping; commit the zone's history."""
     c, b, m = elasticity, zone.block, zone.history
     t_xx, t_yy, p_zz = e_xx - plastic[m, 0], e_yy - plastic[m, 1], plastic[m, 3]
     s_xx = c[b, 0] * t_xx + c[b, 1] * t_yy - c[b, 3] * p_zz
@@ -157,26 +128,8 @@ def plastic_stress(zone, e_xx, e_yy, g_xy, elasticity, strength, plastic, stress
 
 
 @law
-def damped_stress(past, z, volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step, terms):
-    """Return s_xx, s_yy, s_xy (Pa) with stiffness-proportional (Rayleigh) damping, and count its work.
-
-    Parameters
-    ----------
-    past : array (z, 9)
-        Strain, stress and damping stress of the last step: replaced.
-    z : int
-        The zone.
-    volume : float
-        Area times thickness (m3).
-    e_xx, e_yy, g_xy : float
-        Strain now.
-    s_xx, s_yy, s_xy : float
-        Stress now without damping, tension positive (Pa).
-    per_step : float
-        Stiffness-proportional damping over the time step (1).
-    terms : array (ZONE_TERMS,)
-        Added to (J).
-    """
+def _damped_stress(past, z, volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step, terms):
+    """Return s_xx, s_yy, s_xy (Pa) with stiffness-proportional (Rayleigh) damping, and count its work."""
     d_xx, d_yy = per_step * (s_xx - past[z, 3]), per_step * (s_yy - past[z, 4])
     d_xy = per_step * (s_xy - past[z, 5])
     work = (d_xx + past[z, 6]) * (e_xx - past[z, 0]) + (d_yy + past[z, 7]) * (e_yy - past[z, 1])
@@ -209,8 +162,8 @@ def zone_forces(grid, per_step):
             for i in range(z, z + 4):
                 q_x += zones[i].gamma * moved[zones[i].a, 0]
                 q_y += zones[i].gamma * moved[zones[i].a, 1]
-        h_xx, h_xy, h_yx, h_yy = displacement_gradient(zone, moved)
-        u_xx, u_yy, u_xy, c, s, inverse = polar_decomposition(h_xx, h_xy, h_yx, h_yy)
+        h_xx, h_xy, h_yx, h_yy = _displacement_gradient(zone, moved)
+        u_xx, u_yy, u_xy, c, s, inverse = _polar_decomposition(h_xx, h_xy, h_yx, h_yy)
         p_x, p_y = c * q_x + s * q_y, c * q_y - s * q_x
         e_xx = u_xx + zone.xx_x * p_x + zone.xx_y * p_y
         e_yy = u_yy + zone.yy_x * p_x + zone.yy_y * p_y
@@ -219,7 +172,7 @@ def zone_forces(grid, per_step):
             c11, c12 = moduli[zone.block, 0], moduli[zone.block, 1]
             s_xx, s_yy, s_xy = c11 * e_xx + c12 * e_yy, c12 * e_xx + c11 * e_yy, moduli[zone.block, 2] * g_xy
         else:
-            s_xx, s_yy, s_xy = plastic_stress(
+            s_xx, s_yy, s_xy = _plastic_stress(
                 zone,
                 e_xx,
                 e_yy,
@@ -232,7 +185,7 @@ def zone_forces(grid, per_step):
                 grid.terms,
             )
         if damped:
-            s_xx, s_yy, s_xy = damped_stress(
+            s_xx, s_yy, s_xy = _damped_stress(
                 past, z, zone.volume, e_xx, e_yy, g_xy, s_xx, s_yy, s_xy, per_step, grid.terms
             )
         a_x = zone.xx_x * s_xx + zone.yy_x * s_yy + zone.xy_x * s_xy

@@ -167,20 +167,8 @@ def scatter(work, start, corners, force):
 
 
 @law
-def elastic_stress(work, cell, k, moduli, lane):
-    """Return the elastic stress s_xx, s_yy, s_xy (Pa) of zone k for its total strain (constant-strain triangle).
-
-    Parameters
-    ----------
-    work, cell : record
-        Of ``work_type`` after ``gather``, of ``shape_type``.
-    k : int
-        Zone of the cell, 0 to 3.
-    moduli : record
-        Of ``moduli_type``.
-    lane : int
-        Block of the batch, 0 to 7.
-    """
+def _elastic_stress(work, cell, k, moduli, lane):
+    """Return the elastic stress s_xx, s_yy, s_xy (Pa) of zone k for its total strain (constant-strain triangle)."""
     c, slopes, at, bent = moduli.elasticity, cell.slopes, work.displacement_at, cell.bending
     q_x, q_y = work.hourglass[0, lane], work.hourglass[1, lane]
     b = (k + 1) % 4
@@ -194,22 +182,10 @@ def elastic_stress(work, cell, k, moduli, lane):
 
 
 @law
-def trial_stress(work, cell, memory, k, moduli, lane):
-    """Return the elastic trial stress s_xx, s_yy, s_xy, s_zz (Pa) of zone k: plastic strain as at the last step.
-
-    Parameters
-    ----------
-    work, cell, memory : record
-        Of ``work_type`` after ``gather``, of ``shape_type``, of ``memory_type``.
-    k : int
-        Zone of the cell, 0 to 3.
-    moduli : record
-        Of ``moduli_type``.
-    lane : int
-        Block of the batch, 0 to 7.
-    """
+def _trial_stress(work, cell, memory, k, moduli, lane):
+    """Return the elastic trial stress s_xx, s_yy, s_xy, s_zz (Pa) of zone k: plastic strain as at the last step."""
     c, p = moduli.elasticity, memory.plastic
-    s_xx, s_yy, s_xy = elastic_stress(work, cell, k, moduli, lane)
+    s_xx, s_yy, s_xy = _elastic_stress(work, cell, k, moduli, lane)
     e_xx, e_yy, g_xy, e_zz = p[k, 0, lane], p[k, 1, lane], p[k, 2, lane], p[k, 3, lane]
     held = c[5, lane] if c[3, lane] > 0.0 else 0.0  # plane strain: nu
     return (
@@ -221,21 +197,10 @@ def trial_stress(work, cell, memory, k, moduli, lane):
 
 
 @law
-def nodal_forces(cell, k, s_xx, s_yy, s_xy, lane):
+def _nodal_forces(cell, k, s_xx, s_yy, s_xy, lane):
     """Return the internal forces B^T sigma V of zone k (N).
 
     x, y at its second and at its third gridpoint, and those conjugate to the hourglass displacement.
-
-    Parameters
-    ----------
-    cell : record
-        Of ``shape_type``.
-    k : int
-        Zone of the cell, 0 to 3.
-    s_xx, s_yy, s_xy : float
-        Stress, tension positive (Pa).
-    lane : int
-        Block of the batch, 0 to 7.
     """
     volume, slopes, bent = cell.volume[k, lane], cell.slopes, cell.bending
     s_xx, s_yy, s_xy = volume * s_xx, volume * s_yy, volume * s_xy
@@ -250,18 +215,8 @@ def nodal_forces(cell, k, s_xx, s_yy, s_xy, lane):
 
 
 @law
-def assemble_cell(work, cell, p, q, r, s, lane):
-    """Assemble the forces on a cell's gridpoints from the internal forces of its four zones; each zone's are balanced.
-
-    Parameters
-    ----------
-    work, cell : record
-        Of ``work_type``, whose ``force_at`` (N) is filled, and of ``shape_type``.
-    p, q, r, s : tuple of float
-        Internal forces (N) of zones 0 to 3, from ``nodal_forces``.
-    lane : int
-        Block of the batch, 0 to 7.
-    """
+def _assemble_cell(work, cell, p, q, r, s, lane):
+    """Assemble the forces on a cell's gridpoints from the balanced internal forces of its four zones."""
     force_at, gamma = work.force_at, cell.gamma
     x, y = (p[4] + q[4]) + (r[4] + s[4]), (p[5] + q[5]) + (r[5] + s[5])
     force_at[0, 0, lane], force_at[0, 1, lane] = (
@@ -284,58 +239,30 @@ def assemble_cell(work, cell, p, q, r, s, lane):
 
 
 @law
-def elastic_nodal_forces(work, cell, k, moduli, lane):
-    """Return the internal forces (N) of the elastic zone k, as ``nodal_forces``.
-
-    Parameters
-    ----------
-    work, cell : record
-        Of ``work_type`` after ``gather``, of ``shape_type``.
-    k : int
-        Zone of the cell, 0 to 3.
-    moduli : record
-        Of ``moduli_type``.
-    lane : int
-        Block of the batch, 0 to 7.
-    """
-    s_xx, s_yy, s_xy = elastic_stress(work, cell, k, moduli, lane)
-    return nodal_forces(cell, k, s_xx, s_yy, s_xy, lane)
+def _elastic_nodal_forces(work, cell, k, moduli, lane):
+    """Return the internal forces (N) of the elastic zone k, as ``_nodal_forces``."""
+    s_xx, s_yy, s_xy = _elastic_stress(work, cell, k, moduli, lane)
+    return _nodal_forces(cell, k, s_xx, s_yy, s_xy, lane)
 
 
 @law
-def elastic_cell(work, cell, moduli):
-    """Compute the forces of a cell of elastic zones on its gridpoints.
-
-    Parameters
-    ----------
-    work, cell, moduli : record
-        Of ``work_type`` after ``gather``, whose ``force_at`` (N) is filled; of ``shape_type``; of ``moduli_type``.
-    """
+def _elastic_cell(work, cell, moduli):
+    """Compute the forces of a cell of elastic zones on its gridpoints."""
     for lane in range(work.lanes):
-        assemble_cell(
+        _assemble_cell(
             work,
             cell,
-            elastic_nodal_forces(work, cell, 0, moduli, lane),
-            elastic_nodal_forces(work, cell, 1, moduli, lane),
-            elastic_nodal_forces(work, cell, 2, moduli, lane),
-            elastic_nodal_forces(work, cell, 3, moduli, lane),
+            _elastic_nodal_forces(work, cell, 0, moduli, lane),
+            _elastic_nodal_forces(work, cell, 1, moduli, lane),
+            _elastic_nodal_forces(work, cell, 2, moduli, lane),
+            _elastic_nodal_forces(work, cell, 3, moduli, lane),
             lane,
         )
 
 
 @law
-def exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, strength, lane):
-    """Return whether a stress lies outside the yield surface; True for NaN.
-
-    Parameters
-    ----------
-    s_xx, s_yy, s_xy, s_zz : float
-        Stress, tension positive (Pa).
-    strength : array (7, 8)
-        Of ``moduli_type``; see ``damagepred.kernels.zone.law``.
-    lane : int
-        Block of the batch, 0 to 7.
-    """
+def _exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, strength, lane):
+    """Return whether a stress lies outside the yield surface; True for NaN."""
     limits = (
         strength[0, lane],
         strength[1, lane],
@@ -349,24 +276,12 @@ def exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, strength, lane):
 
 
 @law
-def trial_nodal_forces(work, cell, memory, k, moduli, lane):
-    """Return the internal forces (N) of zone k under its trial stress; mark whether it yields, and reset its state.
-
-    Parameters
-    ----------
-    work, cell, memory : record
-        Of ``work_type`` after ``gather``, whose ``yields`` is set; of ``shape_type``; of ``memory_type``.
-    k : int
-        Zone of the cell, 0 to 3.
-    moduli : record
-        Of ``moduli_type``.
-    lane : int
-        Block of the batch, 0 to 7.
-    """
-    s_xx, s_yy, s_xy, s_zz = trial_stress(work, cell, memory, k, moduli, lane)
-    work.yields[k, lane] = 1.0 if exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, moduli.strength, lane) else 0.0
+def _trial_nodal_forces(work, cell, memory, k, moduli, lane):
+    """Return the internal forces (N) of zone k under its trial stress; mark whether it yields, and reset its state."""
+    s_xx, s_yy, s_xy, s_zz = _trial_stress(work, cell, memory, k, moduli, lane)
+    work.yields[k, lane] = 1.0 if _exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, moduli.strength, lane) else 0.0
     memory.state[k, lane] = 0.0
-    return nodal_forces(cell, k, s_xx, s_yy, s_xy, lane)
+    return _nodal_forces(cell, k, s_xx, s_yy, s_xy, lane)
 
 
 @law
@@ -380,13 +295,13 @@ def trial_cell(work, cell, memory, moduli):
         ``memory_type``; of ``moduli_type``.
     """
     for lane in range(work.lanes):
-        assemble_cell(
+        _assemble_cell(
             work,
             cell,
-            trial_nodal_forces(work, cell, memory, 0, moduli, lane),
-            trial_nodal_forces(work, cell, memory, 1, moduli, lane),
-            trial_nodal_forces(work, cell, memory, 2, moduli, lane),
-            trial_nodal_forces(work, cell, memory, 3, moduli, lane),
+            _trial_nodal_forces(work, cell, memory, 0, moduli, lane),
+            _trial_nodal_forces(work, cell, memory, 1, moduli, lane),
+            _trial_nodal_forces(work, cell, memory, 2, moduli, lane),
+            _trial_nodal_forces(work, cell, memory, 3, moduli, lane),
             lane,
         )
     yields = 0.0
@@ -411,7 +326,7 @@ def plastic_correction(work, cell, memory, moduli):
         for lane in range(work.lanes):
             if work.yields[k, lane] == 0.0:
                 continue
-            t_xx, t_yy, t_xy, t_zz = trial_stress(work, cell, memory, k, moduli, lane)
+            t_xx, t_yy, t_xy, t_zz = _trial_stress(work, cell, memory, k, moduli, lane)
             s_xx, s_yy, s_xy, _, p_xx, p_yy, p_xy, p_zz, how = zone_return(
                 t_xx,
                 t_yy,
@@ -425,7 +340,7 @@ def plastic_correction(work, cell, memory, moduli):
             p[k, 2, lane] += p_xy
             p[k, 3, lane] += p_zz
             memory.state[k, lane] = how
-            x_b, y_b, x_c, y_c, x_q, y_q = nodal_forces(cell, k, s_xx - t_xx, s_yy - t_yy, s_xy - t_xy, lane)
+            x_b, y_b, x_c, y_c, x_q, y_q = _nodal_forces(cell, k, s_xx - t_xx, s_yy - t_yy, s_xy - t_xy, lane)
             for corner in range(4):
                 force_at[corner, 0, lane] -= cell.gamma[corner, lane] * x_q
                 force_at[corner, 1, lane] -= cell.gamma[corner, lane] * y_q
@@ -459,7 +374,7 @@ def zone_forces(zones, displacement, force):
             corners, cell = zones.corners[first + i], zones.shapes[shape + i]
             gather(displacement, start, corners, cell, work)
             if memory < 0:
-                elastic_cell(work, cell, moduli)
+                _elastic_cell(work, cell, moduli)
             elif trial_cell(work, cell, zones.memory[memory + i], moduli) > 0.0:
                 plastic_correction(work, cell, zones.memory[memory + i], moduli)
             scatter(work, start, corners, force)
@@ -489,11 +404,11 @@ def zone_stresses(zones, displacement, stress):
             for k in range(4):
                 for lane in range(work.lanes):
                     if memory < 0:
-                        s_xx, s_yy, s_xy = elastic_stress(work, cell, k, moduli, lane)
+                        s_xx, s_yy, s_xy = _elastic_stress(work, cell, k, moduli, lane)
                         held = moduli.elasticity[5, lane] if moduli.elasticity[3, lane] > 0.0 else 0.0
                         s_zz = held * (s_xx + s_yy)
                     else:
-                        s_xx, s_yy, s_xy, s_zz = trial_stress(work, cell, zones.memory[memory + i], k, moduli, lane)
+                        s_xx, s_yy, s_xy, s_zz = _trial_stress(work, cell, zones.memory[memory + i], k, moduli, lane)
                     stress[at, k, 0, lane], stress[at, k, 1, lane] = s_xx, s_yy
                     stress[at, k, 2, lane], stress[at, k, 3, lane] = s_xy, s_zz
             at += 1

@@ -268,19 +268,10 @@ def _strain(x, y, z, gamma):
 
 
 @rule
-def plane_stress_return(a, c, nu, strength):
+def _plane_stress_return(a, c, nu, strength):
     """Return (a, c, where): Mohr-Coulomb return mapping in principal stresses, plane stress.
 
     Closed form. Plastic multipliers are scaled by E, so stresses are compared.
-
-    Parameters
-    ----------
-    a, c : float
-        Trial principal stresses outside the yield surface, a >= c, tension positive (Pa).
-    nu : float
-        Poisson's ratio (1).
-    strength : tuple of float
-        See the head of the file.
     """
     compressive, n, m, tension, _, _, inverse_n = strength
     greatest = lesser(tension, compressive * inverse_n)
@@ -405,7 +396,7 @@ def zone_return(sxx, syy, sxy, szz, elasticity, strength):
         e1, e2, ezz = factor * x - part, factor * y - part, factor * z - part
         code = _strain_code(where)
     else:
-        r1, r2, where = plane_stress_return(s1, s2, nu, strength)
+        r1, r2, where = _plane_stress_return(s1, s2, nu, strength)
         r3 = 0.0
         x, y = s1 - r1, s2 - r2
         e1, e2 = x - nu * y, y - nu * x
@@ -483,7 +474,7 @@ def zone_tangent(sxx, syy, sxy, szz, elasticity, strength):
             r1, r2, _, where = plane_strain_return(s1, s2, szz, nu, strength)
             (k11, k12, k1z), (k21, k22, k2z), _ = _strain_slopes(where, nu, strength)
     else:
-        r1, r2, where = plane_stress_return(s1, s2, nu, strength)
+        r1, r2, where = _plane_stress_return(s1, s2, nu, strength)
         (k11, k12), (k21, k22) = _stress_slopes(where, nu, strength)
         k1z, k2z = 0.0, 0.0
 

@@ -1,39 +1,40 @@
-"""A deformable block that yields, for the quasi-static solver: equilibrium inside it, and how its rim resists."""
+"""Superelement of a yielding block in the quasi-static solver: equilibrium of its interior, static condensation."""
+
+from typing import NamedTuple
 
 import numpy as np
 
 from damagepred.kernels.jit import kernel_making_arrays, law
 from damagepred.kernels.zone.law import zone_return, zone_tangent
 
-STEPS = 200
-"""Newton steps inside a block, at most."""
-CLOSER, BACK = 20, 0.5
-"""Times a step is shortened, and the share of the pull at its beginning with which it may be pulled back at its end."""
-BACKING = 1e-5
-"""Share of the elastic modulus that is left to what flows, so that there is an answer."""
+
+class InteriorOptions(NamedTuple):
+    """Options of Newton's method for the equilibrium inside a block.
+
+    Attributes
+    ----------
+    max_iterations : int
+        Newton iterations.
+    max_line_search_steps : int
+        Reductions of a Newton step.
+    slope_ratio : float
+        Slope of the energy at the end of a step, over that at its start, that ends the line search (1).
+    residual_stiffness : float
+        Share of the elastic moduli added to the tangent of yielding zones, so that it is not singular (1).
+    """
+
+    max_iterations: int = 200
+    max_line_search_steps: int = 20
+    slope_ratio: float = 0.5
+    residual_stiffness: float = 1e-5
+
+
+OPTIONS = InteriorOptions()
 
 
 @law
-def trial_stress(zones, z, slopes, moduli, plastic, bending, u):
-    """Return the elastic trial stress s_xx, s_yy, s_xy, s_zz (Pa) of a zone.
-
-    Parameters
-    ----------
-    zones : array of int (z, 3)
-        Gridpoints.
-    z : int
-        Which zone.
-    slopes : array (4,)
-        Of the second and third shape function, x and y (1/m).
-    moduli : tuple
-        See ``zone_law``.
-    plastic : array (4,)
-        Plastic strain so far.
-    bending : NamedTuple of arrays
-        See ``damagepred.solvers.system.deformable_blocks.Bending``.
-    u : array (2 gridpoints,)
-        Displacement x, y in turn (m).
-    """
+def _trial_stress(zones, z, slopes, moduli, plastic, bending, u):
+    """Return the elastic trial stress s_xx, s_yy, s_xy, s_zz (Pa) of a zone."""
     a, b, c, first = 2 * zones[z, 0], 2 * zones[z, 1], 2 * zones[z, 2], z - z % 4
     q_x, q_y, bent = 0.0, 0.0, bending.strain[z]
     for k in range(first, first + 4):
@@ -55,7 +56,7 @@ def trial_stress(zones, z, slopes, moduli, plastic, bending, u):
 
 
 @law
-def as_tuple(values):
+def _as_tuple(values):
     """Return seven numbers as a tuple."""
     return values[0], values[1], values[2], values[3], values[4], values[5], values[6]
 
@@ -73,13 +74,13 @@ def internal_force(zones, slopes, volume, elasticity, strength, plastic, bending
     stiffness : array (2 g, 2 g) or of no size
         Filled, unless it has no size.
     """
-    moduli, limits = as_tuple(elasticity), as_tuple(strength)
+    moduli, limits = _as_tuple(elasticity), _as_tuple(strength)
     rows, tangent, dof = np.zeros((3, 10)), np.zeros((3, 3)), np.zeros(10, dtype=np.int64)
     force[:] = 0.0
     stiffness[:] = 0.0
     largest = 0.0
     for z in range(zones.shape[0]):
-        t = trial_stress(zones, z, slopes[z], moduli, plastic[z], bending, u)
+        t = _trial_stress(zones, z, slopes[z], moduli, plastic[z], bending, u)
         s_xx, s_yy, s_xy, _, _, _, _, _, how = zone_return(t[0], t[1], t[2], t[3], moduli, limits)
         first, number = z - z % 4, z % 4
         for k in range(4):
@@ -99,9 +100,9 @@ def internal_force(zones, slopes, volume, elasticity, strength, plastic, bending
             rows[1, 2 * k + 1] += y
             rows[2, 2 * k] += y
         for i in range(10):
-            pull = volume[z] * (rows[0, i] * s_xx + rows[1, i] * s_yy + rows[2, i] * s_xy)
-            force[dof[i]] += pull
-            largest = max(largest, abs(pull))
+            nodal = volume[z] * (rows[0, i] * s_xx + rows[1, i] * s_yy + rows[2, i] * s_xy)
+            force[dof[i]] += nodal
+            largest = max(largest, abs(nodal))
         if stiffness.size == 0:
             continue
         if how == 0:
@@ -114,9 +115,9 @@ def internal_force(zones, slopes, volume, elasticity, strength, plastic, bending
             for i in range(3):
                 for j in range(3):
                     tangent[i, j] = d[3 * i + j]
-            tangent[0, 0] += BACKING * moduli[0]
-            tangent[1, 1] += BACKING * moduli[0]
-            tangent[2, 2] += BACKING * moduli[2]
+            tangent[0, 0] += OPTIONS.residual_stiffness * moduli[0]
+            tangent[1, 1] += OPTIONS.residual_stiffness * moduli[0]
+            tangent[2, 2] += OPTIONS.residual_stiffness * moduli[2]
         for i in range(10):
             for k in range(3):
                 left = 0.0
@@ -189,7 +190,7 @@ def condensed_response(
     residual = load - force[interior]
     largest_residual = np.abs(residual).max() if residual.size > 0 else 0.0
     interior_stiffness = np.zeros((interior.size, interior.size))
-    for _ in range(STEPS):
+    for _ in range(OPTIONS.max_iterations):
         if not largest_residual > tolerance * largest:
             break
         for i in range(interior.size):
@@ -200,15 +201,15 @@ def condensed_response(
         if not slope > 0.0:
             step = flexibility @ residual
             slope = np.dot(residual, step)
-        # along the step to where the energy falls no more: from there what is out of balance pulls back
+        # line search: to where the energy no longer decreases along the step
         start, share = u[interior].copy(), 1.0
-        for _ in range(CLOSER):
+        for _ in range(OPTIONS.max_line_search_steps):
             for i in range(interior.size):
                 u[interior[i]] = start[i] + share * step[i]
             largest = internal_force(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, nothing)
             residual = load - force[interior]
             now = np.dot(residual, step)
-            if now >= -BACK * slope:
+            if now >= -OPTIONS.slope_ratio * slope:
                 break
             share *= min(max(slope / (slope - now), 0.1), 0.9)
         largest_residual = np.abs(residual).max()
@@ -250,10 +251,10 @@ def commit_plastic_strain(zones, slopes, volume, elasticity, strength, bending, 
     state : array of int8 (z,)
         Filled: what yields now.
     """
-    moduli, limits = as_tuple(elasticity), as_tuple(strength)
+    moduli, limits = _as_tuple(elasticity), _as_tuple(strength)
     work = 0.0
     for z in range(zones.shape[0]):
-        t = trial_stress(zones, z, slopes[z], moduli, plastic[z], bending, u)
+        t = _trial_stress(zones, z, slopes[z], moduli, plastic[z], bending, u)
         s_xx, s_yy, s_xy, s_zz, p_xx, p_yy, p_xy, p_zz, how = zone_return(t[0], t[1], t[2], t[3], moduli, limits)
         state[z] = how
         if how != 0:
