@@ -78,7 +78,7 @@ def main() -> None:
             times.append((time.process_time() - start) / run.steps_each)
         points, mean = len(run.bodies.points), sum(times) / len(times)
         print(
-            f"{name:10s} {points:7d} {run.steps:6d} {run.searches:9d} {1e6 * mean:10.0f} "
+            f"{name:10s} {points:7d} {run.steps:6d} {run.search.count:9d} {1e6 * mean:10.0f} "
             f"{1e9 * min(times) / points:8.1f} {1e9 * mean / points:6.1f}"
         )
 

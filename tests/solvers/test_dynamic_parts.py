@@ -80,7 +80,14 @@ def test_forces_are_those_of_small_displacements() -> None:
     course.motion.displacement[:] = small
     update_poses(course.motion)
     first_forces(
-        course.bodies, course.neighbours, course.motion, None, None, None, False, EnergyTerms(np.zeros(4), np.zeros(3))
+        course.bodies,
+        course.search.neighbours,
+        course.motion,
+        None,
+        None,
+        None,
+        False,
+        EnergyTerms(np.zeros(4), np.zeros(3)),
     )
     found = -course.motion.force[:-1]
     expected = (exact @ small.ravel()).reshape(-1, 3)[:-1]

@@ -52,7 +52,7 @@ def act(course: DynamicRun) -> None:
     if course.grid is not None:
         update_facet_poses(course.grid, course.motion)
     counts = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
-    first_forces(course.bodies, course.neighbours, course.motion, course.grid, None, None, False, counts)
+    first_forces(course.bodies, course.search.neighbours, course.motion, course.grid, None, None, False, counts)
 
 
 def pictured(increment: Increment) -> ZoneResults:
@@ -415,4 +415,9 @@ def test_points_of_one_block_do_not_meet_their_own_block() -> None:
     edges = course.bodies.edges
     polygon = edges["polygon"][points["own_edge"]]
     for i in range(len(points)):
-        assert polygon[i] not in course.neighbours.polygon[course.neighbours.first[i] : course.neighbours.first[i + 1]]
+        assert (
+            polygon[i]
+            not in course.search.neighbours.polygon[
+                course.search.neighbours.first[i] : course.search.neighbours.first[i + 1]
+            ]
+        )

@@ -9,6 +9,8 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.kernels.dynamics.detection import find_neighbours
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
+from damagepred.solvers.dynamics.body_motion import Motion
+from damagepred.solvers.dynamics.gridpoints import Grid
 
 
 class NeighbourList(NamedTuple):
@@ -28,10 +30,74 @@ class NeighbourList(NamedTuple):
     distance: FloatArray
 
 
-def empty_neighbour_list(scene: BodyArrays) -> NeighbourList:
-    """Return a list without neighbours."""
-    none = np.zeros(0, np.int64)
-    return NeighbourList(np.zeros(len(scene.points) + 1, np.int64), none, none, np.zeros(0))
+class NeighbourSearch:
+    """Search for neighbours, again whenever points have moved far enough since the last.
+
+    Parameters
+    ----------
+    bodies : BodyArrays
+        Points and edges.
+    motion : Motion
+        Their poses and displacements.
+    grid : Grid or None
+        Gridpoints of deformable blocks.
+    skin : float
+        Distance within which blocks are neighbours of a point (m).
+    distance : float
+        Movement since the last search that asks for the next (m); 0 for no search and no new contacts.
+    wide_block_ratio : float
+        See ``DynamicsOptions``.
+
+    Attributes
+    ----------
+    neighbours : NeighbourList
+        Found by the last search.
+    searched_at : array (n + 1, 3)
+        Displacements then (m, rad).
+    count : int
+        Searches so far.
+    """
+
+    def __init__(
+        self,
+        bodies: BodyArrays,
+        motion: Motion,
+        grid: Grid | None,
+        skin: float,
+        distance: float,
+        wide_block_ratio: float,
+    ) -> None:
+        self._bodies, self._motion, self._grid = bodies, motion, grid
+        self._skin, self._wide_block_ratio, self.distance = skin, wide_block_ratio, distance
+        none = np.zeros(0, np.int64)
+        self.neighbours = NeighbourList(np.zeros(len(bodies.points) + 1, np.int64), none, none, np.zeros(0))
+        self.searched_at = np.zeros_like(motion.displacement)
+        self.count = 0
+
+    def update(self) -> None:
+        """Search for neighbours at the present displacements."""
+        if self.distance > 0.0:
+            self.neighbours = neighbour_list(self._bodies, self._motion.pose, self._skin, self._wide_block_ratio)
+            self.searched_at[:] = self._motion.displacement
+            if self._grid is not None:
+                self._grid.searched_at[:] = self._grid.displacement
+            self.count += 1
+
+    def update_if_moved(self) -> None:
+        """Search for neighbours if a point has moved by more than the distance since the last search."""
+        if self.distance > 0.0 and self._largest_movement() > self.distance:
+            self.update()
+
+    def _largest_movement(self) -> float:
+        """Return the largest movement of a point since the last search (m); as ``largest_movement`` of the kernels."""
+        moved = self._motion.displacement - self.searched_at
+        base = np.array([*moved[-1, :2], 0.0])
+        moved = np.abs(moved[:-1] - base)
+        largest = float((moved[:, 0] + moved[:, 1] + self._bodies.radius * moved[:, 2]).max())
+        if self._grid is not None:
+            points = np.abs(self._grid.displacement - self._grid.searched_at - base[:2])
+            largest = max(largest, float(points[self._grid.boundary].sum(axis=1).max()))
+        return largest
 
 
 def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float, wide: float) -> NeighbourList:

@@ -21,12 +21,7 @@ from damagepred.scene.dynamics import Dynamics
 from damagepred.solvers.dynamics.base_motion import base_displacement
 from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import Motion, motion_of, update_poses
-from damagepred.solvers.dynamics.contact_search import (
-    NeighbourList,
-    empty_neighbour_list,
-    neighbour_list,
-    world_coordinates,
-)
+from damagepred.solvers.dynamics.contact_search import NeighbourSearch, world_coordinates
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance, EnergyTerms
 from damagepred.solvers.dynamics.facets import facet_bodies
 from damagepred.solvers.dynamics.gridpoints import (
@@ -77,8 +72,10 @@ class DynamicRun:
         dt (s).
     frequency : HighestFrequency
         From which the time step follows.
-    steps, searches : int
-        Steps and neighbour searches so far.
+    steps : int
+        Steps so far.
+    search : NeighbourSearch
+        Neighbours of the boundary points.
 
     Raises
     ------
@@ -122,11 +119,10 @@ class DynamicRun:
         self.special = self.softening = True if needs_full_law(model) or needs_softening(model) else None
         self.ground_rate, self.has_live_load = _ground_rate(model), bool(self.system.live_load.any())
         self.base = base_displacement(dynamics.base)
-        self.skin = options.skin * float(np.sqrt(model.blocks.area.min()))
-        self.search_distance = options.search_distance * self.skin if dynamics.new_contacts else 0.0
-        self.neighbours: NeighbourList = empty_neighbour_list(self.bodies)
-        self.searched_at = np.zeros_like(self.motion.displacement)
-        self.steps = self.searches = self.output = 0
+        skin = options.skin * float(np.sqrt(model.blocks.area.min()))
+        distance = options.search_distance * skin if dynamics.new_contacts else 0.0
+        self.search = NeighbourSearch(self.bodies, self.motion, self.grid, skin, distance, options.wide_block_ratio)
+        self.steps = self.output = 0
         self.terms = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
         self._begin(initial)
         self.energy = EnergyBalance(
@@ -157,13 +153,13 @@ class DynamicRun:
                 grid.plastic[:] = initial.plastic[grid.zones["history"] >= 0]
             grid.held_start[:] = grid.displacement.ravel()[grid.held]
             update_facet_poses(grid, motion)
-        self._update_neighbour_list()
+        self.search.update()
         # opening and shear of the last step: nothing has moved since
         opening, shear = self._bonded_kinematics()
         points["opening"][: opening.size], points["shear"][: shear.size] = opening.ravel(), shear.ravel()
         search = self.dynamics.new_contacts
         still = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
-        first_forces(self.bodies, self.neighbours, motion, grid, self.special, self.softening, search, still)
+        first_forces(self.bodies, self.search.neighbours, motion, grid, self.special, self.softening, search, still)
         if self.model.initial_velocity is not None:
             motion.velocity[:-1] = self.model.initial_velocity
         acting = motion.force[: len(motion.load)] + motion.load
@@ -173,14 +169,6 @@ class DynamicRun:
             set_initial_velocity(grid, self.model)
             grid.velocity[:] -= 0.5 * self.time_step * (grid.force + grid.load) * grid.inverse_mass
             grid.terms[:] = 0.0
-
-    def _update_neighbour_list(self) -> None:
-        if self.search_distance > 0.0:
-            self.neighbours = neighbour_list(self.bodies, self.motion.pose, self.skin, self.options.wide_block_ratio)
-            self.searched_at[:] = self.motion.displacement
-            if self.grid is not None:
-                self.grid.searched_at[:] = self.grid.displacement
-            self.searches += 1
 
     @property
     def time(self) -> float:
@@ -226,7 +214,7 @@ class DynamicRun:
                 ground_rate, line_end = self._next_ground_rate(loading[:, 2], done)
             reached = run_steps(
                 self.bodies,
-                self.neighbours,
+                self.search.neighbours,
                 self.motion,
                 self.grid,
                 self.special,
@@ -238,16 +226,15 @@ class DynamicRun:
                 min(line_end, done + stretch),
                 self.damping,
                 self.time_step,
-                self.searched_at,
-                self.search_distance,
+                self.search.searched_at,
+                self.search.distance,
                 self.terms,
             )
             self.steps += reached - done
             done = reached
             if not all(np.isfinite(part.displacement).all() for part in self._moving):
                 self._diverged(time[done])
-            if self.search_distance > 0.0 and self._moved() > self.search_distance:
-                self._update_neighbour_list()
+            self.search.update_if_moved()
         self.output += 1
         if self.energy.diverged(self.options.divergence_energy_ratio, self.options.divergence_energy_error):
             self._diverged(self.time)
@@ -276,17 +263,6 @@ class DynamicRun:
             for here, there in zip(ground.at(before), ground.at(after), strict=True)
         )
         return Imposed(self.ground_rate.point, *lines), end
-
-    def _moved(self) -> float:
-        """Return the largest movement of a point since the last neighbour search (m); as ``largest_movement``."""
-        moved = self.motion.displacement - self.searched_at
-        base = np.array([*moved[-1, :2], 0.0])
-        moved = np.abs(moved[:-1] - base)
-        largest_movement = float((moved[:, 0] + moved[:, 1] + self.bodies.radius * moved[:, 2]).max())
-        if self.grid is not None:
-            points = np.abs(self.grid.displacement - self.grid.searched_at - base[:2])[self.grid.boundary].sum(axis=1)
-            largest_movement = max(largest_movement, float(points.max()))
-        return largest_movement
 
     def _diverged(self, time: float) -> None:
         speed = np.hypot(*self.motion.velocity[:-1, :2].T)
@@ -375,7 +351,7 @@ class DynamicRun:
             support_force=self.system.support_force(acting),
             collapsed=bool(loose.any()),
             time=self.time,
-            searches=self.searches,
+            searches=self.search.count,
             zones=None if self.grid is None else results_of_zones(self.grid, motion.displacement[-1, :2]),
             deflection=self._deflection(),
             energy=self.energy.balance(),
