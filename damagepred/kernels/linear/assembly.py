@@ -11,18 +11,8 @@ from damagepred.kernels.jit import kernel, kernel_making_arrays, law
 
 
 @law
-def interface_stiffness(rows, stiffness, matrix):
-    """Compute the stiffness matrix B^T D B of an interface between the degrees of freedom of its sides.
-
-    Parameters
-    ----------
-    rows : array (3, w)
-        Strain-displacement matrix B.
-    stiffness : array (9,)
-        D, row by row.
-    matrix : array (w, w)
-        Filled.
-    """
+def _interface_stiffness(rows, stiffness, matrix):
+    """Compute the stiffness matrix B^T D B of an interface between the degrees of freedom of its sides."""
     for r in range(rows.shape[1]):
         for j in range(3):
             left = rows[0, r] * stiffness[j] + rows[1, r] * stiffness[3 + j] + rows[2, r] * stiffness[6 + j]
@@ -58,7 +48,7 @@ def assemble_level(listed, kinematics, stiffness, place, level, k, matrix):
     width = kinematics.dof.shape[1]
     whole = np.empty((width, width))
     for i in listed:
-        interface_stiffness(kinematics.rows[i], stiffness[i], whole)
+        _interface_stiffness(kinematics.rows[i], stiffness[i], whole)
         for r in range(width):
             row = kinematics.dof[i, r]
             if row < 0 or level[row] != k or place[row] < 0:
@@ -88,7 +78,7 @@ def assemble_couplings(bridges, far_is_b, kinematics, stiffness, up, down):
     side, whole = width // 2, np.empty((width, width))
     for e in range(bridges.size):
         i = bridges[e]
-        interface_stiffness(kinematics.rows[i], stiffness[i], whole)
+        _interface_stiffness(kinematics.rows[i], stiffness[i], whole)
         at_far, at_near = (side, 0) if far_is_b[e] else (0, side)
         for r in range(side):
             for c in range(side):

@@ -5,12 +5,26 @@ change in one level leaves the factors of all farther ones as they are. Inverses
 one is then a sum of its rows, which the compiler vectorises.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from damagepred.kernels.jit import kernel, kernel_making_arrays, law, law_making_arrays
 
-FEW_ROWS = 8
-"""Right-hand sides up to which the loops here are faster than BLAS."""
+
+class EliminationOptions(NamedTuple):
+    """Options of forward elimination and back substitution.
+
+    Attributes
+    ----------
+    max_loop_rows : int
+        Right-hand sides up to which the loops here are faster than BLAS.
+    """
+
+    max_loop_rows: int = 8
+
+
+ELIMINATION = EliminationOptions()
 
 
 @kernel
@@ -89,19 +103,11 @@ def add_row(amount, row, total):
 
 
 @law_making_arrays
-def multiply(inverses, at, size, force, from_place, displacement, to_place):
-    """Add the product of a level's inverse and forces to displacements.
-
-    Parameters
-    ----------
-    inverses, at, size
-        Where the inverse begins, and its rows.
-    force, from_place, displacement, to_place
-        Arrays (r, ...) and where in their rows the level begins.
-    """
+def _multiply(inverses, at, size, force, from_place, displacement, to_place):
+    """Add the product of a level's inverse, ``inverses`` from ``at`` on, and its forces (r, ...) to displacements."""
     inverse = inverses[at : at + size * size].reshape((size, size))
     count = force.shape[0]
-    if count > FEW_ROWS:
+    if count > ELIMINATION.max_loop_rows:
         together = np.dot(np.ascontiguousarray(force[:, from_place : from_place + size]), inverse)
         for j in range(count):
             add_row(1.0, together[j], displacement[j][to_place : to_place + size])
@@ -110,20 +116,12 @@ def multiply(inverses, at, size, force, from_place, displacement, to_place):
             1.0, np.dot(force[0][from_place : from_place + size], inverse), displacement[0][to_place : to_place + size]
         )
     else:
-        multiply_few(inverse, force, from_place, displacement, to_place)
+        _multiply_few(inverse, force, from_place, displacement, to_place)
 
 
 @law
-def multiply_few(inverse, force, from_place, displacement, to_place):
-    """Do what ``multiply`` does for a few rows: each part of the inverse is fetched once for all of them.
-
-    Parameters
-    ----------
-    inverse : array (size, size)
-        Transposed.
-    force, from_place, displacement, to_place
-        As ``multiply``.
-    """
+def _multiply_few(inverse, force, from_place, displacement, to_place):
+    """Multiply as ``_multiply``, for few rows: each part of the inverse is fetched once for all of them."""
     size, rest = inverse.shape[0], inverse.shape[0] % 4
     for i in range(0, size - rest, 4):
         first, second, third, fourth = inverse[i], inverse[i + 1], inverse[i + 2], inverse[i + 3]
@@ -139,39 +137,19 @@ def multiply_few(inverse, force, from_place, displacement, to_place):
 
 
 @law
-def subtract_coupling(first, last, at_here, at_there, coupling, displacement, there, force, here):
-    """Subtract the product of a coupling block and the displacements of a neighbour level from forces.
-
-    Parameters
-    ----------
-    first, last : int
-        Bridges between the levels.
-    at_here, at_there : array of int (b, w / 2)
-        Places of their degrees of freedom in the two levels, -1 where prescribed.
-    coupling : array (b, w / 2, w / 2)
-        Force here for displacements there.
-    displacement, there, force, here
-        Arrays (r, ...) and where in their rows the levels begin.
-    """
+def _subtract_coupling(first, last, at_here, at_there, coupling, displacement, there, force, here):
+    """Subtract the product of a coupling block and the displacements of a neighbour level from forces."""
     if at_here.shape[1] == 3:  # a constant when compiling: the loops are unrolled
-        subtract_coupling_sides(3, first, last, at_here, at_there, coupling, displacement, there, force, here)
+        _subtract_coupling_sides(3, first, last, at_here, at_there, coupling, displacement, there, force, here)
     else:
-        subtract_coupling_sides(
+        _subtract_coupling_sides(
             at_here.shape[1], first, last, at_here, at_there, coupling, displacement, there, force, here
         )
 
 
 @law
-def subtract_coupling_sides(side, first, last, at_here, at_there, coupling, displacement, there, force, here):
-    """Do what ``subtract_coupling`` does.
-
-    Parameters
-    ----------
-    side : int
-        Degrees of freedom of a side, w / 2.
-    first, last, at_here, at_there, coupling, displacement, there, force, here
-        As ``subtract_coupling``.
-    """
+def _subtract_coupling_sides(side, first, last, at_here, at_there, coupling, displacement, there, force, here):
+    """Subtract as ``_subtract_coupling``, with the degrees of freedom of a side known at compile time."""
     for e in range(first, last):
         for r in range(side):
             if at_here[e, r] < 0:
@@ -206,9 +184,9 @@ def forward_elimination(start, inverses, at_inverse, first_bridge, at_far, at_ne
     """
     for k in range(start.size - 2, last - 1, -1):
         a = start[k]
-        multiply(inverses, at_inverse[k], start[k + 1] - a, force, a, particular, a)
+        _multiply(inverses, at_inverse[k], start[k + 1] - a, force, a, particular, a)
         if k > 0:
-            subtract_coupling(
+            _subtract_coupling(
                 first_bridge[k], first_bridge[k + 1], at_near, at_far, up, particular, a, force, start[k - 1]
             )
 
@@ -237,10 +215,10 @@ def back_substitution(
             for i in range(a, b):
                 displacement[j, i] = load * particular[j, i]
                 pull[j, i] = 0.0
-        subtract_coupling(
+        _subtract_coupling(
             first_bridge[k], first_bridge[k + 1], at_far, at_near, down, displacement, start[k - 1], pull, a
         )
-        multiply(inverses, at_inverse[k], b - a, pull, a, displacement, a)
+        _multiply(inverses, at_inverse[k], b - a, pull, a, displacement, a)
 
 
 @kernel_making_arrays
@@ -284,7 +262,7 @@ def solve_columns(start, inverses, at_inverse, first_bridge, at_far, at_near, up
         inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
         np.dot(inverse.T, force[a:b], particular[a:b])
         if k > 0:
-            subtract_coupling_columns(
+            _subtract_coupling_columns(
                 first_bridge[k], first_bridge[k + 1], at_near, at_far, up, particular[a:b], force[start[k - 1] : a]
             )
     force[: start[1]] = particular[: start[1]]
@@ -292,7 +270,7 @@ def solve_columns(start, inverses, at_inverse, first_bridge, at_far, at_near, up
         a, b = start[k], start[k + 1]
         inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
         pull = np.zeros((b - a, force.shape[1]))
-        subtract_coupling_columns(
+        _subtract_coupling_columns(
             first_bridge[k], first_bridge[k + 1], at_far, at_near, down, force[start[k - 1] : a], pull
         )
         np.dot(inverse.T, pull, force[a:b])
@@ -302,16 +280,8 @@ def solve_columns(start, inverses, at_inverse, first_bridge, at_far, at_near, up
 
 
 @law
-def subtract_coupling_columns(first, last, at_here, at_there, coupling, displacement, force):
-    """Do what ``subtract_coupling`` does, for columns.
-
-    Parameters
-    ----------
-    first, last, at_here, at_there, coupling
-        As ``subtract_coupling``.
-    displacement, force : array (degrees of freedom of a level, r)
-        There, and here.
-    """
+def _subtract_coupling_columns(first, last, at_here, at_there, coupling, displacement, force):
+    """Subtract as ``_subtract_coupling``, with one column for each right-hand side."""
     side = at_here.shape[1]
     for e in range(first, last):
         for r in range(side):

@@ -17,7 +17,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.kernels.linear.assembly import assemble_couplings, assemble_level, copy_rows, farthest_unsymmetric
 from damagepred.kernels.linear.block_tridiagonal import (
-    FEW_ROWS,
+    ELIMINATION,
     back_substitution,
     forward_elimination,
     schur_complement,
@@ -416,7 +416,7 @@ class BlockTridiagonalSystem:
         farthest, reached = int(self.interface_level[new].max()), self._unit_load_response[3 * known : 3 * now]
         force = np.zeros((self._unit_load_response.shape[1], 3 * len(new)))
         unit_loads(new, self.kinematics, self.order, force)
-        if 3 * len(new) <= FEW_ROWS:
+        if 3 * len(new) <= ELIMINATION.max_loop_rows:
             reached[:] = force.T
             self._solve_factorised(reached, farthest)
         else:
