@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         Dpc,
         Dynamics,
         Footing,
+        HeadJoint,
         Joint,
         Loads,
         Mound,
@@ -66,8 +67,8 @@ _HOMES = {
         "exports": "curves_frame walls_frame",
         "pipeline": "solve",
         "rejudge": "judge_again",
-        "scene": "BaseMotion BlockMaterial ControlJoint Damage Dpc Dynamics Footing Joint Loads Mound Movement Opening "
-        "ReinforcedConcrete Rig Scene Soil Solver Wall",
+        "scene": "BaseMotion BlockMaterial ControlJoint Damage Dpc Dynamics Footing HeadJoint Joint Loads Mound "
+        "Movement Opening ReinforcedConcrete Rig Scene Soil Solver Wall",
         "simple_assessment": "simple_categories simple_methods",
         "study": "Study StudyFunction open_study",
         "study.analyses.variance_shares": "study_sensitivity",

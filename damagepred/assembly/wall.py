@@ -66,9 +66,9 @@ ZONING = (
     "elastic_subdivisions",
 )
 """Settings that decide on zones and elastic blocks."""
-MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL = range(7)
+MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL, HEAD = range(8)
 """Numbers of the joint materials of a wall; BED is that between footing and first course."""
-IN_KIND = np.array([MORTAR, MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL])
+IN_KIND = np.array([MORTAR, HEAD, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL])
 """Which of them the interfaces of each kind have."""
 
 
@@ -276,7 +276,7 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
     if not _own_bed(scene):
         material[material == BED] = MORTAR
     properties, limited = joint_properties(
-        _joint_materials(scene), material, interfaces.joint, _by_material(fields, len(geometry.joints.kind))
+        _joint_materials(scene), material, interfaces.joint, _by_material(fields, scene, len(geometry.joints.kind))
     )
     substances = [scene.block, _concrete(scene.footing)]
     substance = (np.arange(len(blocks.x)) >= len(bricks)).astype(np.int64)
@@ -386,6 +386,7 @@ def _joint_materials(scene: Scene) -> list[Joint]:
         support_joint(scene, pulls=held),
         section_joint(),
         control_joint(scene.joint),
+        scene.heads,
     ]
 
 
@@ -432,15 +433,21 @@ def control_joint(joint: Joint) -> Joint:
     )
 
 
-def _by_material(fields: Mapping[str, FloatArray], joints: int) -> dict[int, dict[str, FloatArray]]:
-    sorted_out: dict[int, dict[str, FloatArray]] = {MORTAR: {}, DPC: {}}
+def _by_material(fields: Mapping[str, FloatArray], scene: Scene, joints: int) -> dict[int, dict[str, FloatArray]]:
+    """Return what varies from joint to joint by material; head joints vary as the mortar, unless by themselves."""
+    tables, heads = {"joint": MORTAR, "dpc": DPC, "head_joint": HEAD}, scene.head_joint
+    sorted_out: dict[int, dict[str, FloatArray]] = {number: {} for number in tables.values()}
     for place, values in fields.items():
         table, _, name = place.partition(".")
-        if table not in ("joint", "dpc") or name not in Joint.__dataclass_fields__:
-            raise InputError(f"'{place}': only properties of joint and dpc can vary from joint to joint.")
+        if table not in tables or name not in Joint.__dataclass_fields__:
+            raise InputError(f"'{place}': only properties of joint, head_joint and dpc can vary from joint to joint.")
         if np.shape(values) != (joints,):
             raise InputError(f"'{place}': needs one value for each of the {joints} joints, got {np.shape(values)}.")
-        sorted_out[MORTAR if table == "joint" else DPC][name] = _of_joints(place, name, values)
+        sorted_out[tables[table]][name] = _of_joints(place, name, values)
+    for name, values in sorted_out[MORTAR].items():
+        if heads is None or getattr(heads, name) is None:
+            of_heads = values if heads is None else heads.of_bed(name, values)
+            sorted_out[HEAD].setdefault(name, of_heads)
     return sorted_out
 
 

@@ -25,6 +25,7 @@ HEADS = {
     "wall": "Wall",
     "block": "Blocks",
     "joint": "Mortar joints",
+    "head_joint": "Head joints",
     "dpc": "Damp-proof course",
     "opening": "Opening",
     "footing": "Footing",

@@ -2,7 +2,7 @@
 
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.dynamics import BaseMotion, Dynamics
-from damagepred.scene.materials import BlockMaterial, Dpc, Footing, Joint, Loads
+from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, HeadJointFactors, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
 from damagepred.scene.rig import Rig
@@ -28,6 +28,8 @@ __all__ = [
     "Dpc",
     "Dynamics",
     "Footing",
+    "HeadJoint",
+    "HeadJointFactors",
     "Joint",
     "Loads",
     "Mound",

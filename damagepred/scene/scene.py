@@ -15,7 +15,7 @@ from damagepred.errors import InputError, nearest
 from damagepred.input_files import read_toml
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
-from damagepred.scene.materials import BlockMaterial, Dpc, Footing, Joint, Loads
+from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
 from damagepred.scene.rig import Rig
@@ -36,8 +36,8 @@ class Scene:
     ----------
     title : str
         What the wall is, for plots and archives.
-    wall, block, joint, dpc, opening, control_joint, footing, movement, rig, soil, mound, loads, solver, damage,
-    dynamics
+    wall, block, joint, head_joint, dpc, opening, control_joint, footing, movement, rig, soil, mound, loads, solver,
+    damage, dynamics
         The tables of the scene file; see their classes.
     """
 
@@ -45,6 +45,7 @@ class Scene:
     wall: Wall = Field(default_factory=Wall)
     block: BlockMaterial = Field(default_factory=BlockMaterial)
     joint: Joint = Field(default_factory=Joint)
+    head_joint: HeadJoint | None = None
     dpc: Dpc | None = None
     opening: tuple[Opening, ...] = ()
     control_joint: tuple[ControlJoint, ...] = ()
@@ -60,6 +61,8 @@ class Scene:
 
     @model_validator(mode="after")
     def _fits_together(self) -> Scene:
+        if self.head_joint is not None:  # what is given of heads and beds must make a joint
+            self.head_joint.joint(self.joint)
         wall = self.wall
         tolerance = 1e-9 * wall.length
         for number, hole in enumerate(self.opening, start=1):
@@ -170,6 +173,11 @@ class Scene:
                     "dynamics: a run in time has no jacks; leave out [dynamics], or take another movement.shape "
                     "than 'jacks'"
                 )
+
+    @property
+    def heads(self) -> Joint:
+        """Head joints: the mortar, or what ``[head_joint]`` makes of it."""
+        return self.joint if self.head_joint is None else self.head_joint.joint(self.joint)
 
     @property
     def _deflection_is_given(self) -> bool:

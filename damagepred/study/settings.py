@@ -235,9 +235,10 @@ class StudySettings:
                     if self.scene.takes_number(place)
                     else f'{source}: [variables."{place}"]: the scene has no such number.' + nearest(place, places)
                 )
-            if variable.field is not None and place.split(".")[0] not in ("joint", "dpc"):
+            if variable.field is not None and place.split(".")[0] not in ("joint", "head_joint", "dpc"):
                 raise InputError(
-                    f'{source}: [variables."{place}"] field: only numbers of joint and dpc vary from joint to joint.'
+                    f'{source}: [variables."{place}"] field: only numbers of joint, head_joint and dpc vary from '
+                    "joint to joint."
                 )
         for a, b, value in self._pairs():
             for place in (a, b):

@@ -12,7 +12,7 @@ from pydantic_core import PydanticUndefined
 from damagepred.errors import InputError
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.dynamics import BaseMotion, Dynamics
-from damagepred.scene.materials import BlockMaterial, Dpc, Footing, Joint, Loads
+from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, HeadJointFactors, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
 from damagepred.scene.quantity import LARGEST
@@ -30,6 +30,8 @@ TABLES = (
     ControlJoint,
     BlockMaterial,
     Joint,
+    HeadJoint,
+    HeadJointFactors,
     Dpc,
     Footing,
     ReinforcedConcrete,
@@ -88,6 +90,31 @@ Joint
   shear_fracture_energy = None N/m (0 1e+12]
   compressive_strength = None Pa (0 1e+16]
   cap_shear = 9 1 (0 1e+15]
+HeadJoint
+  factor = None
+  normal_stiffness = None Pa/m [0.001 1e+18]
+  shear_stiffness = None Pa/m [0.001 1e+18]
+  tensile_strength = None Pa [0 1e+16]
+  cohesion = None Pa [0 1e+16]
+  friction = None 1 [0 1e+15]
+  dilation = None 1 [0 1e+15]
+  residual_tensile_strength = None Pa [0 1e+16]
+  residual_cohesion = None Pa [0 1e+16]
+  residual_friction = None 1 [0 1e+15]
+  brittle_shear = None
+  fracture_energy = None N/m (0 1e+12]
+  shear_fracture_energy = None N/m (0 1e+12]
+  compressive_strength = None Pa (0 1e+16]
+  cap_shear = None 1 (0 1e+15]
+HeadJointFactors
+  normal_stiffness = 1 1 (0 1e+15]
+  shear_stiffness = 1 1 (0 1e+15]
+  tensile_strength = 1 1 [0 1e+15]
+  cohesion = 1 1 [0 1e+15]
+  friction = 1 1 [0 1e+15]
+  fracture_energy = 1 1 (0 1e+15]
+  shear_fracture_energy = 1 1 (0 1e+15]
+  compressive_strength = 1 1 (0 1e+15]
 Dpc
   course = 2 whole [1 max]
   friction = 0.5 1 [0 1e+15]
@@ -160,15 +187,16 @@ Mound
 Solver
   method = quasi_static | quasi_static explicit
   accuracy = standard | draft standard reference
-  blocks = rigid | rigid deformable auto
+  blocks = rigid | rigid elastic deformable auto
   rigid_error = 0.01 1 (0 1e+15]
-  above_dpc = None | rigid deformable
-  below_dpc = None | rigid deformable
+  above_dpc = None | rigid elastic deformable
+  below_dpc = None | rigid elastic deformable
   zone_size = None m (0 10000]
   zone_size_above_dpc = None m (0 10000]
   zone_size_below_dpc = None m (0 10000]
   zone_size_footing = None m (0 10000]
   footing = None | none beam deformable
+  elastic_subdivisions = 4 whole [2 16]
   plane = stress | stress strain
   lump_block_elasticity = True
   quadrature = lobatto | lobatto midpoint
