@@ -115,6 +115,8 @@ def of_the_model() -> list[Choice]:
             for n in (2, 3, 5, 9)
         ],
         Choice("rigid blocks", "not lumped", {"lump_block_elasticity": False}, model=True),
+        Choice("elastic blocks", "Lobatto 3", {"blocks": "elastic"}, model=True),
+        Choice("elastic blocks", "Lobatto 5", {"blocks": "elastic", "contacts_per_interface": 5}, model=True),
         Choice("auto", "10 %", {"blocks": "auto", "rigid_error": 0.1}, model=True),
         Choice("auto", "3 %", {"blocks": "auto", "rigid_error": 0.03}, model=True),
         Choice("auto", "1 %", {"blocks": "auto", "rigid_error": 0.01}, model=True),

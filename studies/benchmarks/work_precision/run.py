@@ -108,14 +108,19 @@ def note(path: Path, row: dict[str, Any]) -> None:
         writer.writerow({key: f"{v:.9g}" if isinstance(v, float) else v for key, v in row.items()})
 
 
-_READY: set[tuple[int, str, bool, bool]] = set()
+_READY: set[tuple[int, str, str, str | None, bool]] = set()
 
 
 def make_ready(scene: Scene) -> None:
     """Compile or load the kernels of a wall, once: some are compiled for a number of contacts."""
     solver = scene.solver
-    rigid = solver.blocks == "rigid" and solver.below_dpc is None
-    key = (solver.contacts_per_interface, solver.method, rigid, scene.joint.fracture_energy is None)
+    key = (
+        solver.contacts_per_interface,
+        solver.method,
+        solver.blocks,
+        solver.below_dpc,
+        scene.joint.fracture_energy is None,
+    )
     if scene.dynamics is not None or key not in _READY:
         warm_up(scene)
     _READY.add(key)
