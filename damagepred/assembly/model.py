@@ -124,8 +124,9 @@ class JointProperties(NamedTuple):
     Instead of the fracture energies there are ``critical_opening`` (m), where tension has fallen to nothing,
     w_c = 2 G_f / f_t, elastic opening included, 0 where the bond breaks at once; and ``critical_slip`` (m), which wears
     off the bond, s_c = 2 G_f / (C - C_r), 0 where slip leaves it as it is. A joint without cap has an infinite
-    ``compressive_strength``. ``gap`` (m) is how far an interface without bond closes before it is pressed, 0 but for
-    control joints.
+    ``compressive_strength``. ``softening_shape`` (1) is 0 where the bond softens linearly, as w_c and s_c assume; see
+    ``damagepred.kernels.joint.softening``. ``gap`` (m) is how far an interface without bond closes before it is
+    pressed, 0 but for control joints.
     """
 
     normal_stiffness: FloatArray
@@ -140,6 +141,7 @@ class JointProperties(NamedTuple):
     brittle_shear: BoolArray
     compressive_strength: FloatArray
     cap_shear: FloatArray
+    softening_shape: FloatArray
     critical_opening: FloatArray
     critical_slip: FloatArray
     gap: FloatArray

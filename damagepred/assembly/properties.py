@@ -9,6 +9,7 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.elastic_blocks import ElasticBlocks
 from damagepred.assembly.model import BlockLaw, Blocks, Interfaces, JointProperties
+from damagepred.kernels.joint.softening import EXPONENTIAL_SHAPE
 from damagepred.scene import BlockMaterial, Joint
 
 #: Values that vary from joint to joint: for a material's number, field name -> one value for each joint.
@@ -75,6 +76,8 @@ def no_tension_joint(joint: Joint) -> bool:
 
 
 def _value(material: Joint, name: str) -> float:
+    if name == "softening_shape":
+        return EXPONENTIAL_SHAPE if material.softening == "exponential" else 0.0
     value = getattr(material, name)
     if value is None:
         value = {"residual_friction": material.friction, "compressive_strength": np.inf}.get(name, 0.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -93,6 +93,9 @@ class Joint:
         the opening, from f_t to nothing at 2 G_f / f_t, and cohesion and friction fall to their residual values with
         it. None, or so little that the elastic joint holds more: the bond breaks at once, as the paper has it.
         Clay brick and mortar: 5 to 20 N/m (van der Pluijm 1999, assumed).
+    softening : "linear" or "exponential"
+        How tension and bond fall with the opening: linearly, or first steeply and then ever less, as exp(-5 xi) with
+        xi from 0 at f_t to 1 at 5.1 G_f / f_t, where nothing is left. Both take the same fracture energies.
     shear_fracture_energy : float or None
         G_f (N/m), mode II: what sliding an unopened joint takes to wear off its bond, on top of what the residual
         values take. Cohesion, friction and tension fall linearly with the slip, to the residual values at 2 G_f /
@@ -121,6 +124,7 @@ class Joint:
     brittle_shear: bool = False
     fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
     shear_fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
+    softening: Literal["linear", "exponential"] = "linear"
     compressive_strength: Pressure | None = Field(default=None, gt=0)
     cap_shear: Pure = Field(default=9.0, gt=0)
 

@@ -23,6 +23,7 @@ from damagepred.kernels.joint.return_mapping import (
     return_mapping,
     tresca_return,
 )
+from damagepred.kernels.joint.softening import Softening
 from damagepred.solvers.quasi_static.options import ReturnMappingOptions
 from damagepred.solvers.state.joint_history import JointHistory
 
@@ -32,6 +33,7 @@ COUNT = 3000
 CYCLES = 3000
 ALL = "everything"
 FEATURES = ("plain", "residual", "dilation", "softening", "residual strength", "cap", "slip_weight", ALL)
+EXPONENTIAL = ("exponential", "exponential slip")
 
 
 # -- random joints ----------------------------------------------------------------------------------------------------
@@ -40,6 +42,9 @@ FEATURES = ("plain", "residual", "dilation", "softening", "residual strength", "
 def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointProperties:
     """Return joints with one feature of the law; or with all compatible features."""
     has = {name: (feature == name) | ((feature == ALL) & (rng.random(count) < 0.5)) for name in FEATURES}
+    exponential = feature in EXPONENTIAL
+    has["slip_weight"] |= feature == "exponential slip"
+    has["softening"] |= exponential
     cohesion, friction = rng.uniform(0.05e6, 0.4e6, count), rng.uniform(0.3, 1.1, count)
     strength = np.minimum(rng.uniform(0.05e6, 0.5e6, count), cohesion / friction)
     has["slip_weight"] &= ~has["residual strength"]
@@ -63,6 +68,7 @@ def random_joints(rng: np.random.Generator, count: int, feature: str) -> JointPr
         brittle_shear=np.zeros(count, dtype=np.bool_),
         compressive_strength=np.where(has["cap"], rng.uniform(0.3e6, 2e6, count), np.inf),
         cap_shear=rng.uniform(1.0, 12.0, count),
+        softening_shape=np.full(count, 5.0 * exponential),
         critical_opening=critical,
         critical_slip=np.where(
             has["slip_weight"], (cohesion - left * cohesion) / K_S * rng.uniform(1.5, 20.0, count), 0.0
@@ -115,7 +121,7 @@ def evaluate_tresca(joints, cracked, kappa, bound, e, shear):
 def cycle(joints, i, u_n, u_s, slip, dilatant_opening, cracked, kappa):
     """Apply the explicit solver's law once."""
     p = joints[i]
-    return explicit_update(u_n, u_s, slip, dilatant_opening, cracked, kappa, p, True, True)
+    return explicit_update(u_n, u_s, slip, dilatant_opening, cracked, kappa, p, True, Softening(True))
 
 
 @of_parameters
@@ -135,9 +141,9 @@ def rested(joints, cracked, kappa, e, shear, cycles):
 # -- stresses ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("feature", FEATURES)
+@pytest.mark.parametrize("feature", FEATURES + EXPONENTIAL)
 def test_the_explicit_law_converges_to_these_stresses(feature: str) -> None:
-    rng = np.random.default_rng([1, FEATURES.index(feature)])
+    rng = np.random.default_rng([1, (*FEATURES, *EXPONENTIAL).index(feature)])
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
@@ -165,9 +171,9 @@ def test_the_explicit_law_converges_to_these_stresses(feature: str) -> None:
     np.testing.assert_allclose(live[closed, 7], rest[closed, 3], rtol=1e-8, atol=1e-14)
 
 
-@pytest.mark.parametrize("feature", FEATURES)
+@pytest.mark.parametrize("feature", FEATURES + EXPONENTIAL)
 def test_never_outside_the_limits(feature: str) -> None:
-    rng = np.random.default_rng([2, FEATURES.index(feature)])
+    rng = np.random.default_rng([2, (*FEATURES, *EXPONENTIAL).index(feature)])
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
     sigma, tau, *_, limit = evaluate(joints, cracked, kappa, *random_place(rng, COUNT)).T
@@ -196,7 +202,7 @@ def evaluate_plain(joints, cracked, e, shear):
 
 @pytest.mark.parametrize("feature", ["plain", "residual"])
 def test_the_reduced_law_of_plain_joints_is_the_full_one(feature: str) -> None:
-    rng = np.random.default_rng([10, FEATURES.index(feature)])
+    rng = np.random.default_rng([10, (*FEATURES, *EXPONENTIAL).index(feature)])
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
@@ -213,7 +219,7 @@ def test_the_reduced_law_of_plain_joints_is_the_full_one(feature: str) -> None:
 
 @pytest.mark.parametrize("feature", ["plain", "residual"])
 def test_the_reduced_tresca_law_of_plain_joints_is_the_full_one(feature: str) -> None:
-    rng = np.random.default_rng([12, FEATURES.index(feature)])
+    rng = np.random.default_rng([12, (*FEATURES, *EXPONENTIAL).index(feature)])
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
@@ -292,9 +298,9 @@ def difference_along_paths(joints, corners, steps):
     return np.array(differences)
 
 
-@pytest.mark.parametrize("feature", FEATURES)
+@pytest.mark.parametrize("feature", FEATURES + EXPONENTIAL)
 def test_along_paths_of_small_steps_both_laws_are_the_same(feature: str) -> None:
-    rng = np.random.default_rng([3, FEATURES.index(feature)])
+    rng = np.random.default_rng([3, (*FEATURES, *EXPONENTIAL).index(feature)])
     count = 200
     joints = random_joints(rng, count, feature)
     corners = [np.zeros((2, count)), *(np.stack(random_place(rng, count)) for _ in range(4))]
@@ -321,9 +327,9 @@ def slopes_by_difference(stresses, e, shear, step):
     return np.array(found).T, smooth
 
 
-@pytest.mark.parametrize("feature", FEATURES)
+@pytest.mark.parametrize("feature", FEATURES + EXPONENTIAL)
 def test_slopes(feature: str) -> None:
-    rng = np.random.default_rng([4, FEATURES.index(feature)])
+    rng = np.random.default_rng([4, (*FEATURES, *EXPONENTIAL).index(feature)])
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
@@ -343,10 +349,10 @@ def test_slopes(feature: str) -> None:
 # -- frozen -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("feature", FEATURES)
+@pytest.mark.parametrize("feature", FEATURES + EXPONENTIAL)
 def test_the_tresca_law_has_a_convex_energy(feature: str) -> None:
     """Its force is monotone and uncoupled; its slopes are those of its stresses."""
-    rng = np.random.default_rng([5, FEATURES.index(feature)])
+    rng = np.random.default_rng([5, (*FEATURES, *EXPONENTIAL).index(feature)])
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
     bound = np.where(rng.random(COUNT) < 0.2, 0.0, rng.exponential(0.3e6, COUNT))
@@ -430,7 +436,7 @@ def stresses_of(model: Model, history: JointHistory, displacement: np.ndarray) -
 
 
 def random_wall(feature: str, seed: int) -> tuple[Model, JointHistory, np.ndarray]:
-    rng = np.random.default_rng([seed, FEATURES.index(feature)])
+    rng = np.random.default_rng([seed, (*FEATURES, *EXPONENTIAL).index(feature)])
     model = pairs(random_joints(rng, 100, feature))
     shape = model.interfaces.contact_area.shape
     history = JointHistory.fresh(model)

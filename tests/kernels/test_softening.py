@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from damagepred.kernels.joint.explicit_update import explicit_update
+from damagepred.kernels.joint.softening import Softening
 from tests.kernels.one_joint import one_joint
 
 K_N, K_S = 82e9, 36e9
@@ -28,7 +29,7 @@ def contact(
     residual_strength=(0.0, C_LEFT, FRICTION_LEFT),
 ):
     """Return (sigma, tau) and the new history; w_c = None compiles the law without softening."""
-    softening = None if w_c is None else True
+    softening = None if w_c is None else Softening(True)
     parameters = one_joint(K_N, K_S, strength, residual_strength, w_c=w_c or 0.0, psi=psi, brittle=brittle)
     sigma, tau, *new = explicit_update(opening, shear, *history, parameters, True, softening)
     return (sigma, tau), tuple(new)

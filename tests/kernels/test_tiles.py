@@ -12,6 +12,7 @@ from damagepred.kernels import jit
 from damagepred.kernels.explicit.cycle import run_cycles
 from damagepred.kernels.explicit.motion import move
 from damagepred.kernels.interface.contact import contact_forces
+from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import Joint, Solver
 from damagepred.solvers.state.joint_history import JointHistory, fields_of
 from damagepred.solvers.time_stepping import scheme as explicit
@@ -19,9 +20,9 @@ from damagepred.solvers.time_stepping.tiles import (
     LANES,
     history_of,
     needs_full_law,
-    needs_softening,
     pack_joints,
     put,
+    softening_of,
     take,
 )
 
@@ -32,6 +33,7 @@ SOFT_SPECIAL = replace(SOFT, dilation=0.3, brittle_shear=True)
 JOINTS = {"plain": [PLAIN], "special": [SPECIAL], "soft": [SOFT], "soft special": [SOFT_SPECIAL]}
 CAP = replace(SOFT, compressive_strength=1e6, brittle_shear=True)
 JOINTS |= {"special cap": [replace(PLAIN, compressive_strength=0.8e6)], "soft special cap": [CAP, SPECIAL]}
+JOINTS |= {"exponential": [replace(SOFT, softening="exponential")]}
 JOINTS |= {"mixed": [SOFT, PLAIN], "mixed special": [SPECIAL, SOFT_SPECIAL]}
 
 
@@ -85,8 +87,9 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
     rng = np.random.default_rng(contacts)
     model = brick_wall(*JOINTS[name], contacts=contacts)
     special = True if needs_full_law(model) else None
-    softening = True if needs_softening(model) else None
-    assert (special, softening) == ("special" in name or None, name not in ("plain", "special", "special cap") or None)
+    softening = softening_of(model)
+    soft = None if name in ("plain", "special", "special cap") else Softening("exponential" in name or None)
+    assert (special, softening) == ("special" in name or None, soft)
     for progress in (0.0, 0.7):
         history, displacement = random_state(model, rng)
         if not special:
@@ -133,7 +136,7 @@ def test_omitting_unused_features_changes_no_bit(joint):
     for every in (False, True):
         run = explicit.DampedTimeStepping(model, Solver(method="explicit"))
         if every:
-            run.special = run.softening = True
+            run.special, run.softening = True, Softening(None)
         run.advance(500, 1.0, 1.0)
         paths.append((run.motion.displacement.copy(), history_of(run.joints)))
     np.testing.assert_array_equal(paths[0][0], paths[1][0])
@@ -166,7 +169,7 @@ def test_local_damping_opposes_the_velocity_and_is_zero_at_rest():
 @pytest.mark.benchmark
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads the assembly of x86")
 @pytest.mark.parametrize("special", [None, True])
-@pytest.mark.parametrize("softening", [None, True])
+@pytest.mark.parametrize("softening", [None, Softening(None)])
 def test_the_law_is_vectorised(special, softening, monkeypatch):
     """A change that prevents vectorisation slows the law by a factor of three, which no other test detects."""
 

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from damagepred.kernels.joint.explicit_update import explicit_update
+from damagepred.kernels.joint.softening import Softening
 from tests.kernels.one_joint import one_joint
 
 Joint = tuple[float, float, float]
@@ -26,7 +27,8 @@ def normal_stress(joint: Joint, opening: float, cracked: bool, kappa: float) -> 
     k_n, f_t, energy = joint
     w_c = 2 * energy / f_t
     parameters = one_joint(k_n, 0.4 * k_n, (f_t, 4 * f_t, 0.7), (0.0, 4 * f_t, 0.7), w_c=w_c)
-    sigma, _, _, _, cracked, kappa = explicit_update(opening, 0.0, 0.0, 0.0, cracked, kappa, parameters, None, True)
+    history = (0.0, 0.0, cracked, kappa)
+    sigma, _, _, _, cracked, kappa = explicit_update(opening, 0.0, *history, parameters, None, Softening(None))
     return sigma, cracked, kappa
 
 

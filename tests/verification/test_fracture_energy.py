@@ -16,6 +16,7 @@ import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.kernels.joint.explicit_update import explicit_update
+from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import Joint, Solver
 from tests.kernels.one_joint import one_joint
 from tests.verification.conftest import SOLVERS
@@ -332,7 +333,7 @@ def worn_under_tension(joint: Joint, opened: float, sheared: float, steps: int) 
         before, slid = (sigma, tau), history[0]
         for _ in range(3):  # what is left to slide follows in the next cycle
             sigma, tau, *rested = explicit_update(
-                opened * i / steps, sheared * i / steps, *history, parameters, True, True
+                opened * i / steps, sheared * i / steps, *history, parameters, True, Softening(True)
             )
             history = tuple(rested)
         external += 0.5 * ((before[0] + sigma) * opened + (before[1] + tau) * sheared) / steps

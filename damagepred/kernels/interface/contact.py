@@ -7,8 +7,10 @@ from damagepred.kernels.interface.kinematics import interface_displacement, midp
 from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.kernels.joint.parameters import of_lane
+from damagepred.kernels.joint.softening import Softening
 
 Y, TURN = np.uint64(1), np.uint64(2)
+ALL_SHAPES = Softening(True)
 
 
 @law
@@ -164,7 +166,7 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
                 state.kappa[i, k],
                 parameters,
                 True,
-                True,
+                ALL_SHAPES,
             )
             state.slip[i, k], state.dilatant_opening[i, k] = slip, dilatant_opening
             state.cracked[i, k], state.kappa[i, k] = cracked, kappa

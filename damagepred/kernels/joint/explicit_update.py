@@ -7,11 +7,10 @@ Equations 1-4 of the paper (Zhuge et al.), with tension and opening positive:
 with the plastic slip s and the dilatant opening d, which grows by tan(psi) for each unit of slip. The law is written in
 total displacement with s and d as history variables: the paper's incremental law without its rounding drift.
 
-A bond that passes f_t breaks at once, as in the paper, or softens linearly from f_t at kappa_0 = f_t / k_n to 0 at
-w_c = 2 G_f / f_t, so that a crack dissipates G_f. Its integrity follows from the largest opening kappa of the cracked
-contact,
+A bond that passes f_t breaks at once, as in the paper, or softens from f_t at kappa_0 = f_t / k_n to 0 at w_c, so that
+a crack dissipates G_f. Its integrity b follows from the largest opening kappa of the cracked contact (``softening``),
 
-    b = (w_c - kappa) / (w_c - kappa_0),   sigma = u b f_t / kappa  for 0 < u <= kappa,   sigma = k_n u  for u <= 0
+    sigma = u b f_t / kappa  for 0 < u <= kappa,   sigma = k_n u  for u <= 0
 
 so tension unloads to the origin along the secant (damage). Cohesion and tan(phi) go from their intact to their residual
 values with b. In mixed-mode softening slip adds to kappa, too: by beta = (w_c - kappa_0) / s_c for each unit of it, so
@@ -33,7 +32,7 @@ from numpy import copysign
 
 from damagepred.kernels.jit import law
 from damagepred.kernels.joint.limits import NO_LIMIT, capped, coulomb_limit
-from damagepred.kernels.joint.softening import TINY, degraded, integrity_of, secant_stiffness
+from damagepred.kernels.joint.softening import TINY, degraded, integrity_of, linear_integrity, secant_stiffness
 
 APEX_ROUNDING = 1e-6
 """Shear stress over cohesion that counts as 0: at the apex of the cone rounding would break a bond by slip."""
@@ -57,7 +56,7 @@ def explicit_update(opening, shear, slip, dilatant_opening, cracked, kappa, para
         Of the joint.
     special : bool or None
         None if no joint of the wall dilates, breaks or softens by slip or has a cap: left out at compile time.
-    softening : bool or None
+    softening : Softening or None
         None if no bond of the wall softens: left out at compile time.
     """
     # elastic predictor
@@ -91,7 +90,8 @@ def explicit_update(opening, shear, slip, dilatant_opening, cracked, kappa, para
         w_c = p.critical_opening
         cracked = cracked | (elastic > f_t)
         kappa = u if cracked & (u > kappa) & (w_c > 0.0) else kappa
-        integrity = integrity_of(p, kappa) if cracked else 1.0
+        integrity = linear_integrity(p, kappa) if softening.exponential is None else integrity_of(p, kappa)
+        integrity = integrity if cracked else 1.0
         secant = secant_stiffness(p, kappa if kappa > TINY else TINY, integrity)
         secant = secant if cracked & (w_c > 0.0) else k_n
         sigma = (k_n if u < 0.0 else secant) * u

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.kernels.jit import law
-from damagepred.kernels.joint.softening import TINY
+from damagepred.kernels.joint.softening import TINY, mean_integrity
 
 
 class JointParameters(NamedTuple):
@@ -22,7 +22,9 @@ class JointParameters(NamedTuple):
     residual_tensile_strength, residual_cohesion, residual_friction, residual_slip_compliance : float
         The same of a joint without bond.
     critical_opening, damage_rate : float
-        w_c (m), 0 of a brittle bond, and damage for each unit of kappa beyond kappa_0, 1 / (w_c - kappa_0) (1/m).
+        w_c (m), 0 of a brittle bond, and 1 / (w_c - kappa_0) (1/m).
+    softening_shape : float
+        a of the softening curve (1), 0 if it is linear.
     slip_weight : float
         beta of mixed-mode softening (1), 0 where slip leaves the bond as it is. Such a joint does not dilate.
     dilation : float
@@ -48,6 +50,7 @@ class JointParameters(NamedTuple):
     residual_slip_compliance: float
     critical_opening: float
     damage_rate: float
+    softening_shape: float
     slip_weight: float
     dilation: float
     brittle_shear: bool
@@ -68,13 +71,16 @@ def joint_parameters(properties):
     """Return the parameters of all joints, records (m,), from ``damagepred.assembly.model.JointProperties``."""
     k_n, k_s, psi = properties.normal_stiffness, properties.shear_stiffness, properties.dilation
     w_c, s_c = properties.critical_opening, properties.critical_slip
-    softening_range = np.maximum(w_c - properties.tensile_strength / k_n, TINY)
+    kappa_0 = properties.tensile_strength / k_n
+    linear_range = np.maximum(w_c - kappa_0, TINY)
+    softening_range = linear_range / (2.0 * mean_integrity(properties.softening_shape))  # of the same fracture energy
     derived = {
         "shear_compliance": 1.0 / k_s,
         "slip_compliance": 1.0 / (k_s + k_n * properties.friction * psi),
         "residual_slip_compliance": 1.0 / (k_s + k_n * properties.residual_friction * psi),
+        "critical_opening": np.where((w_c > 0.0) & (properties.softening_shape > 0.0), kappa_0 + softening_range, w_c),
         "damage_rate": 1.0 / softening_range,
-        "slip_weight": (s_c > 0.0) * softening_range / np.maximum(s_c, TINY),
+        "slip_weight": (s_c > 0.0) * linear_range / np.maximum(s_c, TINY),
         "elastic_closing": properties.compressive_strength / k_n,
         "cap_compliance": 1.0 / properties.cap_shear,
     }
@@ -109,6 +115,7 @@ def of_lane(tile, i):
         tile.residual_slip_compliance[i],
         tile.critical_opening[i],
         tile.damage_rate[i],
+        tile.softening_shape[i],
         tile.slip_weight[i],
         tile.dilation[i],
         tile.brittle_shear[i],

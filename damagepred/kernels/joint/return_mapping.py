@@ -60,7 +60,7 @@ def normal_law(parameters, cracked, kappa, e, damage_grows):
         reached = max(kappa, f_t / k_n)
         if e > reached and damage_grows:
             integrity = integrity_of(parameters, e)
-            slope = softening_slope(parameters, integrity)
+            slope = softening_slope(parameters, e)
             return f_t * integrity, f_t * slope, integrity, slope
         integrity = integrity_of(parameters, reached)
         stiffness = secant_stiffness(parameters, reached, integrity) if e > 0.0 else k_n
@@ -179,11 +179,11 @@ def mixed_mode_return(parameters, cracked, kappa, e, shear, crushing, options):
     sign, trial = 1.0 if shear >= 0.0 else -1.0, abs(k_s * shear)
     most = trial / k_s
     exhausting = max((w_c - start) / beta, 0.0) * (1.0 + 1e-12)  # slip that leaves b = 0, rounding included
-    t = 0.0
+    t, lower, upper = 0.0, 0.0, most  # the residual is positive at the lower bound
     for _ in range(options.max_iterations):
         kappa = start + beta * t
         integrity = integrity_of(p, kappa)
-        damage_kappa = softening_slope(p, integrity)
+        damage_kappa = softening_slope(p, kappa)
         if e > 0.0:
             sigma, sigma_e = f_t * integrity * e / kappa, secant_stiffness(p, kappa, integrity)
             sigma_kappa = f_t * e * (damage_kappa * kappa - integrity) / (kappa * kappa)
@@ -205,12 +205,15 @@ def mixed_mode_return(parameters, cracked, kappa, e, shear, crushing, options):
         residual = trial - k_s * t - limit
         if abs(residual) <= options.relative_tolerance * (trial + abs(limit)):
             break
+        lower, upper = (t, upper) if residual > 0.0 else (lower, t)
         if k_s + limit_t < options.snap_back_ratio * k_s:
-            t = exhausting
+            t = exhausting if lower < exhausting < upper or p.softening_shape == 0.0 else 0.5 * (lower + upper)
         else:
             t = min(max(t + residual / (k_s + limit_t), 0.0), most)
             if damage_kappa != 0.0 and t > exhausting:  # not beyond the kink at b = 0
                 t = exhausting
+            if p.softening_shape > 0.0 and not lower <= t <= upper:
+                t = 0.5 * (lower + upper)
     if e > 0.0 and integrity == 0.0:  # broken and open
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, shear, 0.0, 0.0
     if limit <= 0.0 or t >= most:

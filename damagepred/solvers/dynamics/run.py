@@ -15,6 +15,7 @@ from damagepred.errors import DivergenceError, InputError
 from damagepred.kernels.dynamics.contact import BONDED, JOINT_TERMS
 from damagepred.kernels.dynamics.cycle import first_forces, run_steps
 from damagepred.kernels.dynamics.motion import BODY_TERMS
+from damagepred.kernels.joint.softening import Softening
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Solver
 from damagepred.scene.dynamics import Dynamics
@@ -40,7 +41,7 @@ from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.deformable_blocks import at_gridpoints
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from damagepred.solvers.time_stepping.tiles import needs_full_law, needs_softening
+from damagepred.solvers.time_stepping.tiles import needs_full_law, softening_of
 from damagepred.time_limit import check_time
 
 
@@ -116,7 +117,9 @@ class DynamicRun:
         local = dynamics.local_damping if dynamics.damping == "local" else 0.0
         self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping, contacts)
         # two variants of the joint law are enough, plain and full: each takes a while to compile
-        self.special = self.softening = True if needs_full_law(model) or needs_softening(model) else None
+        softening = softening_of(model)
+        self.special = True if needs_full_law(model) or softening is not None else None
+        self.softening = softening if self.special is None else softening or Softening(None)
         self.ground_rate, self.has_live_load = _ground_rate(model), bool(self.system.live_load.any())
         self.base = base_displacement(dynamics.base)
         skin = options.skin * float(np.sqrt(model.blocks.area.min()))

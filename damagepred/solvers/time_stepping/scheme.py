@@ -26,10 +26,10 @@ from damagepred.solvers.time_stepping.tiles import (
     history_of,
     move_ground,
     needs_full_law,
-    needs_softening,
     pack_joints,
     pack_sections,
     set_history,
+    softening_of,
     take,
 )
 from damagepred.time_limit import check_time
@@ -117,7 +117,7 @@ class DampedTimeStepping:
         commit_interval = self.options.time_stepping.section_commit_interval if commit_sections else 0
         self.joints, self.sections = pack_joints(model), pack_sections(model, commit_interval)
         self.special = True if needs_full_law(model) else None
-        self.softening = True if needs_softening(model) else None
+        self.softening = softening_of(model)
         self.zones = None if model.mesh is None else ZoneField(model)
         size = model.size
         self.system = DiscreteSystem.of(model, self.options.elastic_solution)

@@ -13,6 +13,7 @@ from damagepred.assembly.model import Ground, GroundMovement, Interfaces, JointP
 from damagepred.assembly.section import SectionMemory, Sections
 from damagepred.kernels.explicit.tiles import LANES, aligned_zeros, ground_type, tile_type
 from damagepred.kernels.joint.parameters import JointParameters
+from damagepred.kernels.joint.softening import Softening
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
@@ -182,9 +183,10 @@ def needs_full_law(model: Model) -> bool:
     return bool(special or np.isfinite(law.compressive_strength).any())
 
 
-def needs_softening(model: Model) -> bool:
-    """Return whether any bond softens: otherwise the cycle takes two thirds of the time."""
-    return bool(model.properties.critical_opening.any())
+def softening_of(model: Model) -> Softening | None:
+    """Return what softening the joints need; without any the cycle takes two thirds of the time."""
+    law = model.properties
+    return Softening(True if law.softening_shape.any() else None) if law.critical_opening.any() else None
 
 
 def history_of(joints: PackedJoints) -> JointHistory:
