@@ -94,8 +94,8 @@ class Joint:
         it. None, or so little that the elastic joint holds more: the bond breaks at once, as the paper has it.
         Clay brick and mortar: 5 to 20 N/m (van der Pluijm 1999, assumed).
     softening : "linear" or "exponential"
-        How tension and bond fall with the opening: linearly, or first steeply and then ever less, as exp(-5 xi) with
-        xi from 0 at f_t to 1 at 5.1 G_f / f_t, where nothing is left. Both take the same fracture energies.
+        How tension and bond fall with the opening. Exponential: first fast and then slowly, to nothing at about
+        5.1 G_f / f_t. Both take the same fracture energies.
     shear_fracture_energy : float or None
         G_f (N/m), mode II: what sliding an unopened joint takes to wear off its bond, on top of what the residual
         values take. Cohesion, friction and tension fall linearly with the slip, to the residual values at 2 G_f /

@@ -86,6 +86,7 @@ Joint
   residual_cohesion = 0 Pa [0 1e+16]
   residual_friction = None 1 [0 1e+15]
   brittle_shear = False
+  softening = linear | linear exponential
   fracture_energy = None N/m (0 1e+12]
   shear_fracture_energy = None N/m (0 1e+12]
   compressive_strength = None Pa (0 1e+16]

@@ -9,6 +9,7 @@ import xarray as xr
 import damagepred
 from damagepred.assembly import wall_model
 from damagepred.kernels.joint.explicit_update import explicit_update
+from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import Joint, Scene, Solver, Wall
 from tests.kernels.one_joint import one_joint
 from tests.solvers.test_cap import SOLVERS, B, T, boxes, lost, pushed_wall
@@ -74,7 +75,7 @@ def test_slip_reduces_the_tensile_strength_too(share: float) -> None:
 
     def step(u_n: float, u_s: float, history: tuple) -> tuple[float, tuple]:
         for _ in range(5):
-            sigma, _, *history = explicit_update(u_n, u_s, *history, joint, True, True)
+            sigma, _, *history = explicit_update(u_n, u_s, *history, joint, True, Softening(None))
         return sigma, tuple(history)
 
     history: tuple = (0.0, 0.0, False, 0.0)
