@@ -113,7 +113,7 @@ def factorisation(folder: Path) -> Ready:
     force = np.ones(3 * (model.n_blocks + 1))
 
     def work() -> None:
-        equations.set_active_levels(equations.levels)
+        equations.set_active_levels(equations.layout.levels)
         equations.solve(force)
 
     return Ready(work, 1e-3)

@@ -16,8 +16,8 @@ from damagepred.pipeline import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.options import DEFAULTS
+from damagepred.solvers.quasi_static import block_tridiagonal
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
-from damagepred.solvers.quasi_static import linear_system as equations
 from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.dense_inverse import invert
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
@@ -544,7 +544,7 @@ def test_every_factorisation_is_made_with_one_thread(monkeypatch: pytest.MonkeyP
         threads.update(library["num_threads"] for library in libraries)
         return invert(matrix, symmetric, inverse, panel)
 
-    monkeypatch.setattr(equations, "invert", counted)
+    monkeypatch.setattr(block_tridiagonal, "invert", counted)
     with threadpool_limits(2, user_api="blas"):
         list(quasi_static_path(wall_model(small_scene()), WHOLE, 2))
     assert threads == {1}

@@ -25,7 +25,7 @@ def _interface_stiffness(rows, stiffness, matrix):
 
 
 @kernel_making_arrays
-def assemble_level(listed, kinematics, stiffness, place, level, k, matrix):
+def assemble_level(listed, kinematics, stiffness, index_in_level, level, k, matrix):
     """Add the stiffness of interfaces to the diagonal block of level k.
 
     Parameters
@@ -36,8 +36,8 @@ def assemble_level(listed, kinematics, stiffness, place, level, k, matrix):
         Strain-displacement matrices; see ``damagepred.solvers.system.interface_kinematics``.
     stiffness : array (m, 9)
         Of each interface.
-    place : array of int (size,)
-        Place of each degree of freedom in its level, -1 if prescribed.
+    index_in_level : array of int (size,)
+        Index of each degree of freedom in its level, -1 if prescribed.
     level : array of int (size,)
         Level of each degree of freedom.
     k : int
@@ -51,39 +51,39 @@ def assemble_level(listed, kinematics, stiffness, place, level, k, matrix):
         _interface_stiffness(kinematics.rows[i], stiffness[i], whole)
         for r in range(width):
             row = kinematics.dof[i, r]
-            if row < 0 or level[row] != k or place[row] < 0:
+            if row < 0 or level[row] != k or index_in_level[row] < 0:
                 continue
             for c in range(width):
                 column = kinematics.dof[i, c]
-                if column >= 0 and level[column] == k and place[column] >= 0:
-                    matrix[place[column], place[row]] += whole[r, c]
+                if column >= 0 and level[column] == k and index_in_level[column] >= 0:
+                    matrix[index_in_level[column], index_in_level[row]] += whole[r, c]
 
 
 @kernel_making_arrays
-def assemble_couplings(bridges, far_is_b, kinematics, stiffness, up, down):
-    """Compute the off-diagonal blocks: the stiffness between the sides of bridging interfaces.
+def assemble_couplings(couplings, far_is_b, kinematics, stiffness, near_far, far_near):
+    """Compute the off-diagonal blocks: the stiffness between the sides of couplings.
 
     Parameters
     ----------
-    bridges : array of int (b,)
+    couplings : array of int (b,)
         Interfaces between neighbouring levels.
     far_is_b : array of bool (b,)
         Whether block b is the one farther from the ground, or a.
     kinematics, stiffness
         As ``assemble_level``.
-    up, down : array (b, w / 2, w / 2)
+    near_far, far_near : array (b, w / 2, w / 2)
         Filled: force on the nearer side for displacements of the farther, and the other way round.
     """
     width = kinematics.dof.shape[1]
     side, whole = width // 2, np.empty((width, width))
-    for e in range(bridges.size):
-        i = bridges[e]
+    for e in range(couplings.size):
+        i = couplings[e]
         _interface_stiffness(kinematics.rows[i], stiffness[i], whole)
-        at_far, at_near = (side, 0) if far_is_b[e] else (0, side)
+        far_start, near_start = (side, 0) if far_is_b[e] else (0, side)
         for r in range(side):
             for c in range(side):
-                up[e, r, c] = whole[at_near + r, at_far + c]
-                down[e, r, c] = whole[at_far + r, at_near + c]
+                near_far[e, r, c] = whole[near_start + r, far_start + c]
+                far_near[e, r, c] = whole[far_start + r, near_start + c]
 
 
 @kernel

@@ -8,8 +8,36 @@ one is then a sum of its rows, which the compiler vectorises.
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damagepred.kernels.jit import kernel, kernel_making_arrays, law, law_making_arrays
+
+
+class Levels(NamedTuple):
+    """Factors of all levels, and where they act.
+
+    Attributes
+    ----------
+    start : array of int (levels + 1,)
+        Where each level starts in the order of the levels.
+    inverses, inverse_start : array
+        Inverse of each level's stiffness, transposed, one after the other, row by row; and where each begins.
+    first_coupling : array of int (levels + 1,)
+        Couplings between levels k and k - 1 are ``first_coupling[k]`` to ``first_coupling[k + 1]``.
+    far_index, near_index : array of int (b, w / 2)
+        Indices in their levels of the degrees of freedom of a coupling's sides, -1 where prescribed.
+    near_far, far_near : array (b, w / 2, w / 2)
+        See ``assemble_couplings``.
+    """
+
+    start: NDArray[np.int64]
+    inverses: NDArray[np.float64]
+    inverse_start: NDArray[np.int64]
+    first_coupling: NDArray[np.int64]
+    far_index: NDArray[np.int64]
+    near_index: NDArray[np.int64]
+    near_far: NDArray[np.float64]
+    far_near: NDArray[np.float64]
 
 
 class EliminationOptions(NamedTuple):
@@ -28,46 +56,46 @@ ELIMINATION = EliminationOptions()
 
 
 @kernel
-def schur_complement(listed, at_far, at_near, up, down, inverse, work, condensed):
-    """Compute what eliminating a level subtracts from the next level: K_nf K_ff^-1 K_fn.
+def schur_complement(levels, k, inverse, work, complement):
+    """Compute what eliminating level k subtracts from the next level: K_nf K_ff^-1 K_fn.
 
     Parameters
     ----------
-    listed : slice as (first, last)
-        Bridges between the two levels.
-    at_far, at_near : array of int (b, w / 2)
-        Place of the degrees of freedom of a bridge's sides in their levels, -1 where prescribed.
-    up, down : array (b, w / 2, w / 2)
-        See ``assemble_couplings``.
+    levels : Levels
+        All levels.
+    k : int
+        The farther level.
     inverse : array (size, size)
         K_ff^-1, farther levels eliminated; transposed.
     work : array (nearer size, size)
         Scratch.
-    condensed : array (nearer size, nearer size)
+    complement : array (nearer size, nearer size)
         Filled, transposed.
     """
-    first, last = listed
-    side = at_far.shape[1]
+    first, last = levels.first_coupling[k], levels.first_coupling[k + 1]
+    far_index, near_index = levels.far_index, levels.near_index
+    near_far, far_near = levels.near_far, levels.far_near
+    side = far_index.shape[1]
     work[:] = 0.0
     for e in range(first, last):
         for r in range(side):
-            if at_far[e, r] < 0:
+            if far_index[e, r] < 0:
                 continue
-            row = inverse[at_far[e, r]]
+            row = inverse[far_index[e, r]]
             for c in range(side):
-                if at_near[e, c] >= 0:
-                    add_row(down[e, r, c], row, work[at_near[e, c]])
-    condensed[:] = 0.0
-    for m in range(condensed.shape[0]):
+                if near_index[e, c] >= 0:
+                    add_row(far_near[e, r, c], row, work[near_index[e, c]])
+    complement[:] = 0.0
+    for m in range(complement.shape[0]):
         for e in range(first, last):
             for r in range(side):
-                if at_near[e, r] < 0:
+                if near_index[e, r] < 0:
                     continue
                 total = 0.0
                 for c in range(side):
-                    if at_far[e, c] >= 0:
-                        total += up[e, r, c] * work[m, at_far[e, c]]
-                condensed[m, at_near[e, r]] += total
+                    if far_index[e, c] >= 0:
+                        total += near_far[e, r, c] * work[m, far_index[e, c]]
+                complement[m, near_index[e, r]] += total
 
 
 @kernel
@@ -103,37 +131,37 @@ def add_row(amount, row, total):
 
 
 @law_making_arrays
-def _multiply(inverses, at, size, force, from_place, displacement, to_place):
+def _multiply(inverses, at, size, force, from_start, displacement, to_start):
     """Add the product of a level's inverse, ``inverses`` from ``at`` on, and its forces (r, ...) to displacements."""
     inverse = inverses[at : at + size * size].reshape((size, size))
     count = force.shape[0]
     if count > ELIMINATION.max_loop_rows:
-        together = np.dot(np.ascontiguousarray(force[:, from_place : from_place + size]), inverse)
+        together = np.dot(np.ascontiguousarray(force[:, from_start : from_start + size]), inverse)
         for j in range(count):
-            add_row(1.0, together[j], displacement[j][to_place : to_place + size])
+            add_row(1.0, together[j], displacement[j][to_start : to_start + size])
     elif count == 1:
         add_row(
-            1.0, np.dot(force[0][from_place : from_place + size], inverse), displacement[0][to_place : to_place + size]
+            1.0, np.dot(force[0][from_start : from_start + size], inverse), displacement[0][to_start : to_start + size]
         )
     else:
-        _multiply_few(inverse, force, from_place, displacement, to_place)
+        _multiply_few(inverse, force, from_start, displacement, to_start)
 
 
 @law
-def _multiply_few(inverse, force, from_place, displacement, to_place):
+def _multiply_few(inverse, force, from_start, displacement, to_start):
     """Multiply as ``_multiply``, for few rows: each part of the inverse is fetched once for all of them."""
     size, rest = inverse.shape[0], inverse.shape[0] % 4
     for i in range(0, size - rest, 4):
         first, second, third, fourth = inverse[i], inverse[i + 1], inverse[i + 2], inverse[i + 3]
         for j in range(force.shape[0]):
-            a, b = force[j, from_place + i], force[j, from_place + i + 1]
-            c, d = force[j, from_place + i + 2], force[j, from_place + i + 3]
-            total = displacement[j][to_place : to_place + size]
+            a, b = force[j, from_start + i], force[j, from_start + i + 1]
+            c, d = force[j, from_start + i + 2], force[j, from_start + i + 3]
+            total = displacement[j][to_start : to_start + size]
             for k in range(size):
                 total[k] += a * first[k] + b * second[k] + c * third[k] + d * fourth[k]
     for i in range(size - rest, size):
         for j in range(force.shape[0]):
-            add_row(force[j, from_place + i], inverse[i], displacement[j][to_place : to_place + size])
+            add_row(force[j, from_start + i], inverse[i], displacement[j][to_start : to_start + size])
 
 
 @law
@@ -162,117 +190,103 @@ def _subtract_coupling_sides(side, first, last, at_here, at_there, coupling, dis
 
 
 @kernel_making_arrays
-def forward_elimination(start, inverses, at_inverse, first_bridge, at_far, at_near, up, last, force, particular):
+def forward_elimination(levels, farthest, last, force, particular):
     """Eliminate levels from the farthest to ``last``: condense their forces, and solve with nearer levels fixed.
 
     Parameters
     ----------
-    start : array of int (levels + 1,)
-        Where each level starts in the order of the levels.
-    inverses, at_inverse : array
-        Inverse of each level's stiffness, transposed, one after the other, row by row; and where each begins.
-    first_bridge : array of int
-        Bridges between levels k and k - 1 are ``first_bridge[k]`` to ``first_bridge[k + 1]``.
-    at_far, at_near, up
-        See ``schur_complement``.
-    last : int
-        The last level to be eliminated.
+    levels : Levels
+        All levels.
+    farthest, last : int
+        First and last level to be eliminated.
     force : array (r, degrees of freedom)
         In the order of the levels; the condensed force is added to the next level.
     particular : array (r, degrees of freedom)
         Zeros; filled with the particular solution, all nearer levels fixed.
     """
-    for k in range(start.size - 2, last - 1, -1):
-        a = start[k]
-        _multiply(inverses, at_inverse[k], start[k + 1] - a, force, a, particular, a)
+    start, coupling = levels.start, levels.first_coupling
+    far_index, near_index, near_far = levels.far_index, levels.near_index, levels.near_far
+    for k in range(farthest, last - 1, -1):
+        a, first, end = start[k], coupling[k], coupling[k + 1]
+        _multiply(levels.inverses, levels.inverse_start[k], start[k + 1] - a, force, a, particular, a)
         if k > 0:
-            _subtract_coupling(
-                first_bridge[k], first_bridge[k + 1], at_near, at_far, up, particular, a, force, start[k - 1]
-            )
+            _subtract_coupling(first, end, near_index, far_index, near_far, particular, a, force, start[k - 1])
 
 
 @kernel_making_arrays
-def back_substitution(
-    start, inverses, at_inverse, first_bridge, at_far, at_near, down, first, load, particular, displacement
-):
+def back_substitution(levels, first, active, particular, displacement):
     """Recover the displacements of levels ``first`` and beyond from those of the nearer ones.
 
     Parameters
     ----------
-    start, inverses, at_inverse, first_bridge, at_far, at_near, down
-        See ``forward_elimination``.
-    first : int
-        First level to recover.
-    load : float
-        Load factor of ``particular``.
+    levels : Levels
+        All levels.
+    first, active : int
+        First level to recover, and number of levels.
     particular, displacement : array (r, degrees of freedom)
         In the order of the levels.
     """
+    start, coupling = levels.start, levels.first_coupling
+    far_index, near_index, far_near = levels.far_index, levels.near_index, levels.far_near
     pull = np.empty_like(displacement)
-    for k in range(first, start.size - 1):
+    for k in range(first, active):
         a, b = start[k], start[k + 1]
         for j in range(displacement.shape[0]):
             for i in range(a, b):
-                displacement[j, i] = load * particular[j, i]
+                displacement[j, i] = particular[j, i]
                 pull[j, i] = 0.0
         _subtract_coupling(
-            first_bridge[k], first_bridge[k + 1], at_far, at_near, down, displacement, start[k - 1], pull, a
+            coupling[k], coupling[k + 1], far_index, near_index, far_near, displacement, start[k - 1], pull, a
         )
-        _multiply(inverses, at_inverse[k], b - a, pull, a, displacement, a)
+        _multiply(levels.inverses, levels.inverse_start[k], b - a, pull, a, displacement, a)
 
 
 @kernel_making_arrays
-def solve_rows(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, farthest, force, particular):
+def solve_rows(levels, active, farthest, force, particular):
     """Solve for rows of forces: forward elimination, then back substitution.
 
     Parameters
     ----------
-    start, inverses, at_inverse, first_bridge, at_far, at_near, up, down
-        See ``forward_elimination`` and ``assemble_couplings``.
-    farthest : int
-        Level beyond which there are no forces.
+    levels : Levels
+        All levels.
+    active, farthest : int
+        Number of active levels, and level beyond which there are no forces.
     force, particular : array (r, degrees of freedom)
         Forces, which become displacements; zeros, used as scratch.
     """
-    forward_elimination(
-        start[: farthest + 2], inverses, at_inverse, first_bridge, at_far, at_near, up, 0, force, particular
-    )
+    forward_elimination(levels, farthest, 0, force, particular)
     for j in range(force.shape[0]):
-        for i in range(start[1]):
+        for i in range(levels.start[1]):
             force[j, i] = particular[j, i]
-    back_substitution(start, inverses, at_inverse, first_bridge, at_far, at_near, down, 1, 1.0, particular, force)
+    back_substitution(levels, 1, active, particular, force)
 
 
 @kernel_making_arrays
-def solve_columns(start, inverses, at_inverse, first_bridge, at_far, at_near, up, down, farthest, force, particular):
+def solve_columns(levels, active, farthest, force, particular):
     """Solve for many columns of forces by matrix products, as ``solve_rows`` for few rows.
 
     Parameters
     ----------
-    start, inverses, at_inverse, first_bridge, at_far, at_near, up, down
+    levels, active, farthest
         As ``solve_rows``.
-    farthest : int
-        Level beyond which there are no forces.
     force, particular : array (degrees of freedom, r)
         Forces, which become displacements; scratch of the same shape.
     """
-    levels = start.size - 1
+    start, coupling, inverse_start = levels.start, levels.first_coupling, levels.inverse_start
+    far_index, near_index, near_far, far_near = levels.far_index, levels.near_index, levels.near_far, levels.far_near
     for k in range(farthest, -1, -1):
-        a, b = start[k], start[k + 1]
-        inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
+        a, b, first, last = start[k], start[k + 1], coupling[k], coupling[k + 1]
+        inverse = levels.inverses[inverse_start[k] : inverse_start[k + 1]].reshape((b - a, b - a))
         np.dot(inverse.T, force[a:b], particular[a:b])
         if k > 0:
-            _subtract_coupling_columns(
-                first_bridge[k], first_bridge[k + 1], at_near, at_far, up, particular[a:b], force[start[k - 1] : a]
-            )
+            nearer = force[start[k - 1] : a]
+            _subtract_coupling_columns(first, last, near_index, far_index, near_far, particular[a:b], nearer)
     force[: start[1]] = particular[: start[1]]
-    for k in range(1, levels):
-        a, b = start[k], start[k + 1]
-        inverse = inverses[at_inverse[k] : at_inverse[k + 1]].reshape((b - a, b - a))
+    for k in range(1, active):
+        a, b, first, last = start[k], start[k + 1], coupling[k], coupling[k + 1]
+        inverse = levels.inverses[inverse_start[k] : inverse_start[k + 1]].reshape((b - a, b - a))
         pull = np.zeros((b - a, force.shape[1]))
-        _subtract_coupling_columns(
-            first_bridge[k], first_bridge[k + 1], at_far, at_near, down, force[start[k - 1] : a], pull
-        )
+        _subtract_coupling_columns(first, last, far_index, near_index, far_near, force[start[k - 1] : a], pull)
         np.dot(inverse.T, pull, force[a:b])
         if k <= farthest:
             for i in range(a, b):

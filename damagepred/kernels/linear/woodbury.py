@@ -7,7 +7,7 @@ from damagepred.kernels.linear.block_tridiagonal import add_row
 
 
 @kernel
-def unit_loads(listed, kinematics, order, force):
+def unit_loads(listed, kinematics, index, force):
     """Add unit opening, shear and rotation forces of interfaces, one a column.
 
     Parameters
@@ -16,8 +16,8 @@ def unit_loads(listed, kinematics, order, force):
         The interfaces, three columns each.
     kinematics : NamedTuple of arrays
         Strain-displacement matrices; see ``damagepred.solvers.system.interface_kinematics``.
-    order : array of int (size,)
-        Place of each degree of freedom in the order of the levels, -1 where prescribed or condensed.
+    index : array of int (size,)
+        Index of each degree of freedom in the order of the levels, -1 where prescribed or condensed.
     force : array (active degrees of freedom, 3 * listed)
         Added to.
     """
@@ -25,18 +25,18 @@ def unit_loads(listed, kinematics, order, force):
         i = listed[s]
         for r in range(kinematics.dof.shape[1]):
             dof = kinematics.dof[i, r]
-            if dof >= 0 and order[dof] >= 0:
+            if dof >= 0 and index[dof] >= 0:
                 for j in range(3):
-                    force[order[dof], 3 * s + j] += kinematics.rows[i, j, r]
+                    force[index[dof], 3 * s + j] += kinematics.rows[i, j, r]
 
 
 @kernel
-def relative_displacements(listed, kinematics, order, displacement, relative):
+def relative_displacements(listed, kinematics, index, displacement, relative):
     """Compute opening, shear and rotation of interfaces from displacements.
 
     Parameters
     ----------
-    listed, kinematics, order
+    listed, kinematics, index
         As ``unit_loads``.
     displacement : array (r, active degrees of freedom)
         Rows of displacements in the order of the levels.
@@ -48,22 +48,22 @@ def relative_displacements(listed, kinematics, order, displacement, relative):
         i = listed[s]
         for r in range(kinematics.dof.shape[1]):
             dof = kinematics.dof[i, r]
-            if dof < 0 or order[dof] < 0:
+            if dof < 0 or index[dof] < 0:
                 continue
             for j in range(3):
                 for m in range(displacement.shape[0]):
-                    relative[3 * s + j, m] += kinematics.rows[i, j, r] * displacement[m, order[dof]]
+                    relative[3 * s + j, m] += kinematics.rows[i, j, r] * displacement[m, index[dof]]
 
 
 @kernel_making_arrays
-def changed_interfaces(active, wanted, factorised, slot):
+def changed_interfaces(active, target, factorised, slot):
     """Return the interfaces whose stiffness differs from the factorised one, and how many of them have no slot yet.
 
     Parameters
     ----------
     active : array of int
         Active interfaces.
-    wanted, factorised : array (m, 9)
+    target, factorised : array (m, 9)
         Stiffness of each interface.
     slot : array of int (m,)
         Slot of the unit-load responses of an interface, -1 if there are none yet.
@@ -71,7 +71,7 @@ def changed_interfaces(active, wanted, factorised, slot):
     changed, count, new = np.empty(active.size, np.int64), 0, 0
     for i in active:
         for j in range(9):
-            if wanted[i, j] != factorised[i, j]:
+            if target[i, j] != factorised[i, j]:
                 changed[count] = i
                 count += 1
                 if slot[i] < 0:
@@ -126,14 +126,14 @@ def capacitance_matrix(compliance, slots, change):
 
 
 @kernel
-def correction_forces(rows, change, moved, force):
+def correction_forces(rows, change, relative, force):
     """Compute correction forces D x.
 
     Parameters
     ----------
     rows, change
         As ``capacitance_matrix``.
-    moved : array (3 s, r)
+    relative : array (3 s, r)
         Relative displacements x of the changed interfaces.
     force : array (r, p)
         Filled.
@@ -143,23 +143,23 @@ def correction_forces(rows, change, moved, force):
         for m in range(force.shape[0]):
             total = 0.0
             for k in range(3):
-                total += change[s, 3 * j + k] * moved[3 * s + k, m]
+                total += change[s, 3 * j + k] * relative[3 * s + k, m]
             force[m, c] = total
 
 
 @kernel_making_arrays
-def correction_agrees(rows, change, moved, force, share):
+def correction_agrees(rows, change, relative, force, share):
     """Whether the solution satisfies p = D x.
 
     Parameters
     ----------
-    rows, change, moved, force
+    rows, change, relative, force
         As ``correction_forces``, at the solution.
     share : float
         Tolerance, relative to the largest force of a right-hand side (1).
     """
     again = np.empty_like(force)
-    correction_forces(rows, change, moved, again)
+    correction_forces(rows, change, relative, again)
     for m in range(force.shape[0]):
         largest, apart = 0.0, 0.0
         for c in range(rows.size):

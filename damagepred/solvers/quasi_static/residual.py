@@ -48,7 +48,6 @@ class Residual:
         self.arms = self.system.arms
         self.per_weight = 1.0 / self.system.residual_scale
         self.newton_iterations = 0
-        self.condensed = False
         shape = model.interfaces.contact_area.shape
         self.force = np.zeros(self.dead_load.size)
         self.stiffness = np.zeros((shape[0], 9))
@@ -77,10 +76,10 @@ class Residual:
         self._farthest_displaced_level = 0
         if displaced.size:
             beside = self._interfaces_of(displaced, ground=False)
-            self._farthest_displaced_level = int(self.equations.interface_level[beside].max(initial=0))
+            self._farthest_displaced_level = int(self.equations.layout.interface_level[beside].max(initial=0))
         self.store_tangent(rest, rest.displacement)
         self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
-        self.free[self.equations.dofs] = True
+        self.free[self.equations.active_dofs] = True
         self._detachment_limit = DetachmentLimit.of(model)
         self._initial_support_displacement = float(np.abs(supports.start).max(initial=0.0))
 
@@ -92,6 +91,11 @@ class Residual:
         """Return the interfaces of some blocks, with those to the ground if asked for."""
         face, listed = self.model.interfaces, np.append(blocks, self.model.n_blocks) if ground else blocks
         return np.flatnonzero(np.isin(face.block_a, listed) | np.isin(face.block_b, listed))
+
+    @property
+    def condensed(self) -> bool:
+        """Whether elastic courses are condensed."""
+        return self.equations.condensation is not None
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
@@ -146,10 +150,8 @@ class Residual:
         """
         self._loads(state)
         self._joint_forces(self.equations.active, state, displacement, coulomb)
-        if self.condensed:
-            self.force[self.equations.boundary_dofs] += self.equations.condensed_force(
-                displacement, state.load, state.load_factor
-            )
+        if (superelement := self.equations.condensation) is not None:
+            self.force[superelement.boundary_dofs] += superelement.force(displacement, state.load, state.load_factor)
         # NaN must not pass for balance; forces of a block that finds no equilibrium inside are NaN, too
         force, ratio = free_residual(self.force, self.free, self.per_weight)
         if self.superelements is not None:
@@ -191,14 +193,14 @@ class Residual:
         Condensed levels are in equilibrium with their loads f: they store (f u - F u_b) / 2 with the force F and the
         displacements u_b on the boundary level. With deformable blocks all interfaces are returned.
         """
-        equations, u, strains = self.equations, state.displacement, self.system.strain_dofs
+        superelement, u, strains = self.equations.condensation, state.displacement, self.system.strain_dofs
         # strain and curvature of elastic blocks that are not condensed
         by_strain = 0.5 * float(self.system.strain_stiffness @ (u[strains] ** 2 * self.free[strains]))
-        if not self.condensed or self.superelements is not None:
+        if superelement is None or self.superelements is not None:
             return self._all_interfaces, by_strain
-        load_work = equations.condensed_load_work(u, state.load, state.load_factor)
-        boundary_work = equations.condensed_force(u, state.load, state.load_factor) @ u[equations.boundary_dofs]
-        return equations.active, by_strain + 0.5 * (load_work - float(boundary_work))
+        load_work = superelement.load_work(u, state.load, state.load_factor)
+        boundary_work = superelement.force(u, state.load, state.load_factor) @ u[superelement.boundary_dofs]
+        return self.equations.active, by_strain + 0.5 * (load_work - float(boundary_work))
 
     def load_increment(self, load: float, load_factor: float) -> FloatArray:
         """Return the force increment of a step, with sliding joints as in the last equilibrium (N, N m).
@@ -209,8 +211,8 @@ class Residual:
             Increments of dead load and movement (1).
         """
         force = load * self.dead_load + load_factor * self.rate
-        if self.condensed:
-            force[self.equations.boundary_dofs] += self.equations.condensed_load(load, load_factor)
+        if (superelement := self.equations.condensation) is not None:
+            force[superelement.boundary_dofs] += superelement.load(load, load_factor)
         return force
 
     def has_diverged(self, state: State, displacement: FloatArray | None = None) -> bool:
@@ -327,14 +329,14 @@ class Residual:
         """Make all joints up to a level active; courses beyond it stay elastic and condensed."""
         level = max(level, self._farthest_displaced_level)
         if level + 1 > self.equations.active_levels or not self.condensed:
-            self.condensed = self.equations.condense(level + 1, self.dead_load, self.live_load)
+            self.equations.condense(level + 1, self.dead_load, self.live_load)
             self.free[:] = False
             self.free[self.equations.active_dofs] = True
 
     def uncondense_interfaces(self, interfaces: BoolArray | IntArray) -> None:
         """Make all levels up to the farthest of some interfaces and of active deformable blocks active."""
         self.uncondense_up_to(
-            int(self.equations.interface_level[interfaces].max(initial=self._farthest_active_block()))
+            int(self.equations.layout.interface_level[interfaces].max(initial=self._farthest_active_block()))
         )
 
     def farthest_sliding(self, state: State) -> int:
@@ -344,7 +346,7 @@ class Residual:
         model, equations = self.model, self.equations
         farthest = farthest_sliding_level(
             equations.condensed_interfaces,
-            equations.interface_level,
+            equations.layout.interface_level,
             model.interfaces,
             model.joint_parameters,
             self.return_mapping,
@@ -359,12 +361,12 @@ class Residual:
         if self.superelements is None:
             return -1
         opened = self.superelements.activate_yielding(state.displacement, state.load, state.load_factor, state.plastic)
-        return int(self.equations.superelement_level[opened].max(initial=-1))
+        return int(self.equations.layout.superelement_level[opened].max(initial=-1))
 
     def _farthest_active_block(self) -> int:
         """Return the farthest level of an uncondensed deformable block; 0 if there is none."""
         listed = [] if self.superelements is None else list(self.superelements.tangent)
-        return int(self.equations.superelement_level[listed].max(initial=0))
+        return int(self.equations.layout.superelement_level[listed].max(initial=0))
 
     def complete(self, state: State, displacement: FloatArray | None = None) -> None:
         """Recover the displacements of condensed courses, and those inside deformable blocks.
@@ -377,7 +379,7 @@ class Residual:
             Changed; by default the state's own.
         """
         u = state.displacement if displacement is None else displacement
-        if self.condensed:
-            self.equations.recover(u, state.load, state.load_factor)
+        if (superelement := self.equations.condensation) is not None:
+            superelement.recover(u, state.load, state.load_factor)
         if self.superelements is not None:
             self.superelements.recover(u, state.load, state.load_factor, state.plastic)

@@ -91,7 +91,7 @@ def factorise_all_levels() -> Iterator[None]:
     known = BlockTridiagonalSystem._factorise
 
     def whole(self: Any, changed: Any) -> None:
-        self._stale = self.active_levels - 1
+        self._farthest_changed_level = self.active_levels - 1
         known(self, changed)
 
     with patch.object(BlockTridiagonalSystem, "_factorise", whole):
@@ -107,8 +107,7 @@ def learn_again() -> Iterator[None]:
 
     def forgetful(self: Any, force: Any) -> Any:
         answer = known(self, force)
-        self._slot[:] = -1
-        self._known = 0
+        self.woodbury.discard_responses()
         return answer
 
     with patch.object(BlockTridiagonalSystem, "solve", forgetful):

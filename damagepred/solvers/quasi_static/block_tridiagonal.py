@@ -1,0 +1,179 @@
+"""Block tridiagonal factorisation of the tangent stiffness, level by level from the farthest to the ground.
+
+A change in one level leaves the Schur complements of all farther ones as they are, so elimination restarts there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from damagepred.arrays import FloatArray, IntArray
+from damagepred.errors import InputError
+from damagepred.kernels.linear.assembly import assemble_couplings, assemble_level, farthest_unsymmetric
+from damagepred.kernels.linear.block_tridiagonal import Levels, schur_complement, solve_rows
+from damagepred.solvers.quasi_static.dense_inverse import invert
+from damagepred.solvers.quasi_static.level_layout import LevelLayout
+from damagepred.solvers.quasi_static.options import LinearSystemOptions
+from damagepred.solvers.quasi_static.superelements import Superelements
+from damagepred.solvers.system.discrete_system import DiscreteSystem
+
+
+class BlockTridiagonalFactors:
+    """Inverses, Schur complements and couplings of the levels of a wall.
+
+    Parameters
+    ----------
+    system : DiscreteSystem
+        Of m interfaces.
+    layout : LevelLayout
+        Its levels.
+    elastic : array (m, 9)
+        Stiffness of the interfaces while nothing is cracked or slides.
+    superelements : Superelements or None
+        The deformable blocks.
+    options : LinearSystemOptions
+        Regularisation and limits.
+
+    Attributes
+    ----------
+    stiffness : array (m, 9)
+        Factorised stiffness of the interfaces.
+    schur_complements : list of array (s, s)
+        What the elimination of the next level subtracts from the stiffness of each level, transposed.
+    levels : Levels
+        Inverses and couplings of all levels, as the kernels of elimination take them.
+    """
+
+    def __init__(
+        self,
+        system: DiscreteSystem,
+        layout: LevelLayout,
+        elastic: FloatArray,
+        superelements: Superelements | None,
+        options: LinearSystemOptions,
+    ) -> None:
+        self.layout, self.elastic, self.options = layout, elastic, options
+        self._superelements = superelements
+        self._superelement_stiffness = [] if superelements is None else list(superelements.elastic)
+        self._first_strain, self._strain_stiffness = system.strain_dofs.start, system.strain_stiffness
+        inverse_start = np.concatenate(([0], np.cumsum(layout.size**2)))
+        if (needed := 16e-9 * float(inverse_start[-1])) > options.max_memory:
+            raise InputError(
+                f"the quasi-static solver would need {needed:.0f} GB for its matrices, and takes "
+                f"{options.max_memory:g} GB at most; take a larger solver.zone_size, cut fewer blocks, or take "
+                f"method = 'explicit'."
+            )
+        self.stiffness = elastic.copy()
+        side = layout.far_index.shape[1]
+        indices, couplings = (layout.far_index, layout.near_index), np.zeros((2, len(layout.couplings), side, side))
+        inverses = np.zeros(inverse_start[-1])
+        self.levels = Levels(layout.start, inverses, inverse_start, layout.first_coupling, *indices, *couplings)
+        self.schur_complements = [np.zeros((s, s)) for s in layout.size]
+        diagonals = [self._level_stiffness(k, elastic).diagonal() for k in range(layout.levels)]
+        # a block without joints keeps its place
+        typical_diagonal = max((float(values.max(initial=0.0)) for values in diagonals), default=0.0) or 1.0
+        self._regularisation = [options.regularisation * np.where(d > 0.0, d, typical_diagonal) for d in diagonals]
+
+    def solve(self, force: FloatArray, levels: int, farthest: int) -> FloatArray:
+        """Solve for rows of forces, which become displacements.
+
+        Parameters
+        ----------
+        force : array (r, active degrees of freedom)
+            In the order of the levels; overwritten.
+        levels : int
+            Number of active levels.
+        farthest : int
+            Level beyond which there are no forces.
+        """
+        solve_rows(self.levels, levels, farthest, force, np.zeros_like(force))
+        return force
+
+    def update_superelements(self) -> int:
+        """Take over the tangents of active deformable blocks; return the farthest level that they change, or -1."""
+        farthest = -1
+        if self._superelements is not None:
+            for d, tangent in self._superelements.tangent.items():
+                if tangent is not self._superelement_stiffness[d]:
+                    self._superelement_stiffness[d] = tangent
+                    farthest = max(farthest, int(self.layout.superelement_level[d]))
+        return farthest
+
+    def refactorise(self, farthest: int, active: IntArray) -> None:
+        """Eliminate all levels from the farthest changed one to the ground.
+
+        Parameters
+        ----------
+        farthest : int
+            Farthest level that has changed.
+        active : array of int
+            Interfaces that may be unsymmetric.
+        """
+        self._assemble_couplings(farthest, self.stiffness)
+        # Schur complements inherit symmetry from farther levels; tangents of yielding blocks need not have it
+        yielding = [] if self._superelements is None else list(self._superelements.tangent)
+        yields = int(self.layout.superelement_level[yielding].max(initial=-1))
+        farthest_unsymmetric_level = max(
+            farthest_unsymmetric(active, self.layout.interface_level, self.stiffness), yields
+        )
+        for k in range(farthest, -1, -1):
+            self._eliminate(k, symmetric=k > farthest_unsymmetric_level)
+
+    def eliminate_elastic(self, nearest: int) -> bool:
+        """Eliminate the levels from the farthest to ``nearest``, elastic; return whether the nearer ones hold them.
+
+        They are not regularised, which would hold them in space.
+        """
+        at = self.layout
+        self.stiffness[at.interface_level >= nearest] = self.elastic[at.interface_level >= nearest]
+        self._assemble_couplings(at.levels - 1, self.elastic)
+        return all(self._eliminate(k, regularised=False) for k in range(at.levels - 1, nearest - 1, -1))
+
+    def _assemble_couplings(self, farthest: int, stiffness: FloatArray) -> None:
+        """Assemble the couplings of all levels up to a farthest one with their nearer neighbours."""
+        at = self.layout
+        last = at.first_coupling[farthest + 1]
+        couplings, far_is_b = at.couplings[:last], at.far_is_b[:last]
+        assemble_couplings(
+            couplings, far_is_b, at.kinematics, stiffness, self.levels.near_far[:last], self.levels.far_near[:last]
+        )
+
+    def _eliminate(self, k: int, regularised: bool = True, symmetric: bool = True) -> bool:
+        """Invert a level, farther ones eliminated, and compute its Schur complement; False if nothing holds it."""
+        at = self.layout
+        if at.size[k] == 0:
+            if k > 0:
+                self.schur_complements[k - 1][:] = 0.0
+            return True
+        matrix = self._level_stiffness(k, self.stiffness if regularised else self.elastic)
+        if regularised:
+            matrix.ravel()[:: len(matrix) + 1] += self._regularisation[k]
+        if k + 1 < at.levels:
+            matrix -= self.schur_complements[k]
+        first, last = self.levels.inverse_start[k : k + 2]
+        inverse = self.levels.inverses[first:last].reshape(matrix.shape)
+        pivot_ratio = invert(matrix, symmetric, inverse, self.options.inversion_panel)
+        if not regularised and pivot_ratio < self.options.singular_pivot_ratio:
+            return False
+        if k > 0:
+            work = np.empty((at.size[k - 1], at.size[k]))
+            schur_complement(self.levels, k, inverse, work, self.schur_complements[k - 1])
+        return True
+
+    def _level_stiffness(self, k: int, stiffness: FloatArray) -> FloatArray:
+        """Return the stiffness within a level, transposed, the displacements of all others held."""
+        at = self.layout
+        matrix = np.zeros((at.size[k], at.size[k]))
+        interfaces = at.interfaces_of_level[k]
+        if k + 1 < at.levels:
+            interfaces = np.concatenate((interfaces, at.couplings_of(k + 1)))
+        assemble_level(interfaces, at.kinematics, stiffness, at.index_in_level, at.level_of_dof, k, matrix)
+        if len(self._strain_stiffness):
+            strain = at.dofs[at.start[k] : at.start[k + 1]] - self._first_strain
+            strains = np.flatnonzero(strain >= 0)
+            matrix[strains, strains] += self._strain_stiffness[strain[strains]]
+        for d, free, index in at.superelements_of_level[k]:
+            elastic = stiffness is self.elastic
+            block = self._superelements.elastic[d] if elastic else self._superelement_stiffness[d]  # type: ignore[union-attr]
+            matrix[index[:, None], index] += block.T if len(free) == len(block) else block[free[:, None], free].T
+        return matrix

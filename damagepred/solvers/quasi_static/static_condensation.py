@@ -1,0 +1,94 @@
+"""Static condensation (Guyan 1965) of the levels that stay elastic, to a superelement on the level before them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from damagepred.arrays import FloatArray
+from damagepred.kernels.linear.assembly import assemble_level
+from damagepred.kernels.linear.block_tridiagonal import back_substitution, forward_elimination
+from damagepred.solvers.quasi_static.block_tridiagonal import BlockTridiagonalFactors
+
+
+class StaticCondensation:
+    """Superelement of the condensed levels.
+
+    Parameters
+    ----------
+    factors : BlockTridiagonalFactors
+        Elastic and without regularisation in the condensed levels: it would hold them in space.
+    active_levels : int
+        Number of active levels; those beyond are condensed.
+    load, live_load : array (size,)
+        Dead and live load at load factor 1 (N, N m); None: no live load.
+
+    Attributes
+    ----------
+    boundary_dofs : array of int
+        Degrees of freedom of the farthest active level, on which the superelement acts.
+    """
+
+    def __init__(
+        self, factors: BlockTridiagonalFactors, active_levels: int, load: FloatArray, live_load: FloatArray | None
+    ) -> None:
+        self._factors, self._active_levels, at = factors, active_levels, factors.layout
+        loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
+        reduced = np.ascontiguousarray(loads[:, at.dofs])
+        self._particular = np.zeros(reduced.shape)
+        forward_elimination(factors.levels, at.levels - 1, active_levels, reduced, self._particular)
+        self._condensed_dofs = at.dofs[at.start[active_levels] :]
+        self._load_on_condensed = loads[:, self._condensed_dofs]
+        level = active_levels - 1
+        boundary = slice(at.start[level], at.start[active_levels])
+        self.boundary_dofs = at.dofs[boundary]
+        self._load = reduced[:, boundary] - loads[:, self.boundary_dofs]
+        stiffness = np.zeros((at.size[level], at.size[level]))
+        couplings = at.couplings_of(active_levels)
+        assemble_level(couplings, at.kinematics, factors.elastic, at.index_in_level, at.level_of_dof, level, stiffness)
+        self._stiffness = (stiffness - factors.schur_complements[level]).T
+
+    def load(self, load: float, live: float) -> FloatArray:
+        """Return the condensed load on the boundary degrees of freedom (N, N m).
+
+        Parameters
+        ----------
+        load, live : float
+            Load factors of dead and live load.
+        """
+        return load * self._load[0] + live * self._load[1]
+
+    def force(self, displacement: FloatArray, load: float, live: float = 0.0) -> FloatArray:
+        """Return the force of the superelement on the boundary degrees of freedom (N, N m).
+
+        Parameters
+        ----------
+        displacement : array (size,)
+            Of all degrees of freedom (m).
+        load, live
+            As ``load``.
+        """
+        return self.load(load, live) - self._stiffness @ displacement[self.boundary_dofs]
+
+    def load_work(self, displacement: FloatArray, load: float, live: float) -> float:
+        """Return load times displacement on the condensed levels (J).
+
+        Parameters
+        ----------
+        displacement, load, live
+            As ``force``.
+        """
+        u, (dead_load, live_load) = displacement[self._condensed_dofs], self._load_on_condensed
+        return load * float(dead_load @ u) + live * float(live_load @ u)
+
+    def recover(self, displacement: FloatArray, load: float, live: float = 0.0) -> None:
+        """Recover the displacements of the condensed levels by back substitution.
+
+        Parameters
+        ----------
+        displacement, load, live
+            As ``force``; displacements are updated.
+        """
+        factors, dofs = self._factors, self._factors.layout.dofs
+        u, particular = displacement[dofs], load * self._particular[0] + live * self._particular[1]
+        back_substitution(factors.levels, self._active_levels, factors.layout.levels, particular[None], u[None])
+        displacement[dofs] = u
