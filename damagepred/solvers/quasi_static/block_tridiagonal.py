@@ -21,18 +21,7 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 class BlockTridiagonalFactors:
     """Inverses, Schur complements and couplings of the levels of a wall.
 
-    Parameters
-    ----------
-    system : DiscreteSystem
-        Of m interfaces.
-    layout : LevelLayout
-        Its levels.
-    elastic : array (m, 9)
-        Stiffness of the interfaces while nothing is cracked or slides.
-    superelements : Superelements or None
-        The deformable blocks.
-    options : LinearSystemOptions
-        Regularisation and limits.
+    Its arguments are those of ``BlockTridiagonalSystem``, with the layout of the levels.
 
     Attributes
     ----------
