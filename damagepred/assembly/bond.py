@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.errors import InputError
-from damagepred.scene import ControlJoint, Opening, Scene
+from damagepred.scene import ControlJoint, Opening, Scene, Wall
 from damagepred.scene.wall import EDGE_TOLERANCE
 
 
@@ -38,13 +38,16 @@ class Grid(NamedTuple):
     Attributes
     ----------
     x : list of float
-        Every half brick along the wall (m).
+        Every half brick along the wall (m), and where bricks are cut.
     y : list of float
         Bed joints, from the underside to the top (m).
+    perpends : tuple of set of int
+        Lines x on which the perpends of even and of odd courses of running bond lie; stack bond has the first.
     """
 
     x: list[float]
     y: list[float]
+    perpends: tuple[frozenset[int], frozenset[int]]
 
 
 def gauge(scene: Scene) -> Grid:
@@ -52,8 +55,30 @@ def gauge(scene: Scene) -> Grid:
 
     Between two neighbouring breakpoints (an end, a jamb, a control joint) lie as many half bricks as fit best, made
     equal; so a brick differs a little from its nominal size where they do not suit the bond. Likewise the courses.
+    Bricks that are cut instead (``wall.fit``) keep their length; see ``_cut_lines``.
     """
-    return Grid(*(_lines(_breakpoints(marks, spacing), spacing) for marks, spacing in _marks(scene)))
+    (along, half), (up, course) = _marks(scene)
+    y = _lines(_breakpoints(up, course), course)
+    if scene.wall.fit == "cut":
+        return Grid(*_cut_lines(_breakpoints(along, half), scene.wall, y))
+    x = _lines(_breakpoints(along, half), half)
+    return Grid(x, y, (frozenset(range(0, len(x), 2)), frozenset(range(1, len(x), 2))))
+
+
+def _cut_lines(
+    points: list[float], wall: Wall, y: list[float]
+) -> tuple[list[float], list[float], tuple[frozenset[int], frozenset[int]]]:
+    """Return the lines of a wall whose bricks are cut at some points: perpends, but for those too near, and points."""
+    brick, near = wall.block_length, wall.shortest_cut or wall.block_length / 4
+    courses = []
+    for shift in (0.0, brick / 2):
+        first = (wall.bond_offset + shift) % brick
+        perpends = first + brick * np.arange(math.ceil(wall.length / brick))
+        away = np.abs(perpends[:, None] - np.array(points)).min(axis=1)
+        courses.append(perpends[(away >= near * (1 - 1e-9)) & (perpends < wall.length)])
+    x = np.unique(np.concatenate((points, *courses)))
+    even, odd = (frozenset(np.searchsorted(x, perpends).tolist()) for perpends in courses)
+    return x.tolist(), y, (even, odd)
 
 
 def courses_and_halves(scene: Scene) -> tuple[int, int, float]:
@@ -119,9 +144,7 @@ def lay_bricks(scene: Scene) -> list[Brick]:
         middle = (bottom + top) / 2
         taken = [(_index(grid.x, o.x), _index(grid.x, o.right)) for o in scene.opening if o.y < middle < o.top]
         beams = [(first, last) for level, first, last in lintels.values() if level == course]
-        edges = (
-            set(range(course % 2, len(grid.x), 2)) if scene.wall.bond == "running" else set(range(0, len(grid.x), 2))
-        )
+        edges = set(grid.perpends[course % 2 if scene.wall.bond == "running" else 0])
         edges |= {0, len(grid.x) - 1} | {e for span in taken + beams for e in span}
         edges |= {_index(grid.x, joint.x) for joint in scene.control_joint if course >= _lowest_course(scene, joint)}
         edges -= {e for first, last in beams for e in range(first + 1, last)}

@@ -29,6 +29,15 @@ class Wall:
         perpends and courses move a little so that every end, jamb, sill and head meets a joint.
     bond : {"running", "stack"}
         Running bond breaks the perpends at half bricks; stack bond does not.
+    fit : {"gauged", "cut"}
+        How bricks meet ends, jambs and control joints. ``gauged``: they are a little longer or shorter, so that half
+        bricks fill every stretch. ``cut``: they keep their length along the whole wall, and are cut there.
+    bond_offset : float
+        First perpend of the lowest course, from the left end (m), less than a brick; goes with ``fit = "cut"``. Where
+        bricklayers began is rarely known: a study may sample it.
+    shortest_cut : float or None
+        A perpend nearer than this to an end, jamb or control joint is left out, so that the brick there is the longer
+        (m). None: a quarter of a brick. Goes with ``fit = "cut"``.
     """
 
     length: Length = Field(default=6.0, gt=0, le=1000)
@@ -37,6 +46,9 @@ class Wall:
     block_length: Length = Field(default=0.24, ge=1e-3, le=20)
     block_height: Length = Field(default=0.075, ge=1e-3, le=20)
     bond: Literal["running", "stack"] = "running"
+    fit: Literal["gauged", "cut"] = "gauged"
+    bond_offset: Length = Field(default=0.0, ge=0)
+    shortest_cut: Length | None = Field(default=None, gt=0)
 
     @property
     def bricks(self) -> int:
@@ -50,6 +62,13 @@ class Wall:
                 raise ValueError(
                     f"{brick} = {getattr(self, brick):g}: must not exceed the wall's {size} = {getattr(self, size):g}"
                 )
+        if self.fit == "gauged" and (self.bond_offset > 0.0 or self.shortest_cut is not None):
+            name = "bond_offset" if self.bond_offset > 0.0 else "shortest_cut"
+            raise ValueError(f"{name}: gauged bricks are not cut; take fit = 'cut', or leave it out")
+        if self.bond_offset >= self.block_length:
+            raise ValueError(
+                f"bond_offset = {self.bond_offset:g}: must be less than a brick, block_length = {self.block_length:g}"
+            )
         return self
 
 

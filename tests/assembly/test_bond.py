@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from damagepred.assembly.bond import gauge, lay_bricks
 from damagepred.errors import InputError
-from damagepred.scene import ControlJoint, Dpc, Opening, Scene, Wall
+from damagepred.scene import ControlJoint, Dpc, Movement, Opening, Scene, Wall
 
 
 @pytest.fixture(scope="module")
@@ -261,3 +262,33 @@ def test_no_control_joint_parts_a_lintel():
 def test_control_joints_leave_room_for_bricks(places: tuple[float, ...]):
     with pytest.raises(InputError, match=r"control joint \d: x = "):
         Scene.from_dict({"control_joint": [{"x": x} for x in places]})
+
+
+def ends(scene: Scene, course: int) -> list[float]:
+    bricks = [b for b in lay_bricks(scene) if b.course == course]
+    return sorted({round(x, 9) for b in bricks for x in (b.left, b.right)})
+
+
+def test_bricks_that_are_cut_keep_their_length():
+    wall = Wall(length=1.0, height=0.15, fit="cut", bond_offset=0.1)
+    assert ends(Scene(wall=wall, movement=Movement(central_deflection=0.0)), 0) == [0.0, 0.1, 0.34, 0.58, 0.82, 1.0]
+    assert ends(Scene(wall=wall, movement=Movement(central_deflection=0.0)), 1) == [0.0, 0.22, 0.46, 0.7, 0.94, 1.0]
+
+
+def test_a_perpend_too_near_to_a_jamb_is_left_out():
+    hole = Opening(kind="door", x=0.5, width=0.3, height=0.3)
+    wall = Wall(length=1.3, height=0.6, fit="cut", bond_offset=0.05)
+    scene = Scene(wall=wall, opening=(hole,), movement=Movement(central_deflection=0.0))
+    assert ends(scene, 0) == [0.0, 0.29, 0.5, 0.8, 1.01, 1.3]  # 0.05, 0.53, 0.77 and 1.25 are too near
+    shorter = replace(scene, wall=replace(wall, shortest_cut=0.03))
+    assert ends(shorter, 0) == [0.0, 0.05, 0.29, 0.5, 0.8, 1.01, 1.25, 1.3]
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.07, 0.2])
+def test_a_cut_wall_with_a_window_is_filled(offset: float):
+    hole = Opening(x=1.0, y=0.6, width=0.9, height=0.75)
+    wall = Wall(length=3.1, height=1.8, fit="cut", bond_offset=offset)
+    bricks = lay_bricks(Scene(wall=wall, opening=(hole,)))
+    area = sum((b.right - b.left) * (b.top - b.bottom) for b in bricks)
+    assert area == pytest.approx(3.1 * 1.8 - 0.9 * 0.75)
+    assert min(b.right - b.left for b in bricks) > 0.059

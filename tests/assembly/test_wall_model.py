@@ -360,7 +360,7 @@ def test_the_apex_rule_counts_joints_not_contacts():
 
 @pytest.mark.parametrize("field", [{"wall.length": 3}, {"joint.colour": 3}, {"dpc.course": 3}, {"cohesion": 3}])
 def test_what_cannot_vary_from_joint_to_joint(field: dict):
-    with pytest.raises(InputError, match="only properties of joint and dpc"):
+    with pytest.raises(InputError, match="only properties of joint, head_joint and dpc"):
         wall_model(Scene(), {k: np.ones(v) for k, v in field.items()})
 
 

@@ -56,6 +56,9 @@ Wall
   block_length = 0.24 m [0.001 20]
   block_height = 0.075 m [0.001 20]
   bond = running | running stack
+  fit = gauged | gauged cut
+  bond_offset = 0 m [0 10000]
+  shortest_cut = None m (0 10000]
 Opening
   kind = window | window door
   x = required m [0 10000]
@@ -407,6 +410,8 @@ def test_share_of_the_largest_time_step(dry: bool, keys: dict[str, Any], share: 
         (Joint, {"compressive_strength": 9e6, "dilation": 0.1}, "goes only with dilation = 0, not 0.1"),
         (Joint, {"fracture_energy": 9.0, "residual_tensile_strength": 0.5}, "must be 0 with fracture_energy"),
         (Wall, {"block_length": 6.1}, "must not exceed the wall's length = 6"),
+        (Wall, {"bond_offset": 0.1}, "take fit = 'cut'"),
+        (Wall, {"fit": "cut", "bond_offset": 0.24}, "must be less than a brick"),
         (Wall, {"block_height": 2.5}, "must not exceed the wall's height = 2.4"),
         (Solver, {"contacts_per_interface": 1}, "Lobatto needs 2"),
         (Damage, {"table": "bre251", "plasterboard": True}, "no such allowance"),

@@ -297,7 +297,7 @@ WALL = {"distribution": "lognormal", "mean": 0.75, "cov": 0.15}
         ({"correlation": {"joint.friction": {"joint.friction": 0.5}}}, {}, "= 0.5: must be between two variables"),
         ({"correlation": {"joint.friction": {"joint.cohesion": 1.01}}}, {}, "= 1.01: must be between two variables"),
         ({"correlation": {"joint.friction": {"joint.cohesio": 0.1}}}, {}, "Did you mean 'joint.cohesion'"),
-        ({"variables": {"loads.roof": FIELD}, "correlation": {}}, {}, "only numbers of joint and dpc"),
+        ({"variables": {"loads.roof": FIELD}, "correlation": {}}, {}, "only numbers of joint, head_joint and dpc"),
         ({"variables": {"joint.friction": WALL}, "correlation": {}}, {"crossed": True}, "variables of both kinds"),
         ({"variables": {"joint.cohesion": FIELD}, "correlation": {}}, {"crossed": True}, "variables of both kinds"),
         ({}, {"crossed": True, "replicates": 4}, "no table, importance, replicates or stop_when"),
