@@ -19,18 +19,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 app = typer.Typer(
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # else brackets in help texts are taken for markup
-    help="How likely is which damage to a masonry wall when the ground under it moves.",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 OK, BAD_INPUT, SOME_FAILED, INTERRUPTED = 0, 2, 3, 130
 """Exit codes."""
 
-SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
+SceneOrStudyFile = Annotated[Path, typer.Argument(help="Scene or study file (TOML).", show_default=False)]
 StudyFile = Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)]
 StudyFolderPath = Annotated[Path, typer.Argument(help="Study folder (*.dp).", show_default=False)]
 WallOrStudy = Annotated[Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False)]
@@ -59,6 +57,27 @@ FootingGap = Annotated[
     bool | None,
     typer.Option("--footing-gap/--no-footing-gap", help="Whether a gap on the footing counts without a dpc."),
 ]
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        from damagepred.version import __version__
+
+        screen.say(f"damagepred {__version__}")
+        raise typer.Exit
+
+
+def _form(option: typer.CallbackParam, value: bool) -> bool:
+    setattr(screen.FORM, str(option.name), value)
+    return value
+
+
+Json = Annotated[
+    bool, typer.Option("--json", callback=_form, is_eager=True, help="Print the result as JSON, numbers not rounded.")
+]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", callback=_form, is_eager=True, help="Neither progress nor notes; errors stay.")
+]
 Intensity = Literal[
     "surface_movement",
     "central_deflection",
@@ -67,6 +86,15 @@ Intensity = Literal[
     "footing_curvature",
     "differential_movement",
 ]
+
+
+@app.callback()
+def common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """How likely is which damage to a masonry wall when the ground under it moves."""
 
 
 @app.command()
@@ -86,7 +114,10 @@ def new(
 
 @app.command()
 def check(
-    file: Annotated[Path, typer.Argument(help="Scene or study file (TOML).", show_default=False)], yes: Yes = False
+    file: SceneOrStudyFile,
+    yes: Yes = False,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Validate a file, solve one wall of it and say what the whole run will cost."""
     from damagepred.assembly import Limits
@@ -94,27 +125,35 @@ def check(
 
     with screen.Bar("timing one wall") as bar:
         estimate = estimate_cost(file, on_step=bar.step, limits=Limits.asked(yes))
+    if json:
+        screen.print_json(estimate)
+        return
     for line in estimate.lines():
         screen.say(line)
 
 
 @app.command()
 def solve(
-    scene: SceneFile,
+    file: SceneOrStudyFile,
     output: NetcdfFile = None,
     plot: PictureFolder = None,
     no_zones: Annotated[bool, typer.Option("--no-zones", help="Keep no stresses in deformable blocks.")] = False,
     timeout: Timeout = None,
     yes: Yes = False,
+    quiet: Quiet = False,
 ) -> None:
-    """Solve one wall."""
+    """Solve one wall; of a study file, the wall with every variable at its mean."""
     from damagepred.archive.files import check_writable
     from damagepred.assembly import Limits
+    from damagepred.input_files import read_toml
     from damagepred.pipeline import solve as solve_wall
     from damagepred.scene import Scene
     from damagepred.scene.assumed import ground_line
+    from damagepred.scene.scene import STUDY_KEYS
+    from damagepred.study.settings import StudySettings
 
-    described = Scene.from_toml(scene)
+    settings = StudySettings.from_toml(file) if any(key in read_toml(file) for key in STUDY_KEYS) else None
+    described, mean_wall = settings.mean_wall() if settings else (Scene.from_toml(file), None)
     check_writable(output, plot)
     count = described.movement.increments if described.dynamics is None else described.dynamics.outputs
     with screen.Bar("solving", count + 1) as bar:
@@ -126,8 +165,10 @@ def solve(
             limits=Limits.asked(yes, timeout),
         )
     _keep_wall(ds, output, plot)
+    if mean_wall:
+        screen.say(mean_wall)
     screen.wall_table(ds)
-    if assumed := ground_line(described):
+    if assumed := ground_line(described, settings.variables if settings else ()):
         screen.say(assumed)
     raise typer.Exit(_ending(ds))
 
@@ -146,6 +187,7 @@ def study(
         str | None, typer.Option("--scheduler", help="Run on the workers of this Dask scheduler (tcp://HOST:PORT).")
     ] = None,
     yes: Yes = False,
+    quiet: Quiet = False,
 ) -> None:
     """Run a Monte Carlo study; the same command resumes it, a larger -n extends it."""
     from damagepred.archive.cautions import STUDIED, study_cautions
@@ -200,12 +242,17 @@ def status(
     folder: StudyFolderPath,
     watch: Annotated[bool, typer.Option("--watch", help="Show it again and again, until all is done.")] = False,
     every: Annotated[float, typer.Option("--every", min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Show what is done, failed and left, and the estimate so far; the study may be running."""
     from damagepred.study.campaign.status import study_status, watching
 
     title = "Share of walls by category reached by the end of the movement"
     for report in watching(folder, every) if watch else (study_status(folder),):
+        if json:
+            screen.print_json(report)
+            continue
         if watch:
             screen.clear()
         for line in report.lines:
@@ -262,6 +309,7 @@ def rare(
     timeout: Timeout = None,
     yes: Yes = False,
     mix_versions: MixVersions = False,
+    quiet: Quiet = False,
 ) -> None:
     """Estimate a small probability of damage by subset simulation; the same command resumes it."""
     from damagepred.assembly import Limits
@@ -304,6 +352,8 @@ def estimate(
     shifts: Annotated[
         bool, typer.Option("--propose", help="Say what importance sampling should shift, with these walls as a pilot.")
     ] = False,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Estimate a probability from a study: Monte Carlo error, failed walls and what the inputs leave open, apart."""
     from damagepred.study.analyses.epistemic import alternatives, lines
@@ -313,14 +363,20 @@ def estimate(
     if shifts:
         from damagepred.study.analyses.importance_proposal import propose
 
-        for line in propose(folder, category, screen.quantity("--at", at, "m")).lines():
+        proposed = propose(folder, category, screen.quantity("--at", at, "m"))
+        if json:
+            screen.print_json(proposed)
+            return
+        for line in proposed.lines():
             screen.say(line)
         return
     movement = movement_distribution(at, option="--at")
     others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
-    for line in lines(
-        alternatives(folder, category, movement, others=others, confidence=confidence), category, movement
-    ):
+    found = alternatives(folder, category, movement, others=others, confidence=confidence)
+    if json:
+        screen.print_json({"category": category, "movement": movement.name, "alternatives": found})
+        return
+    for line in lines(found, category, movement):
         screen.say(line)
 
 
@@ -332,6 +388,7 @@ def compare(
     confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
     output: NetcdfFile = None,
     plot: Picture = None,
+    quiet: Quiet = False,
 ) -> None:
     """Compare studies: how far each measure changes a probability of damage, the same samples under each."""
     from damagepred.archive.files import check_writable
@@ -373,6 +430,7 @@ def two_level(
     seed: Seed = None,
     yes: Yes = False,
     mix_versions: MixVersions = False,
+    quiet: Quiet = False,
 ) -> None:
     """Estimate a probability with a coarse wall as control variate, if a pilot run shows that it pays."""
     from damagepred.assembly import Limits
@@ -442,6 +500,8 @@ def fragility(
     ] = None,
     measure: Measure = None,
     footing_gap: FootingGap = None,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Fit fragility curves to a study."""
     from damagepred.archive.files import check_writable
@@ -455,7 +515,7 @@ def fragility(
     if measure is not None or footing_gap is not None:
         study = judge_again(study, measure=measure, count_footing_gap=footing_gap)
     if against is not None:
-        _fragility_surface(study, against, wanted, intensity, confidence, bootstrap, output, plot)
+        _fragility_surface(study, against, wanted, intensity, confidence, bootstrap, output, plot, json)
         return
     curves = fit_fragility(
         study,
@@ -472,15 +532,18 @@ def fragility(
         from damagepred.exports import curves_frame, write_csv
 
         write_csv(curves_frame(curves), csv)
-        screen.say(f"wrote {csv}")
+        screen.note(f"wrote {csv}")
     if export is not None:
         from damagepred.exports import export_curves
 
         for file in export_curves(curves, export, output or folder, extrapolated=extrapolated):
-            screen.say(f"wrote {file}")
-    screen.fragility_table(curves)
+            screen.note(f"wrote {file}")
+    if json:
+        screen.print_json(curves)
+    else:
+        screen.fragility_table(curves)
     if note := footing_gap_note(study):
-        screen.say(f"note: {note}")
+        screen.note(f"note: {note}")
 
 
 @app.command()
@@ -496,6 +559,7 @@ def sensitivity(
     confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
     yes: Yes = False,
     mix_versions: MixVersions = False,
+    quiet: Quiet = False,
 ) -> None:
     """Say what damage depends on; of a file, run crossed walls first, which tell what varies from joint to joint."""
     from damagepred.archive.files import check_writable
@@ -531,6 +595,7 @@ def replay(
     sample: Annotated[int, typer.Argument(help="Number of the sample, from 0.", min=0, show_default=False)],
     output: NetcdfFile = None,
     plot: PictureFolder = None,
+    quiet: Quiet = False,
 ) -> None:
     """Solve one wall of a study again, the very same, and keep all its fields."""
     from damagepred.archive.files import check_writable
@@ -549,6 +614,7 @@ def replay(
 def plot(
     path: WallOrStudy,
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for pictures.")] = Path("pictures"),
+    quiet: Quiet = False,
 ) -> None:
     """Draw a solved wall or a study."""
     from damagepred.archive.files import check_writable, read_dataset
@@ -573,6 +639,8 @@ def cracks_command(
     file: Annotated[Path, typer.Argument(help="Result of solve or replay (*.nc).", show_default=False)],
     csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write, with all increments.")] = None,
     output: NetcdfFile = None,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Show the cracks of a solved wall at the end of its path, one by one."""
     from damagepred.archive.files import check_writable, read_dataset
@@ -584,9 +652,12 @@ def cracks_command(
     found = cracks_of(read_dataset(file))
     if csv is not None:
         write_csv(crack_frame(found, None), csv, index=False)
-        screen.say(f"wrote {csv}")
+        screen.note(f"wrote {csv}")
     _keep_wall(found, output)
-    screen.crack_table(found, crack_frame(found))
+    if json:
+        screen.print_json(crack_frame(found))
+    else:
+        screen.crack_table(found, crack_frame(found))
 
 
 @app.command("judge")
@@ -611,6 +682,7 @@ def judge_command(
         str | None, typer.Option("--band-gauge", help='Length laid across a band, such as "1 m"; of one wall only.')
     ] = None,
     output: NetcdfFile = None,
+    quiet: Quiet = False,
 ) -> None:
     """Judge a wall or a study again under another damage table or other rules; nothing is solved."""
     from damagepred.archive.files import check_writable, read_dataset
@@ -645,6 +717,7 @@ def report(
     no_replay: Annotated[
         bool, typer.Option("--no-replay", help="Do not solve a typical wall of a study again to draw it.")
     ] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Write one self-contained page about a solved wall or a study."""
     from damagepred.report import write_report
@@ -653,7 +726,7 @@ def report(
         place = write_report(
             path, output, replay=not no_replay, confidence=confidence, bootstrap=bootstrap, on_step=bar.step
         )
-    screen.say(f"wrote {place}")
+    screen.note(f"wrote {place}")
 
 
 @app.command()
@@ -675,9 +748,10 @@ def main() -> None:
     """Run the command line; every expected error is one message and an exit code."""
     from damagepred.errors import InputError, SolverError, StudyError
 
+    screen.FORM.quiet = screen.FORM.json = False
     screen.show_archive_warnings()
     try:
-        app()
+        app(prog_name="damagepred")
     except (InputError, StudyError) as error:
         screen.say(str(error), error=True)
         sys.exit(BAD_INPUT)
@@ -706,6 +780,7 @@ def _fragility_surface(
     bootstrap: int,
     output: Path | None,
     plot: Path | None,
+    json: bool,
 ) -> None:
     from damagepred.errors import InputError
     from damagepred.uq.fragility import fit_surface
@@ -721,13 +796,16 @@ def _fragility_surface(
         bootstrap=bootstrap,
     )
     _keep_curves(surface, output, plot)
+    if json:
+        screen.print_json(surface)
+        return
     for line in screen.surface_lines(surface):
         screen.say(line)
 
 
 def _drew(files: Iterable[Path]) -> None:
     for file in files:
-        screen.say(f"drew {file}")
+        screen.note(f"drew {file}")
 
 
 def _keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None = None) -> None:
@@ -736,7 +814,7 @@ def _keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None = None) ->
 
     if output is not None:
         write_dataset(ds, output)
-        screen.say(f"wrote {output}")
+        screen.note(f"wrote {output}")
     if plot is not None:
         from damagepred.plotting import save_wall_pictures
 
@@ -751,7 +829,7 @@ def _keep_curves(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None
     if plot is not None:
         from damagepred.plotting import save_fragility_picture
 
-        screen.say(f"drew {save_fragility_picture(ds, plot)}")
+        screen.note(f"drew {save_fragility_picture(ds, plot)}")
 
 
 def _ending(ds: xr.Dataset) -> int:

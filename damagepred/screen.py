@@ -5,13 +5,15 @@ from __future__ import annotations
 import contextlib
 import errno
 import itertools
+import json
+import math
 import os
 import re
 import sys
 import time
 import warnings
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, is_dataclass, replace
 from typing import IO, TYPE_CHECKING, Any, Self, cast
 
 from rich.console import Console
@@ -65,6 +67,25 @@ class _Stream:
         return getattr(getattr(sys, self.name), attribute)
 
 
+@dataclass
+class Form:
+    """Form of the output.
+
+    Attributes
+    ----------
+    quiet : bool
+        Neither progress nor notes are printed.
+    json : bool
+        Standard output has JSON alone; messages go to the error stream.
+    """
+
+    quiet: bool = False
+    json: bool = False
+
+
+FORM = Form()
+"""Form that the options of the command ask for."""
+
 _OUTPUT, _ERRORS = _Stream("stdout"), _Stream("stderr")
 _out, _err = (Console(file=cast(IO[str], stream), soft_wrap=True, highlight=False) for stream in (_OUTPUT, _ERRORS))
 
@@ -88,7 +109,7 @@ def show_archive_warnings() -> None:
     def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
         if not issubclass(category, ArchiveWarning):
             before(message, category, *where, **more)
-        elif str(message) not in shown:
+        elif str(message) not in shown and not FORM.quiet:
             shown.add(str(message))
             say(f"note: {message}", error=True)
 
@@ -109,7 +130,40 @@ def say(message: str, *, error: bool = False) -> None:
     if error:
         _err.print(f"[bold red]damagepred:[/] {escaped(message)}")
     else:
-        _out.print(escaped(message))
+        (_err if FORM.json else _out).print(escaped(message))
+
+
+def note(message: str) -> None:
+    """Print a message that is no result, unless output is to be quiet."""
+    if not FORM.quiet:
+        say(message)
+
+
+def print_json(result: Any) -> None:
+    """Print a result as JSON, its numbers not rounded; NaN and infinity are null.
+
+    Parameters
+    ----------
+    result : dataclass, NamedTuple, Dataset, DataFrame, mapping or sequence
+        What a function of the package returns. ``xarray.Dataset.from_dict`` reads a dataset again.
+    """
+    _OUTPUT.write(json.dumps(_plain(result), indent=1, allow_nan=False) + "\n")
+
+
+def _plain(value: Any) -> Any:
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
+    elif hasattr(value, "_asdict"):
+        value = value._asdict()
+    elif hasattr(value, "to_dict"):  # of pandas, of xarray
+        value = value.to_dict("records" if hasattr(value, "columns") else "list")
+    elif hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): _plain(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def markdown(text: str) -> None:
@@ -257,7 +311,8 @@ class _Progress:
         texts = map(TextColumn, after[:-1])
         columns = (TextColumn(before), BarColumn(), MofNCompleteColumn(), *texts, TimeElapsedColumn())
         last = map(TextColumn, after[-1:])
-        self._progress = Progress(*columns, *last, console=_err, transient=transient, disable=not _err.is_terminal)
+        shown = _err.is_terminal and not FORM.quiet
+        self._progress = Progress(*columns, *last, console=_err, transient=transient, disable=not shown)
 
     def __enter__(self) -> Self:
         self._progress.start()
@@ -305,7 +360,9 @@ class StudyBar(_Progress):
             say(state.just_failed, error=True)
         left = self._remaining(state)
         self._progress.update(self._task, completed=state.done, failed=state.failed, left=left)
-        if not _err.is_terminal and (time.monotonic() - self._spoke > 10 or state.done in (self._before, state.total)):
+        if FORM.quiet or _err.is_terminal:
+            return
+        if time.monotonic() - self._spoke > 10 or state.done in (self._before, state.total):
             self._spoke = time.monotonic()
             _err.print(f"{state.done} of {state.total} walls, {state.failed} failed{', ' + left if left else ''}")
 

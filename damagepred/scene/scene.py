@@ -24,6 +24,9 @@ from damagepred.scene.soil import Soil
 from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall
 from damagepred.text import check_title
 
+STUDY_KEYS = ("scene", "study", "variables", "correlation")
+"""Keys of a study file that no scene file has."""
+
 
 @described
 class Scene:
@@ -206,7 +209,7 @@ class Scene:
         tables = read_toml(path)
         if not tables:
             raise InputError(f"{path}: is empty; `damagepred new` writes a commented template.")
-        if found := [key for key in ("scene", "study", "variables", "correlation") if key in tables]:
+        if found := [key for key in STUDY_KEYS if key in tables]:
             raise InputError(
                 f"{path}: is a study (it has {found[0]}), and a scene is needed; `damagepred study` runs studies."
             )

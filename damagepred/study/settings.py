@@ -8,11 +8,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable, load_table
 from damagepred.errors import InputError, nearest
+from damagepred.formatting import quantity
 from damagepred.input_files import parse_toml, read_toml
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
@@ -336,6 +338,22 @@ class StudySettings:
             if method in PRESETS[solver["accuracy"]]:  # a preset, though all keys of the fine wall are given
                 changes["solver"] = {**preset(solver["accuracy"], method), **solver}
         return Scene.from_dict(_merged(self.scene.to_dict(), changes), source=source)
+
+    @one_blas_thread()
+    def mean_wall(self) -> tuple[Scene, str]:
+        """Return the scene with every variable at its mean, and a sentence that says so."""
+        design = self.design()
+        means = {place: float(marginal.mean()) for place, marginal in design.marginals.items()}
+        if design.sampler.read_table is not None:
+            table = dict(design.sampler.read_table())
+            weight = table.pop(WEIGHT, None)
+            means |= {place: float(np.average(values, weights=weight)) for place, values in table.items()}
+        values = ", ".join(f"{p} = {' '.join(quantity(v, Scene.unit_of(p)))}" for p, v in means.items())
+        movement = "" if any(p.split(".")[0] == "movement" for p in means) else ", the movement as given"
+        return self.scene.with_values(means), (
+            f"{self.title}: its mean wall, with {values or 'nothing uncertain'}{movement} "
+            "(arithmetic means, also of lognormals, above their medians; the same in every joint)"
+        )
 
     def _pairs(self) -> list[tuple[str, str, float]]:
         return [(a, b, value) for a, row in self.correlation.items() for b, value in row.items()]

@@ -18,6 +18,7 @@ from damagepred.input_files import read_toml
 from damagepred.pipeline import Step, matrix_bytes, model_of, solve
 from damagepred.scene import Scene
 from damagepred.scene.assumed import ground_line
+from damagepred.scene.scene import STUDY_KEYS
 from damagepred.study.campaign.preset_accuracy import accuracy_lines
 from damagepred.study.campaign.sample import sample_of
 from damagepred.study.campaign.warm_up import warm_up
@@ -188,7 +189,7 @@ def estimate_cost(
     """
     tables = read_toml(path)
     samples, variables = 1, 0
-    if any(key in tables for key in ("scene", "study", "variables", "correlation")):
+    if any(key in tables for key in STUDY_KEYS):
         settings = StudySettings.from_toml(path)
         require_affordable(settings, limits)
         title, samples, variables = settings.title, settings.study.samples, len(settings.variables)

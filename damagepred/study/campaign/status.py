@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -23,6 +24,33 @@ READ = ("damage_category", "run_time", "limit_deflection", "environment", *STUDI
 """Results that the status is made of; the others are not read."""
 
 
+class CategoryShare(NamedTuple):
+    """Share of walls by a damage category.
+
+    Attributes
+    ----------
+    category : int
+        Its number.
+    walls : int
+        Walls that end in it.
+    share, or_worse : float
+        Share of walls in it, and in it or worse.
+    lower, upper : float
+        90 % confidence interval of the latter (Wilson).
+    failed_undamaged, failed_damaged : float
+        Share in it or worse if all failed walls were undamaged, and if all were damaged.
+    """
+
+    category: int
+    walls: int
+    share: float
+    or_worse: float
+    lower: float
+    upper: float
+    failed_undamaged: float
+    failed_damaged: float
+
+
 @dataclass(frozen=True)
 class StudyStatus:
     """Status of a study, ready to print.
@@ -33,9 +61,8 @@ class StudyStatus:
         Walls.
     lines : list of str
         In words.
-    columns, rows
-        Table of categories with the share of walls that end in them, and the share in them or worse with its 90 %
-        confidence interval (Wilson) and the bounds if all failed walls were undamaged or damaged.
+    categories : list of CategoryShare
+        In their order; empty where nothing is known.
     """
 
     total: int
@@ -43,8 +70,27 @@ class StudyStatus:
     failed: int
     remaining: int
     lines: list[str]
-    columns: list[str]
-    rows: list[list[str]]
+    categories: list[CategoryShare]
+
+    @property
+    def columns(self) -> list[str]:
+        """Heads of the table of categories."""
+        return ["category", "walls", "share", "or worse", "90 % interval", "failed counted"]
+
+    @property
+    def rows(self) -> list[list[str]]:
+        """Cells of the table of categories."""
+        return [
+            [
+                f"{c.category} {CATEGORIES[c.category].replace('_', ' ')}",
+                str(c.walls),
+                f"{c.share:.3f}",
+                f"{c.or_worse:.3f}",
+                f"{c.lower:.3f} - {c.upper:.3f}",
+                f"{c.failed_undamaged:.3f} - {c.failed_damaged:.3f}" if self.failed else "-",
+            ]
+            for c in self.categories
+        ]
 
 
 def study_status(path: str | Path) -> StudyStatus:
@@ -80,8 +126,7 @@ def study_status(path: str | Path) -> StudyStatus:
     lines += [f"caution: {said}" for said in (*study_cautions(ds), *mixture(ds))]
     for sample, record in ((i, folder.failure(i)) for i in sorted(folder.failed_samples())[:5]):
         lines.append(f"failed sample {sample}: {record['reason']}: {record['message']}")
-    columns = ["category", "walls", "share", "or worse", "90 % interval", "failed counted"]
-    return StudyStatus(total, total - remaining, failed, remaining, lines, columns, _rows(ds, failed))
+    return StudyStatus(total, total - remaining, failed, remaining, lines, _category_shares(ds, failed))
 
 
 def watching(path: str | Path, every: float) -> Iterator[StudyStatus]:
@@ -116,7 +161,7 @@ def _limits(ds: xr.Dataset) -> list[str]:
     ]
 
 
-def _rows(ds: xr.Dataset, failed: int) -> list[list[str]]:
+def _category_shares(ds: xr.Dataset, failed: int) -> list[CategoryShare]:
     if "damage_category" not in ds:
         return []
     good = np.isin(ds["status"].values, SOLVED)
@@ -128,21 +173,14 @@ def _rows(ds: xr.Dataset, failed: int) -> list[list[str]]:
     weight = every[good] if "weight" in ds else None
     replicates = int(ds.attrs.get("replicates", 1))
     label = np.flatnonzero(good) % replicates if replicates > 1 else None
-    rows = []
+    shares = []
     for category in range(int(ds.attrs["highest_category"]) + 1):
         here = probability(worst == category, weight=weight, replicate=label)
         beyond = probability(worst >= category, weight=weight, replicate=label)
         low = float(every[good] @ (worst >= category)) / (count + failed)
         high = low + float(every[lost].sum()) / (count + failed)
-        bounds = f"{low:.3f} - {min(high, 1.0):.3f}" if failed else "-"
-        rows.append(
-            [
-                f"{category} {CATEGORIES[category].replace('_', ' ')}",
-                str(int((worst == category).sum())),
-                f"{here.value:.3f}",
-                f"{beyond.value:.3f}",
-                f"{beyond.lower:.3f} - {beyond.upper:.3f}",
-                bounds,
-            ]
+        walls = int((worst == category).sum())
+        shares.append(
+            CategoryShare(category, walls, here.value, beyond.value, beyond.lower, beyond.upper, low, min(high, 1.0))
         )
-    return rows
+    return shares

@@ -1,0 +1,103 @@
+"""What programs read: --json, --quiet, --version and completion; and a study file where one wall is solved."""
+
+import json
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from damagepred import __version__, open_study
+from damagepred.study.analyses.epistemic import alternatives
+from damagepred.study.campaign.status import study_status
+from tests.cli.conftest import Run
+from tests.cli.test_commands import SMALL_SCENE
+from tests.synthetic_studies import synthetic_study
+
+SMALL_STUDY = (
+    SMALL_SCENE.replace("[wall]", "[scene.wall]")
+    .replace("[dpc]", "[scene.dpc]")
+    .replace("[[opening]]", "[[scene.opening]]")
+    .replace("[movement]", "[scene.movement]")
+    .replace("title =", "scene.title =")
+    + """
+[study]
+samples = 4
+[variables."joint.tensile_strength"]
+distribution = "lognormal"
+mean = "0.4 MPa"
+cov = 0.3
+field = {}
+[variables."dpc.friction"]
+distribution = "uniform"
+lower = 0.4
+upper = 0.8
+"""
+)
+
+
+def test_version(command: Run) -> None:
+    said = command("--version")
+    assert (said.code, said.out) == (0, f"damagepred {__version__}\n")
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion(shell: str, command: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("_DAMAGEPRED_COMPLETE", f"complete_{shell}")
+    monkeypatch.setenv("COMP_WORDS", "damagepred frag")
+    monkeypatch.setenv("COMP_CWORD", "1")
+    monkeypatch.setenv("_TYPER_COMPLETE_ARGS", "damagepred frag")
+    monkeypatch.setenv("_TYPER_COMPLETE_FISH_ACTION", "get-args")
+    assert "fragility" in command().out
+
+
+def test_json_of_a_study_is_what_python_returns(command: Run, tmp_path: Path) -> None:
+    house = synthetic_study(tmp_path / "house.dp", 40, medians=(2e-3, 4e-3))
+    status = json.loads(command("status", house, "--json").out)
+    shares = study_status(house).categories
+    assert status["total"] == status["done"] == 40
+    assert [c["or_worse"] for c in status["categories"]] == [c.or_worse for c in shares]
+    estimate = json.loads(command("estimate", house, "--category", 1, "--at", "3 mm", "--json").out)
+    known = alternatives(house, 1, 3e-3)[0].found.estimate
+    assert estimate["alternatives"][0]["found"]["estimate"]["value"] == known.value
+    said = command("fragility", house, "--bootstrap", 20, "--goodness", 0, "--json", "-o", tmp_path / "curves.nc")
+    curves = xr.Dataset.from_dict(json.loads(said.out))
+    assert "wrote" in said.err
+    with xr.open_dataset(tmp_path / "curves.nc") as kept:
+        assert curves["median"].astype(float).identical(kept["median"])
+        assert set(kept.variables) == set(curves.variables)
+
+
+def test_json_of_a_wall_and_of_its_cost(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(SMALL_SCENE)
+    assert json.loads(command("check", tmp_path / "wall.toml", "--json").out)["increments"] == 3
+    quiet = command("solve", tmp_path / "wall.toml", "-o", tmp_path / "wall.nc", "--quiet")
+    assert quiet.code == 0
+    assert "wrote" not in quiet.out
+    assert "small wall" in quiet.out
+    found = json.loads(command("cracks", tmp_path / "wall.nc", "--json").out)
+    assert found
+    assert {"crack_width", "crack_part", "central_deflection"} <= set(found[0])
+
+
+def test_a_quiet_study_prints_its_result_alone(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "house.toml").write_text(SMALL_STUDY)
+    said = command("study", tmp_path / "house.toml", "-n", 2, "--quiet")
+    assert (said.code, said.err) == (0, "")
+    assert "2 of 2 walls done" in said.out
+    assert open_study(tmp_path / "house.dp").sizes["sample"] == 2
+    missing = command("status", tmp_path / "nothing.dp", "--quiet", "--json")
+    assert (missing.code, missing.out) == (2, "")
+    assert "no such study folder" in missing.err
+
+
+def test_solve_takes_the_mean_wall_of_a_study(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "house.toml").write_text(SMALL_STUDY)
+    said = command("solve", tmp_path / "house.toml", "-o", tmp_path / "wall.nc")
+    assert said.code == 0, said.err
+    sentence = next(line for line in said.out.splitlines() if "its mean wall" in line)
+    assert "joint.tensile_strength = 0.4 MPa, dpc.friction = 0.6" in sentence
+    assert "the movement as given" in sentence
+    with xr.open_dataset(tmp_path / "wall.nc") as wall:
+        assert float(wall["contact_tensile_strength"].isel(contact=wall["contact_kind"] < 2).max()) == pytest.approx(
+            4e5
+        )
