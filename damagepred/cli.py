@@ -547,6 +547,46 @@ def fragility(
 
 
 @app.command()
+def export(
+    path: Annotated[Path, typer.Argument(help="Study folder (*.dp), or curves of fragility (*.nc).")],
+    form: Annotated[
+        Literal["pelicun", "openquake", "openquake-discrete", "curves", "walls"],
+        typer.Argument(help="Program; or CSV of curves, or of the walls of a study.", show_default=False),
+    ],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="File whose name the export has, by default the input's.")
+    ] = None,
+    categories: Annotated[
+        str | None, typer.Option("--categories", help="Categories to export, such as 1,2,3; by default all.")
+    ] = None,
+    extrapolated: Annotated[
+        bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond what walls were moved to.")
+    ] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write curves or walls for another program."""
+    from damagepred.archive.files import read_dataset
+    from damagepred.archive.folder import open_study
+    from damagepred.exports import curves_frame, export_curves, walls_frame, write_csv
+    from damagepred.uq.fragility import fit_fragility
+
+    wanted = screen.whole_numbers("--categories", categories) if categories else None
+    beside = output or path
+    place = beside.with_name(f"{beside.stem}_{form}.csv")
+    if form == "walls":
+        write_csv(walls_frame(open_study(path)), place)
+        screen.note(f"wrote {place}")
+        return
+    curves = fit_fragility(open_study(path), categories=wanted) if path.is_dir() else read_dataset(path)
+    if form == "curves":
+        write_csv(curves_frame(curves), place)
+        screen.note(f"wrote {place}")
+        return
+    for file in export_curves(curves, form, beside, wanted, extrapolated):
+        screen.note(f"wrote {file}")
+
+
+@app.command()
 def sensitivity(
     path: Annotated[Path, typer.Argument(help="Study file (TOML), or study folder (*.dp).", show_default=False)],
     category: Annotated[int | None, typer.Option("--category", help="Of the capacity for it.", min=1)] = None,

@@ -176,3 +176,20 @@ def nearest(word: str, allowed: Iterable[str]) -> str:
     """
     found = get_close_matches(word, list(allowed), n=1, cutoff=0.6)
     return f" Did you mean '{found[0]}'?" if found else ""
+
+
+def likely_unit(value: object, most: float, unit: str) -> str:
+    """Return a ' Did you mean ...?' hint for a number too large in its unit that fits in mm or per cent, or ''.
+
+    Parameters
+    ----------
+    value : object
+        What the user wrote.
+    most : float
+        Largest number accepted.
+    unit : str
+        SI unit; a hint is given for "m" and "1".
+    """
+    factor, smaller = {"m": (1e3, "mm"), "1": (1e2, "%")}.get(unit, (1.0, ""))
+    fits = isinstance(value, float | int) and most < value <= factor * most
+    return f" Did you mean '{value:g} {smaller}'?" if fits else ""

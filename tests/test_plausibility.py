@@ -8,6 +8,7 @@ import damagepred
 from damagepred import Scene
 from damagepred.archive.files import read_dataset
 from damagepred.errors import InputError
+from damagepred.study.settings import StudySettings
 from tests.cli.conftest import Run, command
 
 __all__ = ["command"]
@@ -26,6 +27,30 @@ REFUSED = {
     "a narrow hole": ({"opening": [{"x": 2.0, "y": 0.9, "width": 0.005, "height": 0.9}]}, "the width is 0.005 m"),
     "a low sill": ({"opening": [{"x": 2.0, "y": 0.003, "width": 0.9, "height": 0.9}]}, "strip of wall below it"),
 }
+
+LIKELY = {
+    "a wall in millimetres": ({"wall": {"length": 6000}}, "at most 1000 m. Did you mean '6000 mm'?"),
+    "a brick in millimetres": ({"wall": {"block_length": 240}}, "Did you mean '240 mm'?"),
+    "an opening in millimetres": ({"opening": [{"x": 2550, "y": 0.9, "width": 900, "height": 1}]}, "'3450 mm'?"),
+    "a movement in millimetres": ({"movement": {"central_deflection": 8}}, "Did you mean '8 mm'?"),
+    "a ratio in per cent": ({"block": {"poisson_ratio": 20}}, "Did you mean '20 %'?"),
+    "a wall beyond millimetres": ({"wall": {"length": 6e9}}, "must be at most 1000 m."),
+}
+
+
+@pytest.mark.parametrize("name", LIKELY)
+def test_the_likely_meaning_is_asked_back(name: str) -> None:
+    tables, words = LIKELY[name]
+    with pytest.raises(InputError) as refused:
+        Scene.from_dict(tables)
+    assert str(refused.value).endswith(words)
+
+
+def test_a_coefficient_of_variation_in_per_cent_is_asked_back() -> None:
+    with pytest.raises(InputError, match=r"cov = 30.*Did you mean '30 %'\?"):
+        StudySettings.from_dict(
+            {"variables": {"dpc.friction": {"distribution": "normal", "mean": 0.5, "cov": 30}}, "scene": {}}
+        )
 
 
 @pytest.mark.parametrize("name", REFUSED)

@@ -8,7 +8,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import TypeAdapter, ValidationError
 
-from damagepred.errors import InputError, nearest, shown
+from damagepred.errors import InputError, likely_unit, nearest, shown
 from damagepred.scene.quantity import Quantity
 
 T = TypeVar("T")
@@ -94,9 +94,14 @@ def _line(kind: type, problem: Any) -> str:
         case "greater_than_equal":
             return f"{place} = {shown(value)}: must be at least {limits['ge']:g}{_unit(kind, location)}."
         case "less_than":
-            return f"{place} = {shown(value)}: must be less than {limits['lt']:g}{_unit(kind, location)}."
+            return (
+                f"{place} = {shown(value)}: must be less than {limits['lt']:g}{_unit(kind, location)}."
+                + likely_unit(value, limits["lt"], unit_of(kind, location))
+            )
         case "less_than_equal":
-            return f"{place} = {shown(value)}: must be at most {limits['le']:g}{_unit(kind, location)}."
+            return f"{place} = {shown(value)}: must be at most {limits['le']:g}{_unit(kind, location)}." + likely_unit(
+                value, limits["le"], unit_of(kind, location)
+            )
         case "finite_number":
             return f"{place} = {shown(value)}: must be a finite number."
         case "literal_error":

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from damagepred.errors import InputError, nearest
+from damagepred.errors import InputError, likely_unit, nearest
 from damagepred.input_files import read_toml
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
@@ -72,11 +72,13 @@ class Scene:
             name = f"opening {number} ({hole.kind})"
             if hole.right > wall.length + tolerance:
                 raise ValueError(
-                    f"{name}: x + width = {hole.right:g} m reaches outside the wall, whose length is {wall.length:g} m"
+                    f"{name}: x + width = {hole.right:g} m reaches outside the wall, whose length is {wall.length:g} m."
+                    + likely_unit(hole.right, wall.length, "m")
                 )
             if hole.top > wall.height + tolerance:
                 raise ValueError(
-                    f"{name}: y + height = {hole.top:g} m reaches outside the wall, whose height is {wall.height:g} m"
+                    f"{name}: y + height = {hole.top:g} m reaches outside the wall, whose height is {wall.height:g} m."
+                    + likely_unit(hole.top, wall.height, "m")
                 )
             if hole.width >= wall.length - tolerance:
                 raise ValueError(f"{name}: width = {hole.width:g} m leaves no wall beside it; make it narrower")
@@ -100,7 +102,8 @@ class Scene:
         if self._deflection_is_given and self.movement.central_deflection > 0.1 * wall.length:
             raise ValueError(
                 f"movement.central_deflection = {self.movement.central_deflection:g} m: more than a tenth of the "
-                f"wall's length ({wall.length:g} m) is outside the small rotations of this model"
+                f"wall's length ({wall.length:g} m) is outside the small rotations of this model."
+                + likely_unit(self.movement.central_deflection, 0.1 * wall.length, "m")
             )
         return self
 
@@ -167,7 +170,8 @@ class Scene:
         if shape == "mound" and self.mound.largest(self.movement.kind) > 0.1 * self.wall.length:
             raise ValueError(
                 f"mound.surface_movement = {self.mound.surface_movement:g} m: it moves the ground by more than a tenth "
-                f"of the wall's length ({self.wall.length:g} m), outside the small rotations of this model"
+                f"of the wall's length ({self.wall.length:g} m), outside the small rotations of this model."
+                + likely_unit(self.mound.surface_movement, 0.1 * self.wall.length, "m")
             )
         if shape == "jacks":
             self.rig.check_places(self.wall.length)

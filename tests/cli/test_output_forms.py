@@ -101,3 +101,15 @@ def test_solve_takes_the_mean_wall_of_a_study(command: Run, tmp_path: Path) -> N
         assert float(wall["contact_tensile_strength"].isel(contact=wall["contact_kind"] < 2).max()) == pytest.approx(
             4e5
         )
+
+
+def test_export_is_a_command(command: Run, tmp_path: Path) -> None:
+    house = synthetic_study(tmp_path / "house.dp", 40, medians=(2e-3, 4e-3))
+    for form, names in (("pelicun", ["house_pelicun.csv", "house_pelicun.json"]), ("walls", ["house_walls.csv"])):
+        said = command("export", house, form, "--categories", 1)
+        assert (said.code, said.out) == (0, "".join(f"wrote {tmp_path / name}\n" for name in names)), said.err
+        assert all((tmp_path / name).stat().st_size for name in names)
+    curves = tmp_path / "curves.nc"
+    assert command("fragility", house, "--categories", 1, "--bootstrap", 20, "--goodness", 0, "-o", curves).code == 0
+    assert command("export", curves, "curves", "-o", tmp_path / "mine.csv").code == 0
+    assert (tmp_path / "mine_curves.csv").read_text().startswith("category,intensity,")
