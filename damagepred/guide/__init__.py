@@ -19,6 +19,7 @@ TOPICS = (
     "archive",
     "glossary",
     "gallery",
+    "changing",
 )
 """Pages in the order of reading."""
 
