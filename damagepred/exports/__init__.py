@@ -1,7 +1,7 @@
 """Fragility curves and studies for other programs: datasets in, files and tables out."""
 
 from damagepred.exports.files import FORMATS, export_curves, export_place, write_csv
-from damagepred.exports.frames import curves_frame, parameters_frame, walls_frame
+from damagepred.exports.frames import curves_frame, frame, parameters_frame, walls_frame
 from damagepred.exports.openquake import openquake_xml
 from damagepred.exports.pelicun import pelicun_config, pelicun_frame
 
@@ -10,6 +10,7 @@ __all__ = [
     "curves_frame",
     "export_curves",
     "export_place",
+    "frame",
     "openquake_xml",
     "parameters_frame",
     "pelicun_config",

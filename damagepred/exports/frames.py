@@ -102,6 +102,35 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     return frame
 
 
+@checked
+def frame(ds: xr.Dataset) -> pd.DataFrame:
+    """Return a dataset as a table: a row an increment of a wall, a wall of a study, or a point of curves.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``solve``, ``open_study`` or ``fit_fragility`` returns it.
+
+    Returns
+    -------
+    pandas.DataFrame
+        See ``walls_frame`` and ``curves_frame``; of a wall, what is known of an increment as a whole.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> scene = damagepred.Scene.from_dict({"wall": {"length": 1.2, "height": 0.3}, "movement": {"increments": 2}})
+    >>> damagepred.frame(damagepred.solve(scene))["damage_category"].tolist()
+    [0, 0, 0]
+    """
+    if "sample" in ds.sizes:
+        return walls_frame(ds)
+    if "increment" not in ds.sizes:
+        return curves_frame(ds)
+    of_increments = [name for name in ds.data_vars if ds[name].dims == ("increment",)]
+    return ds[of_increments].to_dataframe()
+
+
 def _require_results(ds: xr.Dataset, names: Iterable[str], source: str) -> None:
     """Refuse a dataset without one of these variables or coordinates; ``source`` makes such datasets."""
     if missing := [name for name in names if name not in ds.variables and name not in ds.dims]:

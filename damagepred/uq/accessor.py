@@ -1,0 +1,65 @@
+"""Methods of this package on datasets: ``ds.damagepred``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from damagepred.errors import InputError, nearest
+
+if TYPE_CHECKING:
+    from damagepred.uq.exceedance import Exceedance
+    from damagepred.uq.movement_distribution import MovementDistribution
+
+
+@xr.register_dataset_accessor("damagepred")
+class DatasetAccessor:
+    """Methods on the dataset of a study or of curves.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``open_study`` or ``fit_fragility`` returns it.
+    """
+
+    def __init__(self, ds: xr.Dataset) -> None:
+        self._ds = ds
+
+    def category(self, name: str) -> int:
+        """Return the number of a damage category, such as 2 for "slight"; ``curves.sel`` takes it.
+
+        Raises
+        ------
+        InputError
+            If the damage table has no such category.
+        """
+        if "category_name" in self._ds:
+            curves = self._ds["category_name"]
+            numbers = dict(zip(map(str, curves.values), map(int, curves["category"].values)))
+        else:
+            meanings = self._ds["damage_category"].attrs["flag_meanings"] if "damage_category" in self._ds else ""
+            numbers = {word.replace("_", " "): i for i, word in enumerate(str(meanings).split())}
+        wanted = name.replace("_", " ")
+        if wanted not in numbers:
+            raise InputError(f"category = {name!r}: must be one of {', '.join(numbers)}." + nearest(wanted, numbers))
+        return numbers[wanted]
+
+    def exceedance(
+        self, category: int | str, at: float | str | MovementDistribution, *, confidence: float = 0.9
+    ) -> Exceedance:
+        """Estimate the probability of a category or a worse one; failed, missing and stopped samples are counted apart.
+
+        Parameters
+        ----------
+        category : int or str
+            Number or name.
+        at : float, str or MovementDistribution
+            See ``damagepred.exceedance``.
+        confidence : float
+            Of the interval.
+        """
+        from damagepred.uq.exceedance import exceedance
+
+        number = self.category(category) if isinstance(category, str) else category
+        return exceedance(self._ds, number, at, confidence=confidence)
