@@ -113,7 +113,7 @@ BAD_STUDIES = {
     "no scene": (STUDY.replace('scene = "wall.toml"', ""), ["no scene", "scene ="]),
     "field of a wall": (
         STUDY.replace("joint.friction", "block.density").replace("0.5", "1900").replace("0.8", "2100") + "field = {}\n",
-        ["block.density", "joint and dpc"],
+        ["block.density", "joint, head_joint and dpc"],
     ),
     "correlation of a stranger": (
         STUDY + '[correlation]\n"joint.friction" = { "joint.cohesion" = 0.5 }\n',
