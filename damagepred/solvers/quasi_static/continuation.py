@@ -264,7 +264,7 @@ class Continuation:
         load, load_factor : float
             Shares of dead load and of movement (1).
         """
-        state, options = self.state, self.options.continuation
+        state = self.state
         control = StepControl.start(state, (load, load_factor), self.options, self._locates_collapse)
         while True:
             check_time()
@@ -274,57 +274,76 @@ class Continuation:
                 self.last_stable_load_factor, self.state = state.load_factor, control.collapsed_state
                 return control.collapse_residual
             target, ahead = self._next_target(state, control)
-            step, trial = state.distance(target), state.at(*target)
-            # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
-            near = self._locates_collapse or self._relaxes
-            ratio = self.equilibrium.find(trial, ahead, near)
-            if ratio >= self.tolerance and self._locates_collapse and step > control.minimum_step:
-                control.reject_target(target)
+            trial = self._solve_step(state, target, ahead, control)
+            if trial is None:
                 continue
-            if ratio >= self.tolerance and not near and control.may_halve(step, self._allowed_halvings):
-                # a shorter step converges more easily, or shows more clearly that no equilibrium exists
-                control.halve_step(state, target)
-                continue
-            if ratio < self.tolerance and control.halvings:
-                self._allowed_halvings = min(self._allowed_halvings + 1, options.max_halvings + 1)
-            snapped = False
-            if self._has_failed(trial, ratio):
-                known = control.collapse_point is not None
-                trial, ratio, unconverged = self._find_distant(state, trial, ahead, near, known)
-                snapped = trial is not unconverged
-            if self._has_failed(trial, ratio):
-                detached = [s for s in (trial, unconverged) if self._is_detached(s)]
-                located = step <= control.collapse_bracket or not (detached or known)
-                if detached or control.collapsed_state is None:
-                    control.collapsed_state = detached[0] if detached else trial
-                control.bracket_collapse(target, control.collapsed_state, ratio)
-                self.last_stable_load_factor, self.state = state.load_factor, control.collapsed_state
-                if located:
-                    return ratio
+            if self._has_failed(trial.state, trial.residual):
+                if self._bracket_collapse(state, target, trial, control):
+                    return trial.residual
                 continue
             control.accept_distant(target)
-            loaded, heaviest = self.bond_loads(trial)
-            at_event = heaviest <= 1.0 + options.event_tolerance or step <= control.minimum_event_step
-            at_event = at_event or bool((loaded <= 1.0 + self._event_overload).all())
-            if at_event and not self._commit_within_energy_error(trial, step, snapped, control):
-                continue
-            if heaviest <= 1.0 + options.overload_tolerance:
-                state = trial
-                if self._can_reclose:
-                    state, ratio = self._redistribute_failures(state, ratio)
-                control.accept_step(target)
-                if target == control.goal:
-                    self.state = state
-                    return ratio
-            elif at_event:
-                state, ratio = self._redistribute_failures(trial, ratio)
-                control.pass_event()
-                if self._has_failed(state, ratio):
-                    self.last_stable_load_factor, self.state = trial.load_factor, state
-                    return ratio
-            else:
-                share = self._interpolate_event(state, loaded, options.interpolation_aim)
-                control.bracket_event(state, target, share)
+            state, residual, ended = self._end_step(state, target, trial, control)
+            if ended:
+                return residual
+
+    def _solve_step(self, state: State, target: Point, ahead: FloatArray, control: StepControl) -> _Trial | None:
+        """Find the equilibrium at a target, near or distant; None if a shorter step is tried first."""
+        step, trial = state.distance(target), state.at(*target)
+        # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
+        newton_only = self._locates_collapse or self._relaxes
+        residual = self.equilibrium.find(trial, ahead, newton_only)
+        if residual >= self.tolerance and self._locates_collapse and step > control.minimum_step:
+            control.reject_target(target)
+            return None
+        if residual >= self.tolerance and not newton_only and control.may_halve(step, self._allowed_halvings):
+            # a shorter step converges more easily, or shows more clearly that no equilibrium exists
+            control.halve_step(state, target)
+            return None
+        if residual < self.tolerance and control.halvings:
+            self._allowed_halvings = min(self._allowed_halvings + 1, self.options.continuation.max_halvings + 1)
+        if not self._has_failed(trial, residual):
+            return _Trial(trial, residual, trial)
+        collapse_known = control.collapse_point is not None
+        return _Trial(*self._find_distant(state, trial, ahead, newton_only, collapse_known))
+
+    def _bracket_collapse(self, state: State, target: Point, trial: _Trial, control: StepControl) -> bool:
+        """Take a target without equilibrium as collapse; return whether that locates the collapse."""
+        known = control.collapse_point is not None
+        detached = [s for s in (trial.state, trial.unconverged) if self._is_detached(s)]
+        if detached or control.collapsed_state is None:
+            control.collapsed_state = detached[0] if detached else trial.state
+        control.bracket_collapse(target, control.collapsed_state, trial.residual)
+        self.last_stable_load_factor, self.state = state.load_factor, control.collapsed_state
+        return state.distance(target) <= control.collapse_bracket or not (detached or known)
+
+    def _end_step(self, state: State, target: Point, trial: _Trial, control: StepControl) -> tuple[State, float, bool]:
+        """Commit the equilibrium at a target and fail its overloaded bonds, or go back to shorten the step.
+
+        Return the state to continue from, its unbalanced force ratio, and whether the increment ends with it.
+        """
+        options, step = self.options.continuation, state.distance(target)
+        loaded, heaviest = self.bond_loads(trial.state)
+        at_event = heaviest <= 1.0 + options.event_tolerance or step <= control.minimum_event_step
+        at_event = at_event or bool((loaded <= 1.0 + self._event_overload).all())
+        if at_event and not self._commit_within_energy_error(trial.state, step, trial.snapped, control):
+            return state, np.inf, False
+        if heaviest <= 1.0 + options.overload_tolerance:
+            state, residual = trial.state, trial.residual
+            if self._can_reclose:
+                state, residual = self._redistribute_failures(state, residual)
+            control.accept_step(target)
+            if target == control.goal:
+                self.state = state
+            return state, residual, target == control.goal
+        if at_event:
+            state, residual = self._redistribute_failures(trial.state, trial.residual)
+            control.pass_event()
+            failed = self._has_failed(state, residual)
+            if failed:
+                self.last_stable_load_factor, self.state = trial.state.load_factor, state
+            return state, residual, failed
+        control.bracket_event(state, target, self._interpolate_event(state, loaded, options.interpolation_aim))
+        return state, np.inf, False
 
     def _has_failed(self, state: State, ratio: float) -> bool:
         """Return whether a state is no equilibrium."""
@@ -345,7 +364,7 @@ class Continuation:
         return target, ahead
 
     def _find_distant(
-        self, state: State, unconverged: State, ahead: FloatArray, near: bool, collapse_known: bool
+        self, state: State, unconverged: State, ahead: FloatArray, newton_only: bool, collapse_known: bool
     ) -> tuple[State, float, State]:
         """Find a distant equilibrium by snap-through, or by the Coulomb fixed point where only Newton was tried.
 
@@ -359,7 +378,7 @@ class Continuation:
             start, state.load_factor, options.collapse_relaxation if collapse_known else 1.0
         )
         # neither at rest nor collapsing
-        if near and not collapse_known and self.tolerance <= ratio < np.inf:
+        if newton_only and not collapse_known and self.tolerance <= ratio < np.inf:
             unconverged = state.at(unconverged.load, unconverged.load_factor)
             residual = self.equilibrium.find(unconverged, ahead)
             if not self._has_failed(unconverged, residual):
@@ -548,6 +567,19 @@ class Continuation:
         self.state, self.never_opened, self.broken_at = state.copy(), never_opened.copy(), broken_at.copy()
         self.balance = copy(balance)
         self.equilibrium.find(self.state)
+
+
+class _Trial(NamedTuple):
+    """Result of a step: state, unbalanced force ratio, and the state in which the last iteration ended."""
+
+    state: State
+    residual: float
+    unconverged: State
+
+    @property
+    def snapped(self) -> bool:
+        """Whether the wall snapped through to a distant equilibrium."""
+        return self.state is not self.unconverged
 
 
 class Checkpoint(NamedTuple):
