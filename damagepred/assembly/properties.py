@@ -123,7 +123,6 @@ def lump_block_elasticity(
         Blocks that stretch by themselves: they add nothing to their head joints, see
         ``damagepred.assembly.elastic_blocks``.
     """
-    normal = np.column_stack((interfaces.normal_x, interfaces.normal_y))
     soft_n = 1.0 / properties.normal_stiffness
     soft_s = 1.0 / properties.shear_stiffness
     modulus = np.array([m.elastic_modulus for m in materials])
@@ -139,7 +138,7 @@ def lump_block_elasticity(
         if elastic is not None:
             stretch = elastic.number[side]
             ratio = np.where(stretch >= 0, elastic.poisson_ratio[stretch], 0.0)
-            head = elastic.along(side, normal)
+            head = elastic.along(side, np.column_stack((interfaces.normal_x, interfaces.normal_y)))
             flexible = np.where(head, 0.0, (1.0 - ratio**2) * flexible)
             slack = np.where(head, 0.0, slack)
         soft_n = soft_n + np.where(is_block, flexible, 0.0)

@@ -39,7 +39,7 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
             "Displacements are small and there is no time: no creep, shrinkage, moisture expansion or temperature, no "
             "repetition of wet and dry seasons."
         )
-    if scene.solver.blocks == "rigid" and scene.solver.above_dpc is None:
+    if scene.solver.blocks in ("rigid", "elastic") and scene.solver.above_dpc in (None, "rigid", "elastic"):
         said.append("Bricks neither crack nor crush: cracks run through joints alone.")
     if scene.joint.fracture_energy is None:
         said.append(

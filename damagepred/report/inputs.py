@@ -116,9 +116,9 @@ def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
             continue
         if name == "solver" and method != "explicit":
             values = {key: value for key, value in values.items() if key not in _EXPLICIT}
-        if name == "solver" and scene.solver.blocks == "rigid":
+        if name == "solver" and scene.solver.blocks in ("rigid", "elastic"):
             values = {key: value for key, value in values.items() if key not in ("plane", "rigid_error")}
-        if name == "block" and scene.solver.blocks == "rigid":
+        if name == "block" and scene.solver.blocks in ("rigid", "elastic"):
             values = {key: value for key, value in values.items() if key not in _OF_ZONES}
         if name == "joint" and "compressive_strength" not in values:
             values = {key: value for key, value in values.items() if key != "cap_shear"}

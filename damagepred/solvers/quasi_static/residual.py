@@ -193,9 +193,10 @@ class Residual:
         Condensed levels are in equilibrium with their loads f: they store (f u - F u_b) / 2 with the force F and the
         displacements u_b on the boundary level. With deformable blocks all interfaces are returned.
         """
-        superelement, u, strains = self.equations.condensation, state.displacement, self.system.strain_dofs
-        # strain and curvature of elastic blocks that are not condensed
-        by_strain = 0.5 * float(self.system.strain_stiffness @ (u[strains] ** 2 * self.free[strains]))
+        superelement, u, by_strain = self.equations.condensation, state.displacement, 0.0
+        if self.model.elastic is not None:  # those of active levels
+            strains = self.system.strain_dofs
+            by_strain = 0.5 * float(self.system.strain_stiffness @ (u[strains] ** 2 * self.free[strains]))
         if superelement is None or self.superelements is not None:
             return self._all_interfaces, by_strain
         load_work = superelement.load_work(u, state.load, state.load_factor)
