@@ -207,6 +207,8 @@ class HeadJoint:
         Whether the first slip leaves only the residual values.
     fracture_energy, shear_fracture_energy : float or None
         G_f of mode I and II (N/m).
+    softening : "linear" or "exponential" or None
+        How tension falls.
     compressive_strength : float or None
         f_c (Pa), the cap.
     cap_shear : float or None
@@ -226,6 +228,7 @@ class HeadJoint:
     brittle_shear: bool | None = None
     fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
     shear_fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
+    softening: Literal["linear", "exponential"] | None = None
     compressive_strength: Pressure | None = Field(default=None, gt=0)
     cap_shear: Pure | None = Field(default=None, gt=0)
 
@@ -241,10 +244,10 @@ class HeadJoint:
         name : str
             The key.
         value : Any
-            That of the beds: a number, an array of them, a bool or None.
+            That of the beds: a number or an array of them, a word, a bool or None.
         """
         own = getattr(self, name)
-        if own is not None or value is None or isinstance(value, bool):
+        if own is not None or value is None or isinstance(value, bool | str):
             return value if own is None else own
         return getattr(self.factor, name, 1.0) * value
 

@@ -10,6 +10,7 @@ import pytest
 from damagepred import InputError, Scene
 from damagepred.assembly.wall import wall_model
 from damagepred.enumerations import ContactKind
+from damagepred.scene import HeadJoint, Joint
 from damagepred.study.settings import StudySettings
 
 
@@ -44,6 +45,11 @@ def test_values_that_vary_from_joint_to_joint(given: dict[str, Any] | None) -> N
     np.testing.assert_allclose(model.properties.tensile_strength[heads], expected)
     own = wall_model(described, {"joint.tensile_strength": drawn, "head_joint.tensile_strength": 0.3 * drawn})
     np.testing.assert_allclose(own.properties.tensile_strength[heads], 0.3 * drawn[model.interfaces.joint[heads]])
+
+
+def test_head_joints_have_all_keys_of_joints() -> None:
+    assert set(Joint.__dataclass_fields__) <= set(HeadJoint.__dataclass_fields__)
+    assert HeadJoint(softening="exponential").joint(Joint(fracture_energy=10.0)).softening == "exponential"
 
 
 def test_what_makes_no_joint_is_refused() -> None:

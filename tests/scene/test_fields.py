@@ -108,6 +108,7 @@ HeadJoint
   brittle_shear = None
   fracture_energy = None N/m (0 1e+12]
   shear_fracture_energy = None N/m (0 1e+12]
+  softening = None | linear exponential
   compressive_strength = None Pa (0 1e+16]
   cap_shear = None 1 (0 1e+15]
 HeadJointFactors
