@@ -195,7 +195,7 @@ def study(
     from damagepred.assembly import Limits
     from damagepred.scene.assumed import ground_line
     from damagepred.study import Study
-    from damagepred.study.campaign.cluster import connect
+    from damagepred.study.campaign.cluster import connect_dask_scheduler
     from damagepred.study.campaign.stopping import run_until
     from damagepred.study.settings import StudySettings
 
@@ -204,7 +204,7 @@ def study(
     if assumed := ground_line(settings.scene, settings.variables):
         screen.say(assumed)
     with ExitStack() as open_until_the_end:
-        client = open_until_the_end.enter_context(connect(scheduler)) if scheduler else None
+        client = open_until_the_end.enter_context(connect_dask_scheduler(scheduler)) if scheduler else None
         bar = open_until_the_end.enter_context(screen.StudyBar())
         ending = run_until(
             Study(settings, Limits.asked(yes, timeout)),

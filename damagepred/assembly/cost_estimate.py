@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from damagepred.arguments import checked
 from damagepred.assembly.bond import courses_and_halves
-from damagepred.assembly.footing import foundation
+from damagepred.assembly.footing_beam import foundation
 from damagepred.assembly.properties import no_tension_joint
 from damagepred.errors import InputError
 from damagepred.scene import Scene

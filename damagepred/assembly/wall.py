@@ -13,7 +13,7 @@ from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly.assembly import GRAVITY, NO_JAMBS, Assembly, rectangle
 from damagepred.assembly.bond import Brick, gauge, lay_bricks, parted
-from damagepred.assembly.footing import (
+from damagepred.assembly.footing_beam import (
     Foundation,
     add_footing,
     deflection_of,

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from damagepred.arrays import FloatArray
 from damagepred.scene.described import described
-from damagepred.scene.movement import through_points
+from damagepred.scene.footing_profile import through_points
 from damagepred.scene.quantity import Length, Pure
 
 Kind = Literal["dishing", "doming"]

@@ -1,4 +1,4 @@
-"""What the ground does: the shape and the size of the movement under the wall."""
+"""Movement of the footing: its shape, its size and the increments in which it grows."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.scene.described import described
+from damagepred.scene.footing_profile import arc, three_loads, through_points
 from damagepred.scene.quantity import Count, Length, Pure
 
 
@@ -116,55 +117,3 @@ class Movement:
         if self.shape == "arc":
             return arc(xi, ratio)
         return through_points(self.table, xi) / through_points(self.table, np.array([0.5]))
-
-
-def three_loads(xi: FloatArray) -> FloatArray:
-    """Simply supported elastic beam under equal loads at the quarter points, 1 at mid-span.
-
-    Parameters
-    ----------
-    xi : array of float
-        Position as a fraction of the span.
-
-    Notes
-    -----
-    s = (384/19) [5 xi/32 - xi^3/4 + <xi - 1/4>^3/6] for xi <= 1/2, symmetric; the quarter points are at 27/38
-    (Euler-Bernoulli).
-    """
-    near = np.minimum(xi, 1.0 - xi)
-    return (384.0 / 19.0) * (5.0 * near / 32.0 - near**3 / 4.0 + np.maximum(near - 0.25, 0.0) ** 3 / 6.0)
-
-
-def arc(xi: FloatArray, ratio: float) -> FloatArray:
-    """Circular arc through both ends, rising 1 at mid-span.
-
-    Parameters
-    ----------
-    xi : array of float
-        Position as a fraction of the chord.
-    ratio : float
-        Rise of the arc over its chord, below 1/2.
-    """
-    if ratio < 1e-6:  # the circle's radius loses all digits; its limit is the parabola
-        return 4.0 * xi * (1.0 - xi)
-    radius = 1.0 / (8.0 * ratio) + ratio / 2.0
-    offset = xi - 0.5
-    # radius - sqrt(radius^2 - offset^2), written so that nothing cancels
-    drop = offset**2 / (radius + np.sqrt(radius**2 - offset**2))
-    return 1.0 - drop / ratio
-
-
-def through_points(table: tuple[tuple[float, float], ...], xi: FloatArray) -> FloatArray:
-    """Monotone cubic through given points (PCHIP).
-
-    Parameters
-    ----------
-    table : sequence of (position, value)
-        Positions rise from 0 to 1.
-    xi : array of float
-        Where to read it.
-    """
-    from scipy.interpolate import PchipInterpolator
-
-    position, fraction = np.array(table).T
-    return np.asarray(PchipInterpolator(position, fraction)(xi), dtype=np.float64)

@@ -154,7 +154,7 @@ class StudySettings:
             described_scene = Scene.from_dict(scene, source=f"{file} [scene]")
         settings = (
             build(cls, {**tables, "scene": described_scene}, str(file))
-            ._with_table(file.parent)
+            ._with_sample_table(file.parent)
             ._with_measured_values(file.parent)
         )
         settings.check(str(file))
@@ -176,18 +176,18 @@ class StudySettings:
         InputError
             If a key or value is not acceptable.
         """
-        settings = build(cls, tables, source)._with_table(Path())._with_measured_values(Path())
+        settings = build(cls, tables, source)._with_sample_table(Path())._with_measured_values(Path())
         settings.check(source)
         return settings
 
-    def _with_table(self, beside: Path) -> StudySettings:
-        """Return the settings with the table's whole path and its columns."""
+    def _with_sample_table(self, folder: Path) -> StudySettings:
+        """Read and check the table of samples; return the settings with its absolute path and its columns."""
         how = self.study
         if (how.table is None) != (how.sampler != "table"):
             raise InputError('study.table: goes with sampler = "table", which needs it.')
         if how.table is None or how.table_columns:
             return self
-        file = str((beside / how.table).resolve())
+        file = str((folder / how.table).resolve())
         table = read_table(file, Scene.unit_of, self.scene.number_places())
         for place, values in table.items():
             for value in {values.min(), values.max()} if place != WEIGHT else ():

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.samplers import Stream, generator
+from damagepred.uq.random_streams import Stream, generator
 
 
 @dataclass(frozen=True)

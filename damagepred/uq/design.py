@@ -16,7 +16,8 @@ from damagepred.uq.fields import course_autoregression, innovation_factor, lag_c
 from damagepred.uq.importance import Drawn, Proposal, draw
 from damagepred.uq.marginals import from_normal
 from damagepred.uq.quantile_table import JointQuantile
-from damagepred.uq.samplers import Stream, generator, unit_points
+from damagepred.uq.random_streams import Stream, generator
+from damagepred.uq.samplers import unit_points
 from damagepred.uq.table import WEIGHT
 from damagepred.uq.variable import Variable
 from damagepred.uq.wall_fields import JointPlaces, WallFields

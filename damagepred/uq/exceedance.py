@@ -32,7 +32,7 @@ from damagepred.uq.fragility.posterior import effective_reached, sample_posterio
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
-from damagepred.uq.samplers import Stream, generator
+from damagepred.uq.random_streams import Stream, generator
 
 
 class CategoryCapacities(NamedTuple):

@@ -19,8 +19,8 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor
+from damagepred.uq.random_streams import Stream, generator
 from damagepred.uq.ranks import ranks
-from damagepred.uq.samplers import Stream, generator
 
 
 @dataclass(frozen=True)

@@ -151,7 +151,7 @@ class Mixture:
         scores = np.concatenate((self._score(np.nextafter(marks, -np.inf)), self._score(marks)))
         self.breaks: FloatArray = np.unique(scores[np.isfinite(scores)])
         self._grid_z = np.linspace(-6.0, 6.0, 1201)
-        self._grid_x = self._solve(self._grid_z, *self._bracket(self._grid_z))
+        self._grid_x = self._quantile(self._grid_z, *self._bracket(self._grid_z))
         self._near = PchipInterpolator(self._grid_z, self._grid_x)
 
     def cdf(self, x: ArrayLike) -> FloatArray:
@@ -199,8 +199,8 @@ class Mixture:
         inside = (cell > 0) & (cell < len(self._grid_z))
         found = np.empty_like(flat)
         between, wanted = cell[inside], flat[inside]
-        found[inside] = self._solve(wanted, self._grid_x[between - 1], self._grid_x[between], self._near(wanted))
-        found[~inside] = self._solve(flat[~inside], *self._bracket(flat[~inside]))
+        found[inside] = self._quantile(wanted, self._grid_x[between - 1], self._grid_x[between], self._near(wanted))
+        found[~inside] = self._quantile(flat[~inside], *self._bracket(flat[~inside]))
         return found.reshape(np.shape(z))
 
     def _score(self, x: FloatArray) -> FloatArray:
@@ -215,7 +215,7 @@ class Mixture:
         each = np.array([from_normal(part, z) for part in self.parts]).reshape(len(self.parts), -1)
         return each.min(axis=0), each.max(axis=0)
 
-    def _solve(self, z: FloatArray, low: FloatArray, high: FloatArray, near: FloatArray | None = None) -> FloatArray:
+    def _quantile(self, z: FloatArray, low: FloatArray, high: FloatArray, near: FloatArray | None = None) -> FloatArray:
         """Return the values with normal scores z between bounds, by the Illinois method safeguarded by bisection."""
         x = np.where(np.isneginf(z), low, high)
         is_atom = np.zeros(len(z), dtype=bool)

@@ -11,7 +11,8 @@ from scipy import special
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
-from damagepred.uq.samplers import Stream, generator, unit_points
+from damagepred.uq.random_streams import Stream, generator
+from damagepred.uq.samplers import unit_points
 
 
 def saltelli_points(variables: int, size: int, seed: int) -> FloatArray:

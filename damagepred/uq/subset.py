@@ -23,7 +23,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError, require_count, require_number
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import normal_factor, student_factor, wilson
-from damagepred.uq.samplers import Stream, generator
+from damagepred.uq.random_streams import Stream, generator
 
 LimitState = Callable[[FloatArray, IntArray], FloatArray]
 

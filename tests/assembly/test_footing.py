@@ -8,7 +8,7 @@ import pytest
 
 from damagepred.assembly import wall_geometry, wall_model
 from damagepred.assembly.bond import Brick, lay_bricks
-from damagepred.assembly.footing import _segment_ends
+from damagepred.assembly.footing_beam import _segment_ends
 from damagepred.assembly.model import Model
 from damagepred.assembly.wall import footing_alone
 from damagepred.enumerations import ContactKind

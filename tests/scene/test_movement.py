@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from damagepred.errors import InputError
 from damagepred.scene import Movement, Scene
-from damagepred.scene.movement import arc, three_loads
+from damagepred.scene.footing_profile import arc, three_loads
 
 XI = np.linspace(0.0, 1.0, 401)
 

@@ -17,7 +17,7 @@ import pytest
 from damagepred.archive.folder import StudyFolder
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study, open_study
-from damagepred.study.campaign.cluster import connect
+from damagepred.study.campaign.cluster import connect_dask_scheduler
 from damagepred.study.campaign.dispatch import GivenExecutor
 from tests.conftest import SMALL_STUDY
 from tests.study.test_run import same, settings
@@ -95,13 +95,13 @@ def test_each_thread_of_a_cluster_s_workers_takes_a_sample() -> None:
 def test_no_scheduler_there(address: str) -> None:
     pytest.importorskip("distributed")
     with pytest.raises(InputError, match=f"--scheduler {address}: no Dask scheduler answers there"):
-        connect(address, timeout=0.5)
+        connect_dask_scheduler(address, timeout=0.5)
 
 
 def test_without_distributed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match=r"pip install 'damagepred\[dask\]'"):
-        connect("tcp://127.0.0.1:8786")
+        connect_dask_scheduler("tcp://127.0.0.1:8786")
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +114,7 @@ def dask() -> Iterator[Any]:
 
 
 def test_a_dask_worker_that_is_killed_costs_nothing(serial: Path, tmp_path: Path, dask: Any) -> None:
-    client, folder = connect(dask.scheduler_address), StudyFolder(tmp_path / "study.dp")
+    client, folder = connect_dask_scheduler(dask.scheduler_address), StudyFolder(tmp_path / "study.dp")
 
     def kill_one() -> None:
         while not folder.finished():

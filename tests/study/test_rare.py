@@ -16,7 +16,7 @@ from damagepred.scene import Scene
 from damagepred.study import Study
 from damagepred.study.analyses import limit_state as capacity
 from damagepred.study.analyses import rare_event_samples as rare_walls
-from damagepred.study.analyses.limit_state import NOTHING_KNOWN, Margin, Question, asked_of, margin
+from damagepred.study.analyses.limit_state import NOTHING_KNOWN, Margin, Question, margin, study_for_limit_state
 from damagepred.study.analyses.rare_event import rare_event
 from damagepred.study.analyses.rare_event_samples import normals_to_wall
 from damagepred.study.settings import StudySettings
@@ -31,7 +31,7 @@ def settings(text: str = TINY) -> StudySettings:
 
 
 def test_the_movement_is_the_requested_one() -> None:
-    asked = asked_of(settings(), Question(1, 2e-3, reach=1.5))
+    asked = study_for_limit_state(settings(), Question(1, 2e-3, reach=1.5))
     assert "movement.central_deflection" not in asked.variables
     assert asked.scene.movement.central_deflection == pytest.approx(2e-3 * 4 / 3)
     assert asked.scene.movement.increments == 4  # the second last but one is at 2 mm
@@ -41,7 +41,7 @@ def test_a_margin_is_negative_where_the_category_is_reached() -> None:
     """Against the categories of the same wall, increment by increment."""
     import damagepred
 
-    asked = asked_of(settings(), ASKED)
+    asked = study_for_limit_state(settings(), ASKED)
     design = asked.design()
     normals = np.random.default_rng(3).standard_normal((6, len(design.wall) + 2 * _joints(asked)))
     for row in normals:
@@ -70,7 +70,7 @@ def test_a_margin_is_negative_where_the_category_is_reached() -> None:
 def test_a_margin_lies_where_the_width_passes_the_limit(
     widths: tuple[float, ...], expected: float, measure: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked = asked_of(settings(f'{TINY}\n[scene.damage]\nmeasure = "{measure}"\n'), ASKED)
+    asked = study_for_limit_state(settings(f'{TINY}\n[scene.damage]\nmeasure = "{measure}"\n'), ASKED)
     scene, fields = normals_to_wall(asked, asked.design(), np.zeros(len(asked.design().wall) + 2 * _joints(asked)))
 
     def made_up(*given: object) -> Iterator[object]:
@@ -116,7 +116,7 @@ def test_interrupted_and_run_by_others_it_is_the_same(tmp_path: Path) -> None:
 def test_a_failed_wall_is_known_up_to_its_failure(
     steps: int, known: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked = asked_of(settings(), Question(4, 4e-3))
+    asked = study_for_limit_state(settings(), Question(4, 4e-3))
     scene, fields = normals_to_wall(asked, asked.design(), np.zeros(len(asked.design().wall) + 2 * _joints(asked)))
     whole = margin(scene, fields, Question(4, 4e-3))
     assert whole.least == whole.most > 0  # category 4 is far off

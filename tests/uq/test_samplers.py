@@ -8,7 +8,8 @@ from scipy.stats import kstest, qmc
 
 from damagepred.errors import InputError
 from damagepred.uq.design import Design
-from damagepred.uq.samplers import Stream, generator, unit_points
+from damagepred.uq.random_streams import Stream, generator
+from damagepred.uq.samplers import unit_points
 from damagepred.uq.variable import JointField, Variable
 
 

@@ -58,8 +58,8 @@ def _movement_place(scene: Scene) -> str:
     return "mound.surface_movement" if scene.movement.shape == "mound" else "movement.central_deflection"
 
 
-def asked_of(settings: StudySettings, question: Question) -> StudySettings:
-    """Return the study with the movement that a question needs, and with no other.
+def study_for_limit_state(settings: StudySettings, question: Question) -> StudySettings:
+    """Return the study with the movement of the limit state in place of its own.
 
     The movement of the question is an increment of the path, which goes on beyond it in equal steps. A sampled movement
     and the sampler of the study are dropped.
@@ -135,7 +135,7 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
     Parameters
     ----------
     scene : Scene
-        As ``asked_of`` changes it, with the sample's values.
+        As ``study_for_limit_state`` changes it, with the sample's values.
     fields : mapping
         Values of each joint.
     question : Question

@@ -24,7 +24,7 @@ from damagepred.archive.schema import SCHEMA_VERSION
 from damagepred.arguments import checked
 from damagepred.assembly import Limits
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError, require_count
-from damagepred.study.analyses.limit_state import Question, asked_of
+from damagepred.study.analyses.limit_state import Question, study_for_limit_state
 from damagepred.study.analyses.rare_event_samples import Walls, WorkerPool, question_file
 from damagepred.study.campaign.cost_estimate import require_affordable
 from damagepred.study.campaign.dispatch import sample_timeout
@@ -160,7 +160,7 @@ def rare_event(
     check_sizes(samples, level_share)  # before the folder is made: nothing else could be asked in it then
     require_count("workers", workers)
     timeout = sample_timeout(timeout, limits, executor)
-    asked = asked_of(settings, question)
+    asked = study_for_limit_state(settings, question)
     require_affordable(asked, limits)
     if asked.shape_varies and asked.design().joint:
         raise InputError("rare: walls of varying shape have varying numbers of joints; leave out their fields.")

@@ -31,7 +31,7 @@ from damagepred.uq.capacity import censored_before, probability_reached
 from damagepred.uq.control_variate import DEFAULT, PilotReport, read_pilot, two_level
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, probability
 from damagepred.uq.exceedance import category_capacities
-from damagepred.uq.samplers import Stream, generator
+from damagepred.uq.random_streams import Stream, generator
 
 
 class TwoLevel(NamedTuple):

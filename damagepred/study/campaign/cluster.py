@@ -8,7 +8,7 @@ from typing import Any
 from damagepred.errors import InputError
 
 
-def connect(address: str, timeout: float = 10.0) -> Any:
+def connect_dask_scheduler(address: str, timeout: float = 10.0) -> Any:
     """Return a client of a Dask scheduler, which a study takes as its executor.
 
     Parameters

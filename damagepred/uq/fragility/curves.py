@@ -43,7 +43,7 @@ from damagepred.uq.fragility.posterior import effective_reached, sample_posterio
 from damagepred.uq.fragility.resampling import draw, resample
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.intensity import chosen_intensity
-from damagepred.uq.samplers import Stream, generator
+from damagepred.uq.random_streams import Stream, generator
 
 Model = Literal["separate", "common", "empirical"]
 Bands = Literal["bca", "percentile", "profile"]

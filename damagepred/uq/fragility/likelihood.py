@@ -132,7 +132,7 @@ def likelihood(
     for first in range(0, weight.shape[1], step):
         part = slice(first, first + step)
         some, w = rows.part(part), weight[:, part]
-        term, by_low, by_high, low_low, low_high, high_high = _terms(at, some)
+        term, by_low, by_high, low_low, low_high, high_high = _row_log_likelihood(at, some)
         value += (w * term).sum(axis=1)
         gradient += (w * by_high) @ some.above + (w * by_low) @ some.below
         hessian += _hessian(some, w * low_low, w * low_high, w * high_high)
@@ -163,7 +163,7 @@ def scores(
     for first in range(0, count, options.likelihood_rows):
         part = slice(first, first + options.likelihood_rows)
         some = rows.part(part)
-        _, by_low, by_high, *_ = _terms(at[None], some)
+        _, by_low, by_high, *_ = _row_log_likelihood(at[None], some)
         found[part] = by_high[0][:, None] * some.above + by_low[0][:, None] * some.below
         found[part, 0] += some.exact / at[0]
     return found
@@ -187,8 +187,21 @@ def _products(one: FloatArray, other: FloatArray) -> FloatArray:
     return (one[:, :, None] * other[:, None, :]).reshape(len(one), -1)
 
 
-def _terms(at: FloatArray, rows: LinearBounds) -> tuple[FloatArray, ...]:
-    """Return each row's log-likelihood and its derivatives by the lower and the upper bound of the normal."""
+class _RowLogLikelihood(NamedTuple):
+    """Log-likelihood of rows (resamples, rows), its gradient and Hessian by lower and upper bound of the normal.
+
+    Of an exact row the derivative of log(1 / dispersion) is left to the caller.
+    """
+
+    value: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    lower_lower: FloatArray
+    lower_upper: FloatArray
+    upper_upper: FloatArray
+
+
+def _row_log_likelihood(at: FloatArray, rows: LinearBounds) -> _RowLogLikelihood:
     a, b = at @ rows.below.T, at @ rows.above.T
     low, high = np.where(rows.no_below, -np.inf, a), np.where(rows.no_above, np.inf, b)
     exact = rows.exact[None, :]
@@ -198,7 +211,7 @@ def _terms(at: FloatArray, rows: LinearBounds) -> tuple[FloatArray, ...]:
         p, q = (np.exp(np.minimum(-0.5 * z**2 - 0.5 * np.log(2 * np.pi) - between, 700.0)) for z in (low, high))
     p, q = np.where(exact, 0.0, p), np.where(exact, 0.0, q)
     term = np.where(exact, np.log(at[:, :1]) - 0.5 * b**2 - 0.5 * np.log(2 * np.pi), between)
-    return (
+    return _RowLogLikelihood(
         term,
         -p,
         np.where(exact, -b, q),
@@ -245,18 +258,18 @@ def maximise_likelihood(
         at[:, 0] = np.clip(at[:, 0], 1.0 / largest, 1.0 / smallest)
     total = weight.sum(axis=1)
     here = likelihood(at, rows, weight, options)
-    climbing = np.arange(resamples)
+    active = np.arange(resamples)
     for _ in range(200):
-        now = here.of(climbing)
+        now = here.of(active)
         step = _newton_step(now)
-        too_far = at[climbing, 0] + step[:, 0] <= 0  # the dispersion is positive; it may well grow tenfold
-        step[too_far] *= (0.9 * at[climbing, 0] / np.where(too_far, -step[:, 0], 1.0))[too_far, None]
-        moved, fraction = _line_search(at, here, step, climbing, rows, weight, options)
+        too_far = at[active, 0] + step[:, 0] <= 0  # the dispersion is positive; it may well grow tenfold
+        step[too_far] *= (0.9 * at[active, 0] / np.where(too_far, -step[:, 0], 1.0))[too_far, None]
+        moved, fraction = _line_search(at, here, step, active, rows, weight, options)
         predicted = fraction * (now.gradient * step).sum(axis=1)
-        dispersion = 1.0 / at[climbing, 0]
-        done = ~moved | (predicted <= 1e-14 * total[climbing]) | (dispersion <= smallest) | (dispersion >= largest)
-        climbing = climbing[~done]
-        if not climbing.size:
+        dispersion = 1.0 / at[active, 0]
+        done = ~moved | (predicted <= 1e-14 * total[active]) | (dispersion <= smallest) | (dispersion >= largest)
+        active = active[~done]
+        if not active.size:
             break
     return at
 
@@ -270,16 +283,16 @@ def _line_search(
     at: FloatArray,
     here: Likelihood,
     step: FloatArray,
-    climbing: IntArray,
+    active: IntArray,
     rows: LinearBounds | CategoryIntervals,
     weight: FloatArray,
     options: FragilityOptions,
 ) -> tuple[BoolArray, FloatArray]:
     """Halve the steps until the likelihood is no smaller; return which were taken and their fractions."""
-    moved, fraction = np.zeros(len(climbing), dtype=bool), np.ones(len(climbing))
-    left = np.arange(len(climbing))
+    moved, fraction = np.zeros(len(active), dtype=bool), np.ones(len(active))
+    left = np.arange(len(active))
     for _ in range(60):
-        who = climbing[left]
+        who = active[left]
         to = at[who] + fraction[left, None] * step[left]
         new = likelihood(to, rows, weight[who], options)
         good = new.value >= here.value[who]

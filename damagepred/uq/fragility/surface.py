@@ -28,7 +28,7 @@ from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
 from damagepred.uq.fragility.resampling import resample
 from damagepred.uq.intensity import attributes, chosen_intensity
-from damagepred.uq.samplers import Stream, generator
+from damagepred.uq.random_streams import Stream, generator
 
 Scale = Literal["log", "linear"]
 

@@ -11,7 +11,7 @@ import pandas as pd
 from walls import CATEGORY, RARE_AT, SHIFTS, VARIANTS, Plan, capacity, hit, planned, rare_settings, settings_of
 
 from damagepred.archive.files import write_whole
-from damagepred.study.analyses.limit_state import Question, asked_of, margin
+from damagepred.study.analyses.limit_state import Question, margin, study_for_limit_state
 from damagepred.study.campaign.sample import sampled_wall
 from damagepred.study.campaign.warm_up import warm_up
 
@@ -29,7 +29,7 @@ def measure(folder: Path, wall: str, quick: bool, say: Callable[[str], None]) ->
     forms["short path"] = _path(wall, Plan("", "random", count, 1, rare=True))
     if wall in SHIFTS:
         forms["short path, shifted"] = _path(wall, Plan("", "random", count, 1, rare=True, shifted=True))
-    climbed = asked_of(rare_settings(settings_of(wall), RARE_AT[wall]), question)
+    climbed = study_for_limit_state(rare_settings(settings_of(wall), RARE_AT[wall]), question)
     design = climbed.design()
     drawn = design.wall_values(count)
 

@@ -11,7 +11,7 @@ import pandas as pd
 from walls import CATEGORY, RARE_AT, rare_settings, settings_of
 
 from damagepred.archive.files import write_whole
-from damagepred.study.analyses.limit_state import Question, asked_of, margin
+from damagepred.study.analyses.limit_state import Question, margin, study_for_limit_state
 from damagepred.study.analyses.rare_event_samples import normals_to_wall
 from damagepred.study.campaign.sample import joint_places
 from damagepred.study.campaign.warm_up import warm_up
@@ -28,7 +28,7 @@ def subsets(folder: Path, wall: str, quick: bool, over: Callable[[], bool], say:
     known = {(int(row["level"]), int(row["run"])) for row in rows}
     runs = {50: 1} if quick else RUNS[wall]
     question = Question(CATEGORY, RARE_AT[wall])
-    settings = asked_of(rare_settings(settings_of(wall), RARE_AT[wall]), question)
+    settings = study_for_limit_state(rare_settings(settings_of(wall), RARE_AT[wall]), question)
     design = settings.design()
     joints = len(joint_places(settings.scene).x) if design.joint else 0
     size = len(design.wall) + len(design.joint) * joints

@@ -1,0 +1,35 @@
+"""Random streams: one for each sample and purpose, made from the seed of the study."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+
+
+class Stream(IntEnum):
+    """What a random stream of a sample is for: ``SeedSequence(seed, spawn_key=(stream, sample))``."""
+
+    WALL = 0
+    FIELD = 1
+    SCRAMBLE = 2
+    BOOTSTRAP = 3
+    SUBSET = 4
+    SUBSET_START = 5
+    PILOT = 6
+    GOODNESS = 7
+
+
+def generator(seed: int, stream: Stream, number: int) -> np.random.Generator:
+    """Return the random numbers that belong to one sample and purpose.
+
+    Parameters
+    ----------
+    seed : int
+        Of the study.
+    stream : Stream
+        Purpose.
+    number : int
+        Of the sample.
+    """
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(int(stream), number))))
