@@ -191,5 +191,5 @@ def likely_unit(value: object, most: float, unit: str) -> str:
         SI unit; a hint is given for "m" and "1".
     """
     factor, smaller = {"m": (1e3, "mm"), "1": (1e2, "%")}.get(unit, (1.0, ""))
-    fits = isinstance(value, float | int) and most < value <= factor * most
+    fits = isinstance(value, float | int) and 3.0 * most <= value <= factor * most  # a little too much is no other unit
     return f" Did you mean '{value:g} {smaller}'?" if fits else ""
