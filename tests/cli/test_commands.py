@@ -81,7 +81,7 @@ def test_solve_writes_every_variable_of_the_contract(command: Run, tmp_path: Pat
 @pytest.mark.parametrize(
     ("method", "said", "unsaid"),
     [
-        ("quasi_static", ["Newton iterations", "factorisations", "exceeds its law", "J friction"], ["cycles"]),
+        ("quasi_static", ["Newton iterations", "factorisations", "exceeds its law", "; friction"], ["cycles"]),
         ("explicit", ["cycles"], ["Newton", "its law", "nan"]),
     ],
 )

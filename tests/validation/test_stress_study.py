@@ -95,7 +95,7 @@ def test_judging_sees_what_is_wrong() -> None:
     assert judge_with(normal_stress=1.01 * last.normal_stress)["by"] == "forces"
     assert judge_with(shear_stress=last.shear_stress + last.normal_stress)["verdict"] == "WRONG"
     assert judge_with(collapsed=True)["verdict"] == "WRONG"
-    assert "energy" in judge_with(energy=last.energy._replace(released_energy=-0.1))["message"]
+    assert "energy" in judge_with(energy=replace(last.energy, released_energy=-0.1))["message"]
     nothing = np.full_like(last.displacement, np.nan)
     assert judge_with(displacement=nothing) == {"message": "not finite: displacement in increment 1"}
     unknown = replace(case, expect="")

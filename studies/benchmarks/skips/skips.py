@@ -10,6 +10,7 @@ from unittest.mock import patch
 
 import numpy as np
 
+from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import BlockMaterial, Scene
 from damagepred.solvers.options import DEFAULTS
 
@@ -169,8 +170,8 @@ def whole_law() -> Iterator[None]:
     """Evaluate dilation, caps, gaps and softening also for joints without them."""
     with ExitStack() as stack:
         for where in ("time_stepping.scheme", "dynamics.run"):
-            for name in ("needs_full_law", "needs_softening"):
-                stack.enter_context(patch(f"damagepred.solvers.{where}.{name}", lambda model: True))
+            for name, needed in (("needs_full_law", True), ("softening_of", Softening(True))):
+                stack.enter_context(patch(f"damagepred.solvers.{where}.{name}", lambda model, needed=needed: needed))
         yield
 
 

@@ -6,7 +6,7 @@ law of the input.
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import asdict, fields, is_dataclass
 
 import numpy as np
 
@@ -36,7 +36,8 @@ def not_finite(found: Found) -> str:
         for group in ("zones", "energy", "counters"):
             record = values.pop(group)
             if record is not None:
-                values |= {f"{group}.{name}": value for name, value in record._asdict().items()}
+                described = asdict(record) if is_dataclass(record) else record._asdict()
+                values |= {f"{group}.{name}": value for name, value in described.items()}
         numbers = {name: np.asarray(v) for name, v in values.items() if v is not None and not isinstance(v, str)}
         absent = {name for name, value in numbers.items() if value.ndim == 0 and np.isnan(value)}
         # the explicit solver has no energy balance, and only runs in time have a time: in all increments or in none
