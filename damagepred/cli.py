@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
+    from damagepred.uq.fragility import FragilityOptions
+
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -498,6 +500,10 @@ def fragility(
     against: Annotated[
         str | None, typer.Option("--against", help="Input to fit a surface to, of the category of --categories.")
     ] = None,
+    options: Annotated[
+        Path | None,
+        typer.Option("--options", help="TOML file with options of the fit, for experts.", show_default=False),
+    ] = None,
     measure: Measure = None,
     footing_gap: FootingGap = None,
     json: Json = False,
@@ -515,7 +521,8 @@ def fragility(
     if measure is not None or footing_gap is not None:
         study = judge_again(study, measure=measure, count_footing_gap=footing_gap)
     if against is not None:
-        _fragility_surface(study, against, wanted, intensity, confidence, bootstrap, output, plot, json)
+        chosen = screen.fragility_options(options)
+        _fragility_surface(study, against, wanted, intensity, confidence, bootstrap, chosen, output, plot, json)
         return
     curves = fit_fragility(
         study,
@@ -526,6 +533,7 @@ def fragility(
         band=band,
         bootstrap=bootstrap,
         goodness=goodness,
+        options=screen.fragility_options(options),
     )
     _keep_curves(curves, output, plot)
     if csv is not None:
@@ -818,6 +826,7 @@ def _fragility_surface(
     intensity: Intensity | None,
     confidence: float,
     bootstrap: int,
+    options: FragilityOptions,
     output: Path | None,
     plot: Path | None,
     json: bool,
@@ -834,6 +843,7 @@ def _fragility_surface(
         intensity=intensity,
         confidence=confidence,
         bootstrap=bootstrap,
+        options=options,
     )
     _keep_curves(surface, output, plot)
     if json:

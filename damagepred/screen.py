@@ -23,12 +23,15 @@ from damagepred.errors import ArchiveWarning
 from damagepred.text import controls_escaped
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import pandas as pd
     import xarray as xr
 
     from damagepred.pipeline import Step
     from damagepred.study import Progress as StudyProgress
     from damagepred.tables import Column
+    from damagepred.uq.fragility import FragilityOptions
 
 
 class _Stream:
@@ -207,6 +210,15 @@ def quantity(option: str, text: str, unit: str) -> float:
         return to_si(text, unit)
     except ValueError as error:
         raise InputError(f"{option} {text!r}: {error}.") from None
+
+
+def fragility_options(file: Path | None) -> FragilityOptions:
+    """Read options of a fragility fit from a TOML file; the defaults if there is none."""
+    from damagepred.input_files import read_toml
+    from damagepred.scene.reading import build
+    from damagepred.uq.fragility import FragilityOptions
+
+    return FragilityOptions() if file is None else build(FragilityOptions, read_toml(file), str(file))
 
 
 def whole_numbers(option: str, text: str) -> list[int]:

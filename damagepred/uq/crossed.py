@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
+from damagepred.formatting import options_text
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.random_streams import Stream, generator
 
@@ -109,7 +110,12 @@ def crossed_shares(
         columns[f"first_order{end}"] = ("group", value[:2], {"units": "1"})
         columns[f"total{end}"] = ("group", value[2:4], {"units": "1"})
         columns[f"interaction{end}"] = ((), value[4], {"units": "1"})
-    attrs = {"tables": len(y), "confidence": confidence, "bootstrap_samples": resamples}
+    attrs = {
+        "tables": len(y),
+        "confidence": confidence,
+        "bootstrap_samples": resamples,
+        "options": options_text(options),
+    }
     return xr.Dataset(columns, {"group": list(GROUPS)}, attrs)
 
 

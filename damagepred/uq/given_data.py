@@ -17,6 +17,7 @@ import xarray as xr
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
+from damagepred.formatting import options_text
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor
 from damagepred.uq.random_streams import Stream, generator
@@ -93,7 +94,8 @@ def rank_correlation(
         for k, (what, words) in enumerate((("spearman", "rank correlation"), ("partial", "partial rank correlation")))
         for name, value in ((what, best[k]), (f"{what}_lower", (best - reach)[k]), (f"{what}_upper", (best + reach)[k]))
     }
-    return xr.Dataset(columns, {"variable": names}, {"confidence": confidence, "walls": len(y)})
+    attrs = {"confidence": confidence, "walls": len(y), "options": options_text(options)}
+    return xr.Dataset(columns, {"variable": names}, attrs)
 
 
 @one_blas_thread()
@@ -133,7 +135,7 @@ def first_order(
     return xr.Dataset(
         {f"first_order{end}": ("variable", value[0], words) for end, value in columns},
         {"variable": names},
-        {"confidence": confidence, "walls": len(y), "slices": _slices(len(y))},
+        {"confidence": confidence, "walls": len(y), "slices": _slices(len(y)), "options": options_text(options)},
     )
 
 

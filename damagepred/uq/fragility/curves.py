@@ -14,6 +14,7 @@ from damagepred.arguments import checked
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import InputError, require_count, require_number
+from damagepred.formatting import options_text
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.capacity import (
     Capacities,
@@ -169,7 +170,7 @@ def fit_fragility(
         "samples": len(walls.sample),
         "samples_failed": int((ds["status"].values == SampleStatus.FAILED).sum()),
         "curves_cross": int(_cross(columns)),
-        "fragility_options": options.text(),
+        "fragility_options": options_text(options),
         **more,
     }
     if walls.crossed:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 from pydantic import Field
 
 from damagepred.scene.described import described
@@ -97,10 +95,6 @@ class FragilityOptions:
     empirical_iterations: Count = Field(default=2000, ge=1)
     largest_count: Count = Field(default=1_000_000, ge=2)
     goodness_walls: Count = Field(default=20_000, ge=0)
-
-    def text(self) -> str:
-        """Return all options in one line, for the attributes of a dataset."""
-        return ", ".join(f"{field.name} = {getattr(self, field.name):g}" for field in fields(self))
 
 
 DEFAULT = FragilityOptions()

@@ -17,6 +17,7 @@ from scipy import special
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
+from damagepred.formatting import options_text
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.capacity import read_capacities, require_categories, without_damaged_at_start
 from damagepred.uq.fragility.bands import expanded_percentiles
@@ -136,7 +137,7 @@ def fit_surface(
             "confidence": confidence,
             "bootstrap_samples": bootstrap,
             "bootstrap_seed": seed,
-            "fragility_options": options.text(),
+            "fragility_options": options_text(options),
             "samples": int(known.sum()),
             "samples_failed": int(found.failed.sum()),
             **attrs,
