@@ -127,7 +127,7 @@ def joint_law(coulomb: bool) -> Callable[[Path], Ready]:
         follower = Continuation(wall_model(scene), scene.solver)
         follower.advance(1.0, 0.1)
         equilibrium, state = follower.equilibrium, follower.state
-        everything, times = equilibrium._everything, 40
+        everything, times = equilibrium._all_interfaces, 40
 
         def work() -> None:
             for _ in range(times):
