@@ -28,17 +28,16 @@ def course_autoregression(innovation: FloatArray, sequence: IntArray, correlatio
     array (joints,)
     """
     if correlation == 0.0:
-        return innovation
-    fresh = np.sqrt(1.0 - correlation**2)
-    noise = fresh * innovation
+        return innovation.copy()
+    normals = np.sqrt(1.0 - correlation**2) * innovation
     starts = np.flatnonzero(np.diff(sequence, prepend=sequence[0] - 1))
     lengths = np.diff(np.append(starts, len(sequence)))
     # the first joint has the full variance, not that of an innovation
-    noise[starts] = innovation[starts]
+    normals[starts] = innovation[starts]
     for step in range(1, lengths.max()):  # all sequences at once, one joint after the other
         here = starts[lengths > step] + step
-        noise[here] += correlation * noise[here - 1]
-    return noise
+        normals[here] += correlation * normals[here - 1]
+    return normals
 
 
 def innovation_factor(factor: FloatArray, lags: Sequence[float]) -> FloatArray:

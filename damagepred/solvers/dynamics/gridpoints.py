@@ -182,22 +182,22 @@ def _facet_records(facets: FacetBodies) -> NDArray[Any]:
 
 
 def update_facet_poses(grid: Grid, motion: Motion) -> None:
-    """Update the poses of the bodies on facets from their gridpoints.
+    """Update position and direction of each facet (x, y, cosine, sine) from its two gridpoints.
 
     Parameters
     ----------
     grid : Grid
         Gridpoints and facets.
     motion : Motion
-        Its ``pose`` is changed from the first body on a facet on.
+        Its ``pose`` is changed from the first facet on.
     """
     at, facets = grid.reference + grid.displacement, grid.facets
-    start, way = at[facets["start"]], at[facets["end"]] - at[facets["start"]]
-    first = len(motion.displacement)
-    length = np.hypot(*way.T)
-    motion.pose[first:, :2] = start + facets["share"][:, None] * way
-    motion.pose[first:, 2] = (facets["along_x"] * way[:, 0] + facets["along_y"] * way[:, 1]) / length
-    motion.pose[first:, 3] = (facets["along_x"] * way[:, 1] - facets["along_y"] * way[:, 0]) / length
+    start, chord = at[facets["start"]], at[facets["end"]] - at[facets["start"]]
+    first_facet = len(motion.displacement)
+    length = np.hypot(*chord.T)
+    motion.pose[first_facet:, :2] = start + facets["share"][:, None] * chord
+    motion.pose[first_facet:, 2] = (facets["along_x"] * chord[:, 0] + facets["along_y"] * chord[:, 1]) / length
+    motion.pose[first_facet:, 3] = (facets["along_x"] * chord[:, 1] - facets["along_y"] * chord[:, 0]) / length
 
 
 def set_initial_velocity(grid: Grid, model: Model) -> None:

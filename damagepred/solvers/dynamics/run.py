@@ -365,11 +365,11 @@ class DynamicRun:
         model = self.model
         if model.deflection is None:
             return np.nan
-        moved = np.zeros(model.size)
-        moved[: self.motion.displacement.size] = self.motion.displacement.ravel()
+        displacement = np.zeros(model.size)
+        displacement[: self.motion.displacement.size] = self.motion.displacement.ravel()
         if self.grid is not None and model.mesh is not None:
-            moved[model.mesh.dof_x], moved[model.mesh.dof_y] = self.grid.displacement.T
-        return float(model.deflection @ moved)
+            displacement[model.mesh.dof_x], displacement[model.mesh.dof_y] = self.grid.displacement.T
+        return float(model.deflection @ displacement)
 
     def _total_force(self) -> FloatArray:
         """Return the force of contacts, zones and loads on all degrees of freedom (size,) (N, N m)."""

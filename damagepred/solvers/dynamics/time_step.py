@@ -192,7 +192,7 @@ def contact_damping(model: Model, settings: Dynamics) -> float:
     return float(2.0 * settings.contact_damping * np.sqrt((lighter[moves] / stiffness[moves]).max()))
 
 
-def time_step(frequency: float, settings: Dynamics, dry: bool = False, contacts: float = 0.0) -> float:
+def time_step(frequency: float, settings: Dynamics, unbonded: bool = False, contact_damping: float = 0.0) -> float:
     """Return the time step to use (s).
 
     Central differences are stable up to 2 / omega. Damping proportional to stiffness, taken from the last half step,
@@ -205,15 +205,15 @@ def time_step(frequency: float, settings: Dynamics, dry: bool = False, contacts:
         Highest angular frequency (rad/s); 0 if nothing is elastic.
     settings : Dynamics
         Damping, and the share of the limit to use.
-    dry : bool
+    unbonded : bool
         Whether some joints have no tensile strength: blocks may bounce on them.
-    contacts : float
+    contact_damping : float
         Damping stress of pressed contacts over the rate of their elastic stress (s).
     """
     if frequency == 0.0:
         return settings.duration / settings.outputs
-    xi = 0.5 * (settings.stiffness_damping + contacts) * frequency
+    xi = 0.5 * (settings.stiffness_damping + contact_damping) * frequency
     limit = 2.0 / frequency / (np.sqrt(1.0 + xi * xi) + xi)
     if settings.damping == "local":
         limit /= np.sqrt(1.0 + settings.local_damping)
-    return float(settings.step_share(dry) * limit)
+    return float(settings.step_share(unbonded) * limit)

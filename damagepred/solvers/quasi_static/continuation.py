@@ -519,15 +519,15 @@ class Continuation:
             self.commit(state, unstable=True, snapped=snapped)
 
     def _reclose(self, state: State, except_for: BoolArray) -> bool:
-        """Re-close cracked joints with residual tensile strength that have nearly closed; return whether any does."""
+        """Re-close cracked joints whose trial stress is within their residual strength; return whether any does."""
         if not self._can_reclose:
             return False
         law, (opening, _, _) = self.model.properties, self.stresses(state)
         stress = law.normal_stiffness[:, None] * (opening - state.history.dilatant_opening)
-        near = self._can_reclose_at & (state.history.kappa > 0) & (stress <= law.residual_tensile_strength[:, None])
-        near &= ~except_for
-        state.history.kappa[near] = 0.0
-        return bool(near.any())
+        recloses = self._can_reclose_at & (state.history.kappa > 0) & (stress <= law.residual_tensile_strength[:, None])
+        recloses &= ~except_for
+        state.history.kappa[recloses] = 0.0  # a brittle bond that touches, see ``normal_law``
+        return bool(recloses.any())
 
     def stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""

@@ -33,13 +33,13 @@ def distance(fit: Fit, found: Npmle) -> float:
     return float(np.concatenate(gaps).max())
 
 
-def _likelihood_ratio_statistic(fit: Fit, cells: GroupedIntervals, options: FragilityOptions) -> float:
+def _likelihood_ratio_statistic(fit: Fit, intervals: GroupedIntervals, options: FragilityOptions) -> float:
     """Return twice the log-likelihood ratio of the empirical curve over a fitted one, of one category.
 
-    It detects a wrong form also where each wall is known at one movement alone: the largest distance is then that of a
-    single step.
+    It detects a wrong form in current-status data, too (each wall judged at one movement), where the largest distance
+    is that of a single step.
     """
-    lower, upper, weight = cells.lower[0], cells.upper[0], cells.total
+    lower, upper, weight = intervals.lower[0], intervals.upper[0], intervals.total
     empirical = turnbull(lower, upper, weight, options=options)
 
     def negative_log_likelihood(probability: Callable[[FloatArray], FloatArray]) -> float:
