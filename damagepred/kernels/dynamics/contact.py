@@ -358,7 +358,7 @@ def contact_forces(
         Force x, y (N) and moment (N m) on each body: added to.
     special : bool or None
         None if no joint dilates, breaks or softens by slip or has a cap: left out at compile time.
-    softening : bool or None
+    softening : Softening or None
         None if no bond softens: left out at compile time.
     per_step : float
         Stiffness-proportional damping over the time step (1).

@@ -70,7 +70,7 @@ def run_steps(
         See ``damagepred.kernels.dynamics.motion``.
     grid : NamedTuple of arrays or None
         Zones and gridpoints, see ``damagepred.kernels.dynamics.zones``; None if all blocks are rigid.
-    special, softening : bool or None
+    special, softening : bool or None, Softening or None
         None if no joint needs more than the plain law; if no bond softens.
     imposed : NamedTuple of arrays
         ``point`` (i,), ``normal`` and ``shear`` (i,): movement of the ground under points per load factor (m).

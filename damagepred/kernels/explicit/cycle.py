@@ -31,7 +31,7 @@ def run_cycles(
         The interfaces in tiles; see ``damagepred.solvers.time_stepping.tiles.PackedJoints``.
     special : bool or None
         None if no joint dilates, breaks or wears by slip or has a cap.
-    softening : bool or None
+    softening : Softening or None
         None if no bond softens.
     zoned : tuple or None
         Facets and zones of the deformable blocks, see

@@ -52,7 +52,7 @@ def contact_forces(tile, ground, special, softening, elastic, load_factor):
         the ground.
     special : bool or None
         None if no joint dilates, breaks or softens by slip or has a cap: these are then left out at compile time.
-    softening : bool or None
+    softening : Softening or None
         None if no bond softens.
     elastic : NamedTuple of arrays or None
         None if no block has a strain and a curvature.
