@@ -120,3 +120,22 @@ def arch(voussoirs: int, inner: float, outer: float, spread: float) -> list[Rect
         return float(radius * np.cos(angle[i])), float(radius * np.sin(angle[i]))
 
     return [[at(inner, i), at(inner, i + 1), at(outer, i + 1), at(outer, i)] for i in range(voussoirs)]
+
+
+def tipping_slope(width: float, height: float, weight: float, stiffness: float) -> float:
+    """Return the slope (tan) at which a block on an unbonded elastic joint tips, its rotation in the lever arm.
+
+    A rotation θ presses the joint over a length c, N = k θ c²/2, so N acts at b/2 - c/3 from the middle. Its lever arm
+    (h/2)(tan α + θ) is largest against that at θ = (a/h)^(2/3), a² = 2 N/(9 k). Small angles, and c < b.
+
+    Parameters
+    ----------
+    width, height : float
+        Of the block (m).
+    weight : float
+        N per metre of thickness.
+    stiffness : float
+        Normal stiffness of the joint (Pa/m).
+    """
+    squared = 2.0 * weight / (9.0 * stiffness)
+    return (width - 3.0 * np.cbrt(squared * height)) / height

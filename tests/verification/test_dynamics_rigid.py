@@ -23,6 +23,7 @@ from tests.solvers.dynamic_scenes import (
     run,
     started,
 )
+from tests.verification.dry_walls import tipping_slope
 from tests.verification.manual import ClosedForm, Verify
 
 CHAPTER = "Dynamics"
@@ -62,6 +63,14 @@ INCLINE = ClosedForm(
     title="Block on an incline",
     formula="slides if tan α > μ, with a = g (sin α - μ cos α); topples if tan α > b/h",
     source="Statics; rigid body on a plane.",
+)
+TIPS = ClosedForm(
+    chapter=CHAPTER,
+    title="Slender block that tips on an elastic joint",
+    formula="tan α = b/h - 3 (2 N/(9 k h²))^(1/3)",
+    source="Equilibrium in the displaced position; the joint is pressed over c = sqrt[2 N/(k θ)].",
+    note="N weight, k normal stiffness of the joint, for the whole thickness; 16 parts in the joint. The static "
+    "solvers take lever arms from positions without displacement, so their limit is b/h.",
 )
 SPIN = ClosedForm(
     chapter=CHAPTER,
@@ -342,6 +351,30 @@ def test_a_slender_block_on_an_incline_topples(verify: Verify, offset: float, to
         solver="dynamic",
         quantity="topples",
         computed=fallen,
+        exact=topples,
+    )
+
+
+@pytest.mark.parametrize(("share", "topples"), [(0.97, False), (1.03, True)])
+@pytest.mark.parametrize(("slender", "stiffness"), [(0.05, 1e11), (0.05, 1e10), (0.1, 1e10), (0.2, 1e9)])
+def test_a_slender_block_tips_by_its_own_rotation(
+    verify: Verify, slender: float, stiffness: float, share: float, topples: bool
+) -> None:
+    """The block stands and falls at shares of its limit; all limits are below the b/h of a rigid joint."""
+    width = 0.1
+    height = width / slender
+    limit = tipping_slope(width, height, DENSITY * G * width * height, stiffness)
+    assert share * limit < slender
+    slope = np.arctan(share * limit)
+    block = on_plate(width, height, dry(stiffness, 1.0), slope=slope)
+    fine = replace(STIFF, no_tension_subdivisions=16)
+    ds = run(block, 4.0, 8, fine, damping="rayleigh", damping_ratio=0.05, frequency=0.5, second_frequency=1000.0)
+    verify(
+        TIPS,
+        case=f"b/h = {slender:g}, k_n = {stiffness:g} Pa/m, {share:g} of the limit",
+        solver="dynamic",
+        quantity="topples",
+        computed=bool(ds["block_rotation"].values[-1, 1] < -0.2),
         exact=topples,
     )
 

@@ -83,6 +83,8 @@ class Case:
         Time steps times hundreds of degrees of freedom beyond which a run in time is not tried.
     ways : tuple of str
         Solvers of the case.
+    expect_in_time : str, optional
+        Result where loads follow the displaced blocks, if that is another one.
     """
 
     family: str
@@ -98,6 +100,7 @@ class Case:
     follow: Callable[[Model, Solver], Found] | None = None
     most_steps: float = STEPS
     ways: tuple[str, ...] = WAYS
+    expect_in_time: str | None = None
 
 
 def solver_of(case: Case, way: str) -> Solver:

@@ -74,7 +74,9 @@ def sets_off(result: Found) -> bool:
 
 def verdict(case: Case, way: str, result: Found) -> dict[str, Any]:
     """Judge a result."""
-    if case.expect == "refused":
+    other = case.expect_in_time
+    expect = case.expect if way in STATIC or other is None else other
+    if expect == "refused":
         return {"verdict": "WRONG", "by": "geometry", "message": "taken for a wall"}
     wrong = not_finite(result)
     if wrong:
@@ -83,17 +85,17 @@ def verdict(case: Case, way: str, result: Found) -> dict[str, Any]:
     if wrong:
         return {"message": f"energy from nothing: {wrong}"}
     fell = any(step.collapsed for step in result.path) or (way not in STATIC and sets_off(result))
-    if fell and case.expect == "stands":
+    if fell and expect == "stands":
         return {"verdict": "WRONG", "by": "statics", "message": "said to fall, but it can stand"}
-    if not fell and case.expect == "falls":
+    if not fell and expect == "falls":
         return {"verdict": "WRONG", "by": "statics", "message": "said to stand, but it cannot"}
     check = None if case.check is None else case.check(result)
     if check is not None:
         good = check.off <= check.allowed
-        kind = ("fell, rightly" if fell and case.expect else "right") if good else "WRONG"
+        kind = ("fell, rightly" if fell and expect else "right") if good else "WRONG"
         return {"verdict": kind, "by": check.by, "off": check.off}
     if way not in STATIC:
-        if case.expect:
+        if expect:
             return {"verdict": "fell, rightly" if fell else "right", "by": "stands or falls"}
         return {"verdict": "fell" if fell else "solved", "by": ""}
     tolerance = solver_of(case, way).tolerance_used
@@ -102,7 +104,7 @@ def verdict(case: Case, way: str, result: Found) -> dict[str, Any]:
         what = "forces" if force > SLACK else "law"
         return {"verdict": "WRONG", "by": what, "off": max(force, law), "message": f"{what}, in tolerances"}
     if fell:
-        if case.expect == "falls":
+        if expect == "falls":
             return {"verdict": "fell, rightly", "by": "stands or falls"}
         last = next(step for step in result.path if step.collapsed)
         proven = cannot_stand(result.model, last)
