@@ -1,7 +1,10 @@
-"""Results of reference walls, recorded and compared bit by bit, before and after a change of the code.
+"""Results and times of reference walls, before and after a change of the code.
 
 Run: python tests/reference_walls/run.py record FOLDER
      python tests/reference_walls/run.py compare FOLDER [--only NAME ...] [--tolerance 1e-12]
+     python tests/reference_walls/run.py time CHECKOUT [--only NAME ...] [--rounds 3]
+
+Results are compared bit by bit. Times are processor times of this version and of another checkout, taken in turn.
 
 Twenty small walls, one for each mechanism, a study, one of its samples replayed, and its fragility curves. Results
 depend on the machine's BLAS, so they are recorded where they are compared and are not part of the repository.
@@ -10,11 +13,14 @@ depend on the machine's BLAS, so they are recorded where they are compared and a
 from __future__ import annotations
 
 import argparse
+import json
+import os
 import subprocess
 import sys
 import tempfile
+import time
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -35,12 +41,17 @@ def walls() -> dict[str, str]:
     return {name: tomli_w.dumps(table) for name, table in tables.items()}
 
 
-def solved(scene: str) -> xr.Dataset:
-    """Solve one wall, all increments even if it fails."""
+def scene_of(text: str) -> damagepred.Scene:
+    """Return the scene of a text in TOML."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "wall.toml"
-        file.write_text(scene, encoding="utf-8")
-        return damagepred.solve(damagepred.Scene.from_toml(file), on_failure="return")
+        file.write_text(text, encoding="utf-8")
+        return damagepred.Scene.from_toml(file)
+
+
+def solved(scene: str) -> xr.Dataset:
+    """Solve one wall, all increments even if it fails."""
+    return damagepred.solve(scene_of(scene), on_failure="return")
 
 
 def studied() -> Iterator[tuple[str, xr.Dataset]]:
@@ -122,20 +133,62 @@ def compare(folder: Path, only: list[str], tolerance: float) -> int:
     return worst
 
 
+def times(only: list[str]) -> dict[str, float]:
+    """Return the processor time (s) of each wall: the shortest of three runs, after one that compiles."""
+    taken = {}
+    for name, text in walls().items():
+        if only and name not in only:
+            continue
+        scene = scene_of(text)
+        runs = []
+        for _ in range(4):
+            begun = time.process_time()
+            damagepred.solve(scene, on_failure="return")
+            runs.append(time.process_time() - begun)
+        taken[name] = min(runs[1:])
+    return taken
+
+
+def compare_times(checkout: Path, only: list[str], rounds: int) -> int:
+    """Print the shortest times of this version and of another checkout, which take turns, and their ratios."""
+    versions = {"other": checkout.resolve(), "this": HERE.parents[1]}
+    shortest: dict[str, dict[str, float]] = {version: {} for version in versions}
+    for _ in range(rounds):
+        for version, folder in versions.items():
+            command = [sys.executable, __file__, "--only", *only, "--", "times"]
+            run = subprocess.run(
+                command, check=True, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(folder)}
+            )
+            for name, taken in json.loads(run.stdout).items():
+                shortest[version][name] = min(taken, shortest[version].get(name, np.inf))
+    for version in versions:
+        shortest[version]["sum"] = sum(shortest[version].values())
+    for name, taken in shortest["this"].items():
+        before = shortest["other"][name]
+        print(f"{name}: {1e3 * before:.1f} ms in the other, {1e3 * taken:.1f} ms here, ratio {taken / before:.3f}")
+    return 0
+
+
 def main(arguments: list[str] | None = None) -> int:
-    """Record or compare."""
+    """Record, compare, or take times."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("record", "compare"))
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("what", choices=("record", "compare", "time", "times"), help="times: of this version, as JSON")
+    parser.add_argument("folder", type=Path, nargs="?", help="of recorded results, or a checkout of another version")
     parser.add_argument("--only", nargs="*", default=[], help="names of walls, or study")
     parser.add_argument("--tolerance", type=float, default=0.0, help="relative difference allowed (0: bit by bit)")
+    parser.add_argument("--rounds", type=int, default=3, help="how often the versions take turns")
     given = parser.parse_args(arguments)
-    run: Callable[[], int] = (
-        (lambda: record(given.folder, given.only))
-        if given.what == "record"
-        else (lambda: compare(given.folder, given.only, given.tolerance))
-    )
-    return run()
+    if given.what == "times":
+        print(json.dumps(times(given.only)))
+        return 0
+    if given.folder is None:
+        parser.error(f"{given.what} needs a folder")
+    match given.what:
+        case "record":
+            return record(given.folder, given.only)
+        case "compare":
+            return compare(given.folder, given.only, given.tolerance)
+    return compare_times(given.folder, given.only, given.rounds)
 
 
 if __name__ == "__main__":
