@@ -9,7 +9,7 @@ import numpy as np
 
 from audited.damage import damage
 from audited.tolerances import Tolerances
-from audited.wall import CONTROL, CRACKED, DPC, INTACT, SECTION, SLIPPING, ArchivedWall
+from audited.wall import CONTROL, CRACKED, DPC, EXPONENT, INTACT, SECTION, SLIPPING, ArchivedWall
 from damagepred.arrays import FloatArray
 
 
@@ -169,7 +169,32 @@ def equilibrium(wall: ArchivedWall, allowed: Tolerances) -> Found:
         reaction = float(wall["base_reaction"][step])
         ground = float(-joints[wall.n, 1] + np.nan_to_num(wall["block_support_force_y"][step]).sum())
         within = np.array(allowed.rounding * size[wall.n, 1] + 1e-9 * unit + limit.max() * unit)
+        yield from _bending(wall, step, limit.max())
         yield from _beyond("reaction", step, np.array([abs(reaction - ground)]), within[None], "N")
+
+
+def _bending(wall: ArchivedWall, step: int, limit: float) -> Found:
+    """Compare stress resultants of elastic blocks with the work of their contact stresses on strain and curvature."""
+    if not wall.elastic.any():
+        return
+    sigma, tau = wall["contact_normal_stress"][step], wall["contact_shear_stress"][step]
+    pull = wall.contact_area[:, None] * (sigma[:, None] * wall.normal + tau[:, None] * wall.tangent)
+    total, size = np.zeros((wall.n + 1, 2)), np.zeros((wall.n + 1, 2))
+    for side, sign, rows in zip(wall.sides, (1.0, -1.0), wall.strain_rows, strict=True):
+        parts = np.einsum("cdk,ck->cd", rows, pull)
+        np.add.at(total, side, sign * parts)
+        np.add.at(size, side, np.abs(parts))
+    inner = wall.strain_stiffness * wall.strains(step)[: wall.n]
+    # in units of a force: a strain moves the ends of a block by half its length, a curvature by its eighth squared
+    arm = np.column_stack((wall.size[:, 0] / 2, wall.size[:, 0] ** 2 / 8))
+    off = np.abs(total[: wall.n] - inner) / arm / wall.yardstick
+    rounding = (
+        1e-11 * (size[: wall.n] + np.abs(inner)) / arm + 1e-14 * wall.largest_motion(step) * wall.stiffest
+    ) / wall.yardstick
+    here = wall.elastic
+    yield from _beyond(
+        "stress resultants", step, off[here].max(axis=1), (limit + rounding.max(axis=1) + 1e-12)[here], "block weights"
+    )
 
 
 def compatibility(wall: ArchivedWall, allowed: Tolerances) -> Found:
@@ -197,6 +222,8 @@ def bond(wall: ArchivedWall, step: int) -> FloatArray:
     opened = np.where(cracked, wall["contact_opening"][: step + 1], 0.0).max(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         left = np.clip((law.critical_opening - np.maximum(opened, first)) / (law.critical_opening - first), 0.0, 1.0)
+    curved = np.exp(-EXPONENT * (1.0 - left)) - (1.0 - left) * np.exp(-EXPONENT)
+    left = np.where(law.exponential & (left > 0), curved, left)
     left = np.where(law.critical_opening > 0, np.where(law.dilation > 0, 1.0, left), 0.0)
     return np.where(cracked[-1], left, 1.0)
 
@@ -377,7 +404,8 @@ def strain_energy(wall: ArchivedWall, step: int) -> float | None:
     if (soft & (law.dilation > 0)).any():
         return None
     density = np.where(soft, 0.5 * sigma * wall["contact_opening"][step] + 0.5 * tau**2 / k_s, density)
-    return float((wall.contact_area * density).sum())
+    strain = 0.5 * wall.strain_stiffness * wall.strains(step)[: wall.n] ** 2
+    return float((wall.contact_area * density).sum() + strain[wall.elastic].sum())
 
 
 def fracture_limit(wall: ArchivedWall, step: int) -> float | None:

@@ -105,6 +105,7 @@ def tables(rng: np.random.Generator) -> dict[str, Any]:
     _parts(found, draw)
     _movement(found, draw)
     _settings(found, draw)
+    _later_features(found, draw)
     return found
 
 
@@ -308,6 +309,20 @@ def _settings(found: dict[str, Any], draw: Draw) -> None:
         found["footing"] = {"joint": dict(found["joint"]) | {"friction": draw.uniform(0.3, 1.0)}}
 
 
+def _later_features(found: dict[str, Any], draw: Draw) -> None:
+    """Draw exponential softening, head joints of their own, and elastic blocks; all other draws stay as they were."""
+    if found["joint"].get("fracture_energy") and draw.chance(0.4):
+        found["joint"]["softening"] = "exponential"
+    if draw.chance(0.25):
+        found["head_joint"] = {
+            "factor": {"tensile_strength": draw.uniform(0.2, 1.0), "friction": draw.uniform(0.5, 1.0)}
+        }
+        if found["joint"].get("fracture_energy"):
+            found["head_joint"]["factor"]["fracture_energy"] = draw.uniform(0.3, 1.5)
+    if found["solver"]["blocks"] == "rigid" and draw.chance(0.25):
+        found["solver"]["blocks"] = "elastic"
+
+
 def features(scene: Scene) -> tuple[str, ...]:
     """Return the laws, movements and grounds of a scene."""
     joint, movement = scene.joint, scene.movement
@@ -317,6 +332,8 @@ def features(scene: Scene) -> tuple[str, ...]:
         "cohesion without tension": bare and joint.cohesion > 0.0,
         "brittle": not bare and joint.fracture_energy is None,
         "softening": joint.fracture_energy is not None,
+        "exponential softening": joint.softening == "exponential",
+        "head joints of their own": scene.head_joint is not None,
         "softening by slip": joint.shear_fracture_energy is not None,
         "brittle shear": joint.brittle_shear,
         "dilation": joint.dilation > 0.0,

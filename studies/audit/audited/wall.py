@@ -26,6 +26,9 @@ GRAVITY = 9.81
 UNLIMITED = 1e12
 """Strength (Pa) from which a joint counts as unbreakable: sections of a footing, bilateral supports."""
 
+EXPONENT = 5.0
+"""a in the integrity exp(-a xi) - xi exp(-a) of exponential softening."""
+
 
 class Law(NamedTuple):
     """Law of each contact, arrays (c,): FACTS 1 and the tables of the scene, with stiffness lumped.
@@ -41,7 +44,9 @@ class Law(NamedTuple):
     dilation : array
         tan(psi).
     critical_opening : array
-        w_c = 2 G_f / f_t (m) where the bond softens, else 0.
+        w_c (m) where the bond softens, else 0: 2 G_f / f_t if linearly.
+    exponential : array of bool
+        Whether the bond softens exponentially.
     fracture_energy : array
         G_f and shear G_f (J/m2) of bonds that soften, summed; else 0.
     compressive_strength, cap_shear : array
@@ -60,6 +65,7 @@ class Law(NamedTuple):
     residual_friction: FloatArray
     dilation: FloatArray
     critical_opening: FloatArray
+    exponential: BoolArray
     fracture_energy: FloatArray
     compressive_strength: FloatArray
     cap_shear: FloatArray
@@ -146,6 +152,65 @@ class ArchivedWall:
         if "zone_block" in self.ds:
             zoned[np.unique(self["zone_block"])] = True
         return zoned
+
+    @cached_property
+    def elastic(self) -> BoolArray:
+        """Blocks with a strain and a curvature: upright rectangles of the wall, where the scene asks for them."""
+        if self.scene["solver"]["blocks"] != "elastic":
+            return np.zeros(self.n, dtype=bool)
+        return ~self.in_footing & np.array([len(p) == 4 for p in self.polygons])
+
+    @cached_property
+    def size(self) -> FloatArray:
+        """Length and height of each block (m), array (n, 2)."""
+        return np.array([np.ptp(p, axis=0) for p in self.polygons])
+
+    def side_motion(self, side: IntArray) -> FloatArray:
+        """Return how a unit strain and a unit curvature of the blocks on one side move contacts: array (c, 2, 2).
+
+        The last axis is x and y. The field of a block is replaced along an interface by its mean (Simpson's rule, exact
+        for the quadratic) and its slope at the middle.
+        """
+        number = np.minimum(side, self.n - 1)
+        here = (side < self.n) & self.elastic[number]
+        nu = self.scene["block"]["poisson_ratio"]
+        length, height = self.size[number].T
+
+        def field(place: FloatArray) -> FloatArray:
+            x, y = (place - self.centroid[number]).T
+            bow = 0.5 * x**2 - length**2 / 24 + nu * (0.5 * y**2 - height**2 / 24)
+            return np.stack((np.column_stack((x, -nu * y)), np.column_stack((-x * y, bow))), axis=1)
+
+        first, middle, last = self.ends[self.interface, 0], self.middle[self.interface], self.ends[self.interface, 1]
+        mean = (field(first) + 4.0 * field(middle) + field(last)) / 6.0
+        reach = (last - first)[:, None, :]
+        along = (self.place - middle)[:, None, :]
+        share = (along * reach).sum(axis=2, keepdims=True) / (reach**2).sum(axis=2, keepdims=True)
+        across = self.normal[:, None, :]
+        # the chord of a quadratic has its slope at the middle; only its part across turns the side
+        chord = ((field(last) - field(first)) * across).sum(axis=2, keepdims=True) * across
+        return np.where(here[:, None, None], mean + share * chord, 0.0)
+
+    @cached_property
+    def strain_rows(self) -> tuple[FloatArray, FloatArray]:
+        """Motion of contacts by strain and curvature of the blocks before and behind them, (c, 2, 2) each."""
+        before, behind = (self.side_motion(side) for side in self.sides)
+        return before, behind
+
+    @cached_property
+    def strain_stiffness(self) -> FloatArray:
+        """E A (N m) of each block's strain and E I b (N m3) of its curvature, array (n, 2)."""
+        length, height = self.size.T
+        wide = self.scene["block"]["elastic_modulus"] * self.scene["wall"]["thickness"] * length * height
+        return np.column_stack((wide, wide * height**2 / 12.0))
+
+    def strains(self, step: int) -> FloatArray:
+        """Return strain (1) and curvature (1/m) of each block, 0 of rigid ones: array (n + 1, 2), the ground last."""
+        found = np.zeros((self.n + 1, 2))
+        if self.elastic.any():
+            found[: self.n] = np.column_stack([self[f"block_{name}"][step] for name in ("strain", "curvature")])
+            found[: self.n][~self.elastic] = 0.0
+        return found
 
     @cached_property
     def weight(self) -> FloatArray:
@@ -291,7 +356,7 @@ class ArchivedWall:
         held = bare | {"tensile_strength": np.inf, "cohesion": np.inf}
         table = {
             BED: joint,
-            HEAD: joint | scene.get("head_joint", {}),
+            HEAD: self._head(joint),
             DPC: dpc,
             FOOTING: scene["footing"].get("joint", joint),
             SOIL: bare | self._soil(),
@@ -316,6 +381,8 @@ class ArchivedWall:
         with np.errstate(divide="ignore", invalid="ignore"):
             opening = np.where((energy > 0) & (f_t > 0), 2.0 * energy / f_t, 0.0)
         softens = opening > f_t / k_n
+        exponential = np.array([table[k].get("softening") == "exponential" for k in range(len(table))])[kind] & softens
+        opening = np.where(exponential, _exponential_end(energy, f_t, f_t / k_n), opening)
         return Law(
             k_n,
             k_s,
@@ -327,11 +394,18 @@ class ArchivedWall:
             residual_friction,
             np.where(np.isfinite(strongest), 0.0, each("dilation", 0.0)),
             np.where(softens, opening, 0.0),
+            exponential,
             np.where(softens, energy + each("shear_fracture_energy", 0.0), 0.0),
             strongest,
             each("cap_shear", 9.0),
             self._gaps(),
         )
+
+    def _head(self, joint: dict[str, Any]) -> dict[str, Any]:
+        """Return the law of head joints: that of the beds times factors, but for the keys given."""
+        own = dict(self.scene.get("head_joint", {}))
+        factors = own.pop("factor", {})
+        return joint | {k: f * joint[k] for k, f in factors.items() if joint.get(k) is not None} | own
 
     def _soil(self) -> dict[str, float]:
         soil = self.scene["soil"]
@@ -364,7 +438,11 @@ class ArchivedWall:
             number = np.minimum(side, self.n - 1)
             brick = (side < self.n) & ~self.in_footing[number] & ~self.deformable[number]
             depth = np.abs((self.normal * (middle - self.centroid[number])).sum(axis=1))
-            soft_n = soft_n + np.where(brick, depth / modulus, 0.0)
+            # an elastic brick stretches along its bed by itself, and contracts across
+            bends = self.elastic[number]
+            brick &= ~(bends & (np.abs(self.normal[:, 0]) > 0.5))
+            contracts = np.where(bends, 1.0 - block["poisson_ratio"] ** 2, 1.0)
+            soft_n = soft_n + np.where(brick, contracts * depth / modulus, 0.0)
             soft_s = soft_s + np.where(brick, depth / shear, 0.0)
         return 1.0 / soft_n, 1.0 / soft_s
 
@@ -433,6 +511,10 @@ class ArchivedWall:
             arm, turn = self.place - centre[side], shift[side, 2]
             moved = shift[side, :2] + turn[:, None] * np.column_stack((-arm[:, 1], arm[:, 0]))
             relative += sign * np.where((side == self.n)[:, None], ground, moved)
+        if self.elastic.any():
+            strains = self.strains(step)
+            for side, sign, rows in zip(self.sides, (-1.0, 1.0), self.strain_rows, strict=True):
+                relative += sign * np.einsum("cd,cdk->ck", strains[side], rows)
         return (relative * self.normal).sum(axis=1), (relative * self.tangent).sum(axis=1)
 
     def ground(self, step: int) -> FloatArray:
@@ -447,6 +529,14 @@ class ArchivedWall:
 
 def _cross(p: FloatArray, q: FloatArray) -> FloatArray:
     return p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+
+
+def _exponential_end(energy: FloatArray, f_t: FloatArray, first: FloatArray) -> FloatArray:
+    """Return w_c (m) of exponential softening from the opening at cracking: the area below its curve is G_f."""
+    xi = (np.arange(20000) + 0.5) / 20000
+    mean = float((np.exp(-EXPONENT * xi) - xi * np.exp(-EXPONENT)).mean())
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return first + (energy / f_t - 0.5 * first) / mean
 
 
 def _apex(cohesion: FloatArray, friction: FloatArray) -> FloatArray:
