@@ -16,6 +16,8 @@ from damagepred.scene import (
     Damage,
     Dpc,
     Footing,
+    HeadJoint,
+    HeadJointFactors,
     Joint,
     Loads,
     Mound,
@@ -24,6 +26,7 @@ from damagepred.scene import (
     Rig,
     Scene,
     Soil,
+    Solver,
     Wall,
 )
 
@@ -72,6 +75,15 @@ def brittle() -> xr.Dataset:
     return damagepred.solve(replace(cracked_scene(), joint=joint, dpc=None))
 
 
+@pytest.fixture(scope="module")
+def bent() -> xr.Dataset:
+    """Elastic blocks, head joints of their own, and exponential softening."""
+    joint = Joint(tensile_strength=0.05e6, cohesion=0.06e6, fracture_energy=5.0, softening="exponential")
+    heads = HeadJoint(factor=HeadJointFactors(tensile_strength=0.6, friction=0.8, fracture_energy=0.7))
+    elastic = replace(cracked_scene(), joint=joint, head_joint=heads, solver=Solver(blocks="elastic"))
+    return damagepred.solve(elastic)
+
+
 def test_a_scene_follows_from_seed_and_number_alone() -> None:
     from audited.scenes import scene_of
 
@@ -90,6 +102,9 @@ def test_all_laws_movements_and_grounds_are_drawn() -> None:
     assert {
         "brittle",
         "softening",
+        "exponential softening",
+        "head joints of their own",
+        "elastic blocks",
         "softening by slip",
         "brittle shear",
         "cap",
@@ -113,8 +128,8 @@ def test_all_laws_movements_and_grounds_are_drawn() -> None:
     } <= found
 
 
-def test_sound_results_pass(softened: xr.Dataset, brittle: xr.Dataset) -> None:
-    for ds in (softened, brittle):
+def test_sound_results_pass(softened: xr.Dataset, brittle: xr.Dataset, bent: xr.Dataset) -> None:
+    for ds in (softened, brittle, bent):
         assert (ds["contact_state"] == 1).any()
         assert not [one for one in checked(ds).values() if not one.stated]
 
@@ -183,6 +198,7 @@ SPOILT: dict[str, tuple[str, str, str, Callable[[Any], Any]]] = {
     "dpc opening max": ("softened", "dpc_opening_max", "", lambda v: v + 1e-8),
     "dpc separation length": ("softened", "dpc_separation_length", "", lambda v: v + 1e-4),
     "crack count": ("softened", "crack_count", "", lambda v: v + 1),
+    "stress resultants": ("bent", "block_curvature", "intact", lambda v: v * (1 + 1e-3)),
     "finite": ("softened", "block_rotation", "intact", lambda v: np.nan),
 }
 
@@ -191,11 +207,20 @@ SPOILT: dict[str, tuple[str, str, str, Callable[[Any], Any]]] = {
 def test_a_wrong_result_is_detected(seen_by: str, request: pytest.FixtureRequest) -> None:
     which, name, place, change = SPOILT[seen_by]
     ds = request.getfixturevalue(which)
-    if name == "block_rotation":
+    if name in ("block_rotation", "block_curvature"):
         spoilt = changed(ds, name, at(-1, 0, change))
     else:
         spoilt = changed(ds, name, at(-1, places(ds)[place], change) if place else last(change))
     assert seen_by in {one.check for one in checked(spoilt).values() if not one.stated}
+
+
+@pytest.mark.parametrize(
+    ("before", "after"), [('softening = "exponential"', ""), ("tensile_strength = 0.6", "tensile_strength = 0.5")]
+)
+def test_a_wrong_law_is_detected(bent: xr.Dataset, before: str, after: str) -> None:
+    assert before in bent.attrs["scene"]
+    wrong = bent.assign_attrs(scene=bent.attrs["scene"].replace(before, after))
+    assert {"tension", "shear", "fracture energy"} & {one.check for one in checked(wrong).values() if not one.stated}
 
 
 def test_a_wrong_breaking_of_a_bond_is_detected(softened: xr.Dataset) -> None:
