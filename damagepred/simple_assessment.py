@@ -149,7 +149,8 @@ def angular_distortion(scene: Scene, deflection_ratio: float | None = None) -> f
     if not movement.prescribed or movement.central_deflection == 0:
         return 4 * ratio
     x = np.linspace(0.0, length, 4001)
-    slope = float(np.abs(np.gradient(movement.profile(x, length), x, edge_order=2)).max())
+    y = movement.profile(x, length)
+    slope = float(np.abs(np.gradient(y - np.interp(x, [0.0, length], y[[0, -1]]), x, edge_order=2)).max())
     return slope * ratio / (movement.central_deflection / length)
 
 

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 
 from damagepred.arrays import FloatArray
+from damagepred.errors import InputError
+from damagepred.input_files import read_text
 
 
 def three_loads(xi: FloatArray) -> FloatArray:
@@ -57,3 +64,54 @@ def through_points(table: tuple[tuple[float, float], ...], xi: FloatArray) -> Fl
 
     position, fraction = np.array(table).T
     return np.asarray(PchipInterpolator(position, fraction)(xi), dtype=np.float64)
+
+
+def with_profile_files(tables: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the tables of a scene with the points of profiles in place of the CSV files that they name.
+
+    Parameters
+    ----------
+    tables : mapping
+        The scene; ``movement.table`` and ``mound.table`` may be names of files.
+    folder : Path
+        In which the files are.
+    """
+    found = dict(tables)
+    for key in ("movement", "mound"):
+        part = tables.get(key)
+        if isinstance(part, Mapping) and isinstance(name := part.get("table"), str):
+            found[key] = {**part, "table": read_profile(folder / name)}
+    return found
+
+
+def read_profile(path: str | Path) -> list[list[float]]:
+    """Read points of a profile, with positions as fractions of the distance from the first to the last.
+
+    Parameters
+    ----------
+    path : str or Path
+        CSV file of two columns, position and value; a first line of names and lines that begin with # do not count.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, or a line does not have two numbers.
+    """
+    rows = [
+        (number, row)
+        for number, row in enumerate(csv.reader(read_text(path).splitlines()), start=1)
+        if any(map(str.strip, row)) and not row[0].lstrip().startswith("#")
+    ]
+    points: list[list[float]] = []
+    for number, row in rows:
+        try:
+            x, value = (float(cell) for cell in row)
+        except ValueError:
+            if number == rows[0][0]:
+                continue  # names
+            raise InputError(f"{path}, line {number}: must have two numbers, position and value.") from None
+        points.append([x, value])
+    if len(points) < 2 or not points[-1][0] > points[0][0]:
+        raise InputError(f"{path}: must have at least two points, with positions that rise.")
+    first, reach = points[0][0], points[-1][0] - points[0][0]
+    return [[(x - first) / reach, value] for x, value in points]

@@ -66,7 +66,7 @@ class Mound:
         K = i / z_0 of a tunnel (1): 0.5 in clay (O'Reilly and New 1982).
     table : sequence of (position, fraction)
         For ``shape = "table"``: position along the wall from 0 to 1, and the movement there as a fraction of
-        ``surface_movement``; a monotone cubic (PCHIP) between.
+        ``surface_movement``; a monotone cubic (PCHIP) between. In a scene file it may be the name of a CSV file.
     """
 
     shape: Literal["walsh", "mitchell", "tree", "pipe", "tunnel", "table"] = "walsh"

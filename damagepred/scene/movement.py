@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from typing import Literal
+from collections.abc import Callable
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
 from damagepred.arrays import FloatArray
-from damagepred.errors import InputError
+from damagepred.errors import InputError, require_count
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import arc, three_loads, through_points
 from damagepred.scene.quantity import Count, Length, Pure
@@ -35,9 +37,10 @@ class Movement:
         With the others the footing is a beam that finds its own form. ``jacks``: on the supports and jacks of
         ``[rig]``. ``mound``: on the ``[soil]``, whose surface moves as ``[mound]`` says.
     table : sequence of (position, fraction)
-        For ``shape = "table"``: position along the wall from 0 to 1, and deflection there as a fraction of the
-        central one. It is 0 at both ends, and not 0 in the middle, where it is scaled to 1. Between the points a
-        monotone cubic is drawn (PCHIP).
+        For ``shape = "table"``: position along the wall from 0 to 1, and deflection there in any unit. They are scaled
+        so that the middle lies 1 off the line through the ends. Ends that settle unequally tilt the wall, too. Between
+        the points a monotone cubic is drawn (PCHIP). In a scene file it may be the name of a CSV file with two columns,
+        position (any unit, from the left end) and deflection.
     """
 
     kind: Literal["dishing", "doming"] = "dishing"
@@ -57,11 +60,46 @@ class Movement:
         position = [p for p, _ in self.table]
         if position[0] != 0 or position[-1] != 1 or any(b <= a for a, b in itertools.pairwise(position)):
             raise ValueError("table: positions must rise from 0 to 1 (fractions of the wall's length)")
-        if self.table[0][1] != 0 or self.table[-1][1] != 0:
-            raise ValueError("table: the deflection must be 0 at both ends; subtract the straight line between them")
-        if abs(float(through_points(self.table, np.array([0.5]))[0])) < 1e-6:
-            raise ValueError("table: the deflection in the middle (position 0.5) must not be 0: the others scale to it")
+        if abs(self._off_chord) < 1e-6 * max(1.0, *(abs(value) for _, value in self.table)):
+            raise ValueError(
+                "table: the middle (position 0.5) must not lie on the line through the ends: its distance is the "
+                "central deflection, to which the others scale"
+            )
         return self
+
+    @classmethod
+    def from_function(cls, profile: Callable[[FloatArray], ArrayLike], points: int = 41, **settings: Any) -> Movement:
+        """Return a movement whose shape is that of a function.
+
+        Parameters
+        ----------
+        profile : callable
+            Positions from 0 to 1, an array -> deflections there, in any unit.
+        points : int
+            Number of equally spaced positions at which it is taken.
+        **settings
+            Other values of the movement, such as ``central_deflection``.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from damagepred.scene import Movement
+        >>> trough = Movement.from_function(lambda x: np.exp(-4 * x**2), central_deflection=0.004)
+        >>> trough.shape, len(trough.table)
+        ('table', 41)
+        """
+        require_count("points", points)
+        position = np.linspace(0.0, 1.0, max(points, 3))
+        values = np.asarray(profile(position), dtype=np.float64)
+        if values.shape != position.shape or not np.isfinite(values).all():
+            raise InputError("profile: must return a finite number for each of the positions it is given.")
+        return cls(shape="table", table=tuple(zip(position.tolist(), values.tolist())), **settings)
+
+    @property
+    def _off_chord(self) -> float:
+        """Deflection of the middle less that of the line through the ends, as the table has it."""
+        ends = 0.5 * (self.table[0][1] + self.table[-1][1])
+        return float(through_points(self.table, np.array([0.5]))[0]) - ends
 
     @property
     def prescribed(self) -> bool:
@@ -93,7 +131,8 @@ class Movement:
         Returns
         -------
         array of float
-            Same shape; 0 at both ends, +/- ``load_factor`` times ``central_deflection`` in the middle.
+            Same shape. The middle lies +/- ``load_factor`` times ``central_deflection`` off the line through the ends;
+            these stay where they are unless a table has them settle.
 
         Raises
         ------
@@ -116,4 +155,4 @@ class Movement:
             return 4.0 * xi * (1.0 - xi)
         if self.shape == "arc":
             return arc(xi, ratio)
-        return through_points(self.table, xi) / through_points(self.table, np.array([0.5]))
+        return through_points(self.table, xi) / self._off_chord

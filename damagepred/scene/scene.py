@@ -15,6 +15,7 @@ from damagepred.errors import InputError, likely_unit, nearest
 from damagepred.input_files import read_toml
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
+from damagepred.scene.footing_profile import with_profile_files
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
@@ -217,7 +218,7 @@ class Scene:
             raise InputError(
                 f"{path}: is a study (it has {found[0]}), and a scene is needed; `damagepred study` runs studies."
             )
-        return cls.from_dict(tables, source=str(path))
+        return cls.from_dict(with_profile_files(tables, Path(path).parent), source=str(path))
 
     @classmethod
     def from_dict(cls, tables: Mapping[str, Any], source: str = "scene") -> Scene:
