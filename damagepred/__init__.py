@@ -13,12 +13,18 @@ Examples
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from importlib.abc import MetaPathFinder
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from damagepred.version import __version__
 
 if TYPE_CHECKING:
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
+
     from damagepred import assembly, damage, exports, plotting, report, scene, study, uq
     from damagepred.assembly import NO_LIMITS, Assembly, Limits
     from damagepred.damage import construction_limits
@@ -90,6 +96,32 @@ def __getattr__(name: str) -> Any:
     if name in _MODULES:
         return import_module(f"damagepred.{name}")
     raise AttributeError(f"module 'damagepred' has no attribute '{name}'")
+
+
+class _WhenXarrayIsImported(MetaPathFinder):
+    """Registers ``ds.damagepred`` right after xarray is imported, which here would take half a second."""
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        if name != "xarray":
+            return None
+        sys.meta_path.remove(self)
+        spec = find_spec(name)
+        if spec is None or spec.loader is None:
+            return spec
+        execute = spec.loader.exec_module
+
+        def execute_and_register(module: ModuleType) -> None:
+            execute(module)
+            import_module("damagepred.accessor")
+
+        spec.loader.exec_module = execute_and_register  # type: ignore[method-assign]
+        return spec
+
+
+if "xarray" in sys.modules:
+    import_module("damagepred.accessor")
+else:
+    sys.meta_path.insert(0, _WhenXarrayIsImported())
 
 
 def __dir__() -> list[str]:

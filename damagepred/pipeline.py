@@ -299,7 +299,7 @@ def _solve(
     ending |= {name: getattr(settings, name) for name in (*TOLERANCES.values(), "snap_through_tolerance")}
     ending |= _ending(model, steps[-1])
     ds = _collect(model, steps, judged, settings, attributes | ending, store_zones)
-    if isinstance(scene, Scene):
+    if isinstance(scene, Scene) and scene.opening:
         for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
             ds[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
     return ds
@@ -361,7 +361,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         "deflection_ratio": deflection / model.span,
         **_diagnostics(steps, in_time),
         "base_reaction": _stacked(steps, "base_reaction"),
-        **frames.distortion(moved)._asdict(),
+        **(frames.distortion(moved)._asdict() if len(model.jambs.block) else {}),
         **lines.deviation(moved)._asdict(),
         "group_count": np.array(GROUP_COUNTS, dtype=np.int64),
     }
@@ -571,7 +571,7 @@ def _collect(
     values = {
         "increment": _stacked(steps, "number").astype(np.int64),
         **path_values(model, steps),
-        **{f"opening_{name}": np.full(openings, np.nan) for name in ("left", "sill", "width", "height")},
+        **{f"opening_{name}": np.full(openings, np.nan) for name in ("left", "sill", "width", "height") if openings},
         "block_x": blocks.x,
         "block_y": blocks.y,
         "block_course": blocks.course,

@@ -17,7 +17,7 @@ import xarray as xr
 
 from damagepred.archive.checks import check_attributes, check_values
 from damagepred.archive.digest import NO_STUDY, SINCE, check_study, sign, signature
-from damagepred.archive.schema import FLAG_FILL, VARIABLES
+from damagepred.archive.schema import VARIABLES
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError
 
@@ -136,9 +136,7 @@ def write_dataset(ds: xr.Dataset, path: str | Path, study: str = NO_STUDY) -> No
         settings: dict[str, Any] = {}
         if variable.size > 1000:
             settings |= {"zlib": True, "complevel": 2, "shuffle": True, "fletcher32": True}
-        if variable.dtype == np.int8:
-            settings["_FillValue"] = FLAG_FILL if name not in ds.coords else None
-        elif variable.dtype.kind == "f":
+        if variable.dtype.kind == "f":
             settings["_FillValue"] = np.nan if name not in ds.coords else None
         elif variable.dtype == np.int64 and np.abs(variable.values).max(initial=0) <= np.iinfo(np.int32).max:
             settings["dtype"] = "int32"

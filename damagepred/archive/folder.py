@@ -36,7 +36,7 @@ from damagepred.archive.digest import read_signed_json, signed, signed_json, stu
 from damagepred.archive.files import read_dataset, write_dataset, write_whole
 from damagepred.archive.parts import Column, Columns, columns_of, read_part
 from damagepred.archive.provenance import Environment, as_table, from_table, provenance
-from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, dataset
+from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, dataset, with_shared_movement
 from damagepred.arguments import checked
 from damagepred.enumerations import UNSOLVED, FailureKind, SampleStatus
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, NewerError, StudyError
@@ -562,7 +562,7 @@ class _Pieces:
             self.attributes["environment"] = as_table(self.environments)
         for name, attributes in self.attributes.items():
             ds[name].attrs.update(attributes)
-        return ds
+        return with_shared_movement(ds)
 
 
 def _blank(shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
@@ -584,7 +584,8 @@ def open_study(path: str | Path) -> xr.Dataset:
     -------
     xarray.Dataset
         Dimensions ``sample`` and ``increment``: every sampled input with one value a wall, and what was found. The
-        flag ``status`` tells complete, collapsed, failed and missing samples; what is not known is NaN or -1.
+        flag ``status`` tells complete, collapsed, failed and missing samples; what is not known is NaN or -1. Where
+        all samples have the same movement, it is the coordinate ``movement`` (increment).
 
     Raises
     ------

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from damagepred.archive.checks import check_values
 from damagepred.archive.digest import NO_STUDY, check_study, signed, verified
 from damagepred.archive.files import READER_ERRORS, read_dataset, write_whole
-from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES
+from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import DamagedError, InputError
 from damagepred.input_files import LARGEST_TABLE, read_bytes
@@ -122,10 +122,8 @@ def _classic(columns: Columns) -> bytes:
     stream = io.BytesIO()
     file = netcdf_file(stream, "w", version=2)
     sizes: dict[str, int] = {}
-    empty = []
     for name, column in columns.items():
         if column.values.size == 0:  # the classic format has no dimension without length
-            empty.append(f"{name}({','.join(column.dims)})")
             continue
         for dim, size in zip(column.dims, column.values.shape):
             if dim not in sizes:
@@ -136,12 +134,8 @@ def _classic(columns: Columns) -> bytes:
         variable[...] = values
         for key, value in column.attributes.items():
             setattr(variable, key, value.encode() if isinstance(value, str) else value)
-        if values.dtype == np.int8:
-            variable._FillValue = FLAG_FILL
     file.Conventions = "CF-1.11"
     file.schema_version = np.int32(SCHEMA_VERSION)
-    if empty:
-        file.empty = " ".join(empty)
     file.flush()
     content = stream.getvalue()
     file.close()
@@ -204,12 +198,6 @@ def _from_classic(content: bytes, source: str, wanted: set[str] | None) -> tuple
             values = values.astype(values.dtype.newbyteorder("="))
             attributes = {k: _plain(v) for k, v in variable._attributes.items() if k != "_FillValue"}
             found[name] = Column(tuple(variable.dimensions), values, attributes)
-        for text in _plain(getattr(file, "empty", b"")).split():
-            name, dims = text.rstrip(")").split("(")
-            if wanted is None or name in wanted:
-                at = tuple(dims.split(","))
-                shape = tuple(file.dimensions.get(dim) or 0 for dim in at)
-                found[name] = Column(at, np.empty(shape), VARIABLES[name].attributes())
     if version < SCHEMA_VERSION:
         ds = xr.Dataset({name: tuple(column) for name, column in found.items()})
         found = columns_of(brought_up_to_date(version, source, ds), asked)

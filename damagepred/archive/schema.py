@@ -12,7 +12,7 @@ import xarray as xr
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import ContactKind, ContactState, SampleStatus, ZoneState, flag_meanings
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 """Raised when names, meanings or files change; ``damagepred.archive.versions`` reads all versions up to it."""
 
 
@@ -54,8 +54,9 @@ class Variable:
         if self.standard_name:
             attrs["standard_name"] = self.standard_name
         if self.flags:
-            attrs["flag_values"] = np.arange(len(self.flags), dtype=np.int8)
-            attrs["flag_meanings"] = " ".join(self.flags)
+            values = np.arange(len(self.flags), dtype=np.int8)
+            # the range and no _FillValue: xarray would make numbers with a fraction of flags that have one
+            attrs |= {"flag_values": values, "flag_meanings": " ".join(self.flags), "valid_range": values[[0, -1]]}
         return attrs | dict(self.mesh)
 
 
@@ -82,6 +83,9 @@ VARIABLES: dict[str, Variable] = {
     "deflection_ratio": Variable(_STEP, "1", "central deflection over the length between the ends"),
     "surface_movement": Variable(
         _STEP, "m", "movement of the ground's surface under the footing, as a site is classed by"
+    ),
+    "movement": Variable(
+        _STEP, "m", "of a study: surface_movement, or else central_deflection, where all samples have the same"
     ),
     "jack_load": Variable(_STEP, "N", "load of each jack under the footing, upwards positive"),
     **{
@@ -341,6 +345,27 @@ def category_attributes(names: tuple[str, ...], comment: str, variable: str = "d
     return Variable(kept.dims, None, kept.long_name, flags).attributes() | {"comment": comment}
 
 
+def with_shared_movement(ds: xr.Dataset) -> xr.Dataset:
+    """Return a study with the coordinate ``increment``, and ``movement`` where all samples have the same.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of a study; any other is returned as it is.
+    """
+    if not {"sample", "increment"} <= ds.sizes.keys():
+        return ds
+    number = np.arange(ds.sizes["increment"])
+    ds = ds.assign_coords(increment=("increment", number, VARIABLES["increment"].attributes()))
+    for name in ("surface_movement", "central_deflection"):
+        if name in ds.variables and ds[name].dims == ("sample", "increment"):
+            least, most = ds[name].min("sample").values, ds[name].max("sample").values
+            if np.array_equal(least, most):  # never so where one is NaN
+                attributes = VARIABLES["movement"].attributes() | {"comment": f"is {name}"}
+                return ds.assign_coords(movement=("increment", least, attributes))
+    return ds
+
+
 def flag_name(ds: xr.Dataset, value: int, variable: str = "damage_category") -> str:
     """Return in plain words what a value of a flag variable means, ``"not known"`` where nothing is.
 
@@ -408,7 +433,7 @@ def dataset(
         for name, value in values.items()
     }
     coordinates = {name for name, v in variables.items() if v.dims == (name,)} | (
-        {"central_deflection", "deflection_ratio", "surface_movement", "time"} & set(variables)
+        {"central_deflection", "deflection_ratio", "surface_movement", "movement", "time"} & set(variables)
     )
     ds = xr.Dataset(
         {k: v for k, v in variables.items() if k not in coordinates},

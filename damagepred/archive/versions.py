@@ -6,6 +6,8 @@ Version 3: what other damage tables ask for is kept besides: ``crack_group_width
 Older archives simply lack it; ``damagepred.judge_again`` says what it then does without.
 Version 4: each file of a study ends with a digest of its content and the hash of the study.
 Version 5: ``newton_iterations`` of the quasi-static solver and ``cycles`` of the others; both were ``cycles`` before.
+Version 6: no dimension of length 0; flags have a ``valid_range`` and no ``_FillValue``; a study has the coordinates
+``increment`` and ``movement``.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from collections.abc import Callable
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES
+from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES, with_shared_movement
 from damagepred.errors import InputError, NewerError
 
 Migration = Callable[[xr.Dataset], xr.Dataset]
@@ -49,7 +51,22 @@ def _split_cycles(ds: xr.Dataset) -> xr.Dataset:
     )
 
 
-MIGRATIONS: dict[int, Migration] = {1: _unchanged, 2: _unchanged, 3: _unchanged, 4: _split_cycles}
+def _without_empty_dimensions(ds: xr.Dataset) -> xr.Dataset:
+    """Return a dataset without dimensions of length 0, its flags with their range, a study with its movement."""
+    ds = ds.drop_dims([dim for dim, size in ds.sizes.items() if size == 0])
+    for variable in ds.variables.values():
+        if "flag_values" in variable.attrs:
+            variable.attrs["valid_range"] = np.asarray(variable.attrs["flag_values"])[[0, -1]]
+    return with_shared_movement(ds)
+
+
+MIGRATIONS: dict[int, Migration] = {
+    1: _unchanged,
+    2: _unchanged,
+    3: _unchanged,
+    4: _split_cycles,
+    5: _without_empty_dimensions,
+}
 """What makes a dataset of one version one of the next."""
 
 

@@ -52,7 +52,7 @@ and an *optional* one has no value: the text calls that None.
 
 `damagepred.guide.reference` writes this page from the code.
 """
-ARCHIVE_HEAD = """\
+ARCHIVE_HEAD = '''\
 # Archive: every variable of a result
 
 `damagepred solve -o wall.nc` writes a wall. `damagepred study` writes a folder; `damagepred.open_study` reads it.
@@ -63,7 +63,55 @@ Each variable has its dimensions and its unit in brackets. Flags are whole numbe
 unknown. NaN is unknown, too. Files follow the CF conventions 1.11, meshes of zones the UGRID conventions.
 
 `damagepred.guide.reference` writes this page from the code.
+
+## With xarray and pandas
+
+A wall has no variables of parts that it lacks: without windows and doors there is no dimension `opening`. All flags are
+whole numbers, in memory and in files that plain xarray opens; their `valid_range` tells the known values. Where all
+samples of a study have the same movement, it is the coordinate `movement` of the dimension `increment`.
+
+```python
+import damagepred
+import xarray as xr
+
+text = """
+[study]
+samples = 4
+[scene.wall]
+length = 1.2
+height = 0.3
+[scene.movement]
+increments = 4
+[variables."joint.friction"]
+distribution = "uniform"
+lower = 0.6
+upper = 0.9
 """
+with open("small.toml", "w") as file:
+    file.write(text)
+
+damagepred.Study.from_toml("small.toml").run("small.dp", workers=1)
+study = damagepred.open_study("small.dp")
+print(study["movement"].values)                          # m, one for each increment
+print(study["crack_width_max"].sel(increment=2).values)  # m, one for each sample
+print(study.to_dataframe().head())                       # a row for each sample and increment
+print(damagepred.frame(study))                           # a row for each sample
+```
+
+After `import damagepred`, each dataset has the methods of `ds.damagepred`, also one that plain xarray opens. Its
+attributes are the variables, such as `median` of curves, of which `curves.median` would be the method of xarray.
+
+```python
+import damagepred
+import xarray as xr
+
+with xr.open_dataset("small.dp/results.nc") as study:
+    slight = study.damagepred.category("slight")
+    print((study["damage_category"] >= slight).mean("sample").values)
+    print(study.damagepred.exceedance("slight", at="4 mm").estimate)
+    print(study.damagepred.status.values)
+```
+'''
 
 
 def _scene_tables(kind: Any = Scene, inside: str = "") -> Iterator[tuple[str, type]]:

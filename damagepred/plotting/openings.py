@@ -35,7 +35,7 @@ def draw_opening_width_change(ds: xr.Dataset, ax: Axes | None = None, against: s
     """
     if against not in AGAINST:
         raise InputError(f"against = '{against}': must be one of {', '.join(AGAINST)}.")
-    require(ds, ("opening_width_change", against), "the result of one wall (`damagepred solve`)")
+    require(ds, ("block_x", against), "the result of one wall (`damagepred solve`)")
     ax = axes_or_new(ax, 8.0, 5.0)
     ax.set_xlabel(AGAINST[against])
     ax.set_ylabel("change of width at the upper end of the jambs (mm)")

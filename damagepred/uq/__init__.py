@@ -10,7 +10,4 @@
 - ``sensitivity``: Sobol's indices; ``given_data``: rank correlation and first-order shares from any study;
   ``crossed``: what varies from joint to joint against what holds for a wall
 - ``ranks``: of numbers and of interval-censored capacities
-- ``accessor``: ``ds.damagepred`` of datasets
 """
-
-from damagepred.uq import accessor as accessor

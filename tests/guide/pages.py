@@ -20,6 +20,8 @@ GUIDE = ROOT / "damagepred" / "guide"
 WRITTEN = {"README": ROOT / "README.md"} | {t: GUIDE / f"{t}.md" for t in TOPICS if t not in PAGES}
 """Pages written by hand, by name."""
 
+ALL = WRITTEN | {t: GUIDE / f"{t}.md" for t in PAGES}
+
 _BLOCK = re.compile(r"((?:^<!-- [^\n]* -->\n)*)^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 

@@ -18,7 +18,7 @@ from damagepred.guide.reference import PAGES, described_fields
 from damagepred.scene import Scene, Wall
 from damagepred.version import __version__
 from tests.conftest import ROOT
-from tests.guide.pages import GUIDE, WRITTEN, blocks, sentences
+from tests.guide.pages import ALL, GUIDE, WRITTEN, blocks, sentences
 
 MOST_WORDS = 30
 PRIVATE = re.compile(
@@ -61,7 +61,7 @@ def in_this_process(language: str, text: str) -> None:
 def run_page(name: str, quick: bool, runner: Runner) -> int:
     """Run the blocks of a page one after the other; return how many commands and snippets ran."""
     count = 0
-    for block in blocks(WRITTEN[name]):
+    for block in blocks(ALL[name]):
         said, text = block.comments, block.quick() if quick else block.text
         if {"not run", "main command", "test command"} & set(said) or (quick and "slow" in said):
             continue
@@ -77,7 +77,7 @@ def run_page(name: str, quick: bool, runner: Runner) -> int:
     return count
 
 
-RUN = [name for name, path in WRITTEN.items() if any(block.language for block in blocks(path))]
+RUN = [name for name, path in ALL.items() if any(block.language for block in blocks(path))]
 """Pages with commands or snippets."""
 
 
@@ -109,7 +109,7 @@ def test_every_key_of_a_table_is_described_with_unit_default_and_range() -> None
     assert "- `x` (m, required, at least 0)" in text
 
 
-@pytest.mark.parametrize("path", [*WRITTEN.values(), *(GUIDE / f"{t}.md" for t in PAGES)], ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", ALL.values(), ids=lambda p: p.stem)
 def test_sentences_are_short_and_words_are_not_private(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     long = [s for s in sentences(text) if len(s.split()) > MOST_WORDS]

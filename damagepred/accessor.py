@@ -1,4 +1,4 @@
-"""Methods of this package on datasets: ``ds.damagepred``."""
+"""Methods of this package on datasets: ``ds.damagepred``. ``damagepred`` imports this file when xarray is."""
 
 from __future__ import annotations
 
@@ -25,6 +25,15 @@ class DatasetAccessor:
 
     def __init__(self, ds: xr.Dataset) -> None:
         self._ds = ds
+
+    def __getattr__(self, name: str) -> xr.DataArray:
+        """Return a variable, also one whose name is that of a method of datasets, such as ``median`` of curves."""
+        if not name.startswith("_") and name in self._ds.variables:
+            return self._ds[name]
+        raise AttributeError(f"this dataset has no variable '{name}'." + nearest(name, map(str, self._ds.variables)))
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *map(str, self._ds.variables)]
 
     def category(self, name: str) -> int:
         """Return the number of a damage category, such as 2 for "slight"; ``curves.sel`` takes it.
