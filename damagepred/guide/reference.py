@@ -92,10 +92,10 @@ with open("small.toml", "w") as file:
 
 damagepred.Study.from_toml("small.toml").run("small.dp", workers=1)
 study = damagepred.open_study("small.dp")
-print(study["movement"].values)                          # m, one for each increment
+print(study["movement"].values)  # m, one for each increment
 print(study["crack_width_max"].sel(increment=2).values)  # m, one for each sample
-print(study.to_dataframe().head())                       # a row for each sample and increment
-print(damagepred.frame(study))                           # a row for each sample
+print(study.to_dataframe().head())  # a row for each sample and increment
+print(damagepred.frame(study))  # a row for each sample
 ```
 
 After `import damagepred`, each dataset has the methods of `ds.damagepred`, also one that plain xarray opens. Its
