@@ -19,6 +19,7 @@ TOPICS = (
     "archive",
     "glossary",
     "gallery",
+    "extending",
     "changing",
 )
 """Pages in the order of reading."""

@@ -16,6 +16,9 @@ from damagepred.scene.described import described
 from damagepred.scene.footing_profile import arc, three_loads, through_points
 from damagepred.scene.quantity import Count, Length, Pure
 
+LEAST_IN_MIDDLE = 0.05
+"""Least departure of the middle from the line through the ends, over the largest departure of a shape."""
+
 
 @described
 class Movement:
@@ -60,10 +63,12 @@ class Movement:
         position = [p for p, _ in self.table]
         if position[0] != 0 or position[-1] != 1 or any(b <= a for a, b in itertools.pairwise(position)):
             raise ValueError("table: positions must rise from 0 to 1 (fractions of the wall's length)")
-        if abs(self._off_chord) < 1e-6 * max(1.0, *(abs(value) for _, value in self.table)):
+        position, value = np.array(self.table).T
+        departure = np.abs(value - np.interp(position, [0.0, 1.0], value[[0, -1]])).max()
+        if abs(self._off_chord) <= LEAST_IN_MIDDLE * departure:
             raise ValueError(
-                "table: the middle (position 0.5) must not lie on the line through the ends: its distance is the "
-                "central deflection, to which the others scale"
+                "table: the middle (position 0.5) lies on the line through the ends, or nearly; its distance from it "
+                "is the central deflection, to which the others scale"
             )
         return self
 
@@ -84,7 +89,7 @@ class Movement:
         --------
         >>> import numpy as np
         >>> from damagepred.scene import Movement
-        >>> trough = Movement.from_function(lambda x: np.exp(-4 * x**2), central_deflection=0.004)
+        >>> trough = Movement.from_function(lambda x: np.exp(-8 * x**2), central_deflection=0.004)
         >>> trough.shape, len(trough.table)
         ('table', 41)
         """
