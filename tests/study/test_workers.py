@@ -13,7 +13,7 @@ import pytest
 from damagepred.errors import StudyError
 from damagepred.study.campaign.dispatch import Batches, DispatchOptions, LostSample, run_all
 from damagepred.study.campaign.sample import Outcome
-from damagepred.study.campaign.workers import LocalPool
+from damagepred.study.campaign.workers import LocalPool, PoolOptions
 
 Batch = Sequence[tuple[int, Mapping[str, float]]]
 
@@ -53,6 +53,10 @@ def moody(folder: str, batch: Batch) -> list[Outcome]:
 
 def stillborn(folder: str) -> None:
     os._exit(7)
+
+
+def asleep(folder: str) -> None:
+    time.sleep(3600)
 
 
 def tasks(count: int) -> list[tuple[int, dict[str, float]]]:
@@ -103,6 +107,30 @@ def test_idle_workers_that_are_killed_are_replaced() -> None:
         pool.kill()
 
 
+@pytest.mark.parametrize("timeout", [None, 30.0])
+def test_idle_workers_that_hang_are_replaced(timeout: float | None) -> None:
+    """A worker that is stopped between two batches never says that the next has begun."""
+    options = PoolOptions(answer_limit=0.5)
+    pool = LocalPool("", workers=1, timeout=timeout, task=troubled, ready=at_once, options=options)
+    try:
+        pool.submit([(0, {"x": 0.0})]).result(timeout=60)
+        (first,) = pool.processes
+        os.kill(first, signal.SIGSTOP)
+        assert pool.submit([(1, {"x": 1.0})]).result(timeout=60)[0].sample == 1
+        assert first not in pool.processes
+    finally:
+        pool.kill()
+
+
+def test_workers_that_hang_at_the_start_end_the_run() -> None:
+    pool = LocalPool("", 1, None, task=troubled, ready=asleep, options=PoolOptions(start_limit=0.5))
+    try:
+        with pytest.raises(StudyError, match="3 worker processes in a row died before they began"):
+            list(run_all(pool, "", Batches(tasks(2), 2), never))
+    finally:
+        pool.kill()
+
+
 def test_workers_that_cannot_start_end_the_run() -> None:
     pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=stillborn)
     try:
@@ -118,7 +146,7 @@ def test_workers_end_with_their_parent(tmp_path: Path) -> None:
 
     script = """
 import sys, time
-from damagepred.study.campaign.workers import LocalPool
+from damagepred.study.campaign.workers import LocalPool, PoolOptions
 from tests.study.test_workers import at_once, troubled
 pool = LocalPool("", 2, None, troubled, at_once)
 pool.submit([(6, {"x": 1.0})]); pool.submit([(16, {"x": 1.0})])

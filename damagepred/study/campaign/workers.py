@@ -7,6 +7,7 @@ It is replaced, and its batch is reported as lost.
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import pickle
 import signal
@@ -46,10 +47,16 @@ class PoolOptions:
         Time (s) for a worker that has closed its socket to end with its own exit code.
     parent_check : float
         Interval (s) at which a worker checks that its parent lives.
+    start_limit : float
+        Time (s) after which a worker that is not ready, with its kernels compiled, counts as dead.
+    answer_limit : float
+        Time (s) after which an idle worker that does not begin its batch is replaced; the batch goes to another.
     """
 
     failed_starts: int = 3
     exit_wait: float = 2.0
+    start_limit: float = 900.0
+    answer_limit: float = 60.0
     parent_check: float = 1.0
 
 
@@ -121,10 +128,11 @@ class _Worker:
         self.is_ready = False
         self.batch: Batch = ()
         self.future: Future[list[Outcome]] | None = None
+        self.asked = time.monotonic()
         self.began: float | None = None
 
     def assign(self, batch: Batch, future: Future[list[Outcome]]) -> None:
-        self.batch, self.future, self.began = batch, future, None
+        self.batch, self.future, self.asked, self.began = batch, future, time.monotonic(), None
         with contextlib.suppress(OSError):  # it has just died, which is noticed when its socket is read
             self.socket.send(batch)
 
@@ -249,16 +257,22 @@ class LocalPool:
                 self._woken.recv()
             else:
                 self._receive(by_socket[readable])  # type: ignore[index]
-        if self.timeout is not None:
-            for worker in list(self._workers):
-                if worker.began is not None and time.monotonic() - worker.began > self.timeout:
-                    self._remove(worker, TimeoutError(f"took longer than its time limit ({self.timeout:g} s)"))
+        for worker in list(self._workers):
+            if time.monotonic() > self._deadline(worker):
+                limit = self.options.answer_limit if worker.began is None else self.timeout
+                self._remove(worker, TimeoutError(f"took longer than its time limit ({limit:g} s)"))
+
+    def _deadline(self, worker: _Worker) -> float:
+        """Return when a worker must have answered."""
+        if worker.began is not None:
+            return math.inf if self.timeout is None else worker.began + self.timeout
+        if not worker.is_ready:
+            return worker.asked + self.options.start_limit
+        return math.inf if worker.future is None else worker.asked + self.options.answer_limit
 
     def _wait_time(self) -> float | None:
-        busy = [worker.began for worker in self._workers if worker.began is not None]
-        if self.timeout is None or not busy:
-            return None
-        return max(0.0, min(busy) + self.timeout - time.monotonic()) + 1e-3
+        soonest = min(map(self._deadline, self._workers), default=math.inf)
+        return None if soonest == math.inf else max(0.0, soonest - time.monotonic()) + 1e-3
 
     def _receive(self, worker: _Worker) -> None:
         try:
