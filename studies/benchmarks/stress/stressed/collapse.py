@@ -187,6 +187,9 @@ def mechanisms() -> list[Case]:
                 "falls" if share > 1 else "stands",
                 dynamics=in_time(3.0),
                 ways=WAYS if bricks < 20 and share in (0.9, 1.1) else RIGID,
+                # twenty bricks lean by 3 mm on their joints, more than the overhang that is left; on joints ten times
+                # as stiff they stand
+                expect_in_time="" if (bricks, share) == (20, 0.99) else None,
             )
         )
     for strength, apart in itertools.product((0.0, 1e3, 1e5, 1e7), (0.01, 0.5, 1.1)):
