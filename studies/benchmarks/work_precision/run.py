@@ -3,10 +3,11 @@
     python studies/benchmarks/work_precision/run.py [--scenes NAME ...] [--seconds 270] [--limit 60]
     python studies/benchmarks/work_precision/run.py --from-data
     python studies/benchmarks/work_precision/run.py --quick
+    python studies/benchmarks/work_precision/run.py --axes NAME ... --data FILE
 
 Each wall is solved with each choice in a separate process, with a limit of processor time, and written to data.csv at
 once: the same command resumes. ``--from-data`` writes page and pictures from data.csv alone. ``--quick`` solves the
-smallest wall with a few choices, in seconds, and prints their errors.
+smallest wall with a few choices, in seconds, and prints their errors; ``--data`` writes another file and prints its.
 """
 
 from __future__ import annotations
@@ -153,13 +154,21 @@ def solve_one(path: Path, name: str, choice: Choice, limit: float) -> None:
 
 def quick() -> None:
     """Solve the smallest wall with a few choices and print the errors."""
-    from errors import load, with_errors
-
     with tempfile.TemporaryDirectory() as folder:
         data = Path(folder) / "data.csv"
         run(data, ["stack"], QUICK, 60.0, 10.0)
-        lines = with_errors(load(data)).dropna(subset=["solution"])
-    print(lines.pivot_table(index=["axis", "value"], columns="quantity", values="solution", sort=False).to_string())
+        print_errors(data)
+
+
+def print_errors(data: Path) -> None:
+    """Print the errors of a file of results, by wall and way, against the finest model and the finest solution."""
+    from errors import load, with_errors
+
+    lines = with_errors(load(data))
+    for against in ("model", "solution"):
+        known = lines.dropna(subset=[against])
+        table = known.pivot_table(index=["scene", "axis", "value"], columns="quantity", values=against, sort=False)
+        print(f"relative error against the finest {against}\n{table.to_string(float_format='{:.4f}'.format)}\n")
 
 
 def main() -> None:
@@ -178,6 +187,9 @@ def main() -> None:
         return
     if not asked.from_data:
         run(asked.data, asked.scenes, asked.axes, asked.seconds, asked.limit)
+    if asked.data != DATA:
+        print_errors(asked.data)
+        return
     sys.path.append(str(HERE.parent))  # the folder of the shared modules
     from page import write
 
