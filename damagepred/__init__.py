@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from damagepred.assembly import NO_LIMITS, Assembly, Limits
     from damagepred.damage import construction_limits
     from damagepred.errors import DamagepredError, InputError, SolverError, StudyError
-    from damagepred.exports import curves_frame, frame, walls_frame
+    from damagepred.exports import curves_frame, frame, to_arviz, walls_frame
     from damagepred.pipeline import solve
     from damagepred.rejudge import judge_again
     from damagepred.scene import (
@@ -70,7 +70,7 @@ _HOMES = {
         "assembly": "NO_LIMITS Assembly Limits",
         "damage": "construction_limits",
         "errors": "DamagepredError InputError SolverError StudyError",
-        "exports": "curves_frame frame walls_frame",
+        "exports": "curves_frame frame to_arviz walls_frame",
         "pipeline": "solve",
         "rejudge": "judge_again",
         "scene": "BaseMotion BlockMaterial ControlJoint Damage Dpc Dynamics Footing HeadJoint Joint Loads Mound "

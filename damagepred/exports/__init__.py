@@ -1,5 +1,6 @@
 """Fragility curves and studies for other programs: datasets in, files and tables out."""
 
+from damagepred.exports.arviz import to_arviz
 from damagepred.exports.files import FORMATS, export_curves, export_place, write_csv
 from damagepred.exports.frames import curves_frame, frame, parameters_frame, walls_frame
 from damagepred.exports.openquake import openquake_xml
@@ -15,6 +16,7 @@ __all__ = [
     "parameters_frame",
     "pelicun_config",
     "pelicun_frame",
+    "to_arviz",
     "walls_frame",
     "write_csv",
 ]

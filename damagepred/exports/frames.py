@@ -32,7 +32,7 @@ def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
         Indexed by category and intensity (m, or 1 for a ratio), as far as walls were followed; columns
         ``category_name``, ``fit_status``, ``probability`` with ``_lower`` and ``_upper``, and ``empirical``.
     """
-    _require_results(curves, ("category", "intensity", "probability"), "fit_fragility")
+    require_results(curves, ("category", "intensity", "probability"), "fit_fragility")
     points = [n for n in curves.data_vars if set(curves[n].dims) == {"category", "intensity"}]
     frame = curves[points].to_dataframe()
     if "fit_status" in curves:
@@ -57,7 +57,7 @@ def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
     pandas.DataFrame
         Indexed by category: median and dispersion with their bands, how many walls reached it, how the fit went.
     """
-    _require_results(curves, ("category", "median"), "fit_fragility")
+    require_results(curves, ("category", "median"), "fit_fragility")
     return curves[[n for n in curves.data_vars if curves[n].dims == ("category",)]].to_dataframe()
 
 
@@ -76,7 +76,7 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
         Indexed by sample. ``status`` in words; what has an increment is the largest of its path, NaN (-1 for a
         category) where nothing is known.
     """
-    _require_results(ds, ("sample", "status"), "open_study")
+    require_results(ds, ("sample", "status"), "open_study")
     # joints' own values, where a design has them, are no column of a table of walls
     alone = [n for n in ds.data_vars if ds[n].dims == ("sample",)]
     frame = ds[alone].reset_coords(drop=True).to_dataframe()
@@ -131,7 +131,22 @@ def frame(ds: xr.Dataset) -> pd.DataFrame:
     return ds[of_increments].to_dataframe()
 
 
-def _require_results(ds: xr.Dataset, names: Iterable[str], source: str) -> None:
-    """Refuse a dataset without one of these variables or coordinates; ``source`` makes such datasets."""
+def require_results(ds: xr.Dataset, names: Iterable[str], source: str) -> None:
+    """Refuse a dataset without what it must have.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        The dataset.
+    names : iterable of str
+        Variables or coordinates.
+    source : str
+        Function that makes such datasets.
+
+    Raises
+    ------
+    InputError
+        If one is missing.
+    """
     if missing := [name for name in names if name not in ds.variables and name not in ds.dims]:
         raise InputError(f"the dataset has no {missing[0]}; take one that {source} returns.")

@@ -111,6 +111,9 @@ with xr.open_dataset("small.dp/results.nc") as study:
     print(study.damagepred.exceedance("slight", at="4 mm").estimate)
     print(study.damagepred.status.values)
 ```
+
+`damagepred.to_arviz(study)` gives the study to ArviZ (`pip install "damagepred[arviz]"`). Inputs are the group `prior`,
+results `prior_predictive`. ArviZ knows neither weights nor failed samples: select the samples first.
 '''
 
 

@@ -1,0 +1,49 @@
+"""Studies for ArviZ: sampled inputs as draws of the prior, results as its predictions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import xarray as xr
+
+from damagepred.archive.schema import VARIABLES
+from damagepred.arguments import checked
+from damagepred.errors import InputError
+from damagepred.exports.frames import require_results
+
+
+@checked
+def to_arviz(ds: xr.Dataset) -> Any:
+    """Return a study in the groups of ArviZ; samples are draws of one chain, failed and missing ones among them.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``damagepred.open_study`` returns it. ArviZ knows no weights of samples and no missing ones: select the
+        samples first, such as ``ds.isel(sample=ds["status"] < 2)``.
+
+    Returns
+    -------
+    arviz.InferenceData or xarray.DataTree
+        As the installed ArviZ has it. ``prior`` has the inputs, ``prior_predictive`` the results, and
+        ``sample_stats_prior`` status, run time and the like.
+
+    Raises
+    ------
+    InputError
+        If ArviZ is not installed, or the dataset is of no study.
+    """
+    try:
+        import arviz
+    except ImportError:
+        raise InputError("to_arviz needs ArviZ; install it with `pip install damagepred[arviz]`.") from None
+    require_results(ds, ("sample", "status"), "open_study")
+    names: dict[str, list[str]] = {"prior": [], "prior_predictive": [], "sample_stats_prior": []}
+    for name, variable in ds.data_vars.items():
+        of_sample = variable.dims == ("sample",) and not str(name).startswith("end_")
+        known = "sample_stats_prior" if of_sample else "prior_predictive"
+        names[known if name in VARIABLES else "prior"].append(str(name))
+    draws = ds.rename(sample="draw")
+    groups = {group: draws[found].expand_dims(chain=[0]) for group, found in names.items() if found}
+    # ArviZ 1 has no class of its own
+    return arviz.InferenceData(**groups) if hasattr(arviz, "InferenceData") else xr.DataTree.from_dict(groups)
