@@ -6,7 +6,7 @@ import sys
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 import typer
 
@@ -474,7 +474,11 @@ def fragility(
     plot: Picture = None,
     csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write.")] = None,
     intensity: Annotated[
-        Intensity | None, typer.Option(help="Measure of the movement; on mounds by default surface_movement.")
+        Intensity | None,
+        typer.Option(
+            metavar="MEASURE",
+            help=f"Of the movement: {', '.join(get_args(Intensity))}; on mounds by default the first.",
+        ),
     ] = None,
     model: Annotated[
         Literal["separate", "common", "empirical"],

@@ -133,7 +133,9 @@ def say(message: str, *, error: bool = False) -> None:
     if error:
         _err.print(f"[bold red]damagepred:[/] {escaped(message)}")
     else:
-        (_err if FORM.json else _out).print(escaped(message))
+        console = _err if FORM.json else _out
+        # a terminal wraps between words; a file or a pipe has each message on one line
+        console.print(escaped(message), soft_wrap=not console.is_terminal)
 
 
 def note(message: str) -> None:

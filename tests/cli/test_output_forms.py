@@ -5,8 +5,11 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from typer.main import get_command
+from typer.testing import CliRunner
 
 from damagepred import __version__, open_study
+from damagepred.cli import app
 from damagepred.study.analyses.epistemic import alternatives
 from damagepred.study.campaign.status import study_status
 from tests.cli.conftest import Run
@@ -113,3 +116,12 @@ def test_export_is_a_command(command: Run, tmp_path: Path) -> None:
     assert command("fragility", house, "--categories", 1, "--bootstrap", 20, "--goodness", 0, "-o", curves).code == 0
     assert command("export", curves, "curves", "-o", tmp_path / "mine.csv").code == 0
     assert (tmp_path / "mine_curves.csv").read_text().startswith("category,intensity,")
+
+
+def test_help_fits_eighty_columns() -> None:
+    commands = [name or "" for name in get_command(app).commands]  # type: ignore[attr-defined]
+    assert "fragility" in commands
+    for name in commands:
+        shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "80", "TERMINAL_WIDTH": "80"})
+        assert shown.exit_code == 0, name
+        assert not [line for line in shown.output.splitlines() if len(line) > 80], name
