@@ -171,7 +171,7 @@ def solve(
         screen.say(mean_wall)
     screen.wall_table(ds)
     if assumed := ground_line(described, settings.variables if settings else ()):
-        screen.say(assumed)
+        screen.note(assumed)
     raise typer.Exit(_ending(ds))
 
 
@@ -204,7 +204,7 @@ def study(
     settings = StudySettings.from_toml(file).with_samples(samples, seed)
     folder = output or file.with_suffix(".dp")
     if assumed := ground_line(settings.scene, settings.variables):
-        screen.say(assumed)
+        screen.note(assumed)
     with ExitStack() as open_until_the_end:
         client = open_until_the_end.enter_context(connect_dask_scheduler(scheduler)) if scheduler else None
         bar = open_until_the_end.enter_context(screen.StudyBar())
@@ -334,7 +334,7 @@ def rare(
         timeout=timeout,
         limits=Limits.asked(yes, timeout),
         mix_versions=mix_versions,
-        on_level=lambda level: screen.say(f"level reached: margin {level.limit:.4g}, share {level.share:.3g}"),
+        on_level=lambda level: screen.note(f"level reached: margin {level.limit:.4g}, share {level.share:.3g}"),
     )
     for line in found.lines(question):
         screen.say(line)
@@ -413,7 +413,7 @@ def compare(
     for line in sentences(found, category, float(found["movement"][0])):
         screen.say(line)
     if movement.assumption:
-        screen.say(movement.assumption)
+        screen.note(movement.assumption)
     if output is not None or plot is not None:
         _keep_curves(compare_studies(studies, categories=[category], confidence=confidence), output, plot)
 
@@ -448,7 +448,7 @@ def two_level(
         budget=budget,
         workers=workers,
         mix_versions=mix_versions,
-        on_pilot=lambda report: screen.say(report.line()),
+        on_pilot=lambda report: screen.note(report.line()),
         limits=Limits.asked(yes),
     )
     e = found.estimate

@@ -93,6 +93,28 @@ def test_a_quiet_study_prints_its_result_alone(command: Run, tmp_path: Path) -> 
     assert "no such study folder" in missing.err
 
 
+def test_a_quiet_estimate_of_a_rare_event_prints_its_result_alone(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "house.toml").write_text(SMALL_STUDY)
+    rare = (
+        "rare",
+        tmp_path / "house.toml",
+        "--category",
+        1,
+        "--at",
+        "0.3 mm",
+        "-n",
+        20,
+        "--level-share",
+        0.25,
+        "--runs",
+        1,
+    )
+    loud = command(*rare, "-o", tmp_path / "loud.rare")
+    quiet = command(*rare, "-o", tmp_path / "quiet.rare", "--quiet")
+    assert "level reached" in loud.out
+    assert quiet.out.splitlines() == [line for line in loud.out.splitlines() if not line.startswith("level reached")]
+
+
 def test_solve_takes_the_mean_wall_of_a_study(command: Run, tmp_path: Path) -> None:
     (tmp_path / "house.toml").write_text(SMALL_STUDY)
     said = command("solve", tmp_path / "house.toml", "-o", tmp_path / "wall.nc")
