@@ -110,10 +110,11 @@ def _facts(ds: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
         facts.append(("Damp-proof course", _gap(ds, "dpc")))
     if "footing" in shown_gaps(ds):
         facts.append(("Bed on the footing", _gap(ds, "footing")))
-    facts += [
-        (f"{opening.kind.capitalize()} {i + 1}", f"changes its width by {length(float(change))} (widening positive)")
-        for i, (opening, change) in enumerate(zip(scene.opening, ds["opening_width_change"].values[-1]))
-    ]
+    for i, opening in enumerate(scene.opening):
+        change = float(ds["opening_width_change"].values[-1, i])
+        facts.append(
+            (f"{opening.kind.capitalize()} {i + 1}", f"changes its width by {length(change)} (widening positive)")
+        )
     return facts
 
 

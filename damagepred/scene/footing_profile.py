@@ -66,16 +66,18 @@ def through_points(table: tuple[tuple[float, float], ...], xi: FloatArray) -> Fl
     return np.asarray(PchipInterpolator(position, fraction)(xi), dtype=np.float64)
 
 
-def with_profile_files(tables: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def with_profile_files(tables: Any, folder: Path) -> Any:
     """Return the tables of a scene with the points of profiles in place of the CSV files that they name.
 
     Parameters
     ----------
-    tables : mapping
+    tables : mapping, or what stands in its place
         The scene; ``movement.table`` and ``mound.table`` may be names of files.
     folder : Path
         In which the files are.
     """
+    if not isinstance(tables, Mapping):  # refused by the scene, in its own words
+        return tables
     found = dict(tables)
     for key in ("movement", "mound"):
         part = tables.get(key)

@@ -50,12 +50,11 @@ def read(ds: xr.Dataset, model: Model) -> dict[str, list[float]]:
     places = [int(np.abs(ds["progress"].values - share).argmin()) for share in SHARES]
     reached = [abs(float(ds["progress"][p]) - share) < 1e-9 for p, share in zip(places, SHARES)]
     tension, compression = block_stresses(ds, model)
-    width = ds["opening_width_change"].values
-    diagonal = ds["opening_diagonal_change"].values
     found = {name: ds[variable].values.astype(float) for name, variable in READ.items()}
     found |= {"block_tension": tension, "block_compression": compression}
-    if width.shape[1]:
-        found |= {"window": width[:, 0], "window_diagonal": diagonal[:, 0]}
+    if "opening" in ds.sizes:
+        of_first = {"window": "opening_width_change", "window_diagonal": "opening_diagonal_change"}
+        found |= {name: ds[variable].values[:, 0] for name, variable in of_first.items()}
     values = {
         name: [float(series[p]) if known else float("nan") for p, known in zip(places, reached)]
         for name, series in found.items()
