@@ -764,6 +764,9 @@ def report(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="HTML file to write; by default beside the input.")
     ] = None,
+    at: Annotated[
+        str | None, typer.Option("--at", help='Movement ("60 mm") or site class ("H1") that the summary answers for.')
+    ] = None,
     confidence: Annotated[float, typer.Option(help="Of bands and intervals.", min=0.01, max=0.999)] = 0.9,
     bootstrap: Annotated[int, typer.Option(help="Resamples for the bands of curves.", min=0)] = 1000,
     no_replay: Annotated[
@@ -773,10 +776,17 @@ def report(
 ) -> None:
     """Write one self-contained page about a solved wall or a study."""
     from damagepred.report import write_report
+    from damagepred.uq.movement_distribution import movement_distribution
 
     with screen.Bar("solving a typical wall again") as bar:
         place = write_report(
-            path, output, replay=not no_replay, confidence=confidence, bootstrap=bootstrap, on_step=bar.step
+            path,
+            output,
+            replay=not no_replay,
+            confidence=confidence,
+            bootstrap=bootstrap,
+            at=None if at is None else movement_distribution(at, option="--at"),
+            on_step=bar.step,
         )
     screen.note(f"wrote {place}")
 

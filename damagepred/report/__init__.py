@@ -2,6 +2,7 @@
 
 parts      what a page is made of: sections, tables, figures
 words      numbers with the units engineers write
+summary    a sentence for each category, and what changes the answer most
 inputs     the scene and its variables as tables, with where each value comes from
 sources    shipped values and their sources
 quality    how well the equations are solved

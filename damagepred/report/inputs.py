@@ -88,7 +88,7 @@ def input_section(scene: Scene, settings: StudySettings | None = None) -> Sectio
         )
         pairs = [(a, b, value) for a, row in settings.correlation.items() for b, value in row.items()]
         if pairs:
-            rows = [[_place(a), _place(b), number(value)] for a, b, value in pairs]
+            rows = [[place_in_words(a), place_in_words(b), number(value)] for a, b, value in pairs]
             parts.append(Table("Correlation of the variables", ["of", "with", "correlation"], rows, words=(0, 1)))
     if any("Zhuge" in row[-1] for row in rows):
         parts.append(Text([f"Zhuge et al.: {PAPER}."]))
@@ -103,7 +103,7 @@ def unsure(settings: StudySettings) -> list[str]:
     doubtful = []
     for place, variable in settings.variables.items():
         if any(source.confidence == "assumed" for source in sources_of_variable(place, variable)):
-            doubtful.append(_place(place))
+            doubtful.append(place_in_words(place))
     return doubtful
 
 
@@ -159,7 +159,7 @@ def _variable_row(place: str, variable: Variable) -> list[str]:
         elif variable.field.correlation_length is not None:
             varies += f", correlation length {number(variable.field.correlation_length)} m"
     scale, shown = _scale_of(variable, unit)
-    return [_place(place), _words(variable, unit, scale), varies, shown, "; ".join(sources)]
+    return [place_in_words(place), _words(variable, unit, scale), varies, shown, "; ".join(sources)]
 
 
 def _scale_of(variable: Variable, unit: str) -> tuple[float, str]:
@@ -190,6 +190,7 @@ def _words(variable: Variable, unit: str, scale: float) -> str:
     return f"{named(variable.distribution)}: {', '.join(told)}" if told else named(variable.distribution)
 
 
-def _place(place: str) -> str:
+def place_in_words(place: str) -> str:
+    """Return the place of a value in a scene in words, such as "mortar joints: tensile strength"."""
     table, _, key = place.partition(".")
     return f"{HEADS.get(table, named(table)).lower()}: {named(key)}"

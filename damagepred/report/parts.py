@@ -136,8 +136,12 @@ class Page:
         Of what, and what kind of report.
     warnings : sequence of str
         Unfinished or failed parts, to be read first.
+    question : str
+        What the answers are for, such as a movement.
+    answers : sequence of str
+        The results in short sentences.
     facts : sequence of (str, str)
-        The results in brief.
+        What they are of, in brief.
     sections : sequence of Section
         In order.
     """
@@ -145,6 +149,8 @@ class Page:
     title: str
     subtitle: str
     warnings: Sequence[str]
+    question: str
+    answers: Sequence[str]
     facts: Sequence[tuple[str, str]]
     sections: Sequence[Section]
 

@@ -22,6 +22,7 @@ from damagepred.report.inputs import input_section
 from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, drawing
 from damagepred.report.quality import common_movement, monte_carlo, study_quality
+from damagepred.report.summary import answers, influences, study_summary
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.study.settings import StudySettings, read_frozen
@@ -31,6 +32,7 @@ from damagepred.uq.fragility.options import DEFAULT
 
 if TYPE_CHECKING:
     from damagepred.pipeline import Step
+    from damagepred.uq.movement_distribution import MovementDistribution
 
 GOODNESS = 100
 """Times that walls of a fitted curve are made up to judge its distance from the empirical one."""
@@ -49,6 +51,7 @@ def study_page(
     replay: bool = True,
     confidence: float = 0.9,
     bootstrap: int = 1000,
+    at: float | str | MovementDistribution | None = None,
     on_step: Callable[[Step], None] | None = None,
 ) -> Page:
     """Return the report of a study, finished or not.
@@ -65,6 +68,8 @@ def study_page(
         Of bands and intervals.
     bootstrap : int
         Resamples of walls for the bands of curves.
+    at : float, str or MovementDistribution, optional
+        What the summary answers for; see ``damagepred.report.summary.answers``.
     on_step : callable, optional
         Called with each increment of the wall that is solved again.
 
@@ -77,6 +82,8 @@ def study_page(
     settings = read_frozen(folder.study_text())
     if not np.isin(ds["status"].values, SOLVED).any():
         raise InputError(f"{folder.path}: the study has no finished sample yet; run `damagepred study` first.")
+    question, found = answers(ds, settings, at, confidence)
+    influence, influences_section = influences(ds, found, confidence)
     curves = _fitted(ds, None, confidence, bootstrap)
     at_limits = curves
     if curves.attrs["intensity_measure"] != "central_deflection":
@@ -96,6 +103,7 @@ def study_page(
         Section("quality", "How good the solutions are, and how many walls are enough", study_quality(ds) + certainty),
         Section("damage", "Damage", _damage(folder, ds, replay, on_step) if paths else [_no_paths()]),
         Section("fragility", "How likely is which damage", _fragility(curves)),
+        *([] if influences_section is None else [influences_section]),
         study_limits(ds, at_limits, deflected, confidence),
         study_caveats(ds, curves, settings, moved),
         Section(
@@ -108,6 +116,8 @@ def study_page(
         title=str(ds.attrs.get("title", "study")),
         subtitle="How likely is which damage to a wall: a Monte Carlo study",
         warnings=_warnings(folder, ds),
+        question=question,
+        answers=[*study_summary(ds, found), *([influence] if influence else [])],
         facts=_facts(ds, curves),
         sections=sections,
     )

@@ -19,6 +19,7 @@ from damagepred.report.inputs import input_section
 from damagepred.report.limits import wall_limits
 from damagepred.report.parts import Drawing, Listing, Page, Part, Section, Table, drawing
 from damagepred.report.quality import wall_quality
+from damagepred.report.summary import wall_summary
 from damagepred.scene import Scene
 from damagepred.tables import path_columns
 
@@ -72,6 +73,8 @@ def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
         subtitle="Damage to one wall"
         + (f", sample {int(ds.attrs['sample'])} of a study" if "sample" in ds.attrs else ""),
         warnings=_warnings(ds),
+        question="As the ground moves:",
+        answers=wall_summary(ds),
         facts=_facts(ds, scene),
         sections=sections,
     )

@@ -15,6 +15,7 @@ from damagepred.report.page import page_html
 
 if TYPE_CHECKING:
     from damagepred.pipeline import Step
+    from damagepred.uq.movement_distribution import MovementDistribution
 
 
 @checked
@@ -32,6 +33,7 @@ def write_report(
     replay: bool = True,
     confidence: float = 0.9,
     bootstrap: int = 1000,
+    at: float | str | MovementDistribution | None = None,
     on_step: Callable[[Step], None] | None = None,
 ) -> Path:
     """Write the report of a solved wall or a study as one page of HTML.
@@ -48,6 +50,9 @@ def write_report(
         Of bands and intervals of a study.
     bootstrap : int
         Resamples of a study's walls for the bands of its curves.
+    at : float, str or MovementDistribution, optional
+        Of a study: the movement (m, or a text such as "60 mm"), site class ("H1") or distribution of the movement that
+        the summary answers for; by default the study's own movement.
     on_step : callable, optional
         Called with each increment of the wall that is solved again.
 
@@ -76,7 +81,15 @@ def write_report(
 
         folder = StudyFolder(source)
         folder.require()
-        page = study_page(folder, written, replay=replay, confidence=confidence, bootstrap=bootstrap, on_step=on_step)
+        page = study_page(
+            folder, written, replay=replay, confidence=confidence, bootstrap=bootstrap, at=at, on_step=on_step
+        )
+    elif at is not None:
+        from damagepred.uq.movement_distribution import as_distribution
+
+        raise InputError(
+            f"at = {as_distribution(at).name}: goes with a study; {source} is one wall; its report has the whole path."
+        )
     else:
         from damagepred.report.wall import wall_page
 

@@ -24,6 +24,7 @@ from damagepred.report.inputs import HEADS
 from damagepred.report.quality import telling_movement
 from damagepred.scene import Scene
 from damagepred.scene.quantity import to_si
+from damagepred.study.analyses.variance_shares import study_sensitivity
 from damagepred.study.settings import read_frozen
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import fit_fragility
@@ -441,6 +442,12 @@ def check_study(folder: StudyFolder, root: Element) -> None:
             columns = {head: [list(one.get(c, nothing)) for c in numbered] for head, one in zip(by, per_rule)}
             check_columns(caption, heads, rows, {"category": [[c] if c >= 0 else [] for c in numbered], **columns})
             assert len({str(one) for one in per_rule}) == 3
+        elif caption.startswith("Inputs and the movement at which category"):
+            sensitivity = study_sensitivity(ds, category=int(numbers(caption)[0].value))
+            for row in rows:
+                one = sensitivity.sel(variable=row[0])
+                for cell, name in zip(row[1:], ("spearman", "partial", "first_order"), strict=True):
+                    compare(cell, "", _spread(one, name), f"{caption}: {row[0]}")
         elif caption == "The curves":
             for category, row in zip(of, rows, strict=True):
                 one = curves.sel(category=category)

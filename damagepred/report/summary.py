@@ -1,0 +1,205 @@
+"""The answer in short: a sentence for each category, and what changes it most."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.schema import category_label
+from damagepred.arrays import BoolArray
+from damagepred.enumerations import SOLVED
+from damagepred.errors import InputError
+from damagepred.formatting import chance, length, named, number, ratio
+from damagepred.report.inputs import place_in_words
+from damagepred.report.parts import Section, Table, Text
+from damagepred.report.quality import categories
+from damagepred.scene.site import site_class
+from damagepred.study.analyses.variance_shares import study_sensitivity
+from damagepred.study.settings import StudySettings
+from damagepred.tables import sensitivity_columns
+from damagepred.uq.capacity import sample_weights
+from damagepred.uq.estimate import Estimate, probability
+from damagepred.uq.exceedance import exceedance
+from damagepred.uq.fragility import movement_measure
+from damagepred.uq.intensity import attributes
+from damagepred.uq.movement_distribution import MOUND, MovementDistribution, as_distribution
+
+MOVEMENTS = ("movement.central_deflection", "mound.surface_movement")
+"""Inputs that say how far a wall is followed: the movement at which it is damaged does not depend on them."""
+
+NAMED_INPUTS = 3
+"""Inputs that a summary names at most."""
+
+
+def wall_summary(ds: xr.Dataset) -> list[str]:
+    """Return a sentence for each category: the movement at which one wall reaches it.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    """
+    measure = MOUND if MOUND in ds.variables else "central_deflection"
+    movement, category = ds[measure].values, ds["damage_category"].values
+    said = []
+    for one, name in categories(ds):
+        at = np.flatnonzero(category >= one)
+        if at.size:
+            said.append(
+                f"Category {_with_name(name)}: reached at a {named(measure)} of {length(float(movement[at[0]]))}."
+            )
+        else:
+            said.append(
+                f"Category {_with_name(name)}: not reached up to a {named(measure)} of {length(float(movement[-1]))}."
+            )
+    return said
+
+
+def answers(
+    ds: xr.Dataset,
+    settings: StudySettings,
+    at: float | str | MovementDistribution | None = None,
+    confidence: float = 0.9,
+) -> tuple[str, dict[int, Estimate]]:
+    """Return for which movement a study answers, in words, and the probability of each category or worse.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study.
+    settings : StudySettings
+        What was asked.
+    at : float, str or MovementDistribution, optional
+        Movement (m), site class or distribution of the movement; by default the largest movement of the study, and
+        the end of each wall's own movement where that differs from wall to wall.
+    confidence : float
+        Of the intervals.
+    """
+    measure = movement_measure(ds)
+    if at is None and not _own_movements(ds, settings):
+        at = float(np.nanmax(ds[measure].values))
+    if at is None:
+        ends = np.nanmax(ds[measure].values.reshape(ds.sizes["sample"], -1)[_solved(ds)], axis=1)
+        of = f"a {named(measure)} of {length(float(ends.min()))} to {length(float(ends.max()))}"
+        return f"At the end of each wall's own movement, {of}:", {
+            category: _at_the_end(ds, category, confidence) for category, _ in categories(ds)
+        }
+    wanted = as_distribution(at, str(attributes(ds, measure)["units"]))
+    found = {c: exceedance(ds, c, wanted, confidence=confidence).estimate for c, _ in categories(ds)}
+    return _movement_in_words(wanted, measure), found
+
+
+def study_summary(ds: xr.Dataset, found: Mapping[int, Estimate]) -> list[str]:
+    """Return a sentence for each category.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study.
+    found : mapping of int to Estimate
+        As ``answers`` returns it.
+    """
+    return [f"Category {_with_name(name)} or worse: {_in_words(found[category])}." for category, name in categories(ds)]
+
+
+def _movement_in_words(wanted: MovementDistribution, measure: str) -> str:
+    if len(wanted.points) > 1:
+        where = f"site {wanted.name}" if wanted.measure == MOUND else wanted.name
+        return f"For {where} ({wanted.assumption}):"
+    value = wanted.largest
+    shown = ratio(value) if measure == "deflection_ratio" else length(value)
+    known = f", site class {site_class(value).name}" if measure == MOUND else ""
+    return f"At a {named(measure)} of {shown}{known}:"
+
+
+def _with_name(label: str) -> str:
+    """Return "2 (slight)" for "2 slight"."""
+    category, _, name = label.partition(" ")
+    return f"{category} ({name})" if name else category
+
+
+def _in_words(found: Estimate) -> str:
+    if np.isnan(found.value):
+        return "unknown, no wall was followed as far"
+    interval = f"{found.confidence:.0%} interval {chance(found.lower)} to {chance(found.upper)}"
+    share = 100 * found.value
+    if share in (0, 100):
+        of = f"{'all' if share else 'none'} of these walls"
+    elif share < 1:
+        of = "fewer than 1 wall in 100"
+    else:
+        of = f"about {share:.0f} wall{'s' if round(share) != 1 else ''} in 100"
+    return f"probability {chance(found.value)} ({interval}), {of}"
+
+
+def _solved(ds: xr.Dataset) -> BoolArray:
+    return np.isin(ds["status"].values, SOLVED)
+
+
+def _own_movements(ds: xr.Dataset, settings: StudySettings) -> bool:
+    """Whether walls end at movements of their own."""
+    return (
+        bool(set(MOVEMENTS) & set(settings.variables))
+        or ds["damage_category"].ndim == 1
+        or settings.scene.movement.shape == "jacks"
+    )
+
+
+def _at_the_end(ds: xr.Dataset, category: int, confidence: float) -> Estimate:
+    good = _solved(ds)
+    worst = ds["damage_category"].values[good].reshape(int(good.sum()), -1).max(axis=1)
+    weight = sample_weights(ds)[good] if "weight" in ds else None
+    return probability((worst >= category).astype(np.float64), weight=weight, confidence=confidence)
+
+
+def influences(ds: xr.Dataset, found: Mapping[int, Estimate], confidence: float = 0.9) -> tuple[str, Section | None]:
+    """Return in a sentence which inputs change the answer most, and the section with all of them.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study with paths.
+    found : mapping of int to Estimate
+        As ``answers`` returns it; the category whose probability is nearest to a half is asked about.
+    confidence : float
+        Of the intervals.
+    """
+    doubt = {category: abs(one.value - 0.5) for category, one in found.items() if np.isfinite(one.value)}
+    if not doubt:
+        return "", None
+    category = min(doubt, key=lambda c: doubt[c])
+    try:
+        sensitivity = study_sensitivity(ds, category=category, confidence=confidence)
+    except InputError as error:
+        return f"What changes the answer most is not known: {str(error).rstrip('.')}.", None
+    moved = [str(name) not in MOVEMENTS for name in sensitivity["variable"].values]
+    if not any(moved):
+        return "", None
+    sensitivity = sensitivity.isel(variable=np.flatnonzero(moved))
+    strength = np.abs(sensitivity["partial"].values)
+    sure = np.sign(sensitivity["partial_lower"].values) == np.sign(sensitivity["partial_upper"].values)
+    order = [int(i) for i in np.argsort(-strength) if sure[i]][:NAMED_INPUTS]
+    label = _with_name(category_label(ds, category))
+    if order:
+        most = []
+        for i in order:
+            value = float(sensitivity["partial"].values[i])
+            effect = "more of it protects" if value > 0 else "more of it harms"
+            most.append(f"{place_in_words(str(sensitivity['variable'].values[i]))} ({number(value, 2)}, {effect})")
+        said = (
+            f"What changes the answer most: {'; '.join(most)}. In brackets the rank correlation with the movement at "
+            f"which category {label} is reached."
+        )
+    else:
+        said = f"Of the inputs with one value a wall, none stands out among these {ds.sizes['sample']} walls."
+    note = (
+        "Rank correlation: from −1 to 1. Partial: without what the other inputs explain. Share of variance: what "
+        "the input brings about by itself. Inputs that vary from joint to joint are not in the table; "
+        "`damagepred sensitivity` of the study file tells their share."
+    )
+    table = Table.of(
+        f"Inputs and the movement at which category {label} is reached", sensitivity_columns(sensitivity), note
+    )
+    return said, Section("influences", "What changes the answer most", [Text([said]), table])

@@ -1,0 +1,98 @@
+"""The answer in short, held against counts and curves made beforehand."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.errors import InputError
+from damagepred.formatting import chance
+from damagepred.report import write_report
+from damagepred.report.study import study_page
+from damagepred.report.summary import answers, influences, study_summary, wall_summary
+from damagepred.study.settings import StudySettings, read_frozen
+from damagepred.uq.exceedance import exceedance
+from damagepred.uq.movement_distribution import MOUND, movement_distribution
+from tests.synthetic_studies import synthetic_study
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> tuple[xr.Dataset, StudySettings]:
+    folder = synthetic_study(tmp_path / "house.dp", 200)
+    return open_study(folder), read_frozen(StudyFolder(folder).study_text())
+
+
+def test_one_wall_reaches_each_category_at_a_movement_or_not(wall: xr.Dataset) -> None:
+    category, movement = wall["damage_category"].values, 1e3 * wall["central_deflection"].values
+    said = wall_summary(wall)
+    assert len(said) == 4
+    first = movement[np.flatnonzero(category >= 1)[0]]
+    assert said[0] == f"Category 1 (very slight): reached at a central deflection of {first:.3g} mm."
+    if category.max() < 4:
+        assert said[3] == "Category 4 (severe): not reached up to a central deflection of 12 mm."
+
+
+def test_a_movement_that_is_asked_for(study: tuple[xr.Dataset, StudySettings]) -> None:
+    ds, settings = study
+    question, found = answers(ds, settings, "3 mm")
+    assert question == "At a central deflection of 3 mm:"
+    for category, one in found.items():
+        assert one == exceedance(ds, category, 3e-3).estimate
+    e = found[1]
+    assert study_summary(ds, found)[0] == (
+        f"Category 1 (very slight) or worse: probability {chance(e.value)} (90% interval {chance(e.lower)} to "
+        f"{chance(e.upper)}), about {100 * e.value:.0f} walls in 100."
+    )
+
+
+def test_without_one_each_wall_counts_at_its_own_end(study: tuple[xr.Dataset, StudySettings]) -> None:
+    ds, settings = study
+    question, found = answers(ds, settings)
+    assert question.startswith("At the end of each wall's own movement, a central deflection of ")
+    for category, one in found.items():
+        assert one.value == pytest.approx(np.mean(ds["damage_category"].values[:, -1] >= category))
+
+
+def test_a_site_class_and_a_single_surface_movement_are_named(study: tuple[xr.Dataset, StudySettings]) -> None:
+    ds, settings = study
+    moved = ds.assign({MOUND: 20 * ds["central_deflection"]})
+    moved[MOUND].attrs.update(ds["central_deflection"].attrs)
+    moved.attrs["movement_measure"] = MOUND
+    question, _ = answers(moved, settings, movement_distribution("H1"))
+    assert question == "For site class H1 (y_s is taken as evenly distributed from 40 to 60 mm):"
+    question, _ = answers(moved, settings, "55 mm")
+    assert question == "At a surface movement of 55 mm, site class H1:"
+
+
+def test_the_input_that_decides_is_named_and_others_are_not(study: tuple[xr.Dataset, StudySettings]) -> None:
+    ds, settings = study
+    _, found = answers(ds, settings, "3 mm")
+    random = np.random.default_rng(3)
+    reached = (ds["damage_category"].values >= 1).argmax(axis=1)
+    capacity = np.where((ds["damage_category"].values >= 1).any(axis=1), reached, 99) + 0.1 * random.random(200)
+    inputs = [name for name, v in ds.data_vars.items() if v.attrs.get("role") == "input" and v.dims == ("sample",)]
+    others = [str(name) for name in inputs if not str(name).startswith("movement.")]
+    ds[others[0]].values[:] = -capacity
+    said, section = influences(ds, found)
+    assert "more of it harms" in said
+    assert said.count("more of it") == 1 + said.count("more of it protects")
+    assert section is not None
+    assert section.parts[1].rows[0][0] == others[0]
+    assert not any(row[0].startswith("movement.") for row in section.parts[1].rows)
+
+
+def test_the_page_begins_with_the_answers(tmp_path: Path) -> None:
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 40))
+    page = study_page(folder, "today", replay=False, bootstrap=50, at="3 mm")
+    assert page.question == "At a central deflection of 3 mm:"
+    assert [a.split(" or worse")[0] for a in page.answers[:2]] == ["Category 1 (very slight)", "Category 2 (slight)"]
+
+
+def test_a_movement_for_one_wall_is_refused(tmp_path: Path, wall: xr.Dataset) -> None:
+    from damagepred.archive.files import write_dataset
+
+    write_dataset(wall, tmp_path / "wall.nc")
+    with pytest.raises(InputError, match="class H1: goes with a study"):
+        write_report(tmp_path / "wall.nc", at=movement_distribution("H1"))
