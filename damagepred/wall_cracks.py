@@ -66,7 +66,8 @@ def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
     """Return the cracks of a wall as objects, followed through the increments.
 
     A crack is what has opened or slid by more than a hairline, piece of joint by piece of joint, joined where pieces
-    meet and across bricks whose zones have yielded. It keeps its number as it grows; of cracks that meet, the oldest
+    meet and across bricks whose zones have yielded. It is as straight as one would draw it, with branches of at most
+    two joints: a fan or an arch is several cracks. It keeps its number as it grows; of cracks that meet, the oldest
     keeps its. ``crack_width``, the opening normal to the joint, is what damage tables speak of and what categories are
     found by; the widest of the wall proper is ``crack_width_max``. Categories count cracks by whole joints
     (``crack_count``), which may join what is two cracks here.

@@ -1,7 +1,9 @@
 """Cracks as objects in one state of a wall: contacts that have opened or slid, joined end to end, and traced.
 
-The tributary length of each contact is a piece of its joint. Pieces that meet, within a joint or at a corner, belong to
-one crack; pieces of bricks that have yielded join those that they touch. ``damagepred.damage.find_cracks``, by which
+The tributary length of each contact is a piece of its joint. Pieces that meet, within a joint or at a corner, are
+joined; pieces of bricks that have yielded join those that they touch. The longest course of what is joined, along its
+widest joints and as far as it is straight, is one crack with its short branches. What leaves it is the next crack: a
+fan or an arch is several. ``damagepred.damage.find_cracks``, by which
 categories are found, joins whole joints instead.
 """
 
@@ -73,6 +75,11 @@ class Pieces:
     def points(self) -> int:
         """Number of points where pieces may meet."""
         return int(self.ends.max(initial=-1)) + 1
+
+    @cached_property
+    def longest_branch(self) -> float:
+        """Length of two joints (m): what leaves a crack on a longer course is a crack of its own."""
+        return 2.0 * float(np.median(np.hypot(*(self.joints.end - self.joints.start).T)))
 
 
 class Links(NamedTuple):
@@ -166,31 +173,47 @@ def trace(pieces: Pieces, opening: FloatArray, slip: FloatArray, part: BoolArray
     if not chosen.size:
         return []
     ends = np.concatenate((pieces.ends[chosen], links.ends))
-    points, ends = np.unique(ends, return_inverse=True)
-    ends = ends.reshape(-1, 2)
     place = np.concatenate((pieces.place[chosen], links.place))
-    graph = sparse.csr_array((np.ones(len(ends), np.int8), (ends[:, 0], ends[:, 1])), shape=(len(points),) * 2)
-    _, label = connected_components(graph, directed=False)
-    of_edge = label[ends[:, 0]]
-    order = np.argsort(of_edge, kind="stable")
-    cuts = np.flatnonzero(np.diff(of_edge[order])) + 1
     found = []
-    for edges in np.split(order, cuts):
+    waiting = _joined(ends)
+    while waiting:
+        edges = waiting.pop()
         own = edges[edges < len(chosen)]
         if own.size:  # zones alone are no crack of joints
             contact = np.where(edges < len(chosen), chosen[np.minimum(edges, len(chosen) - 1)], -1)
-            found.append(_crack(pieces, opening, slip, contact, ends[edges], place[edges]))
+            crack, others = _crack(pieces, opening, slip, contact, ends[edges], place[edges])
+            found.append(crack)
+            waiting += [edges[other] for other in others]
     return sorted(found, key=lambda c: (-float(c.opening.max()), -c.length, int(c.pieces[0])))
 
 
 def _crack(
     pieces: Pieces, opening: FloatArray, slip: FloatArray, contact: IntArray, ends: IntArray, place: FloatArray
-) -> Crack:
-    """Make one crack of its edges: contacts (-1: through a brick), the points they join and where these are."""
-    own = contact[contact >= 0]
+) -> tuple[Crack, list[IntArray]]:
+    """Return the crack along the longest course of some edges, and the edges of other cracks that leave it.
+
+    Edges are contacts (-1: through a brick), the points they join and where these are.
+    """
     step = np.hypot(*(place[:, 1] - place[:, 0]).T)
-    direction, middle = _mean_line(place[contact >= 0], step[contact >= 0])
-    path, forward = _longest_course(ends, step, place, direction)
+    joint = contact >= 0
+    displacement = np.where(joint, np.hypot(np.maximum(opening[contact], 0.0), slip[contact]), np.inf)
+    cost = step / np.where(joint, displacement, displacement.min())
+    path, forward = _longest_course(ends, step, cost)
+    corners = np.array(
+        [place[path[0], 0 if forward[0] else 1], *(place[e, 1 if f else 0] for e, f in zip(path, forward))]
+    )
+    part = _straight_part(corners, displacement[path], pieces.longest_branch)
+    path, forward, corners = path[part], forward[part], corners[part.start : part.stop + 1]
+    leaving = [edges for edges in _leaving(ends, path) if joint[edges].any()]
+    others = [edges for edges in leaving if _joint_length(ends, step, cost, joint, edges) > pieces.longest_branch]
+    kept = joint.copy()
+    kept[[edge for edges in others for edge in edges]] = False
+    if not kept.any():  # a course through bricks alone has no joint to tell its width by
+        others, kept = [], joint
+    own = contact[kept]
+    direction, middle = _mean_line(place[kept], step[kept])
+    if (corners[-1] - corners[0]) @ direction < 0:
+        path, forward, corners = path[::-1], ~forward[::-1], corners[::-1]
     normal = np.array((-direction[1], direction[0]))
     tangent = pieces.tangent[own]
     gap = np.maximum(opening[own], 0.0)
@@ -199,23 +222,22 @@ def _crack(
     width = _which_side(pieces, own, contact, path, forward, normal) * (moved @ normal)
     through = path[contact[path] < 0]
     inclination = float(np.degrees(np.arctan2(direction[1], direction[0])))
-    corners = [place[path[0], 0 if forward[0] else 1]]
-    corners += [place[e, 1 if f else 0] for e, f in zip(path, forward)]
-    return Crack(
+    crack = Crack(
         pieces=own,
         opening=gap,
         displacement=np.hypot(gap, slip[own]),
         width=width,
         along=(pieces.place[own].mean(axis=1) - middle) @ direction,
-        path=np.array(corners),
+        path=corners,
         path_pieces=contact[path],
         length=float(pieces.length[own].sum()),
         length_through_blocks=float(step[through].sum()),
-        branches=_branches(ends, contact, path),
+        branches=len(leaving) - len(others),
         inclination=inclination,
         orientation=_orientation(abs(inclination), bool(through.size)),
         widest=int(np.lexsort((-np.hypot(gap, slip[own]), -gap))[0]),
     )
+    return crack, others
 
 
 def _mean_line(place: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -236,40 +258,58 @@ def _mean_line(place: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatAr
     return direction, middle
 
 
-def _longest_course(
-    ends: IntArray, step: FloatArray, place: FloatArray, direction: FloatArray
-) -> tuple[IntArray, BoolArray]:
-    """Return the edges of the longest shortest path (diameter of the graph), and which of them run forward.
+def _longest_course(ends: IntArray, step: FloatArray, cost: FloatArray) -> tuple[IntArray, BoolArray]:
+    """Return the edges of the cheapest path between the two points farthest apart, and which of them run forward.
 
-    Two searches from farthest points find it: exact where a crack has no loops.
+    Two searches by length find these points (diameter of the graph): exact where a crack has no loops.
     """
     points, local = np.unique(ends, return_inverse=True)
     local = local.reshape(-1, 2)
     n = len(points)
-    # of edges that join the same two points the shortest counts
-    order = np.argsort(-step, kind="stable")
-    edge_of = {tuple(sorted(local[e])): int(e) for e in order}
-    keys = np.array(list(edge_of))
-    cost = step[list(edge_of.values())]
-    graph = sparse.csr_array((np.maximum(cost, 1e-12), (keys[:, 0], keys[:, 1])), shape=(n, n))
-    far = dijkstra(graph, directed=False, indices=0)
-    first = int(np.argmax(far))
-    far, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
-    at = int(np.argmax(far))
-    walked: list[int] = []
-    forward: list[bool] = []
-    while at != first:
-        previous = int(before[at])
-        edge = edge_of[min(previous, at), max(previous, at)]
-        walked.append(edge)
-        forward.append(bool(local[edge, 1] == at))
-        at = previous
-    edges, ahead = np.array(walked[::-1], dtype=np.int64), np.array(forward[::-1], dtype=np.bool_)
-    begin = place[edges[0], 0 if ahead[0] else 1]
-    finish = place[edges[-1], 1 if ahead[-1] else 0]
-    if (finish - begin) @ direction < 0:
-        edges, ahead = edges[::-1], ~ahead[::-1]
-    return edges, ahead
+    # of edges that join the same two points the cheapest counts
+    key = local.min(axis=1) * n + local.max(axis=1)
+    order = np.lexsort((cost, key))
+    key, cheapest = np.unique(key[order], return_index=True)
+    edge_of = order[cheapest]
+
+    def search(weight: FloatArray, start: int) -> tuple[FloatArray, IntArray]:
+        graph = sparse.csr_array((np.maximum(weight[edge_of], 1e-12), (key // n, key % n)), shape=(n, n))
+        return dijkstra(graph, directed=False, indices=start, return_predecessors=True)
+
+    first = int(np.argmax(search(step, 0)[0]))
+    last = int(np.argmax(search(step, first)[0]))
+    before = search(cost, first)[1]
+    course = [last]
+    while course[-1] != first:
+        course.append(int(before[course[-1]]))
+    walk = np.array(course[::-1])
+    walked = np.minimum(walk[:-1], walk[1:]) * n + np.maximum(walk[:-1], walk[1:])
+    edges = edge_of[np.searchsorted(key, walked)]
+    return edges, local[edges, 1] == walk[1:]
+
+
+def _straight_part(corners: FloatArray, width: FloatArray, least: float) -> slice:
+    """Return the steps of a path around its widest that bend away from their chord by less than a quarter of it.
+
+    The path is cut where it is farthest from the chord, as in the algorithm of Douglas and Peucker: an arch is two
+    cracks. Bends by less than ``least`` (m) are teeth of a stepped crack.
+    """
+    start, stop = 0, len(width)
+    widest = int(np.argmax(np.where(np.isfinite(width), width, 0.0)))
+    while True:
+        arms = corners[start : stop + 1] - corners[start]
+        chord = float(np.hypot(*arms[-1]))
+        across = np.abs(arms[:, 0] * arms[-1, 1] - arms[:, 1] * arms[-1, 0]) / chord if chord else np.hypot(*arms.T)
+        bend = start + int(np.argmax(across))
+        if across.max() <= max(least, 0.25 * chord):
+            return slice(start, stop)
+        start, stop = (bend, stop) if widest >= bend else (start, bend)
+
+
+def _joint_length(ends: IntArray, step: FloatArray, cost: FloatArray, joint: BoolArray, edges: IntArray) -> float:
+    """Return the length of joints on the longest course of some edges."""
+    path = edges[_longest_course(ends[edges], step[edges], cost[edges])[0]]
+    return float(step[path][joint[path]].sum())
 
 
 def _which_side(
@@ -286,20 +326,27 @@ def _which_side(
     return side
 
 
-def _branches(ends: IntArray, contact: IntArray, path: IntArray) -> int:
-    """Count the pieces of joints, each joined in itself, that are left when the path is taken out."""
-    left = np.setdiff1d(np.flatnonzero(contact >= 0), path)
-    if not left.size:
-        return 0
-    on_path = np.unique(ends[path])
+def _leaving(ends: IntArray, path: IntArray) -> list[IntArray]:
+    """Return the edges that are left when the path is taken out, those together that are joined beside it."""
+    left = np.setdiff1d(np.arange(len(ends)), path)
     # cut at the path: each edge has its own copy of a point of the path
     own = ends[left].astype(np.int64)
-    cut = np.isin(own, on_path)
+    cut = np.isin(own, ends[path])
     own[cut] = ends.max() + 1 + np.arange(int(cut.sum()))
-    points, own = np.unique(own, return_inverse=True)
+    return [left[some] for some in _joined(own)]
+
+
+def _joined(ends: IntArray) -> list[IntArray]:
+    """Return the edges of each connected part of a graph."""
+    if not len(ends):
+        return []
+    points, own = np.unique(ends, return_inverse=True)
     own = own.reshape(-1, 2)
     graph = sparse.csr_array((np.ones(len(own), np.int8), (own[:, 0], own[:, 1])), shape=(len(points),) * 2)
-    return int(connected_components(graph, directed=False)[0])
+    _, label = connected_components(graph, directed=False)
+    of_edge = label[own[:, 0]]
+    order = np.argsort(of_edge, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(of_edge[order])) + 1)
 
 
 def _orientation(inclination: float, through: bool) -> int:

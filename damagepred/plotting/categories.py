@@ -14,7 +14,7 @@ from damagepred.archive.schema import flag_name
 from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable, load_table
 from damagepred.plotting.colours import CATEGORY_COLOURS
-from damagepred.plotting.sheet import MM, plain_number, verbatim
+from damagepred.plotting.sheet import MM, plain_number, small, verbatim
 
 TABLES = ("as2870", "bre251")
 
@@ -66,7 +66,7 @@ def shade_bands(ax: Axes, table: DamageTable) -> None:
             xytext=(4, 0),
             textcoords="offset points",
             va="center",
-            fontsize="small",
+            fontsize=small(ax),
         )
 
 
@@ -76,8 +76,8 @@ def _middle(ax: Axes, bottom: float, top: float) -> float:
     return float(ax.transData.inverted().transform(points.mean(axis=0))[1])
 
 
-def width_scale(ax: Axes, widths: Sequence[float] | FloatArray, table: DamageTable) -> None:
-    """Scale the vertical axis for widths from nothing to many mm: linear to the first limit, logarithmic above.
+def width_scale(ax: Axes, widths: Sequence[float] | FloatArray, table: DamageTable, what: str) -> None:
+    """Scale and name the vertical axis for widths of many mm: linear to the first limit, logarithmic above.
 
     Parameters
     ----------
@@ -87,6 +87,8 @@ def width_scale(ax: Axes, widths: Sequence[float] | FloatArray, table: DamageTab
         All widths drawn (mm).
     table : DamageTable
         Its limits are marked.
+    what : str
+        Name of the widths.
     """
     limits = [limit * MM for limit in table.limits]
     values = np.asarray(widths, dtype=np.float64)
@@ -100,6 +102,25 @@ def width_scale(ax: Axes, widths: Sequence[float] | FloatArray, table: DamageTab
     ax.yaxis.set_major_locator(FixedLocator(sorted(mark for mark in marks if mark <= top * 1.15)))
     ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
     ax.yaxis.set_minor_locator(NullLocator())
+    ax.set_ylabel(f"{what} (mm), logarithmic above {plain_number(limits[0])}")
+
+
+def not_reached(ds: xr.Dataset, reached: int) -> str:
+    """Return in words which categories lie above the highest reached, nothing if none does.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of a wall or a study.
+    reached : int
+        Highest category reached.
+    """
+    highest = highest_of(ds)
+    if reached >= highest:
+        return ""
+    return "; not reached: " + (
+        f"category {highest}" if reached == highest - 1 else f"categories {reached + 1} to {highest}"
+    )
 
 
 def highest_of(ds: xr.Dataset) -> int:

@@ -45,7 +45,7 @@ def draw_convergence(ds: xr.Dataset, at: float, ax: Axes | None = None, confiden
         colour = CATEGORY_COLOURS[category % len(CATEGORY_COLOURS)]
         ax.fill_between(found.counted, found.lower, found.upper, color=colour, alpha=0.15, linewidth=0)
         style = CURVE_STYLES[(category - 1) % len(CURVE_STYLES)]
-        label = f"{category} {name_of(ds, category)} or worse"
+        label = f"{category} {name_of(ds, category)} or worse{'' if found.value[-1] > 0 else ': never reached'}"
         ax.plot(found.counted, found.value, color=colour, linestyle=style, linewidth=1.8, label=label)
     ax.set_xlim(min(2, most), max(most, 3))
     ax.set_xscale("log")
@@ -54,7 +54,7 @@ def draw_convergence(ds: xr.Dataset, at: float, ax: Axes | None = None, confiden
     ax.minorticks_off()
     ax.set_ylim(-0.02, 1.02)
     grid(ax)
-    ax.set_xlabel("walls counted (1)")
+    ax.set_xlabel("walls counted (1), logarithmic")
     ax.set_ylabel("probability (1)")
     legend_below(ax, ax.get_legend_handles_labels()[0], 2)
     measure = movement_measure(ds).replace("_", " ")

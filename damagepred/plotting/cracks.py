@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +29,7 @@ from damagepred.plotting.sheet import (
     new_figure,
     plain_number,
     set_title,
+    small,
     title_of,
 )
 from damagepred.wall_cracks import WallCracks, crack_frame
@@ -162,7 +163,7 @@ def _number(ax: Axes, known: WallCracks, increment: int) -> None:
             str(one["crack"]),
             (x, y),
             at,
-            fontsize="small",
+            fontsize=small(ax),
             ha="center",
             va="center",
             zorder=6,
@@ -209,17 +210,23 @@ def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
         cellLoc="right",
         loc="upper left",
         edges="horizontal",
-        colWidths=[0.06, 0.12, 0.09, 0.11, 0.11, 0.09, 0.18, 0.12, 0.12],
+        colWidths=_shares([*rows, _COLUMNS]),
     )
     grid.auto_set_font_size(False)
-    grid.set_fontsize(7.5)
+    grid.set_fontsize(small(lower))
     for (line, _), cell in grid.get_celld().items():
         cell.set_linewidth(0.4)
         cell.set_height((2.0 if line == 0 else 1.0) / (len(rows) + 2.6))
     if len(frame) > len(rows):
         what = f"the widest of each part of the wall, {len(rows)} of {len(frame)}; `damagepred cracks` lists them all"
-        lower.set_title(what, fontsize=8, loc="left")
+        lower.set_title(what, fontsize=small(lower), loc="left")
     return figure_of(upper)
+
+
+def _shares(rows: Sequence[Sequence[str]]) -> list[float]:
+    """Return widths of columns in proportion to their longest lines, adding up to 1."""
+    letters = [1 + max(len(line) for cell in column for line in cell.split("\n")) for column in zip(*rows)]
+    return [count / sum(letters) for count in letters]
 
 
 _COLUMNS = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -16,8 +16,27 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.errors import InputError
 from damagepred.plotting.colours import DPC_COLOUR, FOOTING_COLOUR, OUTLINE_COLOUR
-from damagepred.plotting.geometry import Faces, Motion, corners, footing_blocks, polygons, round_exaggeration
-from damagepred.plotting.sheet import MM, below, elevation, height_to_scale, plain_number, require, title_of
+from damagepred.plotting.geometry import (
+    Faces,
+    Motion,
+    corners,
+    footing_blocks,
+    polygons,
+    round_exaggeration,
+    settlement,
+    soil_surface,
+)
+from damagepred.plotting.sheet import (
+    MM,
+    below,
+    elevation,
+    height_to_scale,
+    moved_to,
+    plain_number,
+    require,
+    small,
+    title_of,
+)
 from damagepred.plotting.zone_geometry import Zones
 
 _NEEDED = (
@@ -62,6 +81,8 @@ class Deformed:
         Blocks without zones.
     footing : array of bool (n,)
         Blocks of the footing, which have no stress of their own to be drawn if they are rigid.
+    datum : float or None
+        On soil: upward displacement (m) of the footing under dead load, from which displacements are drawn.
     """
 
     ds: xr.Dataset
@@ -72,6 +93,7 @@ class Deformed:
     factor: float
     rigid: BoolArray
     footing: BoolArray
+    datum: float | None = None
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int, exaggeration: float | None) -> Deformed:
@@ -100,12 +122,18 @@ class Deformed:
         if exaggeration is not None and not (np.isfinite(exaggeration) and exaggeration >= 0):
             raise InputError(f"exaggeration = {exaggeration!r}: must be a number of 0 or more.")
         motion, (points, block) = Motion.of(ds, increment), corners(ds)
+        footing, datum = footing_blocks(ds), settlement(ds)
+        drawn = motion.at(block, points)
+        if datum is not None:
+            motion = replace(motion, displacement=motion.displacement - [0.0, datum])
+            rise = soil_surface(ds, increment, footing)[2] - datum
+            drawn = np.concatenate((motion.at(block, points), np.column_stack((0.0 * rise, rise))))
         if exaggeration is None:
-            exaggeration = round_exaggeration(motion.at(block, points), float(np.ptp(points[:, 0])))
+            exaggeration = round_exaggeration(drawn, float(np.ptp(points[:, 0])))
         rigid = np.ones(len(motion.x), dtype=np.bool_)
         if "zone_block" in ds.variables:
             rigid[ds["zone_block"].values] = False
-        return cls(ds, increment, motion, points, block, float(exaggeration), rigid, footing_blocks(ds))
+        return cls(ds, increment, motion, points, block, float(exaggeration), rigid, footing, datum)
 
     @cached_property
     def shape(self) -> FloatArray:
@@ -131,6 +159,7 @@ class Deformed:
     def gridpoints(self) -> FloatArray:
         """Where the gridpoints are drawn (g, 2) (m)."""
         moved = [self.ds[f"gridpoint_displacement_{axis}"].values[self.increment] for axis in "xy"]
+        moved[1] = moved[1] - (self.datum or 0.0)
         return np.asarray(self.zones.points + self.factor * np.column_stack(moved))
 
     def gaps(self, faces: Faces) -> FloatArray:
@@ -153,8 +182,8 @@ class Deformed:
     def movement(self) -> str:
         """What has moved, and how far."""
         deflection = float(self.ds["central_deflection"].values[self.increment]) * MM
-        if "time" in self.ds.variables:
-            return f"{plain_number(float(self.ds['time'].values[self.increment]))} s"
+        if "time" in self.ds.variables or self.datum is not None:
+            return moved_to(self.ds, self.increment)
         if deflection == 0.0:
             progress = float(self.ds["progress"].values[self.increment]) if "progress" in self.ds.variables else 0.0
             return f"{plain_number(100 * progress)} % of the movement" if progress else "dead load"
@@ -235,7 +264,7 @@ class Deformed:
         style: dict[str, Any] = {"linewidth": 2.0, "solid_capstyle": "butt", "label": "magnification"}
         ax.plot([left, right], [0.0, 0.0], color="black", transform=where, clip_on=False, **style)
         words = f"displacement of {plain_number(size * MM)} mm"
-        ax.text(left - 0.01 * length, 0.0, words, transform=where, ha="right", va="center", fontsize="small")
+        ax.text(left - 0.01 * length, 0.0, words, transform=where, ha="right", va="center", fontsize=small(ax))
 
 
 def _kind(ds: xr.Dataset) -> str:

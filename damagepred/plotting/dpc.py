@@ -17,10 +17,13 @@ from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
     legend_below,
+    moved_to,
+    movement_of,
     plain_number,
     require,
     say_nothing_to_draw,
     set_title,
+    small,
     spread_evenly,
     title_of,
 )
@@ -96,8 +99,8 @@ def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
         return ax
     place, opening, pieces = opening_along(ds, kind)
     opening = opening * MM
-    deflection = ds["central_deflection"].values * MM
-    colour = movement_bar(ax, deflection, "central_deflection")
+    deflection = ds[movement_of(ds)].values * MM
+    colour = movement_bar(ax, deflection, movement_of(ds))
     for step in spread_evenly(len(deflection), MOST_LINES):
         for piece in pieces:
             ax.plot(place[piece], opening[step, piece], color=colour(deflection[step]), linewidth=1.4)
@@ -113,8 +116,7 @@ def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
     set_title(
         ax,
         title,
-        f"at {plain_number(float(deflection[-1]))} mm of central deflection the {name} is open by {widest} mm at most, "
-        + _reach(stretches, limit, left),
+        f"at {moved_to(ds, -1)} the {name} is open by {widest} mm at most, " + _reach(stretches, limit, left),
     )
     return ax
 
@@ -199,7 +201,7 @@ def _mark(ax: Axes, stretches: list[tuple[float, float]], threshold: float, left
             textcoords="offset points",
             ha="left" if near_left else "right",
             va="center",
-            fontsize="small",
+            fontsize=small(ax),
         )
 
 

@@ -13,17 +13,19 @@ from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import ContactKind
 from damagepred.plotting.colours import JACK_COLOUR, SOIL_COLOUR, SUPPORT_COLOUR, movement_bar
-from damagepred.plotting.geometry import footing_blocks, footing_rise, ground_profile
+from damagepred.plotting.geometry import footing_blocks, footing_rise, ground_profile, settlement
 from damagepred.plotting.sheet import (
     KN,
     MM,
     axes_or_new,
     grid,
     legend_below,
+    movement_of,
     plain_number,
     require,
     set_title,
     several_or_new,
+    small,
     spread_evenly,
     title_of,
 )
@@ -89,7 +91,7 @@ def draw_jack_load(
         marks = np.array([np.asarray(line.get_xdata())[0] for line in ax.lines if line.get_label() == "_limit"])
         above = 11 * int((np.abs(marks - limit * MM) < 0.08 * x.max()).sum()) - 6  # its own among them
         at = limit * MM, 0.0
-        words: dict[str, Any] = {"textcoords": "offset points", "fontsize": "small", "color": colour}
+        words: dict[str, Any] = {"textcoords": "offset points", "fontsize": small(ax), "color": colour}
         ax.annotate(f"{plain_number(limit * MM)} mm", at, (4, above), **words)
     if first:
         set_title(ax, title_of(ds, "wall"), "circle: jacks or a support carry nothing any more")
@@ -150,18 +152,22 @@ def draw_footing_form(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         If the dataset is not of such a wall.
     """
     require(ds, ("section_moment",), _ON_A_FOOTING)
-    chosen = footing_blocks(ds)
+    chosen, datum = footing_blocks(ds), settlement(ds)
+    level = datum or 0.0
 
     def form(increment: int) -> tuple[FloatArray, FloatArray]:
         x, rise = footing_rise(ds, increment, chosen)
-        return x, rise * MM
+        return x, (rise - level) * MM
 
-    ax = _along(ds, ax, "footing gone up (mm)", form)
+    what = "footing gone up (mm)" if datum is None else "footing gone up from its\nlevel under dead load (mm)"
+    ax = _along(ds, ax, what, form)
     x, _, rise = ground_profile(ds, ds.sizes["increment"] - 1, ContactKind.SOIL)
     if len(x):
-        label = "surface of the ground at the end, but for the footing"
-        ax.plot(x, rise * MM, color=SOIL_COLOUR, linestyle="--", linewidth=1.4, label=label)
-        ax.legend(fontsize="small", frameon=False)
+        label = (
+            f"ground at the end without the footing, which settled by {plain_number(-level * MM)} mm under dead load"
+        )
+        ax.plot(x, (rise - level) * MM, color=SOIL_COLOUR, linestyle="--", linewidth=1.4, label=label)
+        ax.legend(fontsize=small(ax), frameon=False)
     return ax
 
 
@@ -231,9 +237,8 @@ def draw_footing(ds: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axe
 def _along(ds: xr.Dataset, ax: Axes | None, what: str, curve: Callable[[int], tuple[FloatArray, FloatArray]]) -> Axes:
     """Draw curves along the wall, some increments in the colour of their movement."""
     ax = axes_or_new(ax, 9.0, 4.0)
-    moved = ds["surface_movement" if "surface_movement" in ds.variables else "central_deflection"]
-    values = moved.values * MM
-    colour = movement_bar(ax, values, str(moved.name))
+    values = ds[movement_of(ds)].values * MM
+    colour = movement_bar(ax, values, movement_of(ds))
     ax.axhline(0.0, color="black", linewidth=0.8)
     for step in spread_evenly(len(values), MOST_LINES):
         x, y = curve(int(step))

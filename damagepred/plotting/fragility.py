@@ -22,6 +22,7 @@ from damagepred.plotting.sheet import (
     require,
     round_numbers,
     set_title,
+    small,
     title_of,
     verbatim,
 )
@@ -149,7 +150,7 @@ def mark_site_classes(ax: Axes) -> None:
             xycoords=("data", "axes fraction"),
             ha="center",
             va="top",
-            fontsize="small",
+            fontsize=small(ax),
             color="0.35",
         )
 

@@ -269,6 +269,31 @@ def ground_profile(
     return x, np.bincount(which, place[:, 1]) / count, np.bincount(which, rise) / count
 
 
+def soil_surface(ds: xr.Dataset, increment: int, footing: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the surface of soil under a footing, pressed down where this rests on it; see ``ground_profile``.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall.
+    increment : int
+        Position of the increment.
+    footing : array of bool (n,)
+        Blocks of the footing.
+    """
+    x, height, rise = ground_profile(ds, increment, ContactKind.SOIL)
+    if not len(x):
+        return x, height, rise
+    return x, height, np.minimum(rise, np.interp(x, *footing_rise(ds, increment, footing)))
+
+
+def settlement(ds: xr.Dataset) -> float | None:
+    """Return the mean upward displacement (m) of a footing on soil under dead load; None without soil."""
+    if not (ds["contact_kind"].values == ContactKind.SOIL).any():
+        return None
+    return float(footing_rise(ds, 0, footing_blocks(ds))[1].mean())
+
+
 def round_exaggeration(displacement: FloatArray, length: float) -> float:
     """Return the round number that shows the largest displacement as about 4.5 % of the wall's length.
 

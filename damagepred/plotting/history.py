@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from damagepred.arguments import checked
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import ContactKind
-from damagepred.plotting.categories import shade_bands, table_of, width_scale
+from damagepred.plotting.categories import not_reached, shade_bands, table_of, width_scale
 from damagepred.plotting.colours import CATEGORY_COLOURS, DPC_COLOUR, FOOTING_GAP_COLOUR
 from damagepred.plotting.sheet import (
     MM,
@@ -91,18 +91,18 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         if shown:
             ax.plot(x, width, label=label, **style)
             drawn.append(width)
-    width_scale(ax, np.concatenate(drawn), table)
+    width_scale(ax, np.concatenate(drawn), table, "width")
     ax.set_xlim(0.0, max(float(x.max()) * 1.02, 1e-6))
     shade_bands(ax, table)
     if in_time:
         ax.set_xlabel("time (s)")
     else:
         label_movement(ax, measure)
-    ax.set_ylabel("width (mm)")
     legend_below(ax, ax.get_legend_handles_labels()[0])
     set_title(
         ax,
         title_of(ds, "wall"),
-        f"bands: crack widths by {table.name}; marks on the black line: the wall's category",
+        f"bands: crack widths by {table.name}; marks on the black line: the wall's category"
+        + not_reached(ds, int(category.max())),
     )
     return ax

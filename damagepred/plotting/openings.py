@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.plotting.colours import OPENING_STYLES
-from damagepred.plotting.sheet import MM, axes_or_new, require, say_nothing_to_draw, set_title, title_of
+from damagepred.plotting.sheet import MM, axes_or_new, require, say_nothing_to_draw, set_title, small, title_of
 
 AGAINST = {"central_deflection": "central deflection (mm)", "dpc_opening_max": "widest opening of the dpc (mm)"}
 """What the change can be drawn against."""
@@ -52,7 +52,7 @@ def draw_opening_width_change(ds: xr.Dataset, ax: Axes | None = None, against: s
         ax.plot(x, change[:, number], color=colour, marker=marker, markersize=4, linewidth=1.4, label=label)
     ax.grid(color="0.9")
     ax.set_axisbelow(True)
-    ax.legend(fontsize="small")
+    ax.legend(fontsize=small(ax))
     return ax
 
 

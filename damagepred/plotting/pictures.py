@@ -23,7 +23,7 @@ from damagepred.plotting.fragility_surface import draw_fragility_surface
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.openings import draw_opening_width_change
 from damagepred.plotting.sensitivity import draw_sensitivity
-from damagepred.plotting.sheet import DPI, figure_of, new_figure, title_of
+from damagepred.plotting.sheet import DPI, figure_of, new_figure, text_size, title_of
 from damagepred.plotting.stress import draw_stress, stress_levels
 from damagepred.plotting.study import draw_category_shares, draw_crack_widths
 from damagepred.plotting.wall import draw_wall
@@ -129,7 +129,7 @@ def _opening_width(ds: xr.Dataset) -> Figure:
         ax.set_title("", loc="left")
     right.set_ylabel("")
     title = f"{title_of(ds, 'wall')}\nopenings: widening is positive"
-    figure.suptitle(title, x=0.01, ha="left", fontsize=10)
+    figure.suptitle(title, x=0.01, ha="left", fontsize=text_size(left))
     return figure
 
 

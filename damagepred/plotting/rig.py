@@ -8,11 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 
-from damagepred.enumerations import ContactKind
 from damagepred.plotting.colours import FOOTING_COLOUR, FOOTING_EDGE, RIG_COLOUR, SOIL_COLOUR
 from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import footing_rise, ground_profile
-from damagepred.plotting.sheet import KN, plain_number
+from damagepred.plotting.geometry import footing_rise, soil_surface
+from damagepred.plotting.sheet import KN, plain_number, small
 
 TRIANGLE, ARROW = 0.018, 0.06
 """Size of a support, and of the arrow of the largest load of a jack, as fractions of the wall's length."""
@@ -42,7 +41,7 @@ def draw_footing_blocks(ax: Axes, wall: Deformed) -> None:
 
 
 def draw_soil(ax: Axes, wall: Deformed) -> None:
-    """Draw the surface of the ground as it would be without the footing: where it is in the footing, it presses.
+    """Draw the surface of the ground, pressed down where the footing rests on it.
 
     Parameters
     ----------
@@ -51,10 +50,17 @@ def draw_soil(ax: Axes, wall: Deformed) -> None:
     wall : Deformed
         On a footing.
     """
-    x, height, rise = ground_profile(wall.ds, wall.increment, ContactKind.SOIL)
+    x, height, rise = soil_surface(wall.ds, wall.increment, wall.footing)
     if len(x):
-        name = "surface of the ground but for the footing"
-        ax.plot(x, height + wall.factor * rise, color=SOIL_COLOUR, linewidth=1.4, zorder=3.5, label=name)
+        name = "surface of the ground"
+        ax.plot(
+            x,
+            height + wall.factor * (rise - (wall.datum or 0.0)),
+            color=SOIL_COLOUR,
+            linewidth=1.4,
+            zorder=3.5,
+            label=name,
+        )
 
 
 def draw_rig(ax: Axes, wall: Deformed) -> None:
@@ -79,7 +85,7 @@ def draw_rig(ax: Axes, wall: Deformed) -> None:
         y = low + factor * float(np.interp(x, along, rise))
         across, upwards = [x, x - 0.6 * size, x + 0.6 * size], [y, y - size, y - size]
         ax.fill(across, upwards, facecolor="white", edgecolor=RIG_COLOUR, linewidth=1.0, zorder=4, label="support")
-        ax.text(x, y - 1.3 * size, _load(float(load)), ha="center", va="top", fontsize="x-small")
+        ax.text(x, y - 1.3 * size, _load(float(load)), ha="center", va="top", fontsize=small(ax))
     loads = ds["jack_load"].values
     largest = max(float(np.abs(loads).max()), 1e-9)
     for x in ds["jack_x"].values:
@@ -90,7 +96,7 @@ def draw_rig(ax: Axes, wall: Deformed) -> None:
             tip, start = ((x, y), (x, tail)) if load > 0 else ((x, tail), (x, y))
             arrow = {"arrowstyle": "-|>", "color": RIG_COLOUR, "shrinkA": 0, "shrinkB": 0}
             ax.annotate("", tip, start, zorder=4, arrowprops=arrow)
-        ax.text(x, tail - 0.3 * size, _load(load), ha="center", va="top", fontsize="x-small")
+        ax.text(x, tail - 0.3 * size, _load(load), ha="center", va="top", fontsize=small(ax))
     # text and annotations do not widen the axes by themselves
     bottom = low - (ARROW + 2.2 * TRIANGLE) * length
     left = float(ds["vertex_x"].values.min())

@@ -10,7 +10,16 @@ from matplotlib.axes import Axes
 
 from damagepred.arguments import checked
 from damagepred.plotting.colours import RANK_COLOURS, SHARE_COLOURS
-from damagepred.plotting.sheet import figure_of, grid, legend_below, require, set_title, several_or_new, title_of
+from damagepred.plotting.sheet import (
+    figure_of,
+    grid,
+    legend_below,
+    require,
+    set_title,
+    several_or_new,
+    text_size,
+    title_of,
+)
 from damagepred.tables import GROUPS
 
 
@@ -73,7 +82,7 @@ def draw_sensitivity(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> l
         + f"; bars: {float(found.attrs['confidence']):.0%} intervals",
     )
     if axes is None:
-        figure_of(left).suptitle("\n".join(lines), x=0.01, ha="left", fontsize=10)
+        figure_of(left).suptitle("\n".join(lines), x=0.01, ha="left", fontsize=text_size(left))
     else:
         set_title(left, *lines)
     return [left, right]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -21,8 +21,15 @@ from damagepred.text import without_controls
 DPI = 150
 """Resolution of all pictures (dots per inch)."""
 
-LETTERS_PER_INCH = 15.5
-"""Of a title, by the width of its axes before the layout has been found, which widens them."""
+PAGE_WIDTH = 6.3
+"""Width of a picture on a printed page, 160 mm (inches)."""
+
+TEXT, SMALL = 8.0, 0.88
+"""Size of labels and titles at that width (points), and that of legends and notes as a share of it: 7 points."""
+
+LETTERS_PER_INCH = 155.0
+"""Of a title whose letters have one point, by the width of its axes before the layout has been found: it widens them.
+"""
 
 MM = 1e3
 """Millimetres in a metre."""
@@ -30,6 +37,37 @@ MM = 1e3
 
 KN = 1e-3
 """Kilonewtons in a newton."""
+
+
+class Sheet(Figure):
+    """A figure whose letters grow with its width, so that they can be read where it is as wide as a page."""
+
+    def add_subplot(self, *args: Any, **kwargs: Any) -> Any:
+        """Add axes, see ``matplotlib.figure.Figure``; labels and ticks have the size of the sheet's text."""
+        return self._lettered(super().add_subplot(*args, **kwargs))
+
+    def colorbar(self, *args: Any, **kwargs: Any) -> Any:
+        """Add a colour bar, see ``matplotlib.figure.Figure``, lettered as the axes are."""
+        bar = super().colorbar(*args, **kwargs)
+        self._lettered(bar.ax)
+        return bar
+
+    def _lettered(self, ax: Axes) -> Axes:
+        size = TEXT * self.get_figwidth() / PAGE_WIDTH
+        ax.tick_params(which="both", labelsize=size)
+        for label in (ax.xaxis.label, ax.yaxis.label):
+            label.set_fontsize(size)
+        return ax
+
+
+def text_size(ax: Axes) -> float:
+    """Return the size of the labels of axes (points), which all other text on them follows."""
+    return float(ax.xaxis.label.get_fontsize())
+
+
+def small(ax: Axes) -> float:
+    """Return the size of legends and notes on axes (points)."""
+    return SMALL * text_size(ax)
 
 
 def new_figure(width: float = 8.0, height: float = 5.0) -> Figure:
@@ -40,7 +78,7 @@ def new_figure(width: float = 8.0, height: float = 5.0) -> Figure:
     width, height : float
         Size (inches).
     """
-    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+    figure = Sheet(figsize=(width, height), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
@@ -187,7 +225,13 @@ def moved_to(ds: xr.Dataset, increment: int) -> str:
     """
     if "time" in ds.variables:
         return f"{plain_number(float(ds['time'].values[increment]))} s"
-    return f"a central deflection of {plain_number(float(ds['central_deflection'].values[increment]) * MM)} mm"
+    name = movement_of(ds)
+    return f"a {name.replace('_', ' ')} of {plain_number(float(ds[name].values[increment]) * MM)} mm"
+
+
+def movement_of(ds: xr.Dataset) -> str:
+    """Return the name of what moves a wall: the ground's surface on a mound, otherwise its central deflection."""
+    return "surface_movement" if "surface_movement" in ds.variables else "central_deflection"
 
 
 def set_title(ax: Axes, *lines: str) -> None:
@@ -201,9 +245,9 @@ def set_title(ax: Axes, *lines: str) -> None:
         Empty ones are left out.
     """
     inches = ax.bbox.width / figure_of(ax).dpi
-    letters = max(20, int(LETTERS_PER_INCH * inches))
+    letters = max(20, int(LETTERS_PER_INCH * inches / text_size(ax)))
     rows = [row for line in lines if line for row in textwrap.wrap(line, letters)]
-    ax.set_title("\n".join(rows), fontsize=10, loc="left")
+    ax.set_title("\n".join(rows), fontsize=text_size(ax), loc="left")
 
 
 def below(ax: Axes, inches: float, transform: Transform | None = None) -> Transform:
@@ -235,7 +279,7 @@ def legend_below(
     columns : int
         Entries in a row at most.
     inches : float
-        Distance from the axes.
+        Distance from the axes where letters have 10 points.
     left : bool
         Whether it begins at the left end of the axes; else it stands in the middle.
     """
@@ -243,12 +287,22 @@ def legend_below(
         handles=handles,
         loc="upper left" if left else "upper center",
         bbox_to_anchor=(0.0 if left else 0.5, 0.0),
-        bbox_transform=below(ax, inches),
-        ncols=min(columns, len(handles)),
+        bbox_transform=below(ax, inches * text_size(ax) / 10.0),
+        ncols=_columns_that_fit(ax, handles, columns),
         frameon=False,
-        fontsize="small",
+        fontsize=small(ax),
         borderaxespad=0.0,
     )
+
+
+def _columns_that_fit(ax: Axes, handles: Sequence[Artist], most: int) -> int:
+    """Return in how many columns a legend is no wider than its sheet, by the letters of their longest entries."""
+    room = figure_of(ax).get_figwidth() * 72.0 / small(ax)
+    letters = [len(str(handle.get_label())) for handle in handles]
+    for columns in range(min(most, len(letters)), 1, -1):
+        if sum(0.52 * part.max() + 4.8 for part in np.array_split(letters, columns)) <= room:
+            return columns
+    return 1
 
 
 def label_movement(ax: Axes, measure: str) -> None:
@@ -277,7 +331,7 @@ def say_nothing_to_draw(ax: Axes, reason: str) -> None:
     """
     ax.set_xticks([])
     ax.set_yticks([])
-    ax.text(0.5, 0.5, reason, transform=ax.transAxes, ha="center", va="center", fontsize="large", wrap=True)
+    ax.text(0.5, 0.5, reason, transform=ax.transAxes, ha="center", va="center", fontsize=1.2 * text_size(ax), wrap=True)
 
 
 def plain_number(value: float) -> str:

@@ -113,7 +113,7 @@ def draw_stress(
     bar.set_label("MPa, tension positive")
     every = MPA * np.concatenate([one_of(s, component) for s in (rigid, zoned)])
     reach = f"{_signed(every.min())} to {_signed(every.max())} MPa"
-    set_title(ax, wall.title, f"{COMPONENTS[component]}, at {wall.movement}: {reach}; {wall.scale}")
+    set_title(ax, wall.title, f"{COMPONENTS[component]}, at {wall.movement}: {reach}", wall.scale)
     return ax
 
 

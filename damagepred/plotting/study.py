@@ -15,7 +15,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
-from damagepred.plotting.categories import highest_of, name_of, shade_bands, table_of, width_scale
+from damagepred.plotting.categories import highest_of, name_of, not_reached, shade_bands, table_of, width_scale
 from damagepred.plotting.colours import CATEGORY_COLOURS, FOOTING_GAP_COLOUR
 from damagepred.plotting.sheet import (
     MM,
@@ -161,13 +161,16 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
             handles += ax.plot(
                 x, quantile(other, 0.5, weight), color=colour, linewidth=1.4, linestyle="-.", zorder=4, label=label
             )
-    width_scale(ax, shown, table)
+    width_scale(ax, shown, table, "widest crack")
     ax.set_xlim(0.0, float(x[-1]) or 1.0)
     shade_bands(ax, table)
     label_movement(ax, movement_measure(ds))
-    ax.set_ylabel("widest crack of the wall (mm)")
     legend_below(ax, handles)
-    set_title(ax, title_of(ds, "study"), f"{count_walls(ds)}; categories of damage by {table.name}")
+    set_title(
+        ax,
+        title_of(ds, "study"),
+        f"{count_walls(ds)}; categories of damage by {table.name}{not_reached(ds, int(paths.category.max()))}",
+    )
     return ax
 
 
@@ -249,7 +252,11 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     label_movement(ax, movement_measure(ds))
     ax.set_ylabel("share of the walls (1)")
     legend_below(ax, ax.get_legend_handles_labels()[0])
-    set_title(ax, title_of(ds, "study"), f"{count_walls(ds)}; highest category reached so far")
+    set_title(
+        ax,
+        title_of(ds, "study"),
+        f"{count_walls(ds)}; highest category reached so far{not_reached(ds, int(paths.category.max()))}",
+    )
     return ax
 
 

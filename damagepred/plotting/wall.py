@@ -30,7 +30,7 @@ from damagepred.plotting.colours import (
     width_colours,
 )
 from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.geometry import Faces, ground_profile
+from damagepred.plotting.geometry import Faces, ground_profile, settlement
 from damagepred.plotting.rig import draw_footing_blocks, draw_rig, draw_soil
 from damagepred.plotting.sheet import (
     MM,
@@ -43,6 +43,7 @@ from damagepred.plotting.sheet import (
     plain_number,
     require,
     set_title,
+    small,
 )
 
 DATUM = (0, (6, 4))
@@ -132,7 +133,7 @@ def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTab
     bar.ax.tick_params(which="both", length=0)
     limits = [limit * MM for limit in table.limits]
     bar.set_ticks(limits, labels=[plain_number(limit) for limit in limits])
-    bar.set_label("crack width (mm); numbers in the bar: category")
+    bar.set_label("crack width (mm);\ncategory in the bar")
     for category in range(colours.N):
         bar.ax.text(
             0.5,
@@ -141,7 +142,7 @@ def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTab
             transform=bar.ax.transAxes,
             ha="center",
             va="center",
-            fontsize="small",
+            fontsize=small(ax),
             color="white" if category > 2 else "black",
         )
 
@@ -240,7 +241,8 @@ def _finish(ax: Axes, wall: Deformed) -> None:
     set_title(
         ax,
         wall.title,
-        f"at {moved_to(ds, increment)}, damage category {category} ({name_of(ds, category)}); {wall.scale}",
+        f"at {moved_to(ds, increment)}, damage category {category} ({name_of(ds, category)})",
+        wall.scale,
         str(ds.attrs.get("status_message", ds.attrs.get("status"))) if at_end else "",
     )
 
@@ -271,12 +273,14 @@ def _legend(ds: xr.Dataset, increment: int, faces: Faces) -> list[Line2D | Patch
         lifted = float(faces.opening[faces.is_footing].max())
         off = f"; wall off it by at most {_mm(lifted)}" if lifted > 2 * HAIRLINE else ""
         whole = (faces.kind == ContactKind.SOIL).any() or "jack_load" in ds.variables
+        settled = settlement(ds)
+        datum = "top of footing before any movement"
+        if settled is not None:
+            datum = f"datum: top of footing under dead load, settled by {plain_number(-settled * MM)} mm"
         handles.append(Patch(color=FOOTING_COLOUR, label=f"{'' if whole else 'top of '}footing{off}"))
-        handles.append(
-            Line2D([], [], color="black", linewidth=0.7, linestyle=DATUM, label="top of footing before any movement")
-        )
+        handles.append(Line2D([], [], color="black", linewidth=0.7, linestyle=DATUM, label=datum))
     if (faces.kind == ContactKind.SOIL).any():
-        label = "surface of the ground as it would be without the footing"
+        label = "surface of the ground, pressed by the footing"
         handles.append(Line2D([], [], color=SOIL_COLOUR, linewidth=1.4, label=label))
     return handles
 

@@ -63,5 +63,5 @@ def draw_zone_states(
         if number
     ]
     legend_below(ax, handles, 3, 0.65, left=True)
-    set_title(ax, wall.title, f"zones that yield at {wall.movement}; {wall.scale}")
+    set_title(ax, wall.title, f"zones that yield at {wall.movement}", wall.scale)
     return ax

@@ -198,6 +198,47 @@ def test_a_perpend_off_the_path_opens_as_one_on_it(branch: tuple[tuple[int, int]
     np.testing.assert_allclose(crack.width[side], 2 * MM * abs(np.sin(np.radians(crack.inclination))))
 
 
+def test_a_fan_of_cracks_is_several():
+    """Three stepped and upright cracks from one point, each longer than two joints."""
+    wall = Pattern()
+    wall.vertical(10, 1 * MM, (1, 9))
+    for k in range(6):
+        for way in (-1, 1):
+            wall.open("bed", 10 + way * k - (way < 0), 1 + k, 0.5 * MM)
+            wall.open("head", 10 + way * (k + 1), 1 + k, 0.5 * MM)
+    found = [f.crack for f in cracks(wall)]
+    assert sorted(c.orientation for c in found) == [VERTICAL, STEPPED, STEPPED]
+    assert all(5 * (COURSE + HALF) - 1e-9 <= c.length <= 8 * (COURSE + HALF) for c in found)
+    assert sum(c.length for c in found) == pytest.approx(np.where(wall.opening > 0, wall.map.contact_length, 0).sum())
+    assert {round(np.sign(c.inclination)) for c in found if c.orientation == STEPPED} == {-1, 1}
+
+
+def test_an_arch_is_two_cracks_that_meet_at_its_crown():
+    wall = Pattern()
+    for k in range(8):
+        for way in (-1, 1):
+            wall.open("head", 10 + way * (9 - k), 1 + k, 1 * MM)
+            wall.open("bed", 10 + way * (8 - k) - (way < 0), 2 + k, 1 * MM)
+    for i in (9, 10):
+        wall.open("bed", i, 9, 2 * MM)
+    found = [f.crack for f in cracks(wall)]
+    assert [c.orientation for c in found] == [STEPPED, STEPPED]
+    assert sorted(round(np.sign(c.inclination)) for c in found) == [-1, 1]
+    assert sum(c.length for c in found) == pytest.approx(18 * HALF + 16 * COURSE)
+
+
+def test_a_crack_follows_the_widest_joints_between_its_ends():
+    """Straight through a brick's bed, which is narrow, or round the brick, where all is wide."""
+    wall = Pattern()
+    for i in range(2, 16):
+        wall.open("bed", i, 4, 0.2 * MM if i in (8, 9) else 1 * MM)
+    for i in (8, 9):
+        wall.open("bed", i, 5, 2 * MM)
+        wall.open("head", 2 * i - 8, 4, 2 * MM)
+    first = cracks(wall)[0].crack
+    assert {float(w) for w in first.opening[np.isin(first.pieces, first.path_pieces)]} == {1 * MM, 2 * MM}
+
+
 def test_a_crack_from_a_window_corner():
     """The opening's joints are not there: a crack from one corner of it does not reach that from another."""
     wall = Pattern(columns=20, rows=14)

@@ -18,7 +18,8 @@ from tests.test_rejudge import study
 )
 def test_the_axis_goes_to_the_next_limit_and_beyond_what_is_drawn(widest: float, top: float):
     ax = new_figure().add_subplot()
-    width_scale(ax, [0.01, widest, np.nan, np.inf, 0.02], load_table("as2870"))
+    width_scale(ax, [0.01, widest, np.nan, np.inf, 0.02], load_table("as2870"), "gap")
+    assert ax.get_ylabel() == "gap (mm), logarithmic above 0.1"
     assert ax.get_ylim() == pytest.approx((0.0, 1.15 * top))
     marks = [0.0, 0.1, 0.3, 1.0, 3.0, 5.0, 10.0, 15.0, 30.0, 100.0, 300.0]
     assert ax.get_yticks().tolist() == [mark for mark in marks if mark <= 1.15 * top]

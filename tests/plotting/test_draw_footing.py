@@ -18,8 +18,10 @@ from damagepred.plotting import (
     draw_wall,
     save_wall_pictures,
 )
+from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.footing import first_zero, idle_at
 from damagepred.plotting.geometry import Faces, footing_blocks, footing_rise, ground_profile
+from damagepred.plotting.sheet import plain_number
 from damagepred.scene import Footing, Mound, Movement, Scene, Solver, Wall
 
 
@@ -82,7 +84,18 @@ def test_a_wall_on_a_mound_is_drawn_with_the_surface_of_the_ground(on_mound):
     x, height, rise = ground_profile(on_mound, -1, ContactKind.SOIL)
     depth = Footing(depth=0.05).depth
     assert height == pytest.approx(np.full(len(x), -depth))
-    np.testing.assert_allclose(line.get_ydata(), height + factor * rise)
+    # about the footing under dead load, and not above its underside, which the ground carries
+    footing = footing_blocks(on_mound)
+    datum = float(footing_rise(on_mound, 0, footing)[1].mean())
+    under = np.interp(x, *footing_rise(on_mound, -1, footing))
+    assert datum < 0.0
+    assert (rise > under).any()
+    np.testing.assert_allclose(line.get_ydata(), height + factor * (np.minimum(rise, under) - datum))
+    told = f"datum: top of footing under dead load, settled by {plain_number(-1e3 * datum)} mm"
+    assert told in [text.get_text() for text in ax.get_legend().get_texts()]
+    assert "at a surface movement of " in ax.get_title(loc="left")
+    shape = Deformed.of(on_mound, 0, 1000.0).shape  # under dead load the footing lies on the datum
+    assert shape[:, 1].min() == pytest.approx(-depth, abs=1e-4)
     # that is the mound's own formula
     own = Mound().profile(x, 1.2, "doming")
     assert np.ptp(own) > 1e-3
@@ -146,9 +159,11 @@ def test_a_rig_is_idle_where_its_first_support_or_its_jacks_carry_nothing():
 
 
 def test_the_form_of_a_footing_on_a_mound_is_drawn_over_the_mound_at_the_end(on_mound):
-    (line,) = (x for x in draw_footing_form(on_mound).lines if x.get_label().startswith("surface"))
+    (line,) = (x for x in draw_footing_form(on_mound).lines if x.get_label().startswith("ground"))
     own = Mound().profile(line.get_xdata(), 1.2, "doming")
-    np.testing.assert_allclose(line.get_ydata(), 1e3 * own, atol=1e-3)
+    datum = float(footing_rise(on_mound, 0, footing_blocks(on_mound))[1].mean())
+    np.testing.assert_allclose(line.get_ydata(), 1e3 * (own - datum), atol=1e-3)
+    assert f"settled by {plain_number(-1e3 * datum)} mm" in line.get_label()
 
 
 def test_stresses_leave_the_footing_out(on_jacks):

@@ -118,7 +118,7 @@ def test_history_shows_cracks_dpc_and_categories(cracked, on_dpc):
     ax = draw_history(on_dpc)
     assert lines(ax, "widest crack above the dpc")[0].get_ydata() == pytest.approx(1e3 * on_dpc.crack_width_max.values)
     assert lines(ax, "widest dpc opening")[0].get_ydata() == pytest.approx(1e3 * on_dpc.dpc_opening_max.values)
-    assert {ax.get_xlabel(), ax.get_ylabel()} == {"central deflection (mm)", "width (mm)"}
+    assert {ax.get_xlabel(), ax.get_ylabel()} == {"central deflection (mm)", "width (mm), logarithmic above 0.1"}
     for name in ("0 negligible", "1 very slight", "2 slight"):
         assert name in texts(ax)
     ax = draw_history(cracked)

@@ -60,7 +60,7 @@ def test_all_paths_and_quantiles_are_drawn(study):
     assert len(walls.get_segments()) == 8
     assert [line.get_label() for line in ax.lines if line.get_label() == "median"]
     assert ax.get_xlabel() == "central deflection (mm)"
-    assert ax.get_ylabel().endswith("(mm)")
+    assert ax.get_ylabel() == "widest crack (mm), logarithmic above 0.1"
     title = ax.get_title(loc="left")
     for words in ("eight walls", "8 walls", "1 collapsed", "1 failed", "1 not run yet"):
         assert words in title
@@ -179,7 +179,7 @@ def test_convergence_draws_the_running_probability_of_each_category(study):
         assert corners[:, 1].max() == pytest.approx(found.upper.max())
     title = ax.get_title(loc="left")
     assert "at a central deflection of 30 mm; bands: 80% confidence each" in title.replace("\n", " ")
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("walls counted (1)", "probability (1)")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("walls counted (1), logarithmic", "probability (1)")
     assert ax.get_xlim() == (2.0, 8.0)
     assert ax.get_xticks().tolist() == [2, 3, 5, 8]
     study["status"][:] = 3

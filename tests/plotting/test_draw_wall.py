@@ -96,7 +96,7 @@ def test_the_bar_of_widths_has_limits_and_categories(cracked):
     assert [(t.get_text(), t.get_position()[1]) for t in bar.texts] == [
         (str(c), pytest.approx((c + 0.5) / 5)) for c in range(5)
     ]
-    assert bar.get_ylabel() == "crack width (mm); numbers in the bar: category"
+    assert bar.get_ylabel() == "crack width (mm);\ncategory in the bar"
 
 
 def test_ground_is_the_prescribed_profile(cracked):

@@ -5,11 +5,12 @@ import subprocess
 import sys
 
 import pytest
+from matplotlib.text import Text
 
 from damagepred.errors import InputError, StudyError
-from damagepred.plotting import save_fragility_picture, save_study_pictures, save_wall_pictures
+from damagepred.plotting import pictures, save_fragility_picture, save_study_pictures, save_wall_pictures
 from damagepred.plotting.pictures import _opening_width, half_way, stress_sheets
-from damagepred.plotting.sheet import plain_number
+from damagepred.plotting.sheet import PAGE_WIDTH, plain_number
 from damagepred.plotting.stress import COMPONENTS
 
 PNG = b"\x89PNG"
@@ -127,3 +128,21 @@ def test_import_of_the_package_leaves_matplotlib_alone():
 )
 def test_numbers_are_plain(value, shown):
     assert plain_number(value) == shown
+
+
+def test_all_text_has_seven_points_where_a_picture_is_as_wide_as_a_page(
+    cracked, on_dpc, on_jacks, on_mound, deformable, study, curves, monkeypatch, tmp_path
+):
+    sheets = []
+    monkeypatch.setattr(pictures, "_save_all", lambda found, folder: sheets.extend(found.items()) or [folder])
+    for ds in (cracked, on_dpc, on_jacks, on_mound, deformable):
+        save_wall_pictures(ds, tmp_path)
+    save_study_pictures(study, tmp_path)
+    save_fragility_picture(curves, tmp_path / "curves.png")
+    assert len(sheets) > 30
+    for name, sheet in sheets:
+        sheet.canvas.draw()
+        scale = min(1.0, PAGE_WIDTH / sheet.get_figwidth())
+        shown = [t for t in sheet.findobj(Text) if t.get_visible() and t.get_text().strip()]
+        small = {t.get_text(): scale * t.get_size() for t in shown if scale * t.get_size() < 7.0}
+        assert not small, name
