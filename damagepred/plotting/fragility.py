@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -10,6 +12,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter
 
 from damagepred.archive.schema import flag_name
 from damagepred.arguments import checked
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.formatting import ratio
 from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES
 from damagepred.plotting.sheet import (
@@ -73,17 +76,21 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
         style = CURVE_STYLES[number % len(CURVE_STYLES)]
         status = str(one["fit_status"].item())
         if "empirical" in one and status != EMPIRICAL:
-            ax.plot(
-                x, one["empirical"].values, color=colour, linewidth=0.9, alpha=0.7, drawstyle="steps-post", zorder=3
-            )
+            _draw_shares(ax, curves, one["empirical"].values, scale, colour)
         name = f"category {int(category)} ({_name(curves, number)})"
         if status not in (*WITH_CURVE, EMPIRICAL):
-            handles.append(Line2D([], [], color=colour, linewidth=0.9, label=f"{name}: no curve, {status}"))
+            mark: dict[str, Any] = (
+                {"marker": "o", "linestyle": "none", "markersize": 4} if "movements" in curves.attrs else {}
+            )
+            handles.append(Line2D([], [], color=colour, linewidth=0.9, label=f"{name}: no curve, {status}", **mark))
             continue
-        steps = status == EMPIRICAL
-        lower, upper = one["probability_lower"].values, one["probability_upper"].values
+        between = status == EMPIRICAL and "movements" in curves.attrs
+        steps = status == EMPIRICAL and not between
+        # a form is not given, and what is known is known at the increments: straight between them
+        at = _at_increments(curves) if between else slice(None)
+        lower, upper = one["probability_lower"].values[at], one["probability_upper"].values[at]
         ax.fill_between(
-            x, lower, upper, color=colour, alpha=0.18, linewidth=0, zorder=1, step="post" if steps else None
+            x[at], lower, upper, color=colour, alpha=0.18, linewidth=0, zorder=1, step="post" if steps else None
         )
         if "probability_failed_undamaged" in one:
             least, most = (one[f"probability_failed_{end}"].values for end in ("undamaged", "damaged"))
@@ -91,8 +98,8 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
                 x, least, most, facecolor="none", edgecolor=colour, hatch="////", linewidth=0, alpha=0.5, zorder=2
             )
         handles += ax.plot(
-            x,
-            one["probability"].values,
+            x[at],
+            one["probability"].values[at],
             color=colour,
             linestyle=style,
             linewidth=2.0,
@@ -108,6 +115,23 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
     legend_below(ax, handles, 1, 0.6, left=True)
     set_title(ax, *_title(curves))
     return ax
+
+
+def _at_increments(curves: xr.Dataset) -> IntArray:
+    """Return the first points of curves at or beyond the movements of the increments."""
+    x = curves["intensity"].values
+    return np.minimum(np.searchsorted(x, curves.attrs["movements"] - 1e-9 * x[-1]), len(x) - 1)
+
+
+def _draw_shares(ax: Axes, curves: xr.Dataset, share: FloatArray, scale: float, colour: str) -> None:
+    """Draw shares of walls: as points at the increments, where all walls have the same, otherwise as steps."""
+    x = curves["intensity"].values * scale
+    if "movements" not in curves.attrs:
+        ax.plot(x, share, color=colour, linewidth=0.9, alpha=0.7, drawstyle="steps-post", zorder=3)
+        return
+    shown = share[_at_increments(curves)]
+    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4, "zorder": 3}
+    ax.plot(curves.attrs["movements"] * scale, shown, color=colour, alpha=0.7, **style)
 
 
 def _name(curves: xr.Dataset, number: int) -> str:
@@ -201,5 +225,6 @@ def _title(curves: xr.Dataset) -> tuple[str, str]:
     if "probability_failed_undamaged" in curves:
         parts.append("hatched: all failed walls undamaged, or damaged")
     if "empirical" in curves:
-        parts.append("steps: shares of the walls, no form given")
+        what = "points" if "movements" in curves.attrs else "steps"
+        parts.append(f"{what}: shares of the walls, no form given")
     return title[:1].upper() + title[1:], "; ".join(parts)

@@ -142,6 +142,26 @@ def test_empirical_steps_are_drawn_if_there(curves):
     assert len(steps) == 3
 
 
+def test_shares_of_walls_are_points_at_the_increments_and_bands_are_straight_between_them(curves):
+    """Of walls that are known at the increments alone, a step or a rectangle would tell where between them."""
+    curves["empirical"] = curves["probability"].fillna(0.0)
+    curves.attrs["movements"] = np.array([0.0, 10e-3, 20e-3, 40e-3])
+    ax = draw_fragility(curves)
+    points = [line for line in ax.lines if line.get_linestyle() == "None"]
+    assert len(points) == 3
+    at = [0, 5, 10, 20]
+    for line, share in zip(points, curves["empirical"].values):
+        assert line.get_xdata() == pytest.approx([0.0, 10.0, 20.0, 40.0])
+        assert line.get_ydata() == pytest.approx(share[at])
+    assert "points: shares of the walls" in ax.get_title(loc="left")
+    curves["fit_status"] = "category", ["empirical"] * 3
+    ax = draw_fragility(curves)
+    assert not [line for line in ax.lines if line.get_drawstyle() != "default"]
+    assert ax.lines[0].get_xdata() == pytest.approx(1e3 * curves["intensity"].values[at])
+    band = ax.collections[0].get_paths()[0].vertices
+    assert sorted(set(band[:, 0].round(6))) == [0.0, 10.0, 20.0, 40.0]
+
+
 def test_deflection_ratios_are_shown_as_fractions(curves):
     ratio = curves.assign_coords(intensity=("intensity", curves.intensity.values / 6.0, {"units": "1"}))
     ratio["median"] = curves["median"] / 6.0

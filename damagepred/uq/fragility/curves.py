@@ -124,7 +124,7 @@ def fit_fragility(
         ``p_value`` of the misfit to it and ``resamples_fitted`` on (category,); where walls failed also the curves with
         all of them undamaged or damaged, ``probability_failed_undamaged`` and ``probability_failed_damaged``; as
         attributes Akaike's criterion of separate dispersions and of a common one, ``aic_separate`` and ``aic_common``,
-        from ``aic_walls`` walls.
+        from ``aic_walls`` walls, and the ``movements`` of the increments where all walls have the same.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def fit_fragility(
     grid = np.linspace(0.0, walls.largest, points)
     request = _Request(model, band, confidence, bootstrap, goodness, seed, wanted, grid, options)
     columns, more = _curves(walls, request)
-    attrs = {
+    attrs: dict[str, Any] = {
         "model": model,
         "band": "percentile" if model == "empirical" else band,
         "confidence": confidence,
@@ -175,6 +175,8 @@ def fit_fragility(
     }
     if walls.crossed:
         attrs["crossed"] = 1
+    if walls.marks is not None:
+        attrs["movements"] = walls.marks
     return curves_dataset(ds, columns, wanted, names, grid, name, attrs)
 
 
