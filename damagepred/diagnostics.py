@@ -105,7 +105,7 @@ class Energies:
         NAN, "J", "work of dead load and movement on the wall since its first state", "work of load and movement"
     )
     kinetic_energy: float = _of(NAN, "J", "energy of motion of the blocks in a dynamic run", "in motion", in_time=True)
-    elastic_energy: float = _of(NAN, "J", "energy stored in the joints", "stored in joints and blocks")
+    elastic_energy: float = _of(NAN, "J", "energy stored in joints and blocks", "stored in joints and blocks")
     friction_work: float = _of(NAN, "J", "work dissipated so far by friction", "friction")
     fracture_work: float = _of(NAN, "J", "work dissipated so far by softening bonds", "softening of bonds")
     crushing_work: float = _of(NAN, "J", "work dissipated so far by joints that are crushed", "crushing")

@@ -210,11 +210,16 @@ def _footing_blocks_and_zones(scene: Scene) -> tuple[float, float]:
     return length / min(found.segment_length or math.inf, scene.wall.block_length), 0.0
 
 
+def _parts(scene: Scene) -> tuple[str, str]:
+    """Return the kinds of blocks above and below the damp-proof course."""
+    solver = scene.solver
+    return solver.above_dpc or solver.blocks, solver.below_dpc or solver.blocks
+
+
 def _cells(scene: Scene) -> tuple[float, float]:
-    """Return the numbers of cells (four zones each) in a brick and along its length; 0 for rigid bricks."""
+    """Return the numbers of cells (four zones each) in a brick and along its length; 0 for rigid and elastic bricks."""
     solver, wall = scene.solver, scene.wall
-    parts = (solver.above_dpc or solver.blocks, solver.below_dpc or solver.blocks)
-    if all(part == "rigid" for part in parts):
+    if all(part in ("rigid", "elastic") for part in _parts(scene)):
         return 0.0, 0.0
     longest, short = max(wall.block_length, wall.block_height), min(wall.block_length, wall.block_height)
     usual = min(short, 0.5 * longest) if solver.method == "quasi_static" else 0.5 * short
@@ -229,6 +234,8 @@ def _stable_time_step(scene: Scene) -> float:
     wall, joint = scene.wall, scene.joint
     mass = max(scene.block.density, 1e-9) * wall.block_length * wall.block_height * wall.thickness
     stiffness = 2 * max(joint.normal_stiffness, joint.shear_stiffness) * (wall.block_length + wall.block_height)
+    if "elastic" in _parts(scene):  # the end of a brick moves with it and with a third of its mass, m / (1 + 3)
+        mass /= 4.0
     return 0.25 * math.sqrt(mass / (stiffness * wall.thickness))
 
 

@@ -26,6 +26,7 @@ import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.geometry import SharedEdges
+from damagepred.kernels.dynamics.strains import unit_displacements
 
 
 class ElasticBlocks(NamedTuple):
@@ -66,6 +67,28 @@ class ElasticBlocks(NamedTuple):
         """
         number = self.number[block]
         return (number >= 0) & (np.abs((self.axis[number] * direction).sum(axis=1)) > np.sqrt(0.5))
+
+    def unit_displacements(self, number: IntArray, arm: FloatArray, edge: FloatArray | None = None) -> FloatArray:
+        """Return displacement x, y of places (p, 2, 2) of blocks for a unit strain (m) and a unit curvature (m2).
+
+        Parameters
+        ----------
+        number : array of int (p,)
+            Place of the block in this list.
+        arm : array (p, 2)
+            From its centroid (m).
+        edge : array (p, 2), optional
+            Straight edge whose middle the place is (m): the mean along it.
+        """
+        axis, across = self.axis[number], np.column_stack((-self.axis[number, 1], self.axis[number, 0]))
+        x, y = (arm * axis).sum(axis=1), (arm * across).sum(axis=1)
+        bow_x, bow_y = -(self.length[number] ** 2) / 24.0, -(self.height[number] ** 2) / 24.0
+        if edge is not None:  # means of x^2/2 - b^2/24 and of y^2/2 - h^2/24
+            bow_x = ((edge * axis).sum(axis=1) ** 2 - self.length[number] ** 2) / 24.0
+            bow_y = ((edge * across).sum(axis=1) ** 2 - self.height[number] ** 2) / 24.0
+        along_s, across_s, along_k, across_k = unit_displacements(x, y, self.poisson_ratio[number], bow_x, bow_y)
+        strained = along_s[:, None] * axis + across_s[:, None] * across
+        return np.stack((strained, along_k[:, None] * axis + across_k[:, None] * across), axis=2)
 
     def taken(self, blocks: IntArray) -> ElasticBlocks:
         """Return the elastic ones among a list of blocks, which are numbered anew in its order."""
@@ -179,21 +202,11 @@ def elastic_sides(
         number = elastic.number[sides[side]]
         here = np.flatnonzero(number >= 0)
         number = number[here]
-        axis, ratio, n, t = elastic.axis[number], elastic.poisson_ratio[number], normal[here], tangent[here]
-        across = np.column_stack((-axis[:, 1], axis[:, 0]))
+        n, t = normal[here], tangent[here]
         arm = middle[here] - centre[elastic.block[number]]
-        x, y = (arm * axis).sum(axis=1), (arm * across).sum(axis=1)
-        reach = length[here] * (t * axis).sum(axis=1)
-        # means of x^2/2 - b^2/24 and of y^2/2 - h^2/24 along the edge
-        rise = length[here] * (t * across).sum(axis=1)
-        bow = 0.5 * x**2 + (reach**2 - elastic.length[number] ** 2) / 24.0
-        bow += ratio * (0.5 * y**2 + (rise**2 - elastic.height[number] ** 2) / 24.0)
-        moved = np.stack(
-            (x[:, None] * axis - (ratio * y)[:, None] * across, -(x * y)[:, None] * axis + bow[:, None] * across),
-            axis=2,
-        )
+        moved = elastic.unit_displacements(number, arm, length[here, None] * t)
         rows[here, side, 0] = sign * np.einsum("ik,ikc->ic", n, moved)
         rows[here, side, 1] = sign * np.einsum("ik,ikc->ic", t, moved)
-        rows[here, side, 2, 1] = sign * x
+        rows[here, side, 2, 1] = sign * (arm * elastic.axis[number]).sum(axis=1)
         dof[here, side] = 3 * len(elastic.number) + 2 * number
     return ElasticSides(dof, rows)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,13 @@ import pytest
 
 from damagepred import Assembly, InputError, Scene, solve
 from damagepred.assembly.assembly import rectangle
-from damagepred.pipeline import model_of
-from damagepred.scene import BlockMaterial, Joint, Solver
+from damagepred.kernels.dynamics.cycle import first_forces
+from damagepred.pipeline import dynamic_run, model_of
+from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
+from damagepred.solvers.dynamics.body_motion import update_poses
+from damagepred.solvers.dynamics.energy_balance import EnergyTerms
+from damagepred.solvers.dynamics.run import DynamicRun
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 E, B, H, T = 9e9, 0.24, 0.075, 0.11
@@ -138,6 +143,77 @@ def test_energy_is_balanced() -> None:
     assert abs(stiffness - stiffness.T).max() < 1e-6 * abs(stiffness).max()
 
 
-def test_a_run_in_time_is_refused() -> None:
-    with pytest.raises(InputError, match="elastic"):
-        solve(scene(dynamics={"duration": 0.1}))
+DRY = {"tensile_strength": 0.0, "cohesion": 0.0}
+
+
+def held_in_place(angle: float) -> DynamicRun:
+    """Six bricks in running bond on the ground, turned, at the start of a run in time."""
+    wall = Assembly(
+        thickness=T, joint=Joint(tensile_strength=1e9, cohesion=1e9), block=BlockMaterial(elastic_modulus=E)
+    )
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    for i, (x, y) in enumerate([(0, 0), (1, 0), (-0.5, 1), (0.5, 1), (0, 2), (1, 2)]):
+        wall.add_block(np.array(rectangle(x * B, y * H, (x + 1) * B, (y + 1) * H)) @ turn.T)
+        if i == 0:
+            wall.support(i)
+    settings = Solver(blocks="elastic")
+    return dynamic_run(wall.build(settings), settings, Dynamics(duration=1e-4, outputs=1, start="unstressed"))
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4])
+def test_forces_in_time_are_those_of_small_displacements(angle: float) -> None:
+    course = held_in_place(angle)
+    model, motion, strains = course.model, course.motion, course.motion.strains
+    assert strains is not None
+    system = DiscreteSystem.of(model)
+    small = 1e-9 * np.random.default_rng(2).standard_normal(model.size)
+    small[3 * model.n_blocks : 3 * model.n_blocks + 3] = 0.0
+    motion.displacement[:] = small[: motion.displacement.size].reshape(-1, 3)
+    strains.displacement[:-1] = small[system.strain_dofs].reshape(-1, 2)
+    update_poses(motion)
+    counts = EnergyTerms(np.zeros(4), np.zeros(3))
+    strains.force[:] = 0.0
+    first_forces(course.bodies, course.search.neighbours, motion, None, None, None, False, counts)
+    found = np.concatenate((motion.force.ravel(), strains.force[:-1].ravel()))
+    expected = -system.elastic_stiffness @ small
+    for part in (slice(0, 3 * model.n_blocks), system.strain_dofs):
+        np.testing.assert_allclose(found[part], expected[part], atol=1e-6 * np.abs(expected[part]).max())
+    assert course.frequency.touched > course.frequency.intact
+
+
+def test_a_run_in_time_begins_and_stays_in_equilibrium() -> None:
+    bonded = {name: table for name, table in scene().to_dict().items() if name != "dpc"}
+    time = {"duration": 0.02, "outputs": 4}
+    static, moved = (solve(Scene.from_dict(bonded | more)) for more in ({}, {"dynamics": time}))
+    for name in ("block_strain", "block_curvature"):
+        exact = static[name].values[0]
+        np.testing.assert_allclose(moved[name].values, [exact] * 5, atol=1e-4 * np.abs(exact).max())
+    assert moved.attrs["begins_in_equilibrium"]
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [DRY, {"fracture_energy": 10.0}, {"dilation": 0.2, "brittle_shear": True}],
+    ids=["dry", "softening", "dilatant"],
+)
+@pytest.mark.parametrize(
+    "damping", [{}, {"damping": "rayleigh", "frequency": 1000, "second_frequency": 4000}], ids=["undamped", "rayleigh"]
+)
+def test_a_wall_that_cracks_in_time_balances_its_energy(joint: dict[str, Any], damping: dict[str, Any]) -> None:
+    time = {"duration": 0.05, "outputs": 5, "movement_time": 0.05} | damping
+    ds = solve(scene(joint=joint, dynamics=time, wall={"length": 1.44, "height": 0.45}))
+    assert (ds["contact_state"] == 1).any()
+    assert float(np.abs(ds["block_strain"]).max()) > 1e-7
+    exchanged = ds["external_work"].values - ds["external_work"].values[0]
+    scale = np.abs(exchanged).max() + float(ds["elastic_energy"].values.max())
+    assert np.abs(ds["energy_error"]).max() < 0.02 * scale
+
+
+def test_what_a_run_in_time_cannot_do_is_still_answered() -> None:
+    with pytest.raises(InputError, match="midpoint"):
+        solve(scene(dynamics={"duration": 0.1}, solver={"quadrature": "midpoint"}))
+    wall, (_, brick, _) = strip()
+    settings = Solver(blocks="elastic")
+    weightless = replace(wall.build(settings), density=np.zeros(3))
+    with pytest.raises(InputError, match=rf"block {brick} .* has no mass"):
+        dynamic_run(weightless, settings, Dynamics(start="unstressed"))

@@ -26,6 +26,13 @@ what it held is lost where it passes an end with nothing beyond.
 
 import numpy as np
 
+from damagepred.kernels.dynamics.strains import (
+    face_place,
+    from_strained_edge,
+    place_on_body,
+    push_strains,
+    unstrained_place,
+)
 from damagepred.kernels.jit import law, rule
 from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.kernels.joint.limits import coulomb_limit
@@ -87,7 +94,7 @@ clockwise round the block: the outward normal is (-along_y, along_x). Then where
 
 
 @law
-def _edge_coordinates(points, i, edges, e, pose):
+def _edge_coordinates(points, i, edges, e, pose, strains):
     """Return the coordinates of point i in the frame of edge e.
 
     Returns
@@ -97,7 +104,8 @@ def _edge_coordinates(points, i, edges, e, pose):
         signed distance from its line, outside positive (m); direction of the edge.
     """
     a, b = points[i].body, edges[e].body
-    x, y, ca, sa = points[i].x, points[i].y, pose[a, 2], pose[a, 3]
+    x, y = place_on_body(points, i, strains)
+    ca, sa = pose[a, 2], pose[a, 3]
     arm_ax, arm_ay = ca * x - sa * y, sa * x + ca * y
     at_x, at_y = pose[a, 0] + arm_ax, pose[a, 1] + arm_ay
     arm_bx, arm_by = at_x - pose[b, 0], at_y - pose[b, 1]
@@ -106,11 +114,12 @@ def _edge_coordinates(points, i, edges, e, pose):
     t_x, t_y = edges[e].along_x, edges[e].along_y
     along = t_x * local_x + t_y * local_y
     gap = t_x * local_y - t_y * local_x
+    along, gap = from_strained_edge(along, gap, i, b, strains)
     return arm_ax, arm_ay, arm_bx, arm_by, along, gap, cb * t_x - sb * t_y, sb * t_x + cb * t_y
 
 
 @rule
-def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose):
+def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose, strains):
     """Return the signed distances of a place on a face from the edges of one block, convex or slightly bent.
 
     Parameters
@@ -125,6 +134,8 @@ def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose):
         The block.
     pose : array (bodies, 4)
         x, y (m), cosine and sine of the rotation of each body.
+    strains : BlockStrains or None
+        See ``contact_forces``.
 
     Returns
     -------
@@ -142,7 +153,8 @@ def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose):
         b = edges[e].body
         arm_x, arm_y = at_x - pose[b, 0], at_y - pose[b, 1]
         cb, sb = pose[b, 2], pose[b, 3]
-        local_x, local_y = cb * arm_x + sb * arm_y - edges[e].x, cb * arm_y - sb * arm_x - edges[e].y
+        local_x, local_y = unstrained_place(cb * arm_x + sb * arm_y, cb * arm_y - sb * arm_x, b, strains)
+        local_x, local_y = local_x - edges[e].x, local_y - edges[e].y
         t_x, t_y = edges[e].along_x, edges[e].along_y
         # of a face of several edges, which need not be convex when it is bent, the one that the place is beside
         along = t_x * local_x + t_y * local_y
@@ -163,7 +175,7 @@ def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose):
 
 
 @law
-def face_frame(points, i, edges, pose):
+def face_frame(points, i, edges, pose, strains):
     """Return the position x, y of point i (m), and the direction of its face, a unit vector.
 
     Parameters
@@ -174,24 +186,27 @@ def face_frame(points, i, edges, pose):
         The point.
     pose : array (bodies, 4)
         x, y (m), cosine and sine of the rotation of each body.
+    strains : BlockStrains or None
+        See ``contact_forces``.
     """
     a, own = points[i].body, points[i].own_edge
     ca, sa = pose[a, 2], pose[a, 3]
-    x, y, t_x, t_y = points[i].x, points[i].y, edges[own].along_x, edges[own].along_y
+    x, y = place_on_body(points, i, strains)
+    t_x, t_y = edges[own].along_x, edges[own].along_y
     return pose[a, 0] + ca * x - sa * y, pose[a, 1] + sa * x + ca * y, ca * t_x - sa * t_y, sa * t_x + ca * t_y
 
 
 @rule
-def _detect_contact(bodies, i, neighbours, pose, pressed, sheared, old_x, old_y):
+def _detect_contact(bodies, i, neighbours, pose, strains, pressed, sheared, old_x, old_y):
     """Detect contact of a free point with a neighbouring block, and start it; return whether there is one.
 
     The point touches the edge of least penetration (node-to-segment contact, Wriggers 2006).
     """
     p = bodies.points[i]
-    at_x, at_y, own_x, own_y = face_frame(bodies.points, i, bodies.edges, pose)
+    at_x, at_y, own_x, own_y = face_frame(bodies.points, i, bodies.edges, pose, strains)
     found, deepest, came_from = -1, np.inf, 0.0
     for k in range(neighbours.first[i], neighbours.first[i + 1]):
-        gap, e, others = signed_distances(at_x, at_y, own_x, own_y, bodies, neighbours.polygon[k], pose)
+        gap, e, others = signed_distances(at_x, at_y, own_x, own_y, bodies, neighbours.polygon[k], pose, strains)
         before = neighbours.distance[k] if (p.searched != 0) & (neighbours.edge[k] == e) else min(gap, 0.0)
         neighbours.distance[k] = gap
         neighbours.edge[k] = e
@@ -204,7 +219,12 @@ def _detect_contact(bodies, i, neighbours, pose, pressed, sheared, old_x, old_y)
     p.searched = 1
     if found < 0:
         return False
-    _, _, _, _, along, gap, t_x, t_y = _edge_coordinates(bodies.points, i, bodies.edges, found, pose)
+    if strains is not None:
+        edge = bodies.edges[found]
+        b = edge.body
+        arm_x, arm_y, c, s = at_x - pose[b, 0], at_y - pose[b, 1], pose[b, 2], pose[b, 3]
+        face_place(strains, i, c * arm_x + s * arm_y, c * arm_y - s * arm_x, b, edge.along_x, edge.along_y)
+    _, _, _, _, along, gap, t_x, t_y = _edge_coordinates(bodies.points, i, bodies.edges, found, pose, strains)
     p.law = p.law | 1
     joint = bodies.laws[p.law]
     continues = pressed < 0.0 and t_x * old_x + t_y * old_y > bodies.continuation_cosine
@@ -227,7 +247,7 @@ def _detect_contact(bodies, i, neighbours, pose, pressed, sheared, old_x, old_y)
 
 
 @rule
-def _release_contact(bodies, i, neighbours, pose, joint_terms, along, gap, t_x, t_y, search):
+def _release_contact(bodies, i, neighbours, pose, strains, joint_terms, along, gap, t_x, t_y, search):
     """Release a point that passed the end of its edge, and detect its next contact; return whether there is one.
 
     The elastic energy that the next contact does not take over is counted as released.
@@ -245,7 +265,7 @@ def _release_contact(bodies, i, neighbours, pose, joint_terms, along, gap, t_x, 
     p.status = FREE
     p.searched = 0
     after = 0.0
-    met = search and _detect_contact(bodies, i, neighbours, pose, pressed, p.tau, t_x, t_y)
+    met = search and _detect_contact(bodies, i, neighbours, pose, strains, pressed, p.tau, t_x, t_y)
     if met:
         joint = bodies.laws[p.law]
         after = 0.5 * (p.sigma * p.sigma * (1.0 / joint.normal_stiffness) + p.tau * p.tau * joint.shear_compliance)
@@ -336,7 +356,7 @@ def _add_force_pair(force, a, b, x, y, moment_a, moment_b):
 
 @rule
 def contact_forces(
-    bodies, neighbours, pose, force, special, softening, per_step, pressed_per_step, search, joint_terms
+    bodies, neighbours, pose, force, strains, special, softening, per_step, pressed_per_step, search, joint_terms
 ):
     """Compute the forces of all contacts on the bodies (penalty contact with the joint law), and commit their history.
 
@@ -356,6 +376,8 @@ def contact_forces(
         x, y (m), cosine and sine of the angle of each body.
     force : array (bodies, 3)
         Force x, y (N) and moment (N m) on each body: added to.
+    strains : BlockStrains or None
+        Of elastic blocks, whose ``force`` is added to; None if there are none: left out at compile time.
     special : bool or None
         None if no joint dilates, breaks or softens by slip or has a cap: left out at compile time.
     softening : Softening or None
@@ -379,14 +401,14 @@ def contact_forces(
         if p.status == FREE:
             if not search or neighbours.first[i] == neighbours.first[i + 1]:
                 continue
-            if not _detect_contact(bodies, i, neighbours, pose, 0.0, 0.0, 0.0, 0.0):
+            if not _detect_contact(bodies, i, neighbours, pose, strains, 0.0, 0.0, 0.0, 0.0):
                 continue
-        ax, ay, bx, by, along, gap, t_x, t_y = _edge_coordinates(points, i, edges, p.target, pose)
+        ax, ay, bx, by, along, gap, t_x, t_y = _edge_coordinates(points, i, edges, p.target, pose, strains)
         edge = edges[p.target]
         if (along < edge.low - p.edge_overrun) | (along > edge.length + p.edge_overrun):
-            if not _release_contact(bodies, i, neighbours, pose, joint_terms, along, gap, t_x, t_y, search):
+            if not _release_contact(bodies, i, neighbours, pose, strains, joint_terms, along, gap, t_x, t_y, search):
                 continue
-            ax, ay, bx, by, along, gap, t_x, t_y = _edge_coordinates(points, i, edges, p.target, pose)
+            ax, ay, bx, by, along, gap, t_x, t_y = _edge_coordinates(points, i, edges, p.target, pose, strains)
         joint = bodies.laws[p.law]
         u_n, u_s = gap + p.offset, along - p.anchor
         moved, was_cracked = u_n - p.opening, p.cracked != 0.0
@@ -444,6 +466,7 @@ def contact_forces(
         a_y += f_y
         a_m += ax * f_y - ay * f_x
         b_m -= bx * f_y - by * f_x
+        push_strains(strains, i, a, b, pose, f_x, f_y, total_n, total_s)
     _add_force_pair(force, last_a, last_b, a_x, a_y, a_m, b_m)
     joint_terms[FRICTION] += friction_work
     joint_terms[RELEASED] += released_energy

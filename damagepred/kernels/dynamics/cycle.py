@@ -8,6 +8,7 @@ from damagepred.kernels.dynamics.motion import (
     largest_movement,
     ramp_live_load,
 )
+from damagepred.kernels.dynamics.strains import advance_strains, resist_strains
 from damagepred.kernels.dynamics.zones import (
     add_gridpoint_boundary_work,
     advance_gridpoints,
@@ -102,6 +103,7 @@ def run_steps(
     k = first
     while k < last:
         advance_bodies(motion, loading, k, time_step, local, mass_damping, counts.body_terms)
+        advance_strains(motion.strains, time_step, local, mass_damping, counts.body_terms)
         if grid is not None:
             advance_gridpoints(grid, loading, k, time_step, local, mass_damping, counts.body_terms)
             update_facet_poses(grid, motion.pose, first_facet)
@@ -118,6 +120,7 @@ def run_steps(
             neighbours,
             motion.pose,
             motion.force,
+            motion.strains,
             special,
             softening,
             stiffness_damping / time_step,
@@ -125,6 +128,7 @@ def run_steps(
             search_distance > 0.0,
             counts.joint_terms,
         )
+        resist_strains(motion.strains, stiffness_damping, time_step)
         if change != 0.0:
             _add_ground_work(points, imposed, change, counts.body_terms)
         add_boundary_work(motion, time_step, counts.body_terms)
@@ -165,6 +169,7 @@ def first_forces(body_arrays, neighbours, motion, grid, special, softening, sear
         neighbours,
         motion.pose,
         motion.force,
+        motion.strains,
         special,
         softening,
         0.0,
@@ -172,6 +177,7 @@ def first_forces(body_arrays, neighbours, motion, grid, special, softening, sear
         search,
         counts.joint_terms,
     )
+    resist_strains(motion.strains, 0.0, 0.0)
     if grid is not None:
         grid.force[:] = 0.0
         zone_forces(grid, 0.0)

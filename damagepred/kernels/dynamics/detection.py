@@ -7,15 +7,15 @@ from damagepred.kernels.jit import kernel, rule
 
 
 @rule
-def _append_if_near(bodies, i, other, pose, low, high, margin, polygon, edge, gap, count):
+def _append_if_near(bodies, i, other, pose, strains, low, high, margin, polygon, edge, gap, count):
     """Append a block to the neighbour list of point i if it is within the margin; return the length of the list."""
-    x, y, along_x, along_y = face_frame(bodies.points, i, bodies.edges, pose)
+    x, y, along_x, along_y = face_frame(bodies.points, i, bodies.edges, pose, strains)
     own = bodies.edges[bodies.points[i].own_edge].polygon
     if (other == own) | (high[other, 0] < x - margin) | (low[other, 0] > x + margin):
         return count
     if (high[other, 1] < y - margin) | (low[other, 1] > y + margin):
         return count
-    faced, which, others = signed_distances(x, y, along_x, along_y, bodies, other, pose)
+    faced, which, others = signed_distances(x, y, along_x, along_y, bodies, other, pose, strains)
     if (faced >= margin) | (others >= margin):
         return count
     if count < polygon.size:
@@ -26,14 +26,16 @@ def _append_if_near(bodies, i, other, pose, low, high, margin, polygon, edge, ga
 
 
 @kernel
-def find_neighbours(bodies, left, pose, low, high, narrow, start, widest, wide, margin, first, polygon, edge, gap):
+def find_neighbours(
+    bodies, left, pose, strains, low, high, narrow, start, widest, wide, margin, first, polygon, edge, gap
+):
     """Fill the neighbour list (Verlet 1967) of all points: other blocks nearer than ``margin``.
 
     The narrow blocks are sorted by their left ends, so a binary search finds the first that may be near.
 
     Parameters
     ----------
-    bodies, pose
+    bodies, pose, strains
         See ``damagepred.kernels.dynamics.contact.contact_forces``.
     left : array (p,)
         Coordinate x of the points (m).
@@ -65,8 +67,8 @@ def find_neighbours(bodies, left, pose, low, high, narrow, start, widest, wide, 
         for s in range(begin, narrow.size):
             if start[s] > x + margin:
                 break
-            count = _append_if_near(bodies, i, narrow[s], pose, low, high, margin, polygon, edge, gap, count)
+            count = _append_if_near(bodies, i, narrow[s], pose, strains, low, high, margin, polygon, edge, gap, count)
         for w in range(wide.size):
-            count = _append_if_near(bodies, i, wide[w], pose, low, high, margin, polygon, edge, gap, count)
+            count = _append_if_near(bodies, i, wide[w], pose, strains, low, high, margin, polygon, edge, gap, count)
     first[left.size] = count
     return count

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import InputError
+from damagepred.solvers.dynamics.strains import BlockStrains
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
@@ -37,6 +38,8 @@ class Motion(NamedTuple):
         Prescribed degrees of freedom, 3 block + axis.
     held_start, held_displacement : array (h,)
         Their displacement at the start, and its change at full movement (m, rad).
+    strains : BlockStrains or None
+        Strain and curvature of elastic blocks; None if there are none.
     """
 
     reference: FloatArray
@@ -50,6 +53,7 @@ class Motion(NamedTuple):
     held: IntArray
     held_start: FloatArray
     held_displacement: FloatArray
+    strains: BlockStrains | None = None
 
 
 def motion_of(model: Model, origin: FloatArray, facets: int) -> Motion:
@@ -108,6 +112,21 @@ def motion_of(model: Model, origin: FloatArray, facets: int) -> Motion:
         np.zeros(len(held)),
         model.supports.prescribed_displacement[whole],
     )
+
+
+def base_velocity(part: Any, motion: Motion) -> FloatArray:
+    """Return the velocity of the base in the directions of a part: x, y (m/s) and rotation; 0 for strains.
+
+    Parameters
+    ----------
+    part : Motion, Grid or BlockStrains
+        What moves.
+    motion : Motion
+        With the base.
+    """
+    if part is motion.strains:
+        return np.zeros(2)
+    return np.array([*motion.velocity[-1, :2], 0.0])[: part.velocity.shape[1]]
 
 
 def update_poses(motion: Motion) -> None:

@@ -11,6 +11,7 @@ from damagepred.kernels.dynamics.detection import find_neighbours
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.body_motion import Motion
 from damagepred.solvers.dynamics.gridpoints import Grid
+from damagepred.solvers.dynamics.strains import BlockStrains
 
 
 class NeighbourList(NamedTuple):
@@ -77,7 +78,10 @@ class NeighbourSearch:
     def update(self) -> None:
         """Search for neighbours at the present displacements."""
         if self.distance > 0.0:
-            self.neighbours = neighbour_list(self._bodies, self._motion.pose, self._skin, self._wide_block_ratio)
+            motion = self._motion
+            self.neighbours = neighbour_list(
+                self._bodies, motion.pose, self._skin, self._wide_block_ratio, motion.strains
+            )
             self.searched_at[:] = self._motion.displacement
             if self._grid is not None:
                 self._grid.searched_at[:] = self._grid.displacement
@@ -100,7 +104,9 @@ class NeighbourSearch:
         return largest
 
 
-def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float, wide: float) -> NeighbourList:
+def neighbour_list(
+    scene: BodyArrays, pose: FloatArray, margin: float, wide: float, strains: BlockStrains | None = None
+) -> NeighbourList:
     """Return the blocks nearer to each point than a margin.
 
     Parameters
@@ -113,6 +119,8 @@ def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float, wide: flo
         Distance of neighbours (m).
     wide : float
         Width over the median from which a block is tried for every point (1).
+    strains : BlockStrains, optional
+        Of elastic blocks.
     """
     points, edges = scene.points, scene.edges
     own = edges[: scene.first_edge[-1]]
@@ -134,6 +142,7 @@ def neighbour_list(scene: BodyArrays, pose: FloatArray, margin: float, wide: flo
             scene,
             left,
             pose,
+            strains,
             low,
             high,
             narrow,

@@ -21,8 +21,9 @@ from damagepred.kernels.dynamics.contact import DASHPOT, FRACTURE, FRICTION, REL
 from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING, LIVE
 from damagepred.kernels.dynamics.zones import YIELDING, ZONE_DAMPING
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
-from damagepred.solvers.dynamics.body_motion import Motion
+from damagepred.solvers.dynamics.body_motion import Motion, base_velocity
 from damagepred.solvers.dynamics.gridpoints import Grid, zone_energy
+from damagepred.solvers.dynamics.strains import BlockStrains
 
 
 class EnergyTerms(NamedTuple):
@@ -65,8 +66,9 @@ class EnergyBalance:
     ) -> None:
         self._scene, self._motion, self._grid, self._terms = scene, motion, grid, terms
         self._damping, self._step = damping, time_step
-        # rigid blocks, and gridpoints of deformable ones
-        self._moving: list[Motion | Grid] = [motion] if grid is None else [motion, grid]
+        # blocks, gridpoints of deformable ones, strains of elastic ones
+        parts = (motion, grid, motion.strains)
+        self._moving: list[Motion | Grid | BlockStrains] = [part for part in parts if part is not None]
         self._start = [part.displacement.copy() for part in self._moving]
         self._dead = [part.load.copy() for part in self._moving]
         self._kinetic, self._damped, self._pulled = self._half_steps()
@@ -75,12 +77,11 @@ class EnergyBalance:
 
     def _half_steps(self) -> tuple[float, float, float]:
         """Return the kinetic energy, and the works of damping and of the base, by damping, in the half step to now."""
-        base = np.array([*self._motion.velocity[-1, :2], 0.0])
-        parts = np.array([self._half_step(part, base[: part.velocity.shape[1]]) for part in self._moving])
+        parts = np.array([self._half_step(part, base_velocity(part, self._motion)) for part in self._moving])
         kinetic, damped, pulled = parts.sum(axis=0)
         return float(kinetic), float(damped), float(pulled)
 
-    def _half_step(self, part: Motion | Grid, base: FloatArray) -> tuple[float, float, float]:
+    def _half_step(self, part: Motion | Grid | BlockStrains, base: FloatArray) -> tuple[float, float, float]:
         local, viscous, _, _ = self._damping
         before, inverse = part.velocity, part.inverse_mass
         mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
@@ -96,7 +97,7 @@ class EnergyBalance:
         return kinetic, damped, -half_step * float((dashpot * base).sum())
 
     def elastic_energy(self) -> float:
-        """Return the elastic energy of joints and zones (J)."""
+        """Return the elastic energy of joints, zones and elastic blocks (J)."""
         points = self._scene.points
         joint = self._scene.laws[points["law"]]
         sigma = points["sigma"]
@@ -106,7 +107,9 @@ class EnergyBalance:
         joints = 0.5 * float(
             (points["area"] * (sigma * opening + points["tau"] ** 2 * joint["shear_compliance"])).sum()
         )
-        return joints if self._grid is None else joints + zone_energy(self._grid)
+        joints += 0.0 if self._grid is None else zone_energy(self._grid)
+        strains = self._motion.strains
+        return joints if strains is None else joints + 0.5 * float((strains.stiffness * strains.displacement**2).sum())
 
     def balance(self) -> Energies:
         """Return the balance now."""
@@ -123,6 +126,8 @@ class EnergyBalance:
         if self._grid is not None:
             plastic = float(self._grid.terms[YIELDING])
             damping += float(self._grid.terms[ZONE_DAMPING])
+        if self._motion.strains is not None:
+            damping += float(self._motion.strains.work[0])
         change = kinetic - self._kinetic + elastic - self._elastic
         return Energies(
             kinetic_energy=kinetic,

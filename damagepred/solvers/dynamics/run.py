@@ -21,7 +21,7 @@ from damagepred.scene import Solver
 from damagepred.scene.dynamics import Dynamics
 from damagepred.solvers.dynamics.base_motion import base_displacement
 from damagepred.solvers.dynamics.body_arrays import body_arrays
-from damagepred.solvers.dynamics.body_motion import Motion, motion_of, update_poses
+from damagepred.solvers.dynamics.body_motion import Motion, base_velocity, motion_of, update_poses
 from damagepred.solvers.dynamics.contact_search import NeighbourSearch, world_coordinates
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance, EnergyTerms
 from damagepred.solvers.dynamics.facets import facet_bodies
@@ -34,6 +34,7 @@ from damagepred.solvers.dynamics.gridpoints import (
     update_facet_poses,
 )
 from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
+from damagepred.solvers.dynamics.strains import BlockStrains, block_strains
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import JointHistory
@@ -92,21 +93,19 @@ class DynamicRun:
         initial: State | None = None,
         options: DynamicsOptions = DEFAULTS,
     ) -> None:
-        if model.elastic is not None:
-            raise InputError(
-                "solver.blocks = 'elastic': not in runs in time; take 'rigid' or 'deformable' with [dynamics]"
-            )
         self.options = options
         self.model, self.dynamics, self.system = model, dynamics, DiscreteSystem.of(model)
         self.origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
         facets = facet_bodies(model, options)
-        self.motion = motion_of(model, self.origin, len(facets.start))
         self.deformable = np.zeros(0, np.int64) if model.mesh is None else model.mesh.block
         self.grid = gridpoint_arrays(model, self.origin, facets, dynamics.stiffness_damping > 0.0)
         self.bodies = body_arrays(model, self.origin, facets, options, dynamics.new_contacts)
+        strains = block_strains(model, self.bodies)
+        self.motion = motion_of(model, self.origin, len(facets.start))._replace(strains=strains)
         points = self.bodies.points
         self.initial_points = points[: 2 * model.n_contacts].copy()
-        self.frequency = highest_frequency(model, self.bodies, self.motion.inverse_mass, options, self.grid)
+        self._initial_target = np.zeros(0) if strains is None else strains.target[: 2 * model.n_contacts].copy()
+        self.frequency = highest_frequency(model, self.bodies, self.motion.inverse_mass, options, self.grid, strains)
         highest = self.frequency.touched if dynamics.new_contacts else self.frequency.intact
         self.interval = dynamics.duration / dynamics.outputs
         dry = bool((model.properties.tensile_strength <= 0.0).any())
@@ -134,8 +133,8 @@ class DynamicRun:
         self.mean_motion = None if self.grid is None else MeanMotion(model, self.grid)
 
     @property
-    def _moving(self) -> tuple[Motion | Grid, ...]:
-        return (self.motion,) if self.grid is None else (self.motion, self.grid)
+    def _moving(self) -> tuple[Motion | Grid | BlockStrains, ...]:
+        return tuple(part for part in (self.motion, self.grid, self.motion.strains) if part is not None)
 
     def _begin(self, initial: State | None) -> None:
         motion, points = self.motion, self.bodies.points
@@ -146,6 +145,8 @@ class DynamicRun:
             for name in JointHistory._fields:
                 remembered = getattr(initial.history, name)[:, None, :]
                 points[name][: 2 * m * q] = np.repeat(remembered, 2, axis=1).ravel()
+            if motion.strains is not None:
+                motion.strains.displacement[:-1] = initial.displacement[self.system.strain_dofs].reshape(-1, 2)
         motion.held_start[:] = motion.displacement.ravel()[motion.held]
         update_poses(motion)
         grid = self.grid
@@ -167,6 +168,9 @@ class DynamicRun:
             motion.velocity[:-1] = self.model.initial_velocity
         acting = motion.force[: len(motion.load)] + motion.load
         motion.velocity[:] -= 0.5 * self.time_step * acting * motion.inverse_mass
+        strains = motion.strains
+        if strains is not None:
+            strains.velocity[:] -= 0.5 * self.time_step * strains.force * strains.inverse_mass
         if grid is not None:
             motion.velocity[self.deformable] = 0.0
             set_initial_velocity(grid, self.model)
@@ -282,12 +286,12 @@ class DynamicRun:
 
     def speed(self) -> float:
         """Return the root mean square speed relative to the base, by mass (m/s)."""
-        base, total, energy = self.motion.velocity[-1], 0.0, 0.0
+        total, energy = 0.0, 0.0
         for part in self._moving:
             inverse = part.inverse_mass
             mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
-            energy += float((mass * (part.velocity - base[: mass.shape[1]]) ** 2).sum())
-            total += float(mass[:, :2].sum())
+            energy += float((mass * (part.velocity - base_velocity(part, self.motion)) ** 2).sum())
+            total += 0.0 if part is self.motion.strains else float(mass[:, :2].sum())
         return float(np.sqrt(energy / total)) if total > 0 else 0.0
 
     def attributes(self) -> dict[str, object]:
@@ -307,7 +311,12 @@ class DynamicRun:
         """Return opening and shear (m) of all contacts against their first edges, arrays (m, 2, q)."""
         m, q = self.model.interfaces.contact_area.shape
         home, pose = self.initial_points, self.motion.pose
-        at = world_coordinates(pose, home["body"], home["x"], home["y"])
+        home_x, home_y, strains = home["x"], home["y"], self.motion.strains
+        if strains is not None:
+            now, count = strains.displacement[strains.number], len(home)
+            own = np.einsum("pik,pk->pi", strains.own[:count], now[home["body"]])
+            home_x, home_y = home_x + own[:, 0], home_y + own[:, 1]
+        at = world_coordinates(pose, home["body"], home_x, home_y)
         edge = self.bodies.edges[home["target"]]
         b = edge["body"]
         x, y = at[:, 0] - pose[b, 0], at[:, 1] - pose[b, 1]
@@ -315,6 +324,9 @@ class DynamicRun:
         local_y = pose[b, 2] * y - pose[b, 3] * x - edge["y"]
         opening = edge["along_x"] * local_y - edge["along_y"] * local_x + home["offset"]
         shear = edge["along_x"] * local_x + edge["along_y"] * local_y - home["anchor"]
+        if strains is not None:
+            away = np.einsum("pik,pk->pi", self._initial_target, now[b])
+            opening, shear = opening - away[:, 1], shear - away[:, 0]
         return opening.reshape(m, 2, q), shear.reshape(m, 2, q)
 
     def report(self, steps: int) -> Increment:
@@ -342,6 +354,7 @@ class DynamicRun:
             number=self.output,
             load_factor=load_factor,
             displacement=moved[:-1],
+            strain=self.system.strains(self._all_displacements()),
             base=(float(motion.displacement[-1, 0]), float(motion.displacement[-1, 1])),
             opening=opening.mean(axis=1),
             slip=slip,
@@ -362,24 +375,37 @@ class DynamicRun:
 
     def _deflection(self) -> float:
         """Return the deflection (m, upwards) of a modelled footing, NaN without one."""
-        model = self.model
-        if model.deflection is None:
+        if self.model.deflection is None:
             return np.nan
-        displacement = np.zeros(model.size)
-        displacement[: self.motion.displacement.size] = self.motion.displacement.ravel()
-        if self.grid is not None and model.mesh is not None:
-            displacement[model.mesh.dof_x], displacement[model.mesh.dof_y] = self.grid.displacement.T
-        return float(model.deflection @ displacement)
+        return float(self.model.deflection @ self._all_displacements())
+
+    def _all_displacements(self) -> FloatArray:
+        grid, strains = self.grid, self.motion.strains
+        return self._all_dofs(
+            self.motion.displacement,
+            None if grid is None else grid.displacement,
+            None if strains is None else strains.displacement,
+        )
 
     def _total_force(self) -> FloatArray:
-        """Return the force of contacts, zones and loads on all degrees of freedom (size,) (N, N m)."""
-        force = np.zeros(self.model.size)
-        acting = self.motion.force[: len(self.motion.load)] + self.motion.load
-        force[: acting.size] = acting.ravel()
-        if self.grid is not None and self.model.mesh is not None:
-            on_points = self.grid.force + self.grid.load
-            force[self.model.mesh.dof_x], force[self.model.mesh.dof_y] = on_points.T
-        return force
+        """Return the force of contacts, zones, strains and loads on all degrees of freedom (size,) (N, N m)."""
+        grid, strains = self.grid, self.motion.strains
+        return self._all_dofs(
+            self.motion.force[: len(self.motion.load)] + self.motion.load,
+            None if grid is None else grid.force + grid.load,
+            None if strains is None else strains.force,
+        )
+
+    def _all_dofs(self, blocks: FloatArray, points: FloatArray | None, strains: FloatArray | None) -> FloatArray:
+        """Return values of blocks (n + 1, 3), gridpoints (g, 2) and strains (d + 1, 2) as all degrees of freedom."""
+        mesh = self.model.mesh
+        values = np.zeros(self.model.size)
+        values[: blocks.size] = blocks.ravel()
+        if points is not None and mesh is not None:
+            values[mesh.dof_x], values[mesh.dof_y] = points.T
+        if strains is not None:
+            values[self.system.strain_dofs] = strains[:-1].ravel()
+        return values
 
     def _unbalanced(self) -> float:
         """Return the unbalanced force ratio, moments over radii of gyration."""

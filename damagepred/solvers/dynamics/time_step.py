@@ -15,6 +15,7 @@ from damagepred.scene import Dynamics
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.gridpoints import Grid
 from damagepred.solvers.dynamics.options import DynamicsOptions
+from damagepred.solvers.dynamics.strains import BlockStrains
 from damagepred.solvers.system.deformable_blocks import zone_stiffness
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
@@ -35,7 +36,12 @@ class HighestFrequency(NamedTuple):
 
 
 def highest_frequency(
-    model: Model, scene: BodyArrays, inverse_mass: FloatArray, options: DynamicsOptions, grid: Grid | None = None
+    model: Model,
+    scene: BodyArrays,
+    inverse_mass: FloatArray,
+    options: DynamicsOptions,
+    grid: Grid | None = None,
+    strains: BlockStrains | None = None,
 ) -> HighestFrequency:
     """Return the highest frequency of a model, and a bound for it with new contacts.
 
@@ -58,11 +64,16 @@ def highest_frequency(
         Accuracy of the highest eigenvalue.
     grid : Grid, optional
         Gridpoints of the deformable blocks.
+    strains : BlockStrains, optional
+        Of elastic blocks: S has two more rows, and half the blocks' own stiffness against them is added to it.
     """
-    inverse, stiffness = np.zeros(model.size), DiscreteSystem.of(model).elastic_stiffness
+    system = DiscreteSystem.of(model)
+    inverse, stiffness = np.zeros(model.size), system.elastic_stiffness
     inverse[: inverse_mass.size] = inverse_mass.ravel()
+    if strains is not None:
+        inverse[system.strain_dofs] = strains.inverse_mass[:-1].ravel()
     if grid is None or model.mesh is None:
-        return HighestFrequency(_highest(stiffness, inverse, options), _touched(model, scene, inverse_mass))
+        return HighestFrequency(_highest(stiffness, inverse, options), _touched(model, scene, inverse_mass, strains))
     inverse[model.mesh.dof_x], inverse[model.mesh.dof_y] = grid.inverse_mass.T
     zones = zone_stiffness(model)
     met = _highest(zones + 4.0 * _on_gridpoints(model, scene, grid), inverse, options)
@@ -120,15 +131,21 @@ def _on_gridpoints(model: Model, scene: BodyArrays, grid: Grid) -> sparse.sparra
     return sparse.coo_array((values, (rows, columns)), shape=(model.size, model.size)).tocsr()
 
 
-def _touched(model: Model, scene: BodyArrays, inverse_mass: FloatArray) -> float:
+def _touched(model: Model, scene: BodyArrays, inverse_mass: FloatArray, strains: BlockStrains | None = None) -> float:
     n, points, edges = model.n_blocks, scene.points, scene.edges
     centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
-    own = np.zeros((n + 1, 3, 3))
-    all_sides = np.zeros((n + 1, 3, 3))
+    size = 3 if strains is None else 5
+    own = np.zeros((n + 1, size, size))
+    all_sides = np.zeros((n + 1, size, size))
     joint = scene.laws[points["law"]]
     normal = joint["normal_stiffness"] * points["area"], joint["shear_stiffness"] * points["area"]
     face = edges[points["own_edge"]]
-    rows = _stiffness_rows(points["x"], points["y"], face["along_x"], face["along_y"], *normal)
+    t_x, t_y = face["along_x"], face["along_y"]
+    moved = None
+    if strains is not None:  # along the face, and outwards
+        outwards = np.stack((np.stack((t_x, t_y), axis=1), np.stack((-t_y, t_x), axis=1)), axis=1)
+        moved = outwards @ strains.own
+    rows = _stiffness_rows(points["x"], points["y"], t_x, t_y, *normal, moved)
     whole = points["body"] <= n  # not on the facet of a deformable block
     np.add.at(own, points["body"][whole], rows[whole])
     np.add.at(all_sides, points["body"][whole], rows[whole])
@@ -143,8 +160,17 @@ def _touched(model: Model, scene: BodyArrays, inverse_mass: FloatArray) -> float
     along = points["anchor"][joined]
     for axis, key in enumerate("xy"):  # on its edge: from the edge's end along it
         at[elsewhere, axis] = (other[key] + other[f"along_{key}"] * along)[elsewhere]
-    rows = _stiffness_rows(at[:, 0], at[:, 1], other["along_x"], other["along_y"], *(k[joined] for k in normal))
+    moved = None if strains is None else strains.target[joined]
+    rows = _stiffness_rows(
+        at[:, 0], at[:, 1], other["along_x"], other["along_y"], normal[0][joined], normal[1][joined], moved
+    )
     np.add.at(all_sides, on, rows)
+    if strains is not None:
+        inverse_mass = np.hstack((inverse_mass, strains.inverse_mass[strains.number]))
+        for k in range(2):
+            resisted = 0.5 * strains.stiffness[strains.number, k]
+            all_sides[:, 3 + k, 3 + k] += resisted
+            own[:, 3 + k, 3 + k] += 0.5 * resisted
     root = np.sqrt(inverse_mass)[:-1]
     worst = 0.0
     for stiffness in (all_sides, 2.0 * own):
@@ -154,11 +180,22 @@ def _touched(model: Model, scene: BodyArrays, inverse_mass: FloatArray) -> float
 
 
 def _stiffness_rows(
-    x: FloatArray, y: FloatArray, t_x: FloatArray, t_y: FloatArray, k_n: FloatArray, k_s: FloatArray
+    x: FloatArray,
+    y: FloatArray,
+    t_x: FloatArray,
+    t_y: FloatArray,
+    k_n: FloatArray,
+    k_s: FloatArray,
+    moved: FloatArray | None,
 ) -> FloatArray:
-    """Return the stiffness (p, 3, 3) of points at arms (x, y) along normal and direction of an edge."""
+    """Return the stiffness of points at arms (x, y) along normal and direction of an edge: (p, 3, 3), or (p, 5, 5).
+
+    ``moved``: displacement along the edge and across (p, 2, 2) for unit strain and curvature of elastic blocks.
+    """
     across = np.stack((-t_y, t_x, x * t_x + y * t_y), axis=-1)
     along = np.stack((t_x, t_y, x * t_y - y * t_x), axis=-1)
+    if moved is not None:
+        along, across = np.hstack((along, moved[:, 0])), np.hstack((across, moved[:, 1]))
     return np.asarray(
         k_n[:, None, None] * across[:, :, None] * across[:, None, :]
         + k_s[:, None, None] * along[:, :, None] * along[:, None, :]

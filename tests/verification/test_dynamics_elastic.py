@@ -1,0 +1,345 @@
+"""Elastic blocks in physical time against closed forms: they ring, alone and in joints, and come to rest."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from damagepred import Assembly, Scene, solve
+from damagepred.assembly.assembly import rectangle
+from damagepred.errors import DivergenceError
+from damagepred.pipeline import dynamic_run
+from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
+from damagepred.solvers.dynamics.energy_balance import EnergyBalance
+from damagepred.solvers.dynamics.run import DynamicRun
+from tests.solvers.dynamic_scenes import THICKNESS, momentum, turned
+from tests.verification.manual import ClosedForm, Verify
+
+CHAPTER = "Dynamics"
+ELASTIC = Solver(blocks="elastic")
+E, B, H, DENSITY, PLATE = 9e9, 0.24, 0.075, 2000.0, 0.1
+BRICK = BlockMaterial(elastic_modulus=E, poisson_ratio=0.19, density=DENSITY)
+MASS = DENSITY * B * H * THICKNESS
+STIFFNESS = E * B * H * THICKNESS, E * B * THICKNESS * H**3 / 12
+"""Of strain (N m) and curvature (N m3)."""
+INERTIA = MASS * B**2 / 12, DENSITY * THICKNESS * (H * B**5 / 720 + B**3 * H**3 / 144)
+"""Of strain (kg m2) and curvature (kg m4)."""
+
+ALONE = ClosedForm(
+    chapter=CHAPTER,
+    title="Elastic block that rings alone",
+    formula="stretching: ω² = E b h t / (ρ t h b³/12) = 12 E / (ρ b²)\n"
+    "bending: ω² = (E b t h³/12) / (ρ t (h b⁵/720 + b³ h³/144))",
+    source="Rayleigh quotient of the block's field.",
+    note="Central differences shift the frequency to (2/dt) asin(ω dt/2), which is taken into account.",
+)
+ON_SPRING = ClosedForm(
+    chapter=CHAPTER,
+    title="Elastic block on a spring",
+    formula="K = | k        -k b/2             |   M = | m  0        |\n"
+    "    | -k b/2   k b²/4 + E b h t   |       | 0  m b²/12  |,   k = K h t",
+    source="Two masses: eigenvalues of a matrix of two rows.",
+    note="A head joint of stiffness K joins the brick to a held plate, whose half is lumped into it.",
+)
+BENDING_ON_SPRINGS = ClosedForm(
+    chapter=CHAPTER,
+    title="Elastic block that bends between two springs",
+    formula="ω² = (E b t h³/12 + 2 (b/2)² K h³ t/12) / (ρ t (h b⁵/720 + b³ h³/144))",
+    source="The ends turn by κ b/2 against the joints.",
+    note="The bricks' shear joints to the plates are so soft that they do not count.",
+)
+REST = ClosedForm(
+    chapter=CHAPTER,
+    title="Elastic blocks that come to rest",
+    formula="strain, curvature and displacement are those of the quasi-static solver",
+    source="Equilibrium does not depend on the way to it.",
+    note="The movement is so small that the squares of rotations do not count.",
+)
+AUDIT = ClosedForm(
+    chapter=CHAPTER,
+    title="Elastic blocks: what is kept without damping",
+    formula="kinetic energy + energy of joints and blocks = work of the loads; momentum and angular momentum",
+    source="Newton's laws.",
+)
+DAMPED = ClosedForm(
+    chapter=CHAPTER,
+    title="Elastic block whose ringing is damped",
+    formula="peaks fall by exp(-2π ξ/sqrt(1 - ξ²)), ξ = α/(2ω) + βω/2",
+    source="Textbook.",
+)
+STABLE = ClosedForm(
+    chapter=CHAPTER,
+    title="Stable time step of elastic blocks",
+    formula="dt <= 2/ω_max",
+    source="Textbook: central differences.",
+)
+
+
+def strong(stiffness: float = 82e9, shear: float = 36e9) -> Joint:
+    return Joint(normal_stiffness=stiffness, shear_stiffness=shear, tensile_strength=1e9, cohesion=1e9)
+
+
+def started(assembly: Assembly, duration: float, outputs: int, **settings: Any) -> DynamicRun:
+    dynamics = Dynamics(duration=duration, outputs=outputs, **{"start": "unstressed"} | settings)
+    return dynamic_run(assembly.build(ELASTIC), ELASTIC, dynamics)
+
+
+def excited(course: DynamicRun, mode: int, first: float = 0.0, rate: float = 0.0) -> DynamicRun:
+    """Give block 0 a strain, or a curvature, and its rate."""
+    strains = course.motion.strains
+    assert strains is not None
+    inverse, stiffness, dt = strains.inverse_mass[0, mode], strains.stiffness[0, mode], course.time_step
+    strains.displacement[0, mode], strains.force[0, mode] = first, -stiffness * first
+    strains.velocity[0, mode] = rate + 0.5 * dt * stiffness * first * inverse  # half a step ago
+    course.energy = EnergyBalance(
+        course.model, course.bodies, course.motion, course.grid, course.damping, dt, course.terms
+    )
+    return course
+
+
+def brick(angle: float = 0.0, joint: Joint | None = None, plates: int = 0) -> Assembly:
+    """One brick, block 0, turned, with held plates beside it."""
+    wall = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS, joint=joint or strong(), block=BRICK)
+    wall.add_block(turned(rectangle(0.0, 0.0, B, H), angle))
+    for box in (rectangle(-PLATE, 0.0, 0.0, H), rectangle(B, 0.0, B + PLATE, H))[:plates]:
+        wall.support(wall.add_block(turned(box, angle)))
+    return wall
+
+
+def cosine(omega: float, dt: float, time: np.ndarray) -> np.ndarray:
+    """What central differences make of cos(ω t), which begins at rest."""
+    return np.cos(2 / dt * np.arcsin(omega * dt / 2) * time)
+
+
+@pytest.mark.parametrize("mode", [0, 1], ids=["strain", "curvature"])
+@pytest.mark.parametrize("angle", [0.0, 0.5])
+def test_a_brick_rings_alone(verify: Verify, mode: int, angle: float) -> None:
+    omega = float(np.sqrt(STIFFNESS[mode] / INERTIA[mode]))
+    first = 1e-4
+    course = excited(started(brick(angle), 3 * 2 * np.pi / omega, 40, time_step_safety=0.3), mode, first)
+    path = list(course)
+    time = np.array([i.time for i in path])
+    strain = np.array([i.strain for i in path])[:, 0, mode]
+    name = ("stretching", "bending")[mode]
+    exact = first * cosine(omega, course.time_step, time)
+    case = f"{name}, turned by {angle}"
+    verify(ALONE, case=case, solver="dynamic", quantity="amplitude", computed=strain, exact=exact, tolerance=1e-8)
+    highest = np.sqrt(max(k / m for k, m in zip(STIFFNESS, INERTIA)))
+    verify(
+        ALONE,
+        case=name,
+        solver="dynamic",
+        quantity="highest ω",
+        unit="rad/s",
+        computed=course.frequency.intact,
+        exact=highest,
+        tolerance=1e-9,
+    )
+
+
+def test_a_brick_on_a_spring_has_two_modes(verify: Verify) -> None:
+    joint = strong(shear=1.0)
+    spring = H * THICKNESS / (1 / joint.normal_stiffness + PLATE / 2 / E)
+    stiffness = np.array([[spring, -spring * B / 2], [-spring * B / 2, spring * B**2 / 4 + STIFFNESS[0]]])
+    root = np.sqrt([MASS, INERTIA[0]])
+    values, shapes = np.linalg.eigh(stiffness / root[:, None] / root)
+    start = np.array([1e-3, 0.0]) * root  # velocity
+    course = started(_thrown(brick(joint=joint, plates=1)), 4 * 2 * np.pi / np.sqrt(values[0]), 100)
+    path, dt = list(course), course.time_step
+    time = np.array([i.time for i in path])[:, None]
+    shifted = 2 / dt * np.arcsin(np.sqrt(values) * dt / 2)
+    modes = (start @ shapes) * dt / np.sin(shifted * dt) * np.sin(shifted * time)
+    exact = modes @ shapes.T / root
+    found = np.array([(i.displacement[0, 0], i.strain[0, 0]) for i in path if i.strain is not None])
+    for k, (quantity, unit) in enumerate((("displacement", "m"), ("strain", ""))):
+        verify(
+            ON_SPRING,
+            case="brick on a head joint, hurled along it",
+            solver="dynamic",
+            quantity=quantity,
+            unit=unit,
+            computed=found[:, k],
+            exact=exact[:, k],
+            tolerance=1e-6,
+        )
+
+
+def _thrown(wall: Assembly) -> Assembly:
+    wall.set_velocity(0, x=1e-3)
+    return wall
+
+
+def test_a_brick_bends_between_two_springs(verify: Verify) -> None:
+    joint = strong(shear=1.0)
+    stiffness = 1 / (1 / joint.normal_stiffness + PLATE / 2 / E)
+    omega = float(np.sqrt((STIFFNESS[1] + 2 * (B / 2) ** 2 * stiffness * THICKNESS * H**3 / 12) / INERTIA[1]))
+    course = excited(started(brick(joint=joint, plates=2), 3 * 2 * np.pi / omega, 40), 1, rate=1e-3)
+    path, dt = list(course), course.time_step
+    time = np.array([i.time for i in path])
+    shifted = 2 / dt * np.arcsin(omega * dt / 2)
+    exact = 1e-3 * dt * np.sin(shifted * time) / np.sin(shifted * dt)
+    verify(
+        BENDING_ON_SPRINGS,
+        case="brick between two plates",
+        solver="dynamic",
+        quantity="curvature",
+        unit="1/m",
+        computed=np.array([i.strain[0, 1] for i in path if i.strain is not None]),
+        exact=exact,
+        tolerance=1e-5,
+    )
+
+
+@pytest.mark.parametrize("movement", ["dishing", "doming"])
+def test_a_bonded_wall_comes_to_rest_where_the_static_one_is(verify: Verify, movement: str) -> None:
+    tables: dict[str, Any] = {
+        "wall": {"length": 1.2, "height": 0.45},
+        "joint": {"tensile_strength": 1e8, "cohesion": 1e8},
+        "movement": {"kind": movement, "central_deflection": 1e-5, "increments": 1},
+        "solver": {"blocks": "elastic"},
+    }
+    static = solve(Scene.from_dict(tables))
+    time = {"duration": 0.1, "outputs": 2, "movement_time": 0.02, "damping": "local"}
+    moved = solve(Scene.from_dict(tables | {"dynamics": time}))
+    for name in ("block_strain", "block_curvature", "block_displacement_y", "contact_normal_stress"):
+        exact = static[name].values[-1]
+        verify(
+            REST,
+            case=f"bonded wall, {movement}",
+            solver="dynamic",
+            quantity=name,
+            computed=moved[name].values[-1],
+            exact=exact,
+            scale=float(np.abs(exact).max()),
+            tolerance=1e-4,
+        )
+
+
+def test_energy_is_kept_without_damping(verify: Verify) -> None:
+    """A bonded wall that is dropped on its joints: bricks ring, and none of their energy is lost."""
+    wall = Assembly(thickness=THICKNESS, joint=strong(), block=BRICK)
+    for course in range(4):
+        shift = 0.5 * B * (course % 2)
+        blocks = [
+            wall.add_block(rectangle(shift + i * B, course * H, shift + (i + 1) * B, (course + 1) * H))
+            for i in range(3)
+        ]
+        if course == 0:
+            wall.rest_on_ground(blocks)
+    wall.set_velocity(0, x=0.1, y=0.1, rotation=1.0)
+    path = list(started(wall, 0.02, 40))
+    energy = [i.energy for i in path]
+    whole = max(e.kinetic_energy + e.elastic_energy for e in energy)
+    assert max(float(np.abs(i.strain).max()) for i in path if i.strain is not None) > 1e-6
+    verify(
+        AUDIT,
+        case="bonded wall, dropped and kicked",
+        solver="dynamic",
+        quantity="energy error over the energy",
+        computed=max(abs(e.energy_error) for e in energy),
+        exact=0.0,
+        scale=whole,
+        tolerance=1e-5,
+    )
+
+
+@pytest.mark.parametrize("dry", [False, True], ids=["bonded", "struck"])
+def test_bricks_in_flight_keep_energy_and_momentum(verify: Verify, dry: bool) -> None:
+    """Two bricks fly and spin, bonded, or strike each other on a corner: strain and curvature move no centre."""
+    joint = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.0) if dry else strong()
+    wall = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS, joint=joint, block=BRICK)
+    for k in range(2):
+        box = rectangle(0.1 * k, 0.0, B + 0.1 * k, H)
+        wall.add_block(turned(box, 0.1 * k, (0.0, (H + (1e-3 if dry else 0.0)) * k)) if dry else _raised(box, k))
+    if dry:
+        wall.set_velocity(1, y=-1.0, x=0.2)
+    else:
+        for k in range(2):
+            wall.set_velocity(k, x=1.0 - 20.0 * (k - 0.5) * H, y=0.5 + 20.0 * (k - 0.5) * 0.1, rotation=20.0)
+    course = started(wall, 0.02, 100, time_step_safety=0.1)
+    before = momentum(course)
+    path = list(course)
+    energy = [i.energy for i in path]
+    assert max(float(np.abs(i.strain).max()) for i in path if i.strain is not None) > 1e-6
+    case = "two bricks strike" if dry else "two bonded bricks spin"
+    verify(
+        AUDIT,
+        case=case,
+        solver="dynamic",
+        quantity="momentum, angular momentum",
+        computed=momentum(course),
+        exact=before,
+        scale=float(np.abs(before).max()),
+        tolerance=1e-9,
+    )
+    verify(
+        AUDIT,
+        case=case,
+        solver="dynamic",
+        quantity="energy error over the energy",
+        computed=max(abs(e.energy_error) for e in energy),
+        exact=0.0,
+        scale=energy[0].kinetic_energy,
+        tolerance=1e-3,
+    )
+
+
+def _raised(box: Any, k: int) -> np.ndarray:
+    return np.asarray(box) + np.array([0.0, H * k])
+
+
+@pytest.mark.parametrize("damping", ["viscous", "rayleigh"])
+@pytest.mark.parametrize("mode", [0, 1], ids=["strain", "curvature"])
+def test_ringing_is_damped(verify: Verify, damping: str, mode: int) -> None:
+    omega = float(np.sqrt(STIFFNESS[mode] / INERTIA[mode]))
+    hertz = omega / (2 * np.pi)
+    second = {"second_frequency": 2.0 * hertz} if damping == "rayleigh" else {}
+    first, ratio = (hertz, 0.05) if damping == "viscous" else (0.5 * hertz, 0.05 * (0.5 * 2.0 + 1.0) / 2.5)
+    course = started(
+        brick(), 4 / hertz, 800, damping=damping, damping_ratio=0.05, frequency=first, time_step_safety=0.02, **second
+    )
+    path = list(excited(course, mode, rate=1e-2))
+    strain = np.array([i.strain for i in path])[:, 0, mode]
+    peak = strain[1:-1][(strain[1:-1] > strain[:-2]) & (strain[1:-1] > strain[2:])]
+    verify(
+        DAMPED,
+        case=f"{damping}, {('stretching', 'bending')[mode]}",
+        solver="dynamic",
+        quantity="peak over the one before",
+        computed=peak[1:3] / peak[:2],
+        exact=[np.exp(-2 * np.pi * ratio / np.sqrt(1 - ratio**2))] * 2,
+        tolerance=3e-3,
+    )
+    end = path[-1].energy
+    assert abs(end.energy_error) < 1e-3 * end.damping_work
+
+
+@pytest.mark.parametrize(("share", "stable"), [(0.999, True), (1.001, False)])
+def test_the_limit_of_the_time_step(verify: Verify, share: float, stable: bool) -> None:
+    """Two bricks on the ground: a little above the limit the highest mode, which is one of strains, grows."""
+    wall = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS, joint=strong(1e9, 1e9), block=BRICK)
+    for k in range(2):
+        wall.add_block(_raised(rectangle(0.0, 0.0, B, H), k))
+    wall.rest_on_ground([0])
+    course = started(wall, 3.0, 1, new_contacts=False, time_step_safety=1.0)
+    for mode in (0, 1):
+        excited(course, mode, rate=1e-6)
+    course.time_step = share * 2.0 / course.frequency.intact
+    course.steps_each = 5000
+    course.energy._step = course.time_step
+    try:
+        course.advance()
+        assert course.motion.strains is not None
+        grown = np.abs(course.motion.strains.velocity).max() > 1e-2
+    except DivergenceError:
+        grown = True
+    verify(
+        STABLE,
+        case=f"dt = {share} x 2/ω_max, 5000 steps",
+        solver="dynamic",
+        quantity="bounded",
+        computed=not grown,
+        exact=stable,
+    )
