@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from damagepred.errors import InputError, nearest
+from damagepred.errors import nearest
 
 if TYPE_CHECKING:
     from damagepred.uq.exceedance import Exceedance
@@ -43,16 +43,9 @@ class DatasetAccessor:
         InputError
             If the damage table has no such category.
         """
-        if "category_name" in self._ds:
-            curves = self._ds["category_name"]
-            numbers = dict(zip(map(str, curves.values), map(int, curves["category"].values)))
-        else:
-            meanings = self._ds["damage_category"].attrs["flag_meanings"] if "damage_category" in self._ds else ""
-            numbers = {word.replace("_", " "): i for i, word in enumerate(str(meanings).split())}
-        wanted = name.replace("_", " ")
-        if wanted not in numbers:
-            raise InputError(f"category = {name!r}: must be one of {', '.join(numbers)}." + nearest(wanted, numbers))
-        return numbers[wanted]
+        from damagepred.uq.capacity import category_number
+
+        return category_number(self._ds, name)
 
     def exceedance(
         self, category: int | str, at: float | str | MovementDistribution, *, confidence: float = 0.9
@@ -70,5 +63,4 @@ class DatasetAccessor:
         """
         from damagepred.uq.exceedance import exceedance
 
-        number = self.category(category) if isinstance(category, str) else category
-        return exceedance(self._ds, number, at, confidence=confidence)
+        return exceedance(self._ds, category, at, confidence=confidence)

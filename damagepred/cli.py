@@ -37,7 +37,12 @@ WallOrStudy = Annotated[Path, typer.Argument(help="Result of solve (*.nc) or stu
 NetcdfFile = Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")]
 Picture = Annotated[Path | None, typer.Option("--plot", help="Picture to draw (png, svg, pdf).")]
 PictureFolder = Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.")]
-Category = Annotated[int, typer.Option("--category", help="Category of damage, or worse.", min=1)]
+Category = Annotated[
+    int,
+    typer.Option(
+        "--category", parser=screen.category, metavar="NUMBER|NAME", help='Of damage, or worse: 2, or "slight".'
+    ),
+]
 AtMovement = Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')]
 MovementOrClass = Annotated[
     str, typer.Option("--at", help='Movement ("8 mm"), site class ("H1") or distribution of the movement.')
@@ -499,7 +504,8 @@ def fragility(
         bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond what walls were moved to.")
     ] = False,
     categories: Annotated[
-        str | None, typer.Option("--categories", help="Categories to fit, such as 1,2,3; by default all.")
+        str | None,
+        typer.Option("--categories", help="Categories to fit, such as 1,2 or slight,moderate; by default all."),
     ] = None,
     against: Annotated[
         str | None, typer.Option("--against", help="Input to fit a surface to, of the category of --categories.")
@@ -520,7 +526,7 @@ def fragility(
     from damagepred.uq.fragility import fit_fragility
 
     check_writable(output, plot, csv)
-    wanted = screen.whole_numbers("--categories", categories) if categories else None
+    wanted = screen.categories("--categories", categories) if categories else None
     study = open_study(folder)
     if measure is not None or footing_gap is not None:
         study = judge_again(study, measure=measure, count_footing_gap=footing_gap)
@@ -569,7 +575,8 @@ def export(
         Path | None, typer.Option("-o", "--output", help="File whose name the export has, by default the input's.")
     ] = None,
     categories: Annotated[
-        str | None, typer.Option("--categories", help="Categories to export, such as 1,2,3; by default all.")
+        str | None,
+        typer.Option("--categories", help="Categories to export, such as 1,2 or slight,moderate; by default all."),
     ] = None,
     extrapolated: Annotated[
         bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond what walls were moved to.")
@@ -582,7 +589,7 @@ def export(
     from damagepred.exports import curves_frame, export_curves, walls_frame, write_csv
     from damagepred.uq.fragility import fit_fragility
 
-    wanted = screen.whole_numbers("--categories", categories) if categories else None
+    wanted = screen.categories("--categories", categories) if categories else None
     beside = output or path
     place = beside.with_name(f"{beside.stem}_{form}.csv")
     if form == "walls":
@@ -601,7 +608,10 @@ def export(
 @app.command()
 def sensitivity(
     path: Annotated[Path, typer.Argument(help="Study file (TOML), or study folder (*.dp).", show_default=False)],
-    category: Annotated[int | None, typer.Option("--category", help="Of the capacity for it.", min=1)] = None,
+    category: Annotated[
+        int | None,
+        typer.Option("--category", parser=screen.category, metavar="NUMBER|NAME", help="Of the capacity for it."),
+    ] = None,
     result: Annotated[str | None, typer.Option("--of", help="Of this result, at the end of the movement.")] = None,
     samples: Annotated[int | None, typer.Option("-n", "--samples", min=8, help="Walls in all, for a file.")] = None,
     workers: Workers = 1,

@@ -223,8 +223,8 @@ def fragility_options(file: Path | None) -> FragilityOptions:
     return FragilityOptions() if file is None else build(FragilityOptions, read_toml(file), str(file))
 
 
-def whole_numbers(option: str, text: str) -> list[int]:
-    """Read a list of whole numbers, parted by commas, from the command line.
+def categories(option: str, text: str) -> list[int]:
+    """Read a list of damage categories, parted by commas, from the command line.
 
     Parameters
     ----------
@@ -241,9 +241,36 @@ def whole_numbers(option: str, text: str) -> list[int]:
     from damagepred.errors import InputError
 
     try:
-        return [int(part) for part in text.split(",")]
-    except ValueError:
-        raise InputError(f"{option} {text!r}: must be whole numbers parted by commas, such as 1,2,3.") from None
+        return [category(part.strip()) for part in text.split(",")]
+    except InputError as error:
+        raise InputError(f"{option} {error}") from None
+
+
+def category(text: str) -> int:
+    """Read a damage category from the command line: its number, or its name in the damage tables.
+
+    Parameters
+    ----------
+    text : str
+        Such as "2" or "slight".
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    from damagepred.damage import load_table
+    from damagepred.errors import InputError, nearest
+
+    names = load_table("bre251").category_names  # those of AS 2870, and one more
+    wanted = text.replace("_", " ").lower()
+    if wanted in names[1:]:
+        return names.index(wanted)
+    if not text.isdecimal() or not int(text):
+        words = ", ".join(names[1:])
+        hint = nearest(wanted, names[1:])
+        raise InputError(f"{text!r}: must be a number from 1, or one of {words}.{hint}")
+    return int(text)
 
 
 def clear() -> None:

@@ -13,11 +13,12 @@ from damagepred.archive.schema import flag_name
 from damagepred.arguments import checked
 from damagepred.plotting.colours import CURVE_STYLES, OPENING_STYLES
 from damagepred.plotting.sheet import MM, label_movement, legend_below, require, set_title, several_or_new, verbatim
+from damagepred.uq.capacity import category_number
 
 
 @checked
 def draw_comparison(
-    comparison: xr.Dataset, category: int | None = None, axes: Sequence[Axes] | None = None
+    comparison: xr.Dataset, category: int | str | None = None, axes: Sequence[Axes] | None = None
 ) -> list[Axes]:
     """Draw the probability of a category in each study, and below the difference to the first, with intervals.
 
@@ -25,7 +26,7 @@ def draw_comparison(
     ----------
     comparison : xarray.Dataset
         As ``damagepred.compare`` returns it.
-    category : int, optional
+    category : int or str, optional
         Category, or worse; by default the first compared.
     axes : sequence of 2 Axes, optional
         Where to draw; by default on a new figure.
@@ -42,7 +43,7 @@ def draw_comparison(
     """
     require(comparison, ("probability", "difference", "difference_lower"), "a comparison of studies")
     upper, lower = several_or_new(axes, 2, 1, 8.0, 7.5)
-    category = int(comparison["category"][0]) if category is None else category
+    category = int(comparison["category"][0]) if category is None else category_number(comparison, category)
     found = comparison.sel(category=category)
     in_metres = comparison["movement"].attrs.get("units") == "m"
     movement = comparison["movement"].values * (MM if in_metres else 1.0)

@@ -11,13 +11,11 @@ from matplotlib.axes import Axes
 from damagepred.arguments import checked
 from damagepred.plotting.colours import RANK_COLOURS, SHARE_COLOURS
 from damagepred.plotting.sheet import (
-    figure_of,
     grid,
     legend_below,
     require,
     set_title,
     several_or_new,
-    text_size,
     title_of,
 )
 from damagepred.tables import GROUPS
@@ -25,14 +23,14 @@ from damagepred.tables import GROUPS
 
 @checked
 def draw_sensitivity(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axes]:
-    """Draw on the left how capacity goes with each input, on the right the shares of variance.
+    """Draw how capacity goes with each input, and the shares of variance.
 
     Parameters
     ----------
     found : xarray.Dataset
         As ``damagepred.study.analyses.variance_shares.study_sensitivity`` returns it.
     axes : sequence of 2 Axes, optional
-        Where to draw; by default side by side on a new figure.
+        Where to draw; by default one above the other on a new figure.
 
     Returns
     -------
@@ -50,27 +48,27 @@ def draw_sensitivity(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> l
     some = found.isel(variable=order)
     names = [str(n).replace(".", ", ").replace("_", " ") for n in some["variable"].values]
     groups = list(found["group"].values) if "group" in found.dims else []
-    left, right = several_or_new(axes, 1, 2, 11.0, 2.2 + 0.5 * (len(names) + len(groups)))
+    upper, lower = several_or_new(axes, 2, 1, 9.0, 3.6 + 0.45 * (2 * len(names) + len(groups)))
     at = np.arange(len(names), dtype=np.float64)
-    _points(left, some, "spearman", at + 0.12, RANK_COLOURS[0], "rank correlation")
-    _points(left, some, "partial", at - 0.12, RANK_COLOURS[1], "partial, without what others explain")
-    left.set_xlim(-1.0, 1.0)
-    left.set_xticks(np.linspace(-1.0, 1.0, 5))
-    left.axvline(0.0, color="0.4", linewidth=0.8)
-    left.set_xlabel("rank correlation (1)")
-    left.set_yticks(at, names)
+    _points(upper, some, "spearman", at + 0.12, RANK_COLOURS[0], "rank correlation")
+    _points(upper, some, "partial", at - 0.12, RANK_COLOURS[1], "partial, without what others explain")
+    upper.set_xlim(-1.0, 1.0)
+    upper.set_xticks(np.linspace(-1.0, 1.0, 5))
+    upper.axvline(0.0, color="0.4", linewidth=0.8)
+    upper.set_xlabel("rank correlation (1)")
+    upper.set_yticks(at, names)
     below = -1.0 - np.arange(len(groups), dtype=np.float64)
-    _points(right, some, "first_order", at, SHARE_COLOURS[0], "by itself")
+    _points(lower, some, "first_order", at, SHARE_COLOURS[0], "by itself")
     if groups:
-        _points(right, found, "group_first_order", below + 0.12, SHARE_COLOURS[0], "")
-        _points(right, found, "group_total", below - 0.12, SHARE_COLOURS[1], "with what both do together")
-    right.axvline(0.0, color="0.4", linewidth=0.8)
-    right.axvline(1.0, color="0.4", linewidth=0.8)
-    right.set_xlim(min(-0.05, right.get_xlim()[0]), max(1.05, right.get_xlim()[1]))
-    right.set_xlabel("share of the variance (1)")
-    right.set_yticks([*below, *at], [*(GROUPS[str(g)].replace(" with", "\nwith") for g in groups), *names])
-    for ax in (left, right):
-        ax.set_ylim(-0.6 - len(groups), len(names) - 0.4)
+        _points(lower, found, "group_first_order", below + 0.12, SHARE_COLOURS[0], "")
+        _points(lower, found, "group_total", below - 0.12, SHARE_COLOURS[1], "with what both do together")
+    lower.axvline(0.0, color="0.4", linewidth=0.8)
+    lower.axvline(1.0, color="0.4", linewidth=0.8)
+    lower.set_xlim(min(-0.05, lower.get_xlim()[0]), max(1.05, lower.get_xlim()[1]))
+    lower.set_xlabel("share of the variance (1)")
+    lower.set_yticks([*below, *at], [*(GROUPS[str(g)].replace(" with", "\nwith") for g in groups), *names])
+    for ax, lines_below in ((upper, 0), (lower, len(groups))):
+        ax.set_ylim(-0.6 - lines_below, len(names) - 0.4)
         grid(ax, "x")
         legend_below(ax, ax.get_legend_handles_labels()[0], 2, 0.6, left=True)
     title = title_of(found, "sensitivity")
@@ -81,11 +79,8 @@ def draw_sensitivity(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> l
         + (f", {censored:.0%} of all had not reached it" if censored >= 0.005 else "")
         + f"; bars: {float(found.attrs['confidence']):.0%} intervals",
     )
-    if axes is None:
-        figure_of(left).suptitle("\n".join(lines), x=0.01, ha="left", fontsize=text_size(left))
-    else:
-        set_title(left, *lines)
-    return [left, right]
+    set_title(upper, *lines)
+    return [upper, lower]
 
 
 def _points(ax: Axes, found: xr.Dataset, name: str, at: np.ndarray, colour: str, label: str) -> None:

@@ -27,7 +27,7 @@ import xarray as xr
 from damagepred.arguments import checked
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.enumerations import SOLVED, SampleStatus
-from damagepred.errors import InputError
+from damagepred.errors import InputError, nearest
 from damagepred.uq.intensity import check_states, intensity_values
 
 ROUNDING = 1e-9
@@ -85,6 +85,34 @@ class StudyCapacities(NamedTuple):
     increments: int
     sample: IntArray
     crossed: bool
+
+
+def category_number(ds: xr.Dataset, category: int | str) -> int:
+    """Return the number of a damage category that is given by its number or its name.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of a study, of curves or of a comparison.
+    category : int or str
+        Such as 2 or "slight".
+
+    Raises
+    ------
+    InputError
+        If the damage table has no category of that name.
+    """
+    if not isinstance(category, str):
+        return category
+    if "category_name" in ds:
+        numbers = dict(zip(map(str, ds["category_name"].values), map(int, ds["category"].values)))
+    else:
+        flags = next((ds[name].attrs for name in ("damage_category", "category") if name in ds.variables), {})
+        numbers = {word.replace("_", " "): i for i, word in enumerate(str(flags.get("flag_meanings", "")).split())}
+    wanted = category.replace("_", " ")
+    if wanted not in numbers:
+        raise InputError(f"category = {category!r}: must be one of {', '.join(numbers)}." + nearest(wanted, numbers))
+    return numbers[wanted]
 
 
 def require_categories(ds: xr.Dataset, categories: Sequence[int]) -> None:

@@ -20,7 +20,12 @@ import xarray as xr
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.capacity import censored_before, highest_category, probability_reached
+from damagepred.uq.capacity import (
+    category_number,
+    censored_before,
+    highest_category,
+    probability_reached,
+)
 from damagepred.uq.estimate import Estimate, mean, probability
 from damagepred.uq.exceedance import CategoryCapacities, category_capacities
 from damagepred.uq.intensity import attributes, chosen_intensity
@@ -33,7 +38,7 @@ COUNTED = ("probability", "difference")
 def compare(
     studies: Mapping[str, xr.Dataset],
     *,
-    categories: Sequence[int] | None = None,
+    categories: Sequence[int | str] | None = None,
     at: Sequence[float | str | MovementDistribution] | None = None,
     confidence: float = 0.9,
     intensity: str | None = None,
@@ -44,7 +49,7 @@ def compare(
     ----------
     studies : mapping of str to xarray.Dataset
         Two studies or more, by name, each as ``open_study`` returns it; the first is the reference.
-    categories : sequence of int, optional
+    categories : sequence of int or str, optional
         Categories that count as reached from themselves upwards; all by default.
     at : sequence of float, str or MovementDistribution, optional
         Movements (m, or the unit of the measure), site classes or distributions of the movement; the movements of the
@@ -78,7 +83,8 @@ def compare(
             raise InputError(
                 f"{name}: judged by {_table(ds)}, the reference by {_table(reference)}; judge one of them again."
             )
-    chosen = list(categories) if categories is not None else list(range(1, highest[names[0]] + 1))
+    given = range(1, highest[names[0]] + 1) if categories is None else categories
+    chosen = [category_number(reference, c) for c in given]
     unit = attributes(reference, measure)["units"]
     asked = [as_distribution(a, unit) for a in (_increments(reference, measure).tolist() if at is None else at)]
     for one in asked:

@@ -13,7 +13,13 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.capacity import censored_before, probability_reached, read_capacities, require_categories
+from damagepred.uq.capacity import (
+    category_number,
+    censored_before,
+    probability_reached,
+    read_capacities,
+    require_categories,
+)
 from damagepred.uq.estimate import (
     ENOUGH_REPLICATES,
     Estimate,
@@ -142,7 +148,7 @@ def category_capacities(
 @one_blas_thread()
 def exceedance(
     ds: xr.Dataset,
-    category: int,
+    category: int | str,
     at: float | str | MovementDistribution,
     *,
     confidence: float = 0.9,
@@ -161,8 +167,8 @@ def exceedance(
     ----------
     ds : xarray.Dataset
         As ``open_study`` returns it.
-    category : int
-        The category.
+    category : int or str
+        Number or name of the category.
     at : float, str or MovementDistribution
         Movement (m, or 1 for a deflection ratio), a site class such as "H1", or a distribution of the movement; see
         ``damagepred.uq.movement_distribution``.
@@ -179,6 +185,7 @@ def exceedance(
         If the movement is not positive, or the study has no such category or measure; if a part of a distribution lies
         beyond the study's movement; of walls known at their own movements alone, if there is no curve.
     """
+    category = category_number(ds, category)
     measure = chosen_intensity(ds, intensity)
     wanted = as_distribution(at, str(attributes(ds, measure)["units"]))
     wanted.require_measure(measure)

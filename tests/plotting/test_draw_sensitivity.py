@@ -17,7 +17,7 @@ def test_inputs_and_groups_are_drawn_with_their_intervals():
     assert left.get_xlabel() == "rank correlation (1)"
     points = left.lines[0].get_xdata()
     assert points == pytest.approx(found["spearman"].sel(variable=["dpc.friction", "joint.friction"]).values)
-    assert "120 walls" in left.figure.get_suptitle()
+    assert "120 walls" in left.get_title(loc="left")
     order = ["dpc.friction", "joint.friction"]
     for ax, shown in (
         (left, [("spearman", {"variable": order}), ("partial", {"variable": order})]),

@@ -20,7 +20,7 @@ from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.study.settings import StudySettings
-from damagepred.uq.capacity import require_categories
+from damagepred.uq.capacity import category_number, require_categories
 from damagepred.uq.crossed import crossed_shares
 from damagepred.uq.fragility import movement_measure, read_capacities
 from damagepred.uq.given_data import first_order, rank_correlation
@@ -108,7 +108,7 @@ def _output_of(ds: xr.Dataset, category: int | None = None, output: str | None =
 def study_sensitivity(
     ds: xr.Dataset,
     *,
-    category: int | None = None,
+    category: int | str | None = None,
     output: str | None = None,
     confidence: float = 0.9,
     resamples: int = 500,
@@ -120,7 +120,7 @@ def study_sensitivity(
     ----------
     ds : xarray.Dataset
         As ``open_study`` returns it.
-    category : int, optional
+    category : int or str, optional
         Rank of the capacity for it: of the movement at which it was reached. Walls that have not reached it share the
         highest ranks, and failed ones are known as far as they were followed, so that none is left out.
     output : str, optional
@@ -143,7 +143,7 @@ def study_sensitivity(
     InputError
         If there is no such output, some walls have no value of it, or no input has one value a wall.
     """
-    found = _output_of(ds, category, output)
+    found = _output_of(ds, None if category is None else category_number(ds, category), output)
     crossed = bool(int(ds.attrs.get("crossed", 0)))
     # of each table, one wall with one field and the other with the other
     alone = np.isin(found.sample % 4, (0, 3)) if crossed else np.ones(len(found.sample), dtype=bool)

@@ -19,6 +19,7 @@ from damagepred.one_thread import one_blas_thread
 from damagepred.uq.capacity import (
     Capacities,
     StudyCapacities,
+    category_number,
     highest_category,
     read_capacities,
     require_categories,
@@ -72,7 +73,7 @@ def fit_fragility(
     *,
     model: Model = "separate",
     intensity: str | None = None,
-    categories: Sequence[int] | None = None,
+    categories: Sequence[int | str] | None = None,
     confidence: float = 0.9,
     band: Bands = "bca",
     bootstrap: int = 1000,
@@ -94,8 +95,8 @@ def fit_fragility(
     intensity : str, optional
         Measure of the movement, one of ``MEASURES`` or a variable of the dataset; by default the movement of the
         ground's surface where the study has mounds, otherwise the central deflection.
-    categories : sequence of int, optional
-        By default all that the damage table has, from 1.
+    categories : sequence of int or str, optional
+        Numbers or names; by default all that the damage table has, from 1.
     confidence : float
         Of the band, 0.9 for 5 to 95 %.
     band : {"bca", "percentile", "profile"}
@@ -142,7 +143,9 @@ def fit_fragility(
     """
     name = _check(ds, model, band, confidence, intensity)
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
-    wanted = list(range(1, highest_category(ds) + 1)) if categories is None else [int(c) for c in categories]
+    wanted = (
+        list(range(1, highest_category(ds) + 1)) if categories is None else [category_number(ds, c) for c in categories]
+    )
     if not wanted:
         raise InputError("categories: are none; name one or more.")
     require_ascending(wanted)

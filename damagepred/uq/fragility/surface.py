@@ -19,7 +19,12 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.formatting import options_text
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.capacity import read_capacities, require_categories, without_damaged_at_start
+from damagepred.uq.capacity import (
+    category_number,
+    read_capacities,
+    require_categories,
+    without_damaged_at_start,
+)
 from damagepred.uq.fragility.bands import expanded_percentiles
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
 from damagepred.uq.fragility.fit import EXTRAPOLATED, FITTED, BoundedMedian, StartShare, reasons_not_fitted
@@ -38,7 +43,7 @@ Scale = Literal["log", "linear"]
 @one_blas_thread()
 def fit_surface(
     ds: xr.Dataset,
-    category: int,
+    category: int | str,
     second: str,
     *,
     intensity: str | None = None,
@@ -55,8 +60,8 @@ def fit_surface(
     ----------
     ds : xarray.Dataset
         See ``fit_fragility``.
-    category : int
-        The category, or a worse one.
+    category : int or str
+        Number or name of the category.
     second : str
         Variable of the dataset on (sample,), such as ``wall.length`` or ``joint.friction``.
     intensity : str, optional
@@ -89,6 +94,7 @@ def fit_surface(
         If the dataset has no such variable with one number a wall, or it does not vary.
     """
     name = chosen_intensity(ds, intensity)
+    category = category_number(ds, category)
     require_categories(ds, [category])
     walls = read_capacities(ds, [category], name)
     z = _second(ds, second)[walls.sample]
