@@ -200,7 +200,8 @@ def test_a_run_in_time_begins_and_stays_in_equilibrium() -> None:
     "damping", [{}, {"damping": "rayleigh", "frequency": 1000, "second_frequency": 4000}], ids=["undamped", "rayleigh"]
 )
 def test_a_wall_that_cracks_in_time_balances_its_energy(joint: dict[str, Any], damping: dict[str, Any]) -> None:
-    time = {"duration": 0.05, "outputs": 5, "movement_time": 0.05} | damping
+    time: dict[str, Any] = {"duration": 0.05, "outputs": 5, "movement_time": 0.05} | damping
+    time["base"] = [{"kind": "half_sine", "acceleration": 5.0, "duration": 0.02, "direction": "x"}]
     ds = solve(scene(joint=joint, dynamics=time, wall={"length": 1.44, "height": 0.45}))
     assert (ds["contact_state"] == 1).any()
     assert float(np.abs(ds["block_strain"]).max()) > 1e-7

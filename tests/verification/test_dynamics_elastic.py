@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import curve_fit
 
 from damagepred import Assembly, Scene, solve
 from damagepred.assembly.assembly import rectangle
@@ -49,6 +50,15 @@ BENDING_ON_SPRINGS = ClosedForm(
     formula="ω² = (E b t h³/12 + 2 (b/2)² K h³ t/12) / (ρ t (h b⁵/720 + b³ h³/144))",
     source="The ends turn by κ b/2 against the joints.",
     note="The bricks' shear joints to the plates are so soft that they do not count.",
+)
+BAR = ClosedForm(
+    chapter=CHAPTER,
+    title="Free bar of elastic blocks",
+    formula="stretching: ω = π sqrt(E'/ρ) / L,  1/E' = 1/E + 1/(k_n b)\n"
+    "bending: ω = 4.730² sqrt(E' I/(ρ A L⁴)), less by rotatory inertia: 1 - 49.48 h²/(24 L²)",
+    source="d'Alembert; Euler and Bernoulli, rotatory inertia by Rayleigh's quotient.",
+    note="Twelve bricks end to end; their joints are so stiff in shear that this does not count. Frequency by least "
+    "squares.",
 )
 REST = ClosedForm(
     chapter=CHAPTER,
@@ -189,6 +199,44 @@ def test_a_brick_bends_between_two_springs(verify: Verify) -> None:
         computed=np.array([i.strain[0, 1] for i in path if i.strain is not None]),
         exact=exact,
         tolerance=1e-5,
+    )
+
+
+@pytest.mark.parametrize(("mode", "tolerance"), [("stretching", 5e-3), ("bending", 1e-2)])
+def test_a_free_bar_of_bricks_rings_as_a_bar(verify: Verify, mode: str, tolerance: float) -> None:
+    count, joint = 12, strong(400e9, 4000e9)
+    length = count * B
+    modulus = 1 / (1 / E + 1 / (joint.normal_stiffness * B))
+    wall = Assembly(gravity=(0.0, 0.0), thickness=THICKNESS, joint=joint, block=BRICK)
+    for i in range(count):
+        wall.add_block(rectangle(i * B, 0.0, (i + 1) * B, H))
+    place = (np.arange(count) + 0.5) / count
+    if mode == "stretching":
+        omega, axis = np.pi * np.sqrt(modulus / DENSITY) / length, 0
+        shape, slope = np.cos(np.pi * place), np.zeros(count)
+    else:
+        root, axis = 4.730040744862704, 1
+        omega = root**2 * np.sqrt(modulus * H**2 / 12 / DENSITY) / length**2
+        omega *= 1 - 49.48 * (H / length) ** 2 / 24
+        ratio = (np.cosh(root) - np.cos(root)) / (np.sinh(root) - np.sin(root))
+        x = root * place
+        shape = np.cosh(x) + np.cos(x) - ratio * (np.sinh(x) + np.sin(x))
+        slope = root / length * (np.sinh(x) - np.sin(x) - ratio * (np.cosh(x) + np.cos(x)))
+    for i in range(count):
+        wall.set_velocity(i, **{"xy"[axis]: 1e-4 * shape[i]}, rotation=1e-4 * slope[i])
+    path = list(started(wall, 1.5 * 2 * np.pi / omega, 200, new_contacts=False))
+    time = np.array([i.time for i in path])
+    moved = np.array([i.displacement[:, axis] for i in path]) @ shape
+    (_, found), _ = curve_fit(lambda t, a, w: a * np.sin(w * t), time, moved, (1e-4 / omega * (shape**2).sum(), omega))
+    verify(
+        BAR,
+        case=f"12 bricks, {mode}",
+        solver="dynamic",
+        quantity="ω",
+        unit="rad/s",
+        computed=found,
+        exact=omega,
+        tolerance=tolerance,
     )
 
 

@@ -149,12 +149,13 @@ def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose, strains):
     edges, last = bodies.edges, bodies.first_edge[polygon + 1]
     faced, others, which = -np.inf, -np.inf, -1
     nearest, distance, at, looks = np.inf, 0.0, -1, 0.0
+    if strains is not None:  # an elastic block is one body
+        at_x, at_y = unstrained_place(at_x, at_y, edges[last - 1].body, pose, strains)
     for e in range(bodies.first_edge[polygon], last):
         b = edges[e].body
         arm_x, arm_y = at_x - pose[b, 0], at_y - pose[b, 1]
         cb, sb = pose[b, 2], pose[b, 3]
-        local_x, local_y = unstrained_place(cb * arm_x + sb * arm_y, cb * arm_y - sb * arm_x, b, strains)
-        local_x, local_y = local_x - edges[e].x, local_y - edges[e].y
+        local_x, local_y = cb * arm_x + sb * arm_y - edges[e].x, cb * arm_y - sb * arm_x - edges[e].y
         t_x, t_y = edges[e].along_x, edges[e].along_y
         # of a face of several edges, which need not be convex when it is bent, the one that the place is beside
         along = t_x * local_x + t_y * local_y

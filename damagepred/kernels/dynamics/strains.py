@@ -82,8 +82,8 @@ def from_strained_edge(along, gap, i, body, strains):
 
 
 @law
-def unstrained_place(x, y, body, strains):
-    """Return the place x, y in the frame of a body (m) which strain and curvature move to the given one.
+def unstrained_place(x, y, body, pose, strains):
+    """Return the place x, y (m) that would be at the given one if its body were not strained.
 
     Parameters
     ----------
@@ -91,14 +91,16 @@ def unstrained_place(x, y, body, strains):
         Given place (m).
     body : int
         The body.
-    strains : BlockStrains or None
-        As for ``place_on_body``.
+    pose : array (bodies, 4)
+        x, y (m), cosine and sine of the rotation of each body.
+    strains : BlockStrains
+        See ``place_on_body``.
     """
-    if strains is not None:
-        d, now = strains.number[body], strains.displacement
-        x_s, y_s, x_k, y_k = _in_body_frame(x, y, d, strains)
-        x, y = x - (x_s * now[d, 0] + x_k * now[d, 1]), y - (y_s * now[d, 0] + y_k * now[d, 1])
-    return x, y
+    d, now, c, s = strains.number[body], strains.displacement, pose[body, 2], pose[body, 3]
+    arm_x, arm_y = x - pose[body, 0], y - pose[body, 1]
+    x_s, y_s, x_k, y_k = _in_body_frame(c * arm_x + s * arm_y, c * arm_y - s * arm_x, d, strains)
+    moved_x, moved_y = x_s * now[d, 0] + x_k * now[d, 1], y_s * now[d, 0] + y_k * now[d, 1]
+    return x - (c * moved_x - s * moved_y), y - (s * moved_x + c * moved_y)
 
 
 @law
@@ -122,7 +124,7 @@ def face_place(strains, i, x, y, body, t_x, t_y):
     i : int
         The point.
     x, y : float
-        Place in the body's frame (m), as ``unstrained_place`` was given.
+        Place in the body's frame (m).
     body : int
         The body.
     t_x, t_y : float
