@@ -85,6 +85,7 @@ Json = Annotated[
 Quiet = Annotated[
     bool, typer.Option("--quiet", callback=_form, is_eager=True, help="Neither progress nor notes; errors stay.")
 ]
+Full = Annotated[bool, typer.Option("--full", callback=_form, is_eager=True, help="Tables with all columns and rows.")]
 Intensity = Literal[
     "surface_movement",
     "central_deflection",
@@ -147,6 +148,7 @@ def solve(
     no_zones: Annotated[bool, typer.Option("--no-zones", help="Keep no stresses in deformable blocks.")] = False,
     timeout: Timeout = None,
     yes: Yes = False,
+    full: Full = False,
     quiet: Quiet = False,
 ) -> None:
     """Solve one wall; of a study file, the wall with every variable at its mean."""
@@ -250,6 +252,7 @@ def status(
     watch: Annotated[bool, typer.Option("--watch", help="Show it again and again, until all is done.")] = False,
     every: Annotated[float, typer.Option("--every", min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
     json: Json = False,
+    full: Full = False,
     quiet: Quiet = False,
 ) -> None:
     """Show what is done, failed and left, and the estimate so far; the study may be running."""
@@ -316,6 +319,7 @@ def rare(
     timeout: Timeout = None,
     yes: Yes = False,
     mix_versions: MixVersions = False,
+    json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Estimate a small probability of damage by subset simulation; the same command resumes it."""
@@ -341,6 +345,8 @@ def rare(
         mix_versions=mix_versions,
         on_level=lambda level: screen.note(f"level reached: margin {level.limit:.4g}, share {level.share:.3g}"),
     )
+    if json:
+        screen.print_json(found)
     for line in found.lines(question):
         screen.say(line)
     if found.failed:
@@ -395,6 +401,7 @@ def compare(
     confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
     output: NetcdfFile = None,
     plot: Picture = None,
+    json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Compare studies: how far each measure changes a probability of damage, the same samples under each."""
@@ -414,6 +421,8 @@ def compare(
         raise InputError(f"{twice[0]}: is given twice; compare it with another study.")
     studies = {name: open_study(folder) for name, folder in zip(names, folders)}
     found = compare_studies(studies, categories=[category], at=[movement], confidence=confidence)
+    if json:
+        screen.print_json(found)
     screen.say(f"P(category >= {category} at {movement.name})")
     for line in sentences(found, category, float(found["movement"][0])):
         screen.say(line)
@@ -437,6 +446,7 @@ def two_level(
     seed: Seed = None,
     yes: Yes = False,
     mix_versions: MixVersions = False,
+    json: Json = False,
     quiet: Quiet = False,
 ) -> None:
     """Estimate a probability with a coarse wall as control variate, if a pilot run shows that it pays."""
@@ -456,6 +466,8 @@ def two_level(
         on_pilot=lambda report: screen.note(report.line()),
         limits=Limits.asked(yes),
     )
+    if json:
+        screen.print_json(found)
     e = found.estimate
     screen.say(
         f"P(category >= {category} at {at}) = {e.value:.4g}, {e.lower:.4g} to {e.upper:.4g} ({e.confidence:.0%}), from "
@@ -517,6 +529,7 @@ def fragility(
     measure: Measure = None,
     footing_gap: FootingGap = None,
     json: Json = False,
+    full: Full = False,
     quiet: Quiet = False,
 ) -> None:
     """Fit fragility curves to a study."""
@@ -572,7 +585,7 @@ def export(
         typer.Argument(help="Program; or CSV of curves, or of the walls of a study.", show_default=False),
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="File whose name the export has, by default the input's.")
+        Path | None, typer.Option("-o", "--output", help="File to write (csv, xml), by default beside the input.")
     ] = None,
     categories: Annotated[
         str | None,
@@ -591,7 +604,7 @@ def export(
 
     wanted = screen.categories("--categories", categories) if categories else None
     beside = output or path
-    place = beside.with_name(f"{beside.stem}_{form}.csv")
+    place = beside if beside.suffix == ".csv" else beside.with_name(f"{beside.stem}_{form}.csv")
     if form == "walls":
         write_csv(walls_frame(open_study(path)), place)
         screen.note(f"wrote {place}")
@@ -621,6 +634,8 @@ def sensitivity(
     confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
     yes: Yes = False,
     mix_versions: MixVersions = False,
+    json: Json = False,
+    full: Full = False,
     quiet: Quiet = False,
 ) -> None:
     """Say what damage depends on; of a file, run crossed walls first, which tell what varies from joint to joint."""
@@ -646,7 +661,10 @@ def sensitivity(
     asked = 1 if category is None and result is None else category
     found = study_sensitivity(open_study(place), category=asked, output=result, confidence=confidence)
     _keep_curves(found, output, plot)
-    screen.sensitivity_tables(found)
+    if json:
+        screen.print_json(found)
+    else:
+        screen.sensitivity_tables(found)
     if failed:
         raise typer.Exit(SOME_FAILED)
 
@@ -657,6 +675,7 @@ def replay(
     sample: Annotated[int, typer.Argument(help="Number of the sample, from 0.", min=0, show_default=False)],
     output: NetcdfFile = None,
     plot: PictureFolder = None,
+    full: Full = False,
     quiet: Quiet = False,
 ) -> None:
     """Solve one wall of a study again, the very same, and keep all its fields."""
@@ -702,6 +721,7 @@ def cracks_command(
     csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write, with all increments.")] = None,
     output: NetcdfFile = None,
     json: Json = False,
+    full: Full = False,
     quiet: Quiet = False,
 ) -> None:
     """Show the cracks of a solved wall at the end of its path, one by one."""
@@ -744,6 +764,7 @@ def judge_command(
         str | None, typer.Option("--band-gauge", help='Length laid across a band, such as "1 m"; of one wall only.')
     ] = None,
     output: NetcdfFile = None,
+    full: Full = False,
     quiet: Quiet = False,
 ) -> None:
     """Judge a wall or a study again under another damage table or other rules; nothing is solved."""
@@ -821,6 +842,7 @@ def main() -> None:
     from damagepred.errors import InputError, SolverError, StudyError
 
     screen.FORM.quiet = screen.FORM.json = False
+    screen.FORM.full = True
     screen.show_archive_warnings()
     try:
         app(prog_name="damagepred")

@@ -80,10 +80,13 @@ class Form:
         Neither progress nor notes are printed.
     json : bool
         Standard output has JSON alone; messages go to the error stream.
+    full : bool
+        Tables have all columns, in several tables where the screen is too narrow, and all rows.
     """
 
     quiet: bool = False
     json: bool = False
+    full: bool = True
 
 
 FORM = Form()
@@ -280,7 +283,10 @@ def clear() -> None:
 
 
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table, its numbers to the right; in several with the same first column where the screen is too narrow.
+    """Print a table, its numbers to the right.
+
+    Where the screen is too narrow, all columns are in several tables with the same first column, or in a summary the
+    first of them in one.
 
     Parameters
     ----------
@@ -293,7 +299,8 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
     """
     from rich.table import Table
 
-    for number, shown in enumerate(_parts_that_fit(columns, rows, _out.width)):
+    parts = _parts_that_fit(columns, rows, _out.width)
+    for number, shown in enumerate(parts if FORM.full else parts[:1]):
         grid = Table(title=escaped(f"{title}, continued" if number else title), title_justify="left")
         for i in shown:
             # folded, so that on narrow screens nothing is cut off
@@ -301,6 +308,8 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
         for row in rows:
             grid.add_row(*(escaped(row[i]) for i in shown))
         _out.print(grid)
+    if not FORM.full and (left := [" ".join(columns[i].split()) for part in parts[1:] for i in part[1:]]):
+        say(f"not shown: {', '.join(left)}; --full shows them")
 
 
 def table_of(title: str, columns: Sequence[Column]) -> None:
@@ -437,8 +446,8 @@ def cautions(said: Sequence[str]) -> None:
         say(f"caution: {line}")
 
 
-def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 40) -> None:
-    """Print cracks, the widest of each part of the wall first.
+def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None:
+    """Print cracks, in a summary the widest; those of each part of the wall stand together, the widest first.
 
     Parameters
     ----------
@@ -447,7 +456,7 @@ def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 40) -> None:
     frame : pandas.DataFrame
         As ``crack_frame`` returns it.
     most : int
-        Rows at most.
+        Rows of a summary at most.
     """
     from damagepred.tables import crack_columns
 
@@ -458,12 +467,13 @@ def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 40) -> None:
             f"{1e3 * found.attrs['hairline']:g} mm at {end:.3g} mm"
         )
         return
-    shown = frame.head(most)
+    widest = frame.nlargest(most, "crack_width", keep="first").index
+    shown = frame if FORM.full else frame.loc[sorted(widest)]
     table_of(f"{found.attrs['title']}: cracks at a central deflection of {end:.3g} mm", crack_columns(shown))
     if (shown["crack_length_through_blocks"] > 0).any():
         say("* runs through bricks, too")
-    if len(frame) > most:
-        say(f"and {len(frame) - most} more; --csv writes them all")
+    if len(frame) > len(shown):
+        say(f"and {len(frame) - len(shown)} narrower ones; --full shows them, --csv writes them all")
 
 
 def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
@@ -530,9 +540,14 @@ def fragility_table(curves: xr.Dataset) -> None:
     from damagepred.formatting import named
     from damagepred.rejudge import measure_in_words
     from damagepred.tables import curve_columns, curve_notes
+    from damagepred.uq.fragility.fit import WITH_CURVE
 
     title = f"{curves.attrs['title']}, against the {named(str(curves.attrs['intensity_measure']))}"
     table_of(title, curve_columns(curves))
+    if not FORM.full:
+        for category, why in zip(curves["category"].values, curves["fit_status"].values):
+            if why not in WITH_CURVE:
+                say(f"category {category}: {why}")
     say(f"categories by the {measure_in_words(curves)}")
     for line in curve_notes(curves):
         say(line)

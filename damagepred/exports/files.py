@@ -45,14 +45,14 @@ def write_csv(frame: pd.DataFrame, path: Path, *, index: bool = True) -> None:
 
 @checked
 def export_place(kind: str, beside: str | Path) -> Path:
-    """Return where an export goes: beside a file or study folder, under its name.
+    """Return where an export goes: to a file of its kind, or beside another file or a study folder, under its name.
 
     Parameters
     ----------
     kind : str
         One of ``FORMATS``.
     beside : str or Path
-        Such as ``curves.nc`` or ``house.dp``.
+        Such as ``curves.nc`` or ``house.dp``, or ``model.xml`` for the file itself.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def export_place(kind: str, beside: str | Path) -> Path:
     if kind not in FORMATS:
         raise InputError(f"format = {kind!r}: exports are {', '.join(FORMATS)}." + nearest(kind, FORMATS))
     place = Path(beside)
-    return place.with_name(place.stem + FORMATS[kind])
+    return place if place.suffix == Path(FORMATS[kind]).suffix else place.with_name(place.stem + FORMATS[kind])
 
 
 @checked

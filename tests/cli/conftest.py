@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import pytest
 
+from damagepred import screen
 from damagepred.cli import main
 
 
@@ -22,6 +23,7 @@ def command(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) 
 
     def run(*arguments: object) -> Result:
         monkeypatch.setattr(sys, "argv", ["damagepred", *map(str, arguments)])
+        monkeypatch.setattr(screen, "FORM", screen.Form())
         capfd.readouterr()
         try:
             main()

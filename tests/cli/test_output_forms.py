@@ -8,7 +8,7 @@ import xarray as xr
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from damagepred import __version__, open_study
+from damagepred import __version__, compare, open_study
 from damagepred.cli import app
 from damagepred.study.analyses.epistemic import alternatives
 from damagepred.study.campaign.status import study_status
@@ -82,6 +82,27 @@ def test_json_of_a_wall_and_of_its_cost(command: Run, tmp_path: Path) -> None:
     assert {"crack_width", "crack_part", "central_deflection"} <= set(found[0])
 
 
+def test_tables_are_a_summary_and_full_ones_have_all_columns(command: Run, tmp_path: Path) -> None:
+    house = synthetic_study(tmp_path / "house.dp", 40, medians=(3e-3, 6e-3))
+    asked = ("fragility", house, "--bootstrap", 20, "--goodness", 0)
+    summary, full = command(*asked), command(*asked, "--full")
+    assert "continued" not in summary.out
+    assert "fit; --full shows them" in summary.out
+    assert "category 4: never reached" in summary.out
+    assert "continued" in full.out
+    assert "--full" not in full.out
+
+
+def test_comparisons_and_sensitivity_are_printed_as_json(command: Run, tmp_path: Path) -> None:
+    a, b = (synthetic_study(tmp_path / f"{name}.dp", 40) for name in "ab")
+    said = command("compare", a, b, "--category", "slight", "--at", "3 mm", "--json")
+    compared = xr.Dataset.from_dict(json.loads(said.out))
+    known = compare({"a": open_study(a), "b": open_study(b)}, categories=[2], at=[3e-3])
+    assert compared["probability"].values == pytest.approx(known["probability"].values)
+    said = command("sensitivity", a, "--category", 1, "--json")
+    assert xr.Dataset.from_dict(json.loads(said.out)).sizes["variable"] >= 1
+
+
 def test_a_quiet_study_prints_its_result_alone(command: Run, tmp_path: Path) -> None:
     (tmp_path / "house.toml").write_text(SMALL_STUDY)
     said = command("study", tmp_path / "house.toml", "-n", 2, "--quiet")
@@ -137,7 +158,11 @@ def test_export_is_a_command(command: Run, tmp_path: Path) -> None:
     curves = tmp_path / "curves.nc"
     assert command("fragility", house, "--categories", 1, "--bootstrap", 20, "--goodness", 0, "-o", curves).code == 0
     assert command("export", curves, "curves", "-o", tmp_path / "mine.csv").code == 0
-    assert (tmp_path / "mine_curves.csv").read_text().startswith("category,intensity,")
+    assert (tmp_path / "mine.csv").read_text().startswith("category,intensity,")
+    assert command("export", curves, "curves", "-o", tmp_path / "mine.nc").code == 0  # beside it, under its name
+    assert (tmp_path / "mine_curves.csv").read_bytes() == (tmp_path / "mine.csv").read_bytes()
+    assert command("export", curves, "openquake", "-o", tmp_path / "model.xml").code == 0
+    assert (tmp_path / "model.xml").stat().st_size
 
 
 def test_help_fits_eighty_columns() -> None:

@@ -450,7 +450,9 @@ def test_time_stands_for_the_deflection_and_cautions_follow(wall: xr.Dataset, sh
     assert any(line.startswith("caution: Energy that does not balance is 0.3") for line in shown.lines)
 
 
-def test_cracks_that_are_too_many_run_through_bricks_or_are_not_there(shown: Screen) -> None:
+def test_cracks_that_are_too_many_run_through_bricks_or_are_not_there(
+    shown: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
     names = (
         "crack",
         "crack_part",
@@ -478,9 +480,11 @@ def test_cracks_that_are_too_many_run_through_bricks_or_are_not_there(shown: Scr
         ["1", "dpc open", "1.10", "1.20", "0.50", "horizontal*", "1.20,0.15", "2.00"],
         ["2", "below dpc", "0.90", "1.00", "0.25", "diagonal 60°", "0.20,0.10", "3.00"],
     ]
-    for most, said in ((3, []), (2, ["and 1 more; --csv writes them all"])):
+    summary = "and 1 narrower ones; --full shows them, --csv writes them all"
+    for full, most, said in ((True, 2, []), (False, 3, []), (False, 2, [summary])):
+        monkeypatch.setattr(screen.FORM, "full", full)
         screen.crack_table(found, frame, most)
-        assert shown.tables.pop()[2] == rows[:most]
+        assert shown.tables.pop()[2] == (rows if full else rows[:most])
         assert shown.lines == ["* runs through bricks, too", *said]
         shown.lines.clear()
     screen.crack_table(found, frame[:1])
@@ -593,3 +597,9 @@ def test_a_table_has_its_numbers_on_the_right_and_says_that_it_goes_on(monkeypat
         "│  1 │     3 │",
         "│ 10 │    30 │",
     ]
+    told.truncate(0)
+    monkeypatch.setattr(screen.FORM, "full", False)
+    screen.table("house [1]", ["no", "wide", "wi\nder"], [["1", "2", "3"], ["10", "20", "30"]])
+    assert "continued" not in told.getvalue()
+    assert "30" not in told.getvalue()
+    assert "not shown: wi der; --full shows them" in " ".join(told.getvalue().split())
