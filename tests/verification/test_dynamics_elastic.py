@@ -6,15 +6,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import sparse
 from scipy.optimize import curve_fit
+from scipy.sparse.linalg import eigsh
 
 from damagepred import Assembly, Scene, solve
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError
-from damagepred.pipeline import dynamic_run
+from damagepred.pipeline import dynamic_run, model_of
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance
 from damagepred.solvers.dynamics.run import DynamicRun
+from damagepred.solvers.dynamics.strains import strain_mass
+from damagepred.solvers.system.deformable_blocks import gridpoint_mass
+from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.solvers.dynamic_scenes import THICKNESS, momentum, turned
 from tests.verification.manual import ClosedForm, Verify
 
@@ -59,6 +64,13 @@ BAR = ClosedForm(
     source="d'Alembert; Euler and Bernoulli, rotatory inertia by Rayleigh's quotient.",
     note="Twelve bricks end to end; their joints are so stiff in shear that this does not count. Frequency by least "
     "squares.",
+)
+WALL = ClosedForm(
+    chapter=CHAPTER,
+    title="Frequencies of a bonded wall of elastic blocks",
+    formula="det(K - ω² M) = 0",
+    source="The same wall of bricks cut into zones a quarter of a course high.",
+    note="Running bond on the ground, 1.92 x 0.75 m. The fourth mode is one along the wall.",
 )
 REST = ClosedForm(
     chapter=CHAPTER,
@@ -238,6 +250,43 @@ def test_a_free_bar_of_bricks_rings_as_a_bar(verify: Verify, mode: str, toleranc
         exact=omega,
         tolerance=tolerance,
     )
+
+
+def frequencies(**solver: Any) -> np.ndarray:
+    """Four lowest frequencies (Hz) of a small bonded wall."""
+    tables: dict[str, Any] = {"wall": {"length": 1.92, "height": 0.75}, "solver": solver}
+    model = model_of(Scene.from_dict(tables))
+    system, mass = DiscreteSystem.of(model), np.zeros(model.size)
+    if model.mesh is not None:
+        mass[model.mesh.dof_x] = mass[model.mesh.dof_y] = gridpoint_mass(model)
+    else:
+        turning = model.density * model.blocks.polar * model.block_law.thickness
+        mass[: 3 * model.n_blocks] = np.column_stack((model.mass, model.mass, turning)).ravel()
+    if model.elastic is not None:
+        mass[system.strain_dofs] = strain_mass(model).ravel()
+    free = system.free_dofs
+    stiffness = system.elastic_stiffness.tocsr()[free][:, free].tocsc()
+    inertia = sparse.diags_array(mass[free]).tocsc()
+    return np.sqrt(np.sort(eigsh(stiffness, k=4, M=inertia, sigma=0.0, return_eigenvectors=False))) / (2 * np.pi)
+
+
+def test_a_bonded_wall_has_the_frequencies_of_one_of_zones(verify: Verify) -> None:
+    exact = frequencies(blocks="deformable", zone_size=H / 4, contacts_per_interface=5)
+    elastic, rigid = frequencies(blocks="elastic"), frequencies(blocks="rigid")
+    for k in range(4):
+        verify(
+            WALL,
+            case=f"mode {k + 1}; rigid bricks {100 * (rigid[k] / exact[k] - 1):+.2f} %",
+            solver="eigenvalues",
+            quantity="frequency",
+            unit="Hz",
+            computed=elastic[k],
+            exact=exact[k],
+            tolerance=1.1e-2,
+        )
+    assert np.abs(elastic / exact - 1)[1:].max() < 3e-3
+    assert np.abs(rigid / exact - 1)[:3].max() < 5e-3
+    assert rigid[3] > 1.06 * exact[3]
 
 
 @pytest.mark.parametrize("movement", ["dishing", "doming"])
