@@ -277,32 +277,26 @@ def legend_below(
     handles : sequence of Artist
         What to explain, each with a label.
     columns : int
-        Entries in a row at most.
+        Entries in a row at most; fewer where the row would be wider than the axes.
     inches : float
         Distance from the axes where letters have 10 points.
     left : bool
         Whether it begins at the left end of the axes; else it stands in the middle.
     """
-    ax.legend(
-        handles=handles,
-        loc="upper left" if left else "upper center",
-        bbox_to_anchor=(0.0 if left else 0.5, 0.0),
-        bbox_transform=below(ax, inches * text_size(ax) / 10.0),
-        ncols=_columns_that_fit(ax, handles, columns),
-        frameon=False,
-        fontsize=small(ax),
-        borderaxespad=0.0,
-    )
-
-
-def _columns_that_fit(ax: Axes, handles: Sequence[Artist], most: int) -> int:
-    """Return in how many columns a legend is no wider than its sheet, by the letters of their longest entries."""
-    room = figure_of(ax).get_figwidth() * 72.0 / small(ax)
-    letters = [len(str(handle.get_label())) for handle in handles]
-    for columns in range(min(most, len(letters)), 1, -1):
-        if sum(0.52 * part.max() + 4.8 for part in np.array_split(letters, columns)) <= room:
-            return columns
-    return 1
+    # a legend wider than the axes would take room from them on both sides
+    for count in range(min(columns, len(handles)), 0, -1):
+        legend = ax.legend(
+            handles=handles,
+            loc="upper left" if left else "upper center",
+            bbox_to_anchor=(0.0 if left else 0.5, 0.0),
+            bbox_transform=below(ax, inches * text_size(ax) / 10.0),
+            ncols=count,
+            frameon=False,
+            fontsize=small(ax),
+            borderaxespad=0.0,
+        )
+        if legend.get_window_extent().width <= ax.bbox.width:
+            break
 
 
 def label_movement(ax: Axes, measure: str) -> None:

@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 import io
+import json
 import re
 from xml.etree import ElementTree as Tree
 
+import numpy as np
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
+
+from damagepred.plotting.sheet import figure_of
 
 _SVG = "{http://www.w3.org/2000/svg}"
 _LINK = "{http://www.w3.org/1999/xlink}href"
 _REFERENCE = re.compile(r"url\(#([^)]+)\)")
 _NUMBER = re.compile(r"-?\d+\.\d{3,}")
 
+POINTS = 33
+"""Points that state the scale of a vertical axis."""
+
 _UNIT = 2
 """Decimals of a coordinate: a hundredth of a point is finer than any printer."""
 
 
-def svg_of(figure: Figure, prefix: str, label: str) -> str:
+def svg_of(figure: Figure, prefix: str, label: str, along: Axes | None = None) -> str:
     """Return a figure as an ``<svg>`` element for a page of HTML.
 
     Letters are drawn as outlines, so that it looks the same everywhere. All ids begin with the prefix.
@@ -31,11 +40,16 @@ def svg_of(figure: Figure, prefix: str, label: str) -> str:
         A word that no other drawing of the page has.
     label : str
         What it shows, for those who do not see it.
+    along : Axes, optional
+        Axes whose place and limits the drawing states as data, as shares of its width and height.
     """
     stream = io.BytesIO()
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     with rc_context({"svg.fonttype": "path", "svg.hashsalt": prefix}):
-        figure.savefig(stream, format="svg", bbox_inches="tight", pad_inches=0.05, metadata=nothing)
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # what is measured is what is saved
+        box = figure.get_tightbbox().padded(0.05)
+        figure.savefig(stream, format="svg", bbox_inches=box, metadata=nothing)
     root = Tree.fromstring(stream.getvalue())
     _own_names(root, prefix)
     # as large as it was meant to be, but never wider than the page
@@ -43,7 +57,27 @@ def svg_of(figure: Figure, prefix: str, label: str) -> str:
     kept = {"viewBox": root.get("viewBox", ""), "style": f"width:{width:.0f}pt"}
     root.attrib.clear()
     root.attrib.update({"role": "img", "aria-label": label, "class": "drawing", **kept})
+    if along is not None:
+        root.attrib.update(_axes_data(along, box))
     return Tree.tostring(root, encoding="unicode", method="html")
+
+
+def _axes_data(ax: Axes, box: Bbox) -> dict[str, str]:
+    """Return where axes lie in a drawing, as shares of its width and height, and what their axes mean."""
+    own = ax.get_window_extent().transformed(figure_of(ax).dpi_scale_trans.inverted())
+    low, high = ax.get_xlim()
+    heights = np.linspace(0.0, 1.0, POINTS)
+    values = ax.transData.inverted().transform(ax.transAxes.transform(np.column_stack((0 * heights, heights))))[:, 1]
+    shares = (own.y0 + heights * own.height - box.y0) / box.height
+    rows = [[round(float(share), 4), float(f"{value:.4g}")] for share, value in zip(shares, values)]
+    return {
+        "data-left": f"{(own.x0 - box.x0) / box.width:.4f}",
+        "data-right": f"{(own.x1 - box.x0) / box.width:.4f}",
+        "data-from": f"{low:.6g}",
+        "data-to": f"{high:.6g}",
+        "data-scale": "log" if ax.get_xscale() == "log" else "linear",
+        **({"data-widths": json.dumps(rows)} if "mm" in ax.get_ylabel() else {}),
+    }
 
 
 def _own_names(root: Tree.Element, prefix: str) -> None:

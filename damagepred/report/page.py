@@ -7,21 +7,22 @@ from functools import lru_cache
 from importlib.resources import files
 from typing import Any
 
-from damagepred.report.parts import Page
+from damagepred.report.parts import Drawing, Page
 
 _CODE = re.compile(r"`([^`]+)`")
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:mm|m|kN|N|GPa|MPa|kPa|Pa|s|min|h|%)\b)")
 
 
 def page_html(page: Page) -> str:
-    """Return a report as one page of HTML: styles and drawings are inside, and nothing outside is referred to.
+    """Return a report as one page of HTML: styles, drawings and script are inside, nothing outside is referred to.
 
     Parameters
     ----------
     page : Page
         The report.
     """
-    return str(_template().render(page=page, style=_file("page.css")))
+    moves = any(isinstance(part, Drawing) and part.walls for section in page.sections for part in section.parts)
+    return str(_template().render(page=page, style=_file("page.css"), script=_file("explorer.js") if moves else ""))
 
 
 @lru_cache(maxsize=1)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from damagepred.tables import Column
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
 
@@ -84,12 +85,18 @@ class Drawing:
         What it shows, for those who do not see it.
     svg : str
         The drawing.
+    walls : str
+        Walls that a reader can move in its place, as ``damagepred.report.explorer`` packs them; empty: none.
+    choices : sequence of str
+        Their names, if there are several.
     """
 
     name: str
     caption: str
     label: str
     svg: str
+    walls: str = ""
+    choices: Sequence[str] = ()
 
     kind = "drawing"
 
@@ -155,7 +162,15 @@ class Page:
     sections: Sequence[Section]
 
 
-def drawing(name: str, caption: str, label: str, ax: Axes) -> Drawing:
+def drawing(
+    name: str,
+    caption: str,
+    label: str,
+    ax: Axes,
+    *,
+    walls: Mapping[str, xr.Dataset] | None = None,
+    along: Literal["", "movement"] = "",
+) -> Drawing:
     """Make the figure that axes stand on part of a page.
 
     Parameters
@@ -164,8 +179,16 @@ def drawing(name: str, caption: str, label: str, ax: Axes) -> Drawing:
         See ``Drawing``.
     ax : Axes
         Any of the figure's.
+    walls : mapping of str to xarray.Dataset, optional
+        Walls that a reader can move in its place, by the name to show.
+    along : str
+        What the horizontal axis shows, if a click on the drawing is to lead to the wall at that movement.
     """
     from damagepred.plotting.sheet import figure_of
     from damagepred.plotting.vector import svg_of
+    from damagepred.report.explorer import explorer
 
-    return Drawing(name, caption, label, svg_of(figure_of(ax), name, label))
+    svg = svg_of(figure_of(ax), name, label, ax if along else None)
+    if not walls:
+        return Drawing(name, caption, label, svg)
+    return Drawing(name, caption, label, svg, explorer(walls), tuple(walls) if len(walls) > 1 else ())

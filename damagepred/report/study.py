@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
@@ -237,12 +238,14 @@ def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable
             "Share of the walls in each category, by the highest reached so far.",
             "Shares of walls by damage category against the movement",
             draw_category_shares(ds),
+            along="movement",
         ),
         drawing(
             "widths",
             "Widest crack of every wall, with median and quantiles over the walls.",
             "Widest crack of each wall against the movement, with quantiles",
             widths,
+            along="movement",
         ),
     ]
     parts.append(_measures(ds))
@@ -265,7 +268,11 @@ def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable
         except DamagepredError as error:
             parts.append(Text([f"The typical wall could not be solved again: {error}"]))
         else:
-            parts.append(wall_drawing(wall, "typical", f"A typical wall, sample {chosen.typical}. "))
+            walls = {f"typical, sample {chosen.typical}": wall}
+            if chosen.worst != chosen.typical:
+                with contextlib.suppress(DamagepredError):  # the page goes without it
+                    walls[f"worst, sample {chosen.worst}"] = solve_again(folder.path, chosen.worst, on_step)[0]
+            parts.append(wall_drawing(wall, "typical", f"A typical wall, sample {chosen.typical}. ", walls))
             parts.append(Text([f"{said} {_solved_again(comparison)}"]))
             parts += crack_parts(wall)
     else:
@@ -317,6 +324,7 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
         "and the shares of walls at the increments as steps.",
         f"Fragility curves of the damage categories against the {measure}, with confidence bands",
         draw_fragility(curves),
+        along="movement",
     )
     note = (
         "Lognormal capacities, fitted by maximum likelihood to the intervals between increments in which each wall "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -174,6 +175,7 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
             "Widest crack and widest opening of the damp-proof course against the movement, over the bands of the "
             "damage categories",
             plotting.draw_history(ds),
+            along="movement",
         )
     )
     if (ds["contact_kind"].values == ContactKind.DPC).any():
@@ -215,7 +217,9 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
     return [*parts, _path_table(ds)]
 
 
-def wall_drawing(ds: xr.Dataset, name: str, caption: str = "") -> Drawing:
+def wall_drawing(
+    ds: xr.Dataset, name: str, caption: str = "", walls: Mapping[str, xr.Dataset] | None = None
+) -> Drawing:
     """Return the drawing of a wall at the end of its path.
 
     Parameters
@@ -226,6 +230,8 @@ def wall_drawing(ds: xr.Dataset, name: str, caption: str = "") -> Drawing:
         Of the drawing.
     caption : str
         What to say before the rest.
+    walls : mapping of str to xarray.Dataset, optional
+        Walls that a reader can move in its place, by name; by default this one.
     """
     from damagepred.plotting import draw_wall
 
@@ -238,6 +244,7 @@ def wall_drawing(ds: xr.Dataset, name: str, caption: str = "") -> Drawing:
         caption,
         f"Deformed wall {where}: damage category {category}, widest crack {width}",
         draw_wall(ds),
+        walls=walls or {"the wall": ds},
     )
 
 

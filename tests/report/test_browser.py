@@ -10,7 +10,9 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.files import write_dataset
+from damagepred.pipeline import solve
 from damagepred.report import write_report
+from damagepred.scene import Scene
 from tests.regressions.measure import seconds
 from tests.synthetic_studies import synthetic_study
 
@@ -82,7 +84,7 @@ def test_nothing_is_cut_off_and_the_page_does_not_scroll_sideways(
         # readable: no text below 11 pixels, drawings no smaller than they can be read
         smallest = "Math.min(...[...document.querySelectorAll('p, li, td, th, dd, pre code')]"
         assert page.evaluate(f"{smallest}.map(e => parseFloat(getComputedStyle(e).fontSize)))") >= 11
-        drawn = page.evaluate("[...document.querySelectorAll('svg.drawing')].map(e => e.getBoundingClientRect().width)")
+        drawn = page.evaluate("[...document.querySelectorAll('svg.drawing')].map(e => e.getBoundingClientRect().width).filter(w => w)")
         assert drawn
         assert min(drawn) >= 400
         page.close()
@@ -110,6 +112,75 @@ def test_links_of_the_contents_lead_somewhere(browser: Any, reports: list[Path])
     top = page.evaluate("document.querySelector('#caveats').getBoundingClientRect().top")
     at_end = page.evaluate("innerHeight + scrollY >= document.documentElement.scrollHeight - 2")
     assert abs(top) < 60 or at_end
+    page.close()
+
+
+def _ready(page: Any) -> None:
+    page.wait_for_selector("figure[data-ready]")
+
+
+def test_the_wall_moves_with_the_slider_and_a_click_on_its_history(browser: Any, reports: list[Path]) -> None:
+    page = _opened(browser, reports[0], 900)
+    _ready(page)
+    assert not page.locator("#figure-wall svg").is_visible()
+    assert page.inner_text(".said").startswith("At a central deflection of 12 mm: category ")
+    page.locator("#figure-wall input").focus()
+    page.keyboard.press("Home")
+    assert page.inner_text(".said").startswith(
+        "At a central deflection of 0 mm: category 0 negligible, widest crack 0 mm."
+    )
+    picture = page.locator("#figure-history svg")
+    box, data = picture.bounding_box(), picture.evaluate("e => ({...e.dataset})")
+    share = 6.0 / float(data["to"])  # of the axis
+    across = float(data["left"]) + share * (float(data["right"]) - float(data["left"]))
+    picture.click(position={"x": across * box["width"], "y": 0.5 * box["height"]})
+    page.wait_for_function("document.querySelector('.said').textContent.includes('deflection of 6 mm')")
+    page.close()
+
+
+def test_a_joint_under_the_pointer_is_named_with_its_width(browser: Any, reports: list[Path], wall: xr.Dataset) -> None:
+    page = _opened(browser, reports[0], 900)
+    _ready(page)
+    page.locator("canvas").scroll_into_view_if_needed()
+    box, said = page.locator("canvas").bounding_box(), set()
+    for share in range(2, 98, 2):
+        for up in (0.2, 0.5, 0.8):
+            page.mouse.move(box["x"] + 0.01 * share * box["width"], box["y"] + up * box["height"])
+            said.add(page.inner_text(".joint"))
+    widths = {float(text.split("open by ")[1].split(" mm")[0]) for text in said if "open by " in text}
+    assert len(widths) > 3
+    assert max(widths) <= 1e3 * max(float(wall["contact_opening"].max()), 0.0) * 1.06  # two figures
+
+
+def test_without_scripts_and_on_paper_the_still_drawing_is_shown(browser: Any, reports: list[Path]) -> None:
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(reports[0].as_uri())
+    assert page.locator("#figure-wall svg").is_visible()
+    assert not page.locator("canvas").is_visible()
+    context.close()
+    page = _opened(browser, reports[0], 673)
+    _ready(page)
+    page.emulate_media(media="print")
+    assert page.locator("#figure-wall svg").is_visible()
+    assert not page.locator("canvas").is_visible()
+    page.close()
+
+
+@pytest.mark.timeout(300)
+def test_a_wall_of_2000_blocks_is_below_3_mb_and_painted_within_a_second(browser: Any, tmp_path: Path) -> None:
+    wall = {"length": 12.0, "height": 3.6}
+    ds = solve(Scene.from_dict({"wall": wall, "movement": {"central_deflection": "4 mm", "increments": 20}}))
+    assert ds.sizes["block"] > 2000
+    write_dataset(ds, tmp_path / "wall.nc")
+    file = write_report(tmp_path / "wall.nc")
+    assert file.stat().st_size < 3e6
+    page = _opened(browser, file, 900)
+    _ready(page)
+    assert page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime") < 1000
+    drawn = """slider => { const began = performance.now(); slider.value = 3; slider.dispatchEvent(new Event('input'));
+        return performance.now() - began; }"""
+    assert page.locator("#figure-wall input").evaluate(drawn) < 250  # ms a step
     page.close()
 
 
