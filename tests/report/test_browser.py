@@ -84,7 +84,9 @@ def test_nothing_is_cut_off_and_the_page_does_not_scroll_sideways(
         # readable: no text below 11 pixels, drawings no smaller than they can be read
         smallest = "Math.min(...[...document.querySelectorAll('p, li, td, th, dd, pre code')]"
         assert page.evaluate(f"{smallest}.map(e => parseFloat(getComputedStyle(e).fontSize)))") >= 11
-        drawn = page.evaluate("[...document.querySelectorAll('svg.drawing')].map(e => e.getBoundingClientRect().width).filter(w => w)")
+        drawn = page.evaluate(
+            "[...document.querySelectorAll('svg.drawing')].map(e => e.getBoundingClientRect().width).filter(w => w)"
+        )
         assert drawn
         assert min(drawn) >= 400
         page.close()
