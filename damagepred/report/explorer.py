@@ -35,7 +35,7 @@ from damagepred.uq.fragility import movement_measure
 LEVELS = 32_000
 """Steps from 0 to the largest value of a packed array."""
 
-MOST_STEPS = 41
+MOST_SHOWN = 41
 """Increments of a path that a reader can choose among at most."""
 
 
@@ -97,7 +97,7 @@ def _wall(ds: xr.Dataset) -> dict[str, Any]:
 def _steps(ds: xr.Dataset) -> list[int]:
     """Return positions of the increments to show: all, or as many as can be, first and last among them."""
     known = np.flatnonzero(np.isfinite(ds["crack_width_max"].values))
-    chosen = np.linspace(0, len(known) - 1, min(len(known), MOST_STEPS)).round().astype(int)
+    chosen = np.linspace(0, len(known) - 1, min(len(known), MOST_SHOWN)).round().astype(int)
     return [int(i) for i in known[chosen]]
 
 
