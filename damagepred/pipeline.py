@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausible, snap_through_share
-from damagepred.archive.provenance import provenance
+from damagepred.archive.provenance import given_values, provenance
 from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, name_categories
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
@@ -259,7 +259,11 @@ def _solve(
         count = increments or scene.movement.increments
         wall_cost(described, count).require(limits)
         model = model_of(described, fields, count)
-        attributes: dict[str, object] = {"title": scene.title, "scene": described.to_toml()}
+        attributes: dict[str, object] = {
+            "title": scene.title,
+            "scene": described.to_toml(),
+            **given_values(scene.given),
+        }
     else:
         settings, judged = solver or Solver(), damage or Damage()
         settings = settings if dynamics is None else _whole_interfaces(settings)

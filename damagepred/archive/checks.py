@@ -25,7 +25,17 @@ NOT_NEGATIVE = (
 )
 """Variables that are zero or more where they are known."""
 
-TEXTS = ("title", "scene", "study", "damage_table", "damage_measure", "status", "status_message", "solver_method")
+TEXTS = (
+    "title",
+    "scene",
+    "scene_given",
+    "study",
+    "damage_table",
+    "damage_measure",
+    "status",
+    "status_message",
+    "solver_method",
+)
 NUMBERS = {
     "seed": (0, np.inf),
     "replicates": (1, np.inf),

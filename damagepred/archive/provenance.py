@@ -6,7 +6,7 @@ import json
 import platform
 import subprocess
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
@@ -34,6 +34,21 @@ KEYS = {
 
 TABLE = "environments"
 """Attribute of the variable ``environment``: the distinct environments of a file's samples, as a JSON list."""
+
+
+GIVEN = "scene_given"
+"""Attribute with the places of the values that the user's file gives; the others are defaults."""
+
+
+def given_values(places: Collection[str] | None) -> dict[str, str]:
+    """Return the attribute that tells which values of a scene were given; none where that is not known.
+
+    Parameters
+    ----------
+    places : Collection[str] or None
+        As ``Scene.given``.
+    """
+    return {} if places is None else {GIVEN: " ".join(sorted(places))}
 
 
 @lru_cache(maxsize=1)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
+import xarray as xr
+
+from damagepred.archive.provenance import GIVEN as GIVEN_PLACES
 from damagepred.data_files import CONFIDENCE
 from damagepred.formatting import named, number, plain, quantity
 from damagepred.report.parts import Part, Section, Table, Text
@@ -43,7 +46,7 @@ _EXPLICIT = ("damping", "ramp_cycles", "maximum_cycles", "time_step_safety")
 _OF_ZONES = ("cohesion", "friction", "dilation", "tensile_strength")
 
 
-def input_section(scene: Scene, settings: StudySettings | None = None) -> Section:
+def input_section(scene: Scene, settings: StudySettings | None = None, given: Collection[str] | None = None) -> Section:
     """Return the section of inputs.
 
     Parameters
@@ -52,18 +55,19 @@ def input_section(scene: Scene, settings: StudySettings | None = None) -> Sectio
         The wall.
     settings : StudySettings, optional
         What is uncertain about it.
+    given : Collection[str], optional
+        Places of the values that the user gave, where that is known.
     """
     uncertain = set(settings.variables) if settings is not None else set()
-    rows = [row for table, values in _tables(scene) for row in _rows(table, values, uncertain)]
+    rows = [row for table, values in _tables(scene) for row in _rows(table, values, uncertain, given)]
     what = "The wall; what varies from sample to sample is in the next table" if uncertain else "The wall"
     sources = {name for row in rows for name in CONFIDENCE if row[4].endswith(f"({name})")}
     parts: list[Part] = [
         Text(
             [
-                "Values are those the calculation used. A source is named where a value is that of a table "
-                "shipped with "
-                f"the program; “{GIVEN}” is what the user wrote, “default” what the program takes if nothing is said, "
-                "which the user may have written as well."
+                "Values are those the calculation used. A source is named where a value is that of a table shipped "
+                f"with the program. “{GIVEN}” is what the user wrote, “default” what the program takes if nothing is "
+                "said" + (", which the user may have written as well." if given is None else ".")
             ]
         ),
         Table(
@@ -98,6 +102,11 @@ def input_section(scene: Scene, settings: StudySettings | None = None) -> Sectio
     return Section("inputs", "Inputs and their sources", parts)
 
 
+def given_of(ds: xr.Dataset) -> list[str] | None:
+    """Return the places of the values that the user of a wall or a study gave; None where the archive does not say."""
+    return str(ds.attrs[GIVEN_PLACES]).split() if GIVEN_PLACES in ds.attrs else None
+
+
 def unsure(settings: StudySettings) -> list[str]:
     """Variables whose mean or scatter is assumed."""
     doubtful = []
@@ -129,20 +138,22 @@ def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
                 yield f"{name}.{number_}", item
 
 
-def _rows(table: str, values: dict[str, Any], uncertain: set[str]) -> Iterator[list[str]]:
+def _rows(
+    table: str, values: dict[str, Any], uncertain: set[str], given: Collection[str] | None
+) -> Iterator[list[str]]:
     kind, _, which = table.partition(".")
     head = HEADS.get(kind, named(kind)) + (f" {int(which) + 1}" if which.isdigit() else "")
     for key, value in values.items():
         place = f"{table}.{key}"
         if isinstance(value, dict):
-            for row in _rows(place, value, uncertain):
+            for row in _rows(place, value, uncertain, given):
                 yield [head if not row[0] else row[0], f"{named(key)}: {row[1]}", *row[2:]]
             continue
         if isinstance(value, int | float) and not isinstance(value, bool) and Scene.takes_number(place):
             shown, unit = quantity(float(value), Scene.unit_of(place))
         else:
             shown, unit = plain(value), ""
-        source = Source("varies, see below") if place in uncertain else source_of_value(table, key, value)
+        source = Source("varies, see below") if place in uncertain else source_of_value(table, key, value, given)
         yield [head, named(key), shown, unit, str(source)]
 
 

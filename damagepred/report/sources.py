@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Collection
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -26,6 +27,9 @@ _MATERIALS = {
 }
 """Tables of a scene, and those of data/materials/zhuge.toml with the same keys."""
 
+_PHYSICAL = (*_MATERIALS, "head_joint", "soil", "mound", "loads")
+"""Tables whose numbers someone could measure: their defaults are assumed."""
+
 
 class Source(NamedTuple):
     """Source of a value, and its level of confidence.
@@ -45,7 +49,7 @@ class Source(NamedTuple):
         return f"{self.name} ({self.confidence})" if self.confidence else self.name
 
 
-def source_of_value(table: str, key: str, value: Any) -> Source:
+def source_of_value(table: str, key: str, value: Any, given: Collection[str] | None = None) -> Source:
     """Return the source of a value of a scene.
 
     Parameters
@@ -54,6 +58,8 @@ def source_of_value(table: str, key: str, value: Any) -> Source:
         Its place.
     value : object
         As the scene has it.
+    given : Collection[str], optional
+        Places of the values that the user gave; where that is not known, a value that is not the default was given.
 
     Returns
     -------
@@ -62,9 +68,16 @@ def source_of_value(table: str, key: str, value: Any) -> Source:
     """
     shipped = _materials().get(_MATERIALS.get(table, ""), {})
     if key in shipped and _same(value, shipped[key]):
-        return Source(shipped["source"].replace(f"{PAPER}, ", ""), shipped["confidence"])
+        name = shipped["source"].replace(f"{PAPER}, ", "")
+        if given is not None:
+            name = f"{GIVEN}, the value of {name}" if f"{table}.{key}" in given else f"{DEFAULT}, {name}"
+        return Source(name, shipped["confidence"])
     defaults = _defaults().get(table, {})
-    return Source(DEFAULT if key in defaults and _same(value, defaults[key]) else GIVEN)
+    was_given = not (key in defaults and _same(value, defaults[key])) if given is None else f"{table}.{key}" in given
+    if was_given:
+        return Source(GIVEN)
+    measured = table.partition(".")[0] in _PHYSICAL and isinstance(value, int | float) and not isinstance(value, bool)
+    return Source(DEFAULT, "assumed" if measured else "")
 
 
 def sources_of_variable(place: str, variable: Variable) -> list[Source]:

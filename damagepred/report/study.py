@@ -19,7 +19,7 @@ from damagepred.formatting import duration, named, number
 from damagepred.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
 from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
-from damagepred.report.inputs import input_section
+from damagepred.report.inputs import given_of, input_section
 from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, drawing
 from damagepred.report.quality import common_movement, monte_carlo, study_quality
@@ -99,7 +99,7 @@ def study_page(
         ]
     deflected = common_movement(ds.drop_vars("surface_movement", errors="ignore"))
     sections = [
-        input_section(settings.scene, settings),
+        input_section(settings.scene, settings, given_of(ds)),
         Section("run", "What was run", _run_parts(folder, ds, settings, written)),
         Section("quality", "How good the solutions are, and how many walls are enough", study_quality(ds) + certainty),
         Section("damage", "Damage", _damage(folder, ds, replay, on_step) if paths else [_no_paths()]),

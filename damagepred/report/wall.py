@@ -16,7 +16,7 @@ from damagepred.formatting import length, number, ratio
 from damagepred.rejudge import footing_gap_note, measure_in_words, shown_gaps
 from damagepred.report.caveats import wall_caveats
 from damagepred.report.cracks import crack_parts
-from damagepred.report.inputs import input_section
+from damagepred.report.inputs import given_of, input_section
 from damagepred.report.limits import wall_limits
 from damagepred.report.parts import Drawing, Listing, Page, Part, Section, Table, drawing
 from damagepred.report.quality import wall_quality
@@ -59,7 +59,7 @@ def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
         )
     scene = Scene.from_dict(tomllib.loads(ds.attrs["scene"]), source=f"{origin} scene")
     sections = [
-        input_section(scene),
+        input_section(scene, given=given_of(ds)),
         Section("run", "What was run", [_run(ds, origin, written)]),
         Section("quality", "How good the solution is", wall_quality(ds)),
         Section("damage", "Damage", damage_parts(ds)),

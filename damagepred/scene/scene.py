@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from itertools import combinations
 from math import floor
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -62,6 +62,9 @@ class Scene:
     solver: Solver = Field(default_factory=Solver)
     damage: Damage = Field(default_factory=Damage)
     dynamics: Dynamics | None = None
+
+    given: ClassVar[frozenset[str] | None] = None
+    """Places of the values that a file gives, such as "joint.cohesion"; None for a scene that is not from a file."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> Scene:
@@ -218,7 +221,24 @@ class Scene:
             raise InputError(
                 f"{path}: is a study (it has {found[0]}), and a scene is needed; `damagepred study` runs studies."
             )
-        return cls.from_dict(with_profile_files(tables, Path(path).parent), source=str(path))
+        return cls.from_file_tables(tables, Path(path).parent, str(path))
+
+    @classmethod
+    def from_file_tables(cls, tables: Mapping[str, Any], folder: Path, source: str) -> Scene:
+        """Build a scene from the tables of a file, and note which values these give.
+
+        Parameters
+        ----------
+        tables : mapping
+            What the file says of the scene.
+        folder : Path
+            Where the files are that it names.
+        source : str
+            Where the tables came from, for messages.
+        """
+        scene = cls.from_dict(with_profile_files(tables, folder), source=source)
+        object.__setattr__(scene, "given", frozenset(_places(tables, "")))
+        return scene
 
     @classmethod
     def from_dict(cls, tables: Mapping[str, Any], source: str = "scene") -> Scene:
@@ -295,7 +315,20 @@ class Scene:
             for step in way:
                 target = target[step]
             target[last] = float(value)
-        return Scene.from_dict(tables, source="sampled scene")
+        scene = Scene.from_dict(tables, source="sampled scene")
+        object.__setattr__(scene, "given", self.given)
+        return scene
+
+
+def _places(tables: Any, place: str) -> list[str]:
+    """List the places of all values in nested tables."""
+    if isinstance(tables, Mapping):
+        pairs = [(str(key), value) for key, value in tables.items()]
+    elif isinstance(tables, list) and any(isinstance(item, Mapping) for item in tables):
+        pairs = [(str(number), item) for number, item in enumerate(tables)]
+    else:
+        return [place]
+    return [found for key, value in pairs for found in _places(value, f"{place}.{key}" if place else key)]
 
 
 def _walk(value: Any, place: str) -> list[tuple[str, Any]]:

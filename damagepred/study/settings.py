@@ -20,7 +20,6 @@ from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.accuracy import PRESETS, preset
 from damagepred.scene.described import described
-from damagepred.scene.footing_profile import with_profile_files
 from damagepred.scene.quantity import Count, Duration, Pure
 from damagepred.scene.reading import build, plain
 from damagepred.text import check_title
@@ -152,7 +151,7 @@ class StudySettings:
         if isinstance(scene, str):
             described_scene: Any = Scene.from_toml(file.parent / scene)
         else:
-            described_scene = Scene.from_dict(with_profile_files(scene, file.parent), source=f"{file} [scene]")
+            described_scene = Scene.from_file_tables(scene, file.parent, f"{file} [scene]")
         settings = (
             build(cls, {**tables, "scene": described_scene}, str(file))
             ._with_sample_table(file.parent)

@@ -12,6 +12,7 @@ import xarray as xr
 
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.formatting import chance, length, number, quantity, with_band
+from damagepred.pipeline import solve
 from damagepred.report.caveats import model_caveats, study_caveats, wall_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section, unsure
@@ -26,6 +27,7 @@ from damagepred.scene import Scene
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.tables import crack_columns
 from damagepred.uq.fragility import fit_fragility
+from tests.conftest import SMALL_STUDY
 from tests.synthetic_studies import synthetic_study
 
 
@@ -433,3 +435,37 @@ def test_a_doubtful_curve_is_named(tmp_path: Path) -> None:
 
     assert "The curve of category 1 is doubtful: of walls that follow such a curve, a share of 0.010 lies" in said(0.01)
     assert "doubtful" not in said(0.3)
+
+
+def test_what_the_file_gives_is_told_from_defaults_of_the_same_value(tmp_path: Path) -> None:
+    thickness = Scene().wall.thickness
+    (tmp_path / "wall.toml").write_text(
+        f'[wall]\nlength = "0.96 m"\nheight = "0.3 m"\nthickness = {thickness}\n[joint]\nfriction = 0.75\n'
+        '[movement]\ncentral_deflection = "1 mm"\nincrements = 1\n',
+        encoding="utf-8",
+    )
+    scene = Scene.from_toml(tmp_path / "wall.toml")
+    ds = solve(scene)
+    rows = {(row[0], group): row[3] for row, group in _input_rows(wall_page(ds, "wall.nc", "today").sections[0])}
+    assert rows["thickness", "Wall"] == "as given"
+    assert rows["block length", "Wall"] == "default"
+    assert rows["friction", "Mortar joints"] == "as given, the value of Zhuge et al., Table 2 (reported)"
+    assert rows["cohesion", "Mortar joints"] == "default, Zhuge et al., Table 2 (reported)"
+    assert rows["residual cohesion", "Mortar joints"] == "default (assumed)"
+    # a scene made in Python does not know: values are compared, as in archives of older versions
+    ds = solve(replace(scene, title="the same"))
+    rows = {(row[0], group): row[3] for row, group in _input_rows(wall_page(ds, "wall.nc", "today").sections[0])}
+    assert rows["thickness", "Wall"] == "default"
+
+
+def test_a_study_file_tells_what_it_gives(tmp_path: Path) -> None:
+    (tmp_path / "house.toml").write_text(SMALL_STUDY, encoding="utf-8")
+    settings = StudySettings.from_toml(tmp_path / "house.toml")
+    given = tomllib.loads(SMALL_STUDY)["scene"]
+    assert settings.scene.given == {f"{table}.{key}" for table in given for key in given[table]}
+    assert settings.scene.with_values({"joint.friction": 0.6}).given == settings.scene.given
+
+
+def _input_rows(section: object) -> list[tuple[list[str], str]]:
+    wall = table(section, "The wall")
+    return list(zip(wall.rows, wall.groups))

@@ -18,7 +18,7 @@ import xarray as xr
 
 from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import StudyFolder
-from damagepred.archive.provenance import environment, program, programs, provenance
+from damagepred.archive.provenance import environment, given_values, program, programs, provenance
 from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, Int8Array
@@ -441,6 +441,7 @@ class Campaign:
                 "crossed": settings.study.crossed or None,
                 "study": settings.to_toml(),
                 "scene": settings.scene.to_toml(),
+                **given_values(settings.scene.given),
                 "damage_table": settings.damage_table.name,
                 "damage_measure": settings.scene.damage.measure,
                 "count_footing_gap": settings.scene.damage.count_footing_gap,
