@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
+    from damagepred.scene import Scene
+    from damagepred.study.settings import StudySettings
     from damagepred.uq.fragility import FragilityOptions
 
 app = typer.Typer(
@@ -131,6 +133,7 @@ def check(
     from damagepred.assembly import Limits
     from damagepred.study.campaign.cost_estimate import estimate_cost
 
+    _ask_back(*_described(file))
     with screen.Bar("timing one wall") as bar:
         estimate = estimate_cost(file, on_step=bar.step, limits=Limits.asked(yes))
     if json:
@@ -154,15 +157,14 @@ def solve(
     """Solve one wall; of a study file, the wall with every variable at its mean."""
     from damagepred.archive.files import check_writable
     from damagepred.assembly import Limits
-    from damagepred.input_files import read_toml
     from damagepred.pipeline import solve as solve_wall
-    from damagepred.scene import Scene
     from damagepred.scene.assumed import ground_line
-    from damagepred.scene.scene import STUDY_KEYS
-    from damagepred.study.settings import StudySettings
 
-    settings = StudySettings.from_toml(file) if any(key in read_toml(file) for key in STUDY_KEYS) else None
-    described, mean_wall = settings.mean_wall() if settings else (Scene.from_toml(file), None)
+    described, settings = _described(file)
+    mean_wall = None
+    _ask_back(described, settings)
+    if settings is not None:
+        described, mean_wall = settings.mean_wall()
     check_writable(output, plot)
     count = described.movement.increments if described.dynamics is None else described.dynamics.outputs
     with screen.Bar("solving", count + 1) as bar:
@@ -210,6 +212,7 @@ def study(
 
     settings = StudySettings.from_toml(file).with_samples(samples, seed)
     folder = output or file.with_suffix(".dp")
+    _ask_back(settings.scene, settings)
     if assumed := ground_line(settings.scene, settings.variables):
         screen.note(assumed)
     with ExitStack() as open_until_the_end:
@@ -897,6 +900,26 @@ def _fragility_surface(
         return
     for line in screen.surface_lines(surface):
         screen.say(line)
+
+
+def _described(file: Path) -> tuple[Scene, StudySettings | None]:
+    """Read a scene file, or a study file with its scene."""
+    from damagepred.input_files import read_toml
+    from damagepred.scene import Scene
+    from damagepred.scene.scene import STUDY_KEYS
+    from damagepred.study.settings import StudySettings
+
+    if any(key in read_toml(file) for key in STUDY_KEYS):
+        settings = StudySettings.from_toml(file)
+        return settings.scene, settings
+    return Scene.from_toml(file), None
+
+
+def _ask_back(described: Scene, settings: StudySettings | None) -> None:
+    """Ask whether numbers that are unlikely in their unit were meant so."""
+    from damagepred.scene.plausibility import unlikely_values
+
+    screen.cautions(unlikely_values(described, settings.means() if settings else None))
 
 
 def _drew(files: Iterable[Path]) -> None:

@@ -1,6 +1,7 @@
 """Results that cannot be right are refused where the input shows it, and marked where only the result does."""
 
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
@@ -8,6 +9,8 @@ import damagepred
 from damagepred import Scene
 from damagepred.archive.files import read_dataset
 from damagepred.errors import InputError
+from damagepred.scene.plausibility import unlikely_values
+from damagepred.study.campaign.template import Template, write_template
 from damagepred.study.settings import StudySettings
 from tests.cli.conftest import Run, command
 
@@ -44,6 +47,53 @@ def test_the_likely_meaning_is_asked_back(name: str) -> None:
     with pytest.raises(InputError) as refused:
         Scene.from_dict(tables)
     assert str(refused.value).endswith(words)
+
+
+UNLIKELY = {
+    "a strength in MPa": (
+        {"joint": {"tensile_strength": 0.453}},
+        "joint.tensile_strength = 0.453 Pa: did you mean '0.453 MPa'?",
+    ),
+    "a stiffness in N/mm3": ({"joint": {"normal_stiffness": 82.9}}, "= 82.9 Pa/m: did you mean '82.9 N/mm3'?"),
+    "a modulus in MPa": ({"block": {"elastic_modulus": 7000}}, "did you mean '7000 MPa'?"),
+    "a modulus in GPa": ({"block": {"elastic_modulus": 7}}, "did you mean '7 GPa'?"),
+    "a weight for a density": ({"block": {"density": 19}}, "= 19 kg/m3: did you mean '1937 kg/m3'?"),
+    "a density in t/m3": ({"block": {"density": 1.9}}, "did you mean '1900 kg/m3'?"),
+    "an angle of friction": (
+        {"dpc": {"friction": 30}},
+        "dpc.friction = 30: did you mean 0.58, the tangent of 30 degrees?",
+    ),
+    "a load in kN": ({"loads": {"roof": 6}}, "loads.roof = 6 N: did you mean '6 kN'?"),
+    "soil in kPa/m": ({"soil": {"swelling_stiffness": 4000}}, "did you mean '4000 kPa/m'?"),
+    "a depth in mm": ({"mound": {"suction_depth": 2300}}, "mound.suction_depth = 2300 m: did you mean '2300 mm'?"),
+    "a gap in mm": ({"control_joint": [{"x": 3.0, "width": 10}]}, "did you mean '10 mm'?"),
+}
+
+
+@pytest.mark.parametrize("name", UNLIKELY)
+def test_an_unlikely_number_is_asked_back(name: str) -> None:
+    """It is taken all the same: archives that hold it stay readable."""
+    tables, words = UNLIKELY[name]
+    (said,) = unlikely_values(Scene.from_dict(tables))
+    assert said.endswith(words)
+
+
+def test_values_of_templates_are_likely(tmp_path: Path) -> None:
+    assert unlikely_values(Scene()) == []
+    for name in get_args(Template):
+        write_template(tmp_path / f"{name}.toml", name)
+        settings = StudySettings.from_toml(tmp_path / f"{name}.toml")
+        assert unlikely_values(settings.scene, settings.means()) == []
+
+
+def test_means_of_a_study_are_asked_back(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "house.toml").write_text(
+        "[study]\nsamples = 2\n[scene.wall]\nlength = 1.2\nheight = 0.3\n[scene.movement]\nincrements = 1\n"
+        '[variables."joint.cohesion"]\ndistribution = "normal"\nmean = 0.375\ncov = 0.1\n'
+    )
+    asked = "caution: joint.cohesion = 0.375 Pa: did you mean '0.375 MPa'?"
+    for name in ("check", "solve", "study"):
+        assert asked in command(name, tmp_path / "house.toml").out, name
 
 
 def test_a_coefficient_of_variation_in_per_cent_is_asked_back() -> None:

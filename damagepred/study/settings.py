@@ -342,18 +342,23 @@ class StudySettings:
     @one_blas_thread()
     def mean_wall(self) -> tuple[Scene, str]:
         """Return the scene with every variable at its mean, and a sentence that says so."""
-        design = self.design()
-        means = {place: float(marginal.mean()) for place, marginal in design.marginals.items()}
-        if design.sampler.read_table is not None:
-            table = dict(design.sampler.read_table())
-            weight = table.pop(WEIGHT, None)
-            means |= {place: float(np.average(values, weights=weight)) for place, values in table.items()}
+        means = self.means()
         values = ", ".join(f"{p} = {' '.join(quantity(v, Scene.unit_of(p)))}" for p, v in means.items())
         movement = "" if any(p.split(".")[0] == "movement" for p in means) else ", the movement as given"
         return self.scene.with_values(means), (
             f"{self.title}: its mean wall, with {values or 'nothing uncertain'}{movement} "
             "(arithmetic means, also of lognormals, above their medians; the same in every joint)"
         )
+
+    def means(self) -> dict[str, float]:
+        """Return the mean of every variable, by place."""
+        design = self.design()
+        means = {place: float(marginal.mean()) for place, marginal in design.marginals.items()}
+        if design.sampler.read_table is not None:
+            table = dict(design.sampler.read_table())
+            weight = table.pop(WEIGHT, None)
+            means |= {place: float(np.average(values, weights=weight)) for place, values in table.items()}
+        return means
 
     def _pairs(self) -> list[tuple[str, str, float]]:
         return [(a, b, value) for a, row in self.correlation.items() for b, value in row.items()]
