@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
@@ -87,10 +88,7 @@ def block_strains(model: Model, bodies: BodyArrays) -> BlockStrains | None:
     moved *= np.array([-1.0, 1.0])[:, None, None, None]
     joined = moved.size // 4
     own[:joined] = moved[:, ::-1].reshape(-1, 2, 2)  # the points of block b come first
-    edge = bodies.edges[points["target"][:joined]]
-    t_x, t_y = edge["along_x"], edge["along_y"]
-    frame = np.stack((np.stack((t_x, t_y), axis=1), np.stack((-t_y, t_x), axis=1)), axis=1)
-    target[:joined] = frame @ moved.reshape(-1, 2, 2)
+    target[:joined] = along_and_outwards(bodies.edges[points["target"][:joined]]) @ moved.reshape(-1, 2, 2)
     zeros, inverse, stiffness = np.zeros((count + 1, 2)), np.zeros((count + 1, 2)), np.zeros((count + 1, 2))
     mass = strain_mass(model)
     np.divide(1.0, mass, out=inverse[:-1], where=mass > 0)
@@ -111,6 +109,12 @@ def block_strains(model: Model, bodies: BodyArrays) -> BlockStrains | None:
         damping=zeros.copy(),
         work=np.zeros(1),
     )
+
+
+def along_and_outwards(edges: NDArray[Any]) -> FloatArray:
+    """Return the directions along edges, records (p,) of ``EDGE``, and out of their blocks, as rows (p, 2, 2)."""
+    t_x, t_y = edges["along_x"], edges["along_y"]
+    return np.stack((np.stack((t_x, t_y), axis=1), np.stack((-t_y, t_x), axis=1)), axis=1)
 
 
 def strain_mass(model: Model) -> FloatArray:

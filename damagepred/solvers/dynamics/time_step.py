@@ -15,7 +15,7 @@ from damagepred.scene import Dynamics
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.gridpoints import Grid
 from damagepred.solvers.dynamics.options import DynamicsOptions
-from damagepred.solvers.dynamics.strains import BlockStrains
+from damagepred.solvers.dynamics.strains import BlockStrains, along_and_outwards
 from damagepred.solvers.system.deformable_blocks import zone_stiffness
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
@@ -140,12 +140,8 @@ def _touched(model: Model, scene: BodyArrays, inverse_mass: FloatArray, strains:
     joint = scene.laws[points["law"]]
     normal = joint["normal_stiffness"] * points["area"], joint["shear_stiffness"] * points["area"]
     face = edges[points["own_edge"]]
-    t_x, t_y = face["along_x"], face["along_y"]
-    moved = None
-    if strains is not None:  # along the face, and outwards
-        outwards = np.stack((np.stack((t_x, t_y), axis=1), np.stack((-t_y, t_x), axis=1)), axis=1)
-        moved = outwards @ strains.own
-    rows = _stiffness_rows(points["x"], points["y"], t_x, t_y, *normal, moved)
+    moved = None if strains is None else along_and_outwards(face) @ strains.own
+    rows = _stiffness_rows(points["x"], points["y"], face["along_x"], face["along_y"], *normal, moved)
     whole = points["body"] <= n  # not on the facet of a deformable block
     np.add.at(own, points["body"][whole], rows[whole])
     np.add.at(all_sides, points["body"][whole], rows[whole])
