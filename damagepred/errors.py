@@ -14,7 +14,17 @@ LONGEST_VALUE = 100
 
 
 class DamagepredError(Exception):
-    """Base of all errors this package raises on purpose. A message that is too long ends with dots."""
+    """Base of all errors this package raises on purpose. A message that is too long ends with dots.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> try:
+    ...     damagepred.open_study("nowhere.dp")
+    ... except damagepred.DamagepredError as error:
+    ...     print(type(error).__name__)
+    InputError
+    """
 
     def __init__(self, message: str = "") -> None:
         short = message if len(message) <= LONGEST_MESSAGE else f"{message[: LONGEST_MESSAGE - 3]}..."
@@ -22,7 +32,16 @@ class DamagepredError(Exception):
 
 
 class InputError(DamagepredError, ValueError):
-    """The input cannot be used as given: the message says what, why and what to do."""
+    """The input cannot be used as given: the message says what, why and what to do.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> damagepred.Wall(length="6 km")
+    Traceback (most recent call last):
+        ...
+    damagepred.errors.InputError: Wall: length = 6000.0: must be at most 1000 m. Did you mean '6000 mm'?
+    """
 
 
 class DamagedError(InputError):
@@ -38,7 +57,14 @@ class ArchiveWarning(UserWarning):
 
 
 class StudyError(DamagepredError):
-    """A study folder cannot be written, resumed or read."""
+    """A study folder cannot be written, resumed or read.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> issubclass(damagepred.StudyError, damagepred.DamagepredError)
+    True
+    """
 
 
 class SolverError(DamagepredError):
@@ -50,6 +76,12 @@ class SolverError(DamagepredError):
         Increment in which it ended.
     block : int
         Block that was worst off (largest unbalanced force or displacement), -1 if none.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> issubclass(damagepred.SolverError, damagepred.DamagepredError)
+    True
     """
 
     def __init__(self, message: str, *, increment: int = -1, block: int = -1) -> None:

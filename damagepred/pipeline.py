@@ -229,6 +229,13 @@ def solve(
         If the scene makes no wall, costs more than the limits, or an option is not acceptable.
     SolverError
         If an increment cannot be solved and ``on_failure = "raise"``.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> wall = damagepred.solve(damagepred.Scene.from_toml("wall.toml"), increments=4)
+    >>> wall.sizes["increment"], int(wall["damage_category"][-1])
+    (5, 3)
     """
     if not isinstance(scene, Scene | Assembly):
         raise InputError(f"scene: is of type {type(scene).__name__}; give a Scene or an Assembly.")

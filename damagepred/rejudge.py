@@ -102,6 +102,14 @@ def judge_again(
     ------
     InputError
         If it is neither a wall nor a study, there is no such table, or the archive does not hold what a rule needs.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> ds = damagepred.open_study("house.dp")
+    >>> by_band = damagepred.judge_again(ds, measure="band")
+    >>> bool((by_band["damage_category"] >= ds["damage_category"]).all())
+    True
     """
     for name in ("damage_category", "crack_width_max"):
         if name not in ds:

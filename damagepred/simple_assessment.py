@@ -108,6 +108,15 @@ def simple_categories(ds: xr.Dataset, *, ground_strain: float = 0.0, modulus_rat
     ------
     InputError
         If the dataset has no scene, or its walls differ in length, height or Poisson's ratio.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> found = damagepred.simple_categories(damagepred.open_study("house.dp"))
+    >>> int(found["simple_category"].max())
+    4
+    >>> found["simple_category"].dims
+    ('sample', 'increment')
     """
     if "scene" not in ds.attrs or "deflection_ratio" not in ds.variables:
         raise InputError(
@@ -183,6 +192,17 @@ def simple_methods(
     ------
     InputError
         If the footing of the scene finds its own form and no deflection ratio is given.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> scene = damagepred.Scene.from_toml("wall.toml")
+    >>> table = damagepred.simple_methods(scene, deflection_ratio=1 / 500)
+    >>> table[["about", "exceeded"]].head(3)
+            about  exceeded
+    0  category 1      True
+    1  category 2      True
+    2  category 3      True
     """
     import pandas as pd
 

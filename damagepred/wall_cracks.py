@@ -89,6 +89,16 @@ def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
     ------
     InputError
         If the dataset is not of one wall with its contacts.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> wall = xarray.open_dataset("wall.nc")
+    >>> found = damagepred.cracks(wall)
+    >>> found.sizes["crack"]
+    25
+    >>> float(found["crack_width"][-1].max()) <= float(wall["crack_width_max"][-1])
+    True
     """
     return WallCracks(ds, hairline).dataset()
 
@@ -117,6 +127,13 @@ def crack_profile(ds: xr.Dataset, increment: int = -1, *, hairline: float = HAIR
     ------
     InputError
         If the dataset is not of one wall with its contacts, or has no such increment.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> profile = damagepred.crack_profile(xarray.open_dataset("wall.nc"))
+    >>> profile.sizes["piece"], list(profile.data_vars)[:3]
+    (257, ['piece_crack', 'piece_on_path', 'piece_along'])
     """
     return WallCracks(ds, hairline).profile(increment)
 
@@ -276,6 +293,14 @@ def crack_frame(found: xr.Dataset, increment: int | None = -1) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Sorted by increment, parts of the wall, and width, the widest first; only cracks that are there.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> found = damagepred.cracks(xarray.open_dataset("wall.nc"))
+    >>> frame = damagepred.crack_frame(found)
+    >>> frame[["crack", "crack_width"]].round(5).head(2).to_numpy().tolist()
+    [[2.0, 0.0069], [3.0, 0.0069]]
     """
     at = found if increment is None else found.isel(increment=[increment])
     frame = at.to_dataframe().reset_index()

@@ -57,3 +57,13 @@ def test_the_package_is_imported_without_what_it_stands_on() -> None:
     code = "import sys, damagepred; print(*{'numpy', 'pydantic', 'matplotlib', 'xarray', 'numba'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout.strip() == ""
+
+
+def test_every_public_function_and_class_has_an_example() -> None:
+    """The examples themselves run as doctests."""
+    without = [
+        name
+        for name in damagepred.__all__
+        if callable(getattr(damagepred, name)) and ">>> " not in (getattr(damagepred, name).__doc__ or "")
+    ]
+    assert without == []

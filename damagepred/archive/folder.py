@@ -591,6 +591,13 @@ def open_study(path: str | Path) -> xr.Dataset:
     ------
     InputError
         If it is no study folder.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> ds = damagepred.open_study("house.dp")
+    >>> ds.sizes["sample"], int(ds.attrs["seed"])
+    (24, 1)
     """
     if os.path.isfile(path):
         ds = read_dataset(path)

@@ -25,6 +25,12 @@ class Limits:
         Estimated time to solve one wall (s).
     time : float
         Time that one wall may take (s); then it fails with the reason ``timeout``.
+
+    Examples
+    --------
+    >>> from damagepred import Limits
+    >>> Limits(memory=8e9, estimated_time=600.0).estimated_time
+    600.0
     """
 
     memory: float = 4e9

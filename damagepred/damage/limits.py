@@ -115,7 +115,15 @@ def load_movement_limits() -> tuple[MovementLimit, ...]:
 
 @lru_cache(maxsize=1)
 def construction_limits() -> dict[str, MovementLimit]:
-    """Read AS 2870 Table 4.1, the design deflection of a footing by construction, such as ``"full_masonry"``."""
+    """Read AS 2870 Table 4.1, the design deflection of a footing by construction, such as ``"full_masonry"``.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> limits = damagepred.construction_limits()
+    >>> sorted(limits)[:2]
+    ['articulated_full_masonry', 'articulated_masonry_veneer']
+    """
     content = _read("as2870_deflection_limits")
     return {
         name: MovementLimit(

@@ -32,6 +32,11 @@ def to_arviz(ds: xr.Dataset) -> Any:
     ------
     InputError
         If ArviZ is not installed, or the dataset is of no study.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> data = damagepred.to_arviz(damagepred.open_study("house.dp"))  # doctest: +SKIP
     """
     try:
         import arviz

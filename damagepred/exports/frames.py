@@ -31,6 +31,13 @@ def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
     pandas.DataFrame
         Indexed by category and intensity (m, or 1 for a ratio), as far as walls were followed; columns
         ``category_name``, ``fit_status``, ``probability`` with ``_lower`` and ``_upper``, and ``empirical``.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> curves = damagepred.fit_fragility(damagepred.open_study("house.dp"), bootstrap=20)
+    >>> list(damagepred.curves_frame(curves).index.names)
+    ['category', 'intensity']
     """
     require_results(curves, ("category", "intensity", "probability"), "fit_fragility")
     points = [n for n in curves.data_vars if set(curves[n].dims) == {"category", "intensity"}]
@@ -75,6 +82,13 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     pandas.DataFrame
         Indexed by sample. ``status`` in words; what has an increment is the largest of its path, NaN (-1 for a
         category) where nothing is known.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> walls = damagepred.walls_frame(damagepred.open_study("house.dp"))
+    >>> len(walls), walls["status"].unique().tolist()
+    (24, ['complete'])
     """
     require_results(ds, ("sample", "status"), "open_study")
     # joints' own values, where a design has them, are no column of a table of walls

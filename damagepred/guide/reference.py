@@ -174,7 +174,8 @@ def described_fields(kind: type) -> tuple[str, dict[str, str]]:
     kind : type
         Class whose docstring has a section Attributes.
     """
-    head, _, attributes = inspect.cleandoc(kind.__doc__ or "").partition("\nAttributes\n----------\n")
+    described, _, _ = inspect.cleandoc(kind.__doc__ or "").partition("\nExamples\n--------\n")
+    head, _, attributes = described.partition("\nAttributes\n----------\n")
     texts: dict[str, str] = {}
     for names, text in re.findall(r"^(\w[\w, ]*) : [^\n]*\n((?:(?:    .*)?\n?)*)", attributes, re.MULTILINE):
         for name in names.split(","):

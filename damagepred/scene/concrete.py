@@ -57,6 +57,12 @@ class ReinforcedConcrete:
         Exponent of M_cr / M in Branson's formula (1): 3 for a whole beam, 4 for one section.
     earlier_moment : float
         Largest moment by which every section has been bent before, up and down (Nm): how far it is cracked already.
+
+    Examples
+    --------
+    >>> from damagepred import ReinforcedConcrete
+    >>> ReinforcedConcrete(grade="N32", bottom="4-L12TM", top="3-L11TM").cover
+    0.04
     """
 
     law: Literal["cracked", "branson"] = "cracked"

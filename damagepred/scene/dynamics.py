@@ -40,6 +40,13 @@ class BaseMotion:
     baseline : {"none", "velocity"}
         ``none``: integrated as given, so what is left of the velocity at the end stays. ``velocity``: the constant
         acceleration is taken off that lets the base end at rest.
+
+    Examples
+    --------
+    >>> from damagepred import BaseMotion
+    >>> shock = BaseMotion(kind="half_sine", acceleration="2 m/s2", duration="0.4 s")
+    >>> shock.acceleration, shock.duration
+    (2.0, 0.4)
     """
 
     kind: Literal["half_sine", "full_sine", "rectangular", "record"] = "record"
@@ -119,6 +126,14 @@ class Dynamics:
         Whether the run ends once all blocks have been slower than ``rest_speed`` at three outputs in a row.
     rest_speed : float
         Root mean square speed, by mass and relative to the base (m/s).
+
+    Examples
+    --------
+    >>> from damagepred import BaseMotion, Dynamics
+    >>> shock = BaseMotion(kind="half_sine", acceleration="2 m/s2", duration="0.4 s")
+    >>> run = Dynamics(duration="2 s", outputs=50, base=(shock,))
+    >>> run.outputs
+    50
     """
 
     duration: Duration = Field(default=2.0, gt=0)

@@ -36,6 +36,13 @@ class BlockMaterial:
     tensile_strength : float or None
         Tension cut-off (Pa) of every principal stress. In effect at most cohesion / friction, the apex of the cone.
         None: the apex, or no limit without cohesion.
+
+    Examples
+    --------
+    >>> from damagepred import BlockMaterial
+    >>> brick = BlockMaterial(elastic_modulus="6 GPa")
+    >>> brick.elastic_modulus, brick.density
+    (6000000000.0, 2000.0)
     """
 
     elastic_modulus: Pressure = Field(default=9.0e9, ge=1e-3)
@@ -110,6 +117,13 @@ class Joint:
         close the joint. None: no cap. It goes without dilation.
     cap_shear : float
         C_ss (1), how much shear counts in the cap; 9 as Lourenco and Rots have it.
+
+    Examples
+    --------
+    >>> from damagepred import Joint
+    >>> weak = Joint(tensile_strength="0.1 MPa", cohesion="0.15 MPa")
+    >>> weak.friction
+    0.75
     """
 
     normal_stiffness: Stiffness = Field(default=82e9, gt=0)
@@ -213,6 +227,13 @@ class HeadJoint:
         f_c (Pa), the cap.
     cap_shear : float or None
         C_ss (1).
+
+    Examples
+    --------
+    >>> from damagepred import HeadJoint, Scene
+    >>> scene = Scene(head_joint=HeadJoint(tensile_strength="0.2 MPa"))
+    >>> scene.heads.tensile_strength, scene.joint.tensile_strength
+    (200000.0, 453000.0)
     """
 
     factor: HeadJointFactors | None = None
@@ -268,6 +289,13 @@ class Dpc:
         C (Pa), 0 in the paper.
     normal_stiffness, shear_stiffness : float or None
         k_n and k_s (Pa/m); None takes the joint's.
+
+    Examples
+    --------
+    >>> from damagepred import Dpc, Scene
+    >>> scene = Scene(dpc=Dpc(course=2, friction=0.4))
+    >>> scene.dpc.friction
+    0.4
     """
 
     course: Count = Field(default=2, ge=1)
@@ -301,6 +329,14 @@ class Footing:
         Bed between footing and first course (``[footing.joint]``). None: the wall's mortar.
     concrete : ReinforcedConcrete or None
         What the beam is made of (``[footing.concrete]``) if it cracks. None: it is elastic with ``elastic_modulus``.
+
+    Examples
+    --------
+    >>> from damagepred import Footing, ReinforcedConcrete
+    >>> Footing(depth="500 mm").depth
+    0.5
+    >>> Footing(concrete=ReinforcedConcrete(bottom="3-L12TM")).concrete.bottom
+    '3-L12TM'
     """
 
     width: Length = Field(default=0.3, ge=1e-3, le=100)
@@ -334,6 +370,12 @@ class Loads:
     ----------
     roof : float
         Vertical load (N) in all, downwards, spread evenly along the top of the wall.
+
+    Examples
+    --------
+    >>> from damagepred import Loads
+    >>> Loads(roof="12 kN").roof
+    12000.0
     """
 
     roof: Force = Field(default=0.0, ge=0)

@@ -67,6 +67,13 @@ class Mound:
     table : sequence of (position, fraction)
         For ``shape = "table"``: position along the wall from 0 to 1, and the movement there as a fraction of
         ``surface_movement``; a monotone cubic (PCHIP) between. In a scene file it may be the name of a CSV file.
+
+    Examples
+    --------
+    >>> from damagepred import Mound, Movement, Scene
+    >>> scene = Scene(movement=Movement(shape="mound"), mound=Mound(surface_movement="60 mm", suction_depth="2.3 m"))
+    >>> scene.mound.surface_movement
+    0.06
     """
 
     shape: Literal["walsh", "mitchell", "tree", "pipe", "tunnel", "table"] = "walsh"

@@ -44,6 +44,12 @@ class Movement:
         so that the middle lies 1 off the line through the ends. Ends that settle unequally tilt the wall, too. Between
         the points a monotone cubic is drawn (PCHIP). In a scene file it may be the name of a CSV file with two columns,
         position (any unit, from the left end) and deflection.
+
+    Examples
+    --------
+    >>> from damagepred import Movement
+    >>> Movement(kind="doming", central_deflection="12 mm", increments=24).central_deflection
+    0.012
     """
 
     kind: Literal["dishing", "doming"] = "dishing"

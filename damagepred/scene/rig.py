@@ -35,6 +35,15 @@ class Rig:
         Load of each jack at full movement (N); goes with ``control = "load"`` and with nothing else.
     stop_at_zero : bool
         Whether the path ends where the jacks (dishing) or a support (doming) carry nothing any more.
+
+    Examples
+    --------
+    >>> from damagepred import Movement, Rig, Scene
+    >>> scene = Scene(
+    ...     movement=Movement(shape="jacks"), rig=Rig(supports=("0 m", "6 m"), jacks=("2 m", "4 m"))
+    ... )
+    >>> scene.rig.jacks
+    (2.0, 4.0)
     """
 
     supports: tuple[Length, ...] = ()

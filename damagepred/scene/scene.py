@@ -43,6 +43,16 @@ class Scene:
     wall, block, joint, head_joint, dpc, opening, control_joint, footing, movement, rig, soil, mound, loads, solver,
     damage, dynamics
         The tables of the scene file; see their classes.
+
+    Examples
+    --------
+    >>> from damagepred import Scene
+    >>> scene = Scene.from_dict({"wall": {"length": "6 m", "height": "2.4 m"}, "movement": {"kind": "doming"}})
+    >>> scene.wall.length, scene.movement.kind
+    (6.0, 'doming')
+    >>> weaker = scene.with_values({"joint.cohesion": 0.2e6})
+    >>> weaker.joint.cohesion
+    200000.0
     """
 
     title: Annotated[str, AfterValidator(check_title)] = "masonry wall"

@@ -106,6 +106,14 @@ class Solver:
     advanced : mapping or None
         Tables of options of the algorithms, for experts, such as ``[solver.advanced.newton] max_iterations = 30``;
         keys, meanings and defaults: ``damagepred.solvers.options``.
+
+    Examples
+    --------
+    >>> from damagepred import Solver
+    >>> Solver(method="explicit").method
+    'explicit'
+    >>> Solver(blocks="elastic").blocks
+    'elastic'
     """
 
     method: Literal["quasi_static", "explicit"] = "quasi_static"
@@ -215,6 +223,14 @@ class Damage:
         of damage tables are those of cracks in walls, and a wall that lifts off as a whole is not torn. The gap would
         make the category follow the ground's movement alone. But an owner sees it as a crack: reports say where it
         would make the category higher.
+
+    Examples
+    --------
+    >>> from damagepred import Damage
+    >>> Damage().table
+    'as2870'
+    >>> Damage(measure="band").band_gauge
+    0.75
     """
 
     table: Literal["as2870", "bre251"] = "as2870"

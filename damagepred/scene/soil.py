@@ -28,6 +28,12 @@ class Soil:
         Shear stress per displacement along the wall (Pa/m). None: as the normal stiffness.
     friction : float
         tan(phi) (1) between footing and soil; there is no cohesion.
+
+    Examples
+    --------
+    >>> from damagepred import Soil
+    >>> Soil(swelling_stiffness="1 MPa/m").swelling_stiffness
+    1000000.0
     """
 
     swelling_stiffness: Stiffness = Field(default=4.0e6, gt=0)

@@ -38,6 +38,12 @@ class Wall:
     shortest_cut : float or None
         A perpend nearer than this to an end, jamb or control joint is left out, so that the brick there is the longer
         (m). None: a quarter of a brick. Goes with ``fit = "cut"``.
+
+    Examples
+    --------
+    >>> from damagepred import Wall
+    >>> Wall(length="9 m", height="2.7 m", block_length="300 mm").block_length
+    0.3
     """
 
     length: Length = Field(default=6.0, gt=0, le=1000)
@@ -87,6 +93,13 @@ class Opening:
     lintel_bearing : float
         How far the lintel reaches into the wall on either side (m). The lintel is one block, a course high, of
         the bricks' material; there is none where the opening reaches the top of the wall.
+
+    Examples
+    --------
+    >>> from damagepred import Opening
+    >>> door = Opening(kind="door", x="1 m", width="0.9 m", height="2.1 m")
+    >>> door.right, door.top
+    (1.9, 2.1)
     """
 
     kind: Literal["window", "door"] = "window"
@@ -148,6 +161,13 @@ class ControlJoint:
         Of the gap (m): how far it can close.
     through_dpc : bool
         Whether it goes down to the footing, or begins on the damp-proof course; without one it always does.
+
+    Examples
+    --------
+    >>> from damagepred import ControlJoint, Scene, Wall
+    >>> scene = Scene(wall=Wall(length=6.0), control_joint=(ControlJoint(x="3 m"),))
+    >>> scene.control_joint[0].width
+    0.01
     """
 
     x: Length = Field(gt=0)

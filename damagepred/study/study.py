@@ -16,7 +16,17 @@ __all__ = ["Progress", "RunSummary", "Study"]
 
 
 class Study(Campaign):
-    """A Monte Carlo study: ``run`` solves its samples; ``function`` and ``rare`` run the same walls for other ends."""
+    """A Monte Carlo study: ``run`` solves its samples; ``function`` and ``rare`` run the same walls for other ends.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> study = damagepred.Study.from_toml("house.toml")
+    >>> study.run("again.dp", samples=4).done
+    4
+    >>> damagepred.open_study("again.dp").sizes["sample"]
+    4
+    """
 
     @checked
     def function(self, outputs: Sequence[str] | None = None, movement: Kept | None = None) -> StudyFunction:

@@ -70,6 +70,16 @@ def compare(
     ------
     InputError
         If there are fewer than two studies, or they differ in the measure of the movement or in the damage table.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> studies = {"as it is": damagepred.open_study("house.dp"), "strong": damagepred.open_study("strong.dp")}
+    >>> found = damagepred.compare(studies, categories=[2], at=["2 mm"])
+    >>> found["probability"].squeeze().round(2).values.tolist()
+    [0.83, 0.54]
+    >>> damagepred.uq.comparison.most_helpful(found, 2, 0.002)
+    ['strong']
     """
     names = list(studies)
     if len(names) < 2:

@@ -184,6 +184,13 @@ def exceedance(
     InputError
         If the movement is not positive, or the study has no such category or measure; if a part of a distribution lies
         beyond the study's movement; of walls known at their own movements alone, if there is no curve.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> found = damagepred.exceedance(damagepred.open_study("house.dp"), "slight", "3 mm")
+    >>> round(found.estimate.value, 2), round(found.estimate.lower, 2), round(found.estimate.upper, 2)
+    (0.92, 0.78, 0.97)
     """
     category = category_number(ds, category)
     measure = chosen_intensity(ds, intensity)

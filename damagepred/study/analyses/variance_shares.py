@@ -142,6 +142,13 @@ def study_sensitivity(
     ------
     InputError
         If there is no such output, some walls have no value of it, or no input has one value a wall.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> found = damagepred.study_sensitivity(damagepred.open_study("house.dp"), category=2, resamples=50)
+    >>> dict(zip(found["variable"].values.tolist(), found["spearman"].values.round(1).tolist()))
+    {'joint.friction': -0.2, 'joint.cohesion': 0.1}
     """
     found = _output_of(ds, None if category is None else category_number(ds, category), output)
     crossed = bool(int(ds.attrs.get("crossed", 0)))

@@ -140,6 +140,15 @@ def fit_fragility(
 
     A failed wall counts as far as it was followed: it had not reached the category by then, and nothing is known
     beyond. That is right if walls do not fail because they are weak or strong; the bounds are without that.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> curves = damagepred.fit_fragility(damagepred.open_study("house.dp"), bootstrap=20)
+    >>> curves["category"].values.tolist()
+    [1, 2, 3, 4]
+    >>> (1e3 * curves["median"]).round(1).values.tolist()
+    [nan, 1.4, 7.8, nan]
     """
     name = _check(ds, model, band, confidence, intensity)
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()

@@ -92,6 +92,13 @@ def fit_surface(
     ------
     InputError
         If the dataset has no such variable with one number a wall, or it does not vary.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> surface = damagepred.fit_surface(damagepred.open_study("house.dp"), 2, "joint.friction", bootstrap=20)
+    >>> surface["probability"].dims, surface.attrs["second_variable"]
+    (('second', 'intensity'), 'joint.friction')
     """
     name = chosen_intensity(ds, intensity)
     category = category_number(ds, category)

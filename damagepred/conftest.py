@@ -1,0 +1,70 @@
+"""Files that examples in docstrings name: a wall, two studies and their results, made once and small."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+WALL = """
+[wall]
+length = "2.4 m"
+height = "0.9 m"
+[[opening]]
+kind = "window"
+x = "0.72 m"
+y = "0.3 m"
+width = "0.96 m"
+height = "0.3 m"
+[joint]
+tensile_strength = "0.1 MPa"
+cohesion = "0.1 MPa"
+[movement]
+kind = "doming"
+central_deflection = "8 mm"
+increments = 16
+[loads]
+roof = "12 kN"
+"""
+
+STUDY = """
+scene = "wall.toml"
+[study]
+samples = 24
+seed = 1
+[variables."joint.tensile_strength"]
+distribution = "lognormal"
+mean = "0.1 MPa"
+cov = 0.3
+field = { course_correlation = 0.4 }
+[variables."joint.friction"]
+distribution = "lognormal"
+mean = 0.75
+cov = 0.2
+[variables."joint.cohesion"]
+distribution = "lognormal"
+mean = "0.1 MPa"
+cov = 0.4
+"""
+
+
+@pytest.fixture(scope="session")
+def _files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    from damagepred import Scene, Study, solve
+    from damagepred.archive.files import write_dataset
+
+    place = tmp_path_factory.mktemp("examples")
+    (place / "wall.toml").write_text(WALL, encoding="utf-8")
+    (place / "house.toml").write_text(STUDY, encoding="utf-8")
+    (place / "strong.toml").write_text(STUDY.replace('mean = "0.1 MPa"', 'mean = "0.3 MPa"'), encoding="utf-8")
+    write_dataset(solve(Scene.from_toml(place / "wall.toml")), place / "wall.nc")
+    for name in ("house", "strong"):
+        Study.from_toml(place / f"{name}.toml").run(place / f"{name}.dp")
+    return place
+
+
+@pytest.fixture(autouse=True)
+def _beside_the_files(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = "".join(example.source for example in getattr(getattr(request.node, "dtest", None), "examples", ()))
+    if any(name in source for name in ("wall.", "house.", "strong.")):
+        monkeypatch.chdir(request.getfixturevalue("_files"))
