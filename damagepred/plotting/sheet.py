@@ -21,8 +21,11 @@ from damagepred.text import without_controls
 DPI = 150
 """Resolution of all pictures (dots per inch)."""
 
-PAGE_WIDTH = 6.3
-"""Width of a picture on a printed page, 160 mm (inches)."""
+PAGE_WIDTH, LANDSCAPE_WIDTH = 6.3, 9.8
+"""Width of a picture on a printed page, 160 mm, and on one in landscape, 250 mm (inches)."""
+
+WIDEST_UPRIGHT = 12.0
+"""Width of a sheet (inches) beyond which it is meant for a page in landscape: many panels stand beside each other."""
 
 TEXT, SMALL = 8.0, 0.88
 """Size of labels and titles at that width (points), and that of legends and notes as a share of it: 7 points."""
@@ -53,7 +56,8 @@ class Sheet(Figure):
         return bar
 
     def _lettered(self, ax: Axes) -> Axes:
-        size = TEXT * self.get_figwidth() / PAGE_WIDTH
+        width = self.get_figwidth()
+        size = TEXT * width / (PAGE_WIDTH if width <= WIDEST_UPRIGHT else LANDSCAPE_WIDTH)
         ax.tick_params(which="both", labelsize=size)
         for label in (ax.xaxis.label, ax.yaxis.label):
             label.set_fontsize(size)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from damagepred.plotting import (
     draw_stress,
     draw_wall,
 )
-from damagepred.plotting.sheet import new_figure
+from damagepred.plotting.sheet import new_figure, small
 from damagepred.plotting.stress import stress_levels
 
 MM, KN = 1e3, 1e-3
@@ -30,7 +31,7 @@ TEST = {"color": "0.35", "linestyle": (0, (5, 3)), "linewidth": 1.1}
 def development(solved: Solved, way: str = "elastic") -> Figure:
     """Draw a wall at some deflections as its dpc opens and slips (the paper's Figures 7 and 9)."""
     ds = solved.whole[way]
-    figure = new_figure(17.0, 11.0)
+    figure = new_figure(17.0, 13.0)
     axes = figure.subplots(2, 2).ravel()
     for ax, deflection in zip(axes, solved.case.shown, strict=True):
         draw_wall(ds, ax, at(ds, deflection), slips=True)
@@ -41,13 +42,13 @@ def development(solved: Solved, way: str = "elastic") -> Figure:
 
 def _shorten(ax: Axes, ds: xr.Dataset, increment: int) -> None:
     """Remove labels that are the same in neighbouring drawings."""
-    scale = ax.get_title(loc="left").replace("\n", " ").split("displacements ")[-1].split(" large")[0]
+    scale = re.search(r"displacements (exaggerated [\d.]+ times|to scale)", ax.get_title(loc="left").replace("\n", " "))
     parts = [f"{MM * float(ds['central_deflection'][increment]):.2g} mm"]
     if "jack_load" in ds:
         parts.append(f"jacks {KN * float(ds['jack_load'][increment]):.1f} kN each")
     gap = MM * float(ds["dpc_opening_max"][increment])
-    parts += [f"dpc open by {gap:.2f} mm at most", f"displacements {scale} large" if "times" in scale else scale]
-    ax.set_title("; ".join(parts), loc="left", fontsize=11)
+    parts += [f"dpc open by {gap:.2f} mm at most", *([scale[1]] if scale else [])]
+    ax.set_title("; ".join(parts), loc="left", fontsize=small(ax))
 
 
 def deformation(solved: Solved) -> Figure:
@@ -57,7 +58,7 @@ def deformation(solved: Solved) -> Figure:
         ds = solved.whole[way]
         draw_wall(ds, ax, slips=True)
         _shorten(ax, ds, ds.sizes["increment"] - 1)
-        ax.set_title(f"{LABELS[way]}: {ax.get_title(loc='left')}", loc="left", fontsize=10)
+        ax.set_title(f"{LABELS[way]}: {ax.get_title(loc='left')}", loc="left", fontsize=small(ax))
     return figure
 
 
@@ -105,7 +106,7 @@ def footing(solved: Solved) -> Figure:
         for ax, draw in zip(column, (draw_footing_moment, draw_footing_curvature), strict=True):
             draw(solved.whole[way], ax)
             ax.set_title("", loc="left")
-        column[0].set_title(LABELS[way], loc="left", fontsize=10)
+        column[0].set_title(LABELS[way], loc="left", fontsize=small(ax))
     figure.suptitle(f"{solved.case.scene.title}: the footing, to {MM * solved.case.deflection:g} mm", x=0.01, ha="left")
     return figure
 
@@ -164,7 +165,7 @@ def window_width(solved: Solved, whole_wall: xr.Dataset) -> Figure:
     ax.set_ylabel("change of the window's width at the top (mm)")
     ax.grid(color="0.9")
     ax.legend(fontsize="small")
-    ax.set_title(solved.case.scene.title, loc="left", fontsize=10)
+    ax.set_title(solved.case.scene.title, loc="left", fontsize=small(ax))
     return figure
 
 

@@ -10,7 +10,7 @@ from matplotlib.ticker import FuncFormatter
 from pages import machine, markdown, put_in
 
 from damagepred.archive.files import write_whole
-from damagepred.plotting.sheet import DPI, new_figure, set_title
+from damagepred.plotting.sheet import DPI, new_figure, set_title, small
 
 HERE = Path(__file__).resolve().parent
 WALLS = {
@@ -179,7 +179,10 @@ def draw(data: pd.DataFrame, floors: pd.DataFrame, path: Path) -> None:
         loc="outside lower center",
         ncols=5,
         frameon=False,
-        title="bars: 90 % confidence; grey: error of the reference; dashed: difference of a form of the model",
+        title="bars: 90 % confidence; grey: error of the reference; dashed: difference of a form of the model; "
+        "axes logarithmic",
+        fontsize=small(panels[0][0]),
+        title_fontsize=small(panels[0][0]),
     )
     write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))
 
@@ -192,10 +195,11 @@ def _floors(ax, floors: pd.DataFrame, wall: str, question: str) -> None:  # type
             ax.axhline(abs(row.difference), ls="--", lw=0.8, color="0.4")
             ax.annotate(
                 row.what,
-                (1.0, abs(row.difference)),
+                (0.995, abs(row.difference)),
                 xycoords=("axes fraction", "data"),
+                annotation_clip=True,
                 ha="right",
                 va="bottom",
-                fontsize=7,
+                fontsize=small(ax),
                 color="0.3",
             )

@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogFormatter
 from pages import machine, markdown, put_in
 
 from damagepred.archive.files import write_whole
-from damagepred.plotting.sheet import DPI, new_figure, set_title
+from damagepred.plotting.sheet import DPI, legend_below, new_figure, set_title, text_size
 
 FINE = ("complete", "collapsed")
 FITTED_FROM = {"blocks": 400, "contacts": 0, "zones": 0, "increments": 20, "samples": 256}
@@ -231,7 +231,7 @@ def lines(ax: Axes, found: pd.DataFrame, what: str, column: str, only: str = "",
     ax.set_xlabel(what)
     plain(ax)
     if ax.get_legend_handles_labels()[0]:
-        ax.legend(fontsize=7, title="exponents", title_fontsize=7)
+        legend_below(ax, ax.get_legend_handles_labels()[0], 2)
 
 
 class Few(LogFormatter):
@@ -253,12 +253,12 @@ def plain(ax: Axes) -> None:
 
 def draw_blocks(found: pd.DataFrame, file: Path) -> None:
     """Draw time, memory, steps, and time of a step over the number of blocks."""
-    figure = new_figure(12, 10)
+    figure = new_figure(13, 15)
     (time, memory), (newton, cycles) = figure.subplots(2, 2)
     lines(time, found, "blocks", "seconds")
     own = found[(found["curve"] == "quasi-static, dpc") & (found["grows"] == "blocks") & (found["cholesky"] > 0)]
     time.loglog(own["at"], own["cholesky"], color="0.5", lw=1, label="one banded Cholesky, to compare")
-    time.legend(fontsize=6.5, title="exponents", title_fontsize=7, loc="upper left")
+    legend_below(time, time.get_legend_handles_labels()[0], 2)
     lines(memory, found, "blocks", "wall_memory", least=NOT_MORE)
     lines(newton, found, "blocks", "iterations")
     lines(cycles, found, "blocks", "ns", only="explicit")
@@ -270,13 +270,15 @@ def draw_blocks(found: pd.DataFrame, file: Path) -> None:
     memory.set_ylabel("MB")
     newton.set_ylabel("steps")
     cycles.set_ylabel("ns")
-    figure.suptitle("The cost of a larger wall", fontsize=12)
+    figure.suptitle(
+        "The cost of a larger wall: axes logarithmic; numbers are exponents of fitted powers", fontsize=text_size(time)
+    )
     write_whole(file, lambda p: figure.savefig(p, dpi=DPI, format="png"))
 
 
 def draw_others(found: pd.DataFrame, file: Path) -> None:
     """Draw the time over contacts, zones, increments and samples."""
-    figure = new_figure(12, 10)
+    figure = new_figure(13, 15)
     panels = figure.subplots(2, 2)
     for ax, what in zip(panels.ravel(), ("contacts", "zones", "increments"), strict=False):
         lines(ax, found, what, "seconds")
@@ -302,9 +304,12 @@ def draw_others(found: pd.DataFrame, file: Path) -> None:
     ax.set_xlabel("samples")
     ax.set_ylabel("s, MB")
     plain(ax)
-    ax.legend(fontsize=7, title="exponents", title_fontsize=7)
+    legend_below(ax, ax.get_legend_handles_labels()[0], 2)
     set_title(ax, "A study of more samples", "solved: walls of 24 blocks; judged and fitted: made up")
-    figure.suptitle("The cost of more contacts, zones, increments and samples", fontsize=12)
+    figure.suptitle(
+        "More contacts, zones, increments and samples: axes logarithmic; numbers are exponents of fitted powers",
+        fontsize=text_size(ax),
+    )
     write_whole(file, lambda p: figure.savefig(p, dpi=DPI, format="png"))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from scenes import SCENES
 from skips import NOT_TURNED_OFF, SKIPS
 
 from damagepred.archive.files import write_whole
-from damagepred.plotting.sheet import DPI, new_figure, set_title
+from damagepred.plotting.sheet import DPI, new_figure, small, text_size
 from studies import PARTS
 
 SOME = (0.5, 2, 3, 5, 20, 30, 50)
@@ -166,7 +167,7 @@ def draw(found: pd.DataFrame, file: Path) -> None:
     """Draw the ratio of times without and with each skip."""
     names = list(dict.fromkeys(found["skip"]))
     walls = [w for w in dict.fromkeys((*SCENES, *(p.scene for p in PARTS.values()))) if (found["wall"] == w).any()]
-    figure = new_figure(10, 1.6 + 0.36 * len(names))
+    figure = new_figure(10, 2.8 + 0.46 * len(names))
     ax = figure.add_subplot()
     colours = colormaps["tab20"]
     for k, wall in enumerate(walls):
@@ -177,7 +178,9 @@ def draw(found: pd.DataFrame, file: Path) -> None:
             s=34,
             color=colours(k % 20),
             marker="osD^v"[k % 5],
-            label=wall,
+            label=wall.replace("in time, falls", "dynamic, collapses").replace(
+                "in time, rests", "dynamic, comes to rest"
+            ),
             edgecolors="0.3",
             linewidths=0.4,
             zorder=3,
@@ -186,12 +189,16 @@ def draw(found: pd.DataFrame, file: Path) -> None:
     ax.set_xscale("log")
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ax.xaxis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}" if value in SOME else ""))
-    ax.set_yticks(range(len(names)), names)
+    told = {name: part.what.split(":")[0].split(",")[0] for name, part in {**SKIPS, **PARTS}.items()}
+    told["condense and half"] = "degrees of freedom of elastic courses and the second half"
+    ax.set_yticks(range(len(names)), ["\n".join(textwrap.wrap(told[name], 34)) for name in names], fontsize=small(ax))
     ax.invert_yaxis()
     ax.grid(axis="both", which="major", alpha=0.3)
-    ax.set_xlabel("processor time (or stored size) without the skip, over that with it")
-    set_title(ax, "Ratio of times without and with each skip", "above 1: time saved")
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside right upper", fontsize=8, frameon=False)
+    ax.set_xlabel("processor time (or stored size) without the skip\nover that with it (1), logarithmic")
+    figure.suptitle("What the program leaves out, and the time it saves (above 1)", fontsize=text_size(ax))
+    figure.legend(
+        *ax.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=small(ax), frameon=False
+    )
     write_whole(file, lambda p: figure.savefig(p, dpi=DPI, format="png"))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from errors import FINE_ENOUGH, edge
 from quantities import QUANTITIES
 
 from damagepred.archive.files import write_whole
-from damagepred.plotting.sheet import new_figure
+from damagepred.plotting.sheet import new_figure, small, text_size
 
 DRAWN = (
     "dpc_opening",
@@ -42,6 +43,15 @@ FAMILIES = {
     "finest model": ("P", "#e69f00"),
 }
 """Mark and colour of each axis."""
+NAMES = {
+    "skips": "skips turned off",
+    "in time, true mass": "dynamic, true mass",
+    "contacts": "contacts an interface",
+    "auto": "zones where bricks deform",
+    "parts": "zones in parts of the wall",
+    "zones": "zones in all bricks",
+}
+"""Words of the legend for an axis whose name is brief."""
 LEAST_DRAWN = 1e-6
 ROWS = {"solution": "against the same equations,\nsolved closely", "model": "against the finest model"}
 
@@ -60,7 +70,7 @@ def draw(scene: str, what: str, lines: pd.DataFrame, path: Path) -> None:
     """
     told = set(lines.dropna(subset=["model", "solution"], how="all")["quantity"])
     lasting = [q for q in DRAWN if q in told and varies(lines, q)]
-    figure = new_figure(2.0 + 2.6 * len(lasting), 7.4)
+    figure = new_figure(2.0 + 2.6 * len(lasting), 4.0 + 1.8 * len(lasting))
     panels = figure.subplots(2, len(lasting), squeeze=False, sharex=True, sharey="row")
     seen: dict[str, object] = {}
     for row, (error, label) in enumerate(ROWS.items()):
@@ -91,20 +101,21 @@ def draw(scene: str, what: str, lines: pd.DataFrame, path: Path) -> None:
             ax.set_yscale("log")
             ax.set_ylim(LEAST_DRAWN / 2, 20.0)
             if row == 0:
-                ax.set_title(QUANTITIES[quantity], fontsize=9, loc="left")
+                ax.set_title("\n".join(textwrap.wrap(QUANTITIES[quantity], 16)), fontsize=small(ax), loc="left")
             else:
-                ax.set_xlabel("processor time of a path (s)")
+                ax.set_xlabel("processor time\nof a path (s)")
         panels[row][0].set_ylabel(f"error, share of the value,\n{label}")
     figure.legend(
         list(seen.values()),
-        list(seen),
+        [NAMES.get(family, family) for family in seen],
         loc="outside lower center",
-        ncols=6,
+        ncols=4,
         frameon=False,
-        fontsize="small",
-        title="grey: own error of the reference; stepped line: edge; dashed: 1 %",
+        fontsize=small(ax),
+        title="grey: error of the reference; stepped line: Pareto front; dashed: 1 %; both axes logarithmic",
+        title_fontsize=small(ax),
     )
-    figure.suptitle(f"{scene}: {what}", fontsize=11)
+    figure.suptitle(f"{scene}: {what}", fontsize=text_size(ax))
     write_whole(path, lambda p: figure.savefig(p, dpi=90, format="png"))
 
 

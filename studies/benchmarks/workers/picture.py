@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter
 from model import Costs, predicted
 
 from damagepred.archive.files import write_whole
-from damagepred.plotting.sheet import DPI, new_figure, set_title
+from damagepred.plotting.sheet import DPI, new_figure, set_title, small
 
 NAMES = {"window": "small window wall", "solid": "solid wall of the full-scale test"}
 COLOURS = {100_000: "tab:blue", 1_000_000: "tab:red"}
@@ -54,7 +54,7 @@ def draw(costs: Mapping[str, Costs], runs: pd.DataFrame, path: Path) -> None:
         below.set_ylim(0, 1.02)
         below.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
         above.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-        above.legend(frameon=False, fontsize=8)
+        above.legend(frameon=False, fontsize=small(above))
         for ax in (above, below):
             ax.grid(True, color="0.9")
     write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))

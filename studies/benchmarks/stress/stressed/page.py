@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from damagepred.plotting.sheet import new_figure
+from damagepred.plotting.sheet import legend_below, new_figure, text_size
 from stressed.case import VERDICTS, WAYS
 
 WORDS = {
@@ -17,7 +17,7 @@ WORDS = {
     "solved": "solved",
     "fell": "collapsed",
     "refused": "refused",
-    "gave up": "gave up",
+    "gave up": "no convergence",
     "not tried": "not tried",
     "WRONG": "**wrong**",
     "FAILED": "**failed**",
@@ -104,11 +104,14 @@ def draw(rows: pd.DataFrame, ax: Axes | None = None) -> Axes:
     left = np.zeros(len(WAYS))
     for verdict in (v for v in VERDICTS if v in set(tried["verdict"])):
         share = np.array([(tried.loc[tried["way"] == way, "verdict"] == verdict).mean() for way in WAYS])
-        ax.barh(WAYS, 100 * np.nan_to_num(share), left=100 * left, color=COLOURS[verdict], label=verdict.lower())
+        ax.barh(
+            WAYS, 100 * np.nan_to_num(share), left=100 * left, color=COLOURS[verdict], label=WORDS[verdict].strip("*")
+        )
         left += np.nan_to_num(share)
+    ax.set_yticks(range(len(WAYS)), [way.replace("in time", "dynamic") for way in WAYS])
     ax.invert_yaxis()
     ax.set_xlabel("share of the runs (%)")
     ax.set_xlim(0, 100)
-    ax.legend(ncols=4, loc="upper center", bbox_to_anchor=(0.4, -0.2), frameon=False)
-    ax.set_title("Outcomes by solver")
+    legend_below(ax, ax.get_legend_handles_labels()[0], 4)
+    ax.set_title("Outcomes by solver", fontsize=text_size(ax), loc="left")
     return ax
