@@ -60,30 +60,34 @@ def assemble_level(listed, kinematics, stiffness, index_in_level, level, k, matr
 
 
 @kernel_making_arrays
-def assemble_couplings(couplings, far_is_b, kinematics, stiffness, near_far, far_near):
+def assemble_couplings(couplings, pair, far_is_b, kinematics, stiffness, near_far, far_near):
     """Compute the off-diagonal blocks: the stiffness between the sides of couplings.
 
     Parameters
     ----------
     couplings : array of int (b,)
         Interfaces between neighbouring levels.
+    pair : array of int (b,)
+        Pair of sides that each couples.
     far_is_b : array of bool (b,)
         Whether block b is the one farther from the ground, or a.
     kinematics, stiffness
         As ``assemble_level``.
-    near_far, far_near : array (b, w / 2, w / 2)
+    near_far, far_near : array (pairs, w / 2, w / 2)
         Filled: force on the nearer side for displacements of the farther, and the other way round.
     """
     width = kinematics.dof.shape[1]
     side, whole = width // 2, np.empty((width, width))
+    near_far[:] = 0.0
+    far_near[:] = 0.0
     for e in range(couplings.size):
         i = couplings[e]
         _interface_stiffness(kinematics.rows[i], stiffness[i], whole)
         far_start, near_start = (side, 0) if far_is_b[e] else (0, side)
         for r in range(side):
             for c in range(side):
-                near_far[e, r, c] = whole[near_start + r, far_start + c]
-                far_near[e, r, c] = whole[far_start + r, near_start + c]
+                near_far[pair[e], r, c] += whole[near_start + r, far_start + c]
+                far_near[pair[e], r, c] += whole[far_start + r, near_start + c]
 
 
 @kernel

@@ -23,9 +23,9 @@ class Levels(NamedTuple):
     inverses, inverse_start : array
         Inverse of each level's stiffness, transposed, one after the other, row by row; and where each begins.
     first_coupling : array of int (levels + 1,)
-        Couplings between levels k and k - 1 are ``first_coupling[k]`` to ``first_coupling[k + 1]``.
+        Coupled pairs between levels k and k - 1 are ``first_coupling[k]`` to ``first_coupling[k + 1]``.
     far_index, near_index : array of int (b, w / 2)
-        Indices in their levels of the degrees of freedom of a coupling's sides, -1 where prescribed.
+        Indices in their levels of the degrees of freedom of a pair's sides, -1 where prescribed.
     near_far, far_near : array (b, w / 2, w / 2)
         See ``assemble_couplings``.
     """

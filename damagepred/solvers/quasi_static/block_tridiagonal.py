@@ -54,9 +54,9 @@ class BlockTridiagonalFactors:
             )
         self.stiffness = elastic.copy()
         side = layout.far_index.shape[1]
-        indices, couplings = (layout.far_index, layout.near_index), np.zeros((2, len(layout.couplings), side, side))
+        indices, couplings = (layout.far_index, layout.near_index), np.zeros((2, len(layout.far_index), side, side))
         inverses = np.zeros(inverse_start[-1])
-        self.levels = Levels(layout.start, inverses, inverse_start, layout.first_coupling, *indices, *couplings)
+        self.levels = Levels(layout.start, inverses, inverse_start, layout.first_pair, *indices, *couplings)
         self.schur_complements = [np.zeros((s, s)) for s in layout.size]
         diagonals = [self._level_stiffness(k, elastic).diagonal() for k in range(layout.levels)]
         # a block without joints keeps its place
@@ -121,11 +121,10 @@ class BlockTridiagonalFactors:
     def _assemble_couplings(self, farthest: int, stiffness: FloatArray) -> None:
         """Assemble the couplings of all levels up to a farthest one with their nearer neighbours."""
         at = self.layout
-        last = at.first_coupling[farthest + 1]
-        couplings, far_is_b = at.couplings[:last], at.far_is_b[:last]
-        assemble_couplings(
-            couplings, far_is_b, at.kinematics, stiffness, self.levels.near_far[:last], self.levels.far_near[:last]
-        )
+        last, pairs = at.first_coupling[farthest + 1], at.first_pair[farthest + 1]
+        couplings, pair, far_is_b = at.couplings[:last], at.pair[:last], at.far_is_b[:last]
+        near_far, far_near = self.levels.near_far[:pairs], self.levels.far_near[:pairs]
+        assemble_couplings(couplings, pair, far_is_b, at.kinematics, stiffness, near_far, far_near)
 
     def _eliminate(self, k: int, regularised: bool = True, symmetric: bool = True) -> bool:
         """Invert a level, farther ones eliminated, and compute its Schur complement; False if nothing holds it."""

@@ -39,11 +39,13 @@ class LevelLayout:
         Index of each degree of freedom in its level, -1 if it is in none.
     interface_level, interfaces_of_level
         Level of each interface, of a coupling the farther one; and the interfaces of each level.
-    couplings, first_coupling, far_is_b : array
+    couplings, first_coupling, far_is_b, pair : array
         Interfaces between levels, those between k and k - 1 from ``first_coupling[k]`` to ``first_coupling[k + 1]``;
-        and whether block b is the one in the farther level.
-    far_index, near_index : array of int (couplings, w / 2)
-        Indices in their levels of the degrees of freedom of a coupling's two sides, -1 where prescribed.
+        whether block b is the one in the farther level; and the pair of sides that each couples.
+    first_pair : array of int (levels + 1,)
+        As ``first_coupling``, of the pairs: the parts of one joint couple the same sides.
+    far_index, near_index : array of int (pairs, w / 2)
+        Indices in their levels of the degrees of freedom of a pair's two sides, -1 where prescribed.
     superelement_level, superelements_of_level
         Level of each deformable block; and for each level the block, its free degrees of freedom and their indices.
     """
@@ -80,11 +82,14 @@ class LevelLayout:
         self.far_is_b = ~(level_a > level_b)[self.couplings]
         dof = self.kinematics.dof[self.couplings].reshape(len(self.couplings), 2, self.kinematics.dof.shape[1] // 2)
         index = np.where(dof >= 0, self.index_in_level[dof], -1)
-        each, far = np.arange(len(self.couplings)), self.far_is_b.astype(np.int64)
-        self.far_index, self.near_index = (
-            np.ascontiguousarray(index[each, far]),
-            np.ascontiguousarray(index[each, 1 - far]),
-        )
+        each, far, level = np.arange(len(self.couplings)), self.far_is_b.astype(np.int64), self.interface_level
+        sides = np.column_stack((level[self.couplings], index[each, far], index[each, 1 - far]))
+        _, first, pair = np.unique(sides, axis=0, return_index=True, return_inverse=True)
+        in_order = np.argsort(first)  # as the couplings, which are in the order of the levels
+        self.pair = np.argsort(in_order)[pair.ravel()]
+        sides = sides[first[in_order]]
+        self.first_pair = np.searchsorted(sides[:, 0], levels)
+        self.far_index, self.near_index = map(np.ascontiguousarray, np.hsplit(sides[:, 1:], 2))
         order = np.argsort(self.interface_level, kind="stable")
         edges = np.searchsorted(self.interface_level[order], levels)
         self.interfaces_of_level = [order[first:last] for first, last in pairwise(edges)]
