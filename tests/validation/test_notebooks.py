@@ -19,7 +19,7 @@ def printed(notebook: Any) -> list[list[str]]:
     for cell in notebook.cells:
         if cell.cell_type == "code":
             own = [o.get("text") or o.get("data", {}).get("text/plain", "") for o in cell.outputs]
-            texts.append(["a figure" if text.startswith("<Figure") else text for text in own])
+            texts.append(["a figure" if text.startswith(("<Figure", "<Sheet")) else text for text in own])
     return texts
 
 
