@@ -225,7 +225,7 @@ def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
 
 def _shares(rows: Sequence[Sequence[str]]) -> list[float]:
     """Return widths of columns in proportion to their longest lines, adding up to 1."""
-    letters = [1 + max(len(line) for cell in column for line in cell.split("\n")) for column in zip(*rows)]
+    letters = [2 + max(len(line) for cell in column for line in cell.split("\n")) for column in zip(*rows)]
     return [count / sum(letters) for count in letters]
 
 
@@ -238,7 +238,7 @@ _COLUMNS = (
     "length\n(m)",
     "how it runs",
     "widest at\nx, y (m)",
-    "began at a\ndeflection (mm)",
+    "began\nat (mm)",
 )
 
 

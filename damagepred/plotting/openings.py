@@ -38,7 +38,7 @@ def draw_opening_width_change(ds: xr.Dataset, ax: Axes | None = None, against: s
     require(ds, ("block_x", against), "the result of one wall (`damagepred solve`)")
     ax = axes_or_new(ax, 8.0, 5.0)
     ax.set_xlabel(AGAINST[against])
-    ax.set_ylabel("change of width at the upper end of the jambs (mm)")
+    ax.set_ylabel("change of width at the\nupper end of the jambs (mm)")
     set_title(ax, title_of(ds, "wall"), "openings: widening is positive")
     if not ds.sizes.get("opening", 0):
         say_nothing_to_draw(ax, "no openings: this wall has neither windows nor doors")

@@ -343,9 +343,12 @@ class StudySettings:
     def mean_wall(self) -> tuple[Scene, str]:
         """Return the scene with every variable at its mean, and a sentence that says so."""
         means = self.means()
-        values = ", ".join(f"{p} = {' '.join(quantity(v, Scene.unit_of(p)))}" for p, v in means.items())
+        shown = {place: quantity(value, Scene.unit_of(place)) for place, value in means.items()}
+        values = ", ".join(
+            f"{place} = {value}{'' if unit == '–' else f' {unit}'}" for place, (value, unit) in shown.items()
+        )
         movement = "" if any(p.split(".")[0] == "movement" for p in means) else ", the movement as given"
-        return self.scene.with_values(means), (
+        return dataclasses.replace(self.scene.with_values(means), title=f"{self.title}: mean wall"), (
             f"{self.title}: its mean wall, with {values or 'nothing uncertain'}{movement} "
             "(arithmetic means, also of lognormals, above their medians; the same in every joint)"
         )

@@ -33,7 +33,9 @@ def main() -> None:
                 with Image.open(drawn) as picture:
                     height = round(WIDTH * picture.height / picture.width)
                     small = picture.convert("RGB").resize((WIDTH, height), Image.Resampling.LANCZOS)
-                    small.quantize(256).save(GUIDE / "gallery" / found["name"], optimize=True)
+                    small.quantize(256, Image.Quantize.MAXCOVERAGE).save(
+                        GUIDE / "gallery" / found["name"], optimize=True
+                    )
                 print(found["name"], flush=True)
             elif found["kind"] == "toml":
                 (place / found["file"]).write_text(found["text"], encoding="utf-8")

@@ -12,6 +12,7 @@ from damagepred import __version__, compare, open_study
 from damagepred.cli import app
 from damagepred.study.analyses.epistemic import alternatives
 from damagepred.study.campaign.status import study_status
+from damagepred.study.settings import StudySettings
 from tests.cli.conftest import Run
 from tests.cli.test_commands import SMALL_SCENE
 from tests.synthetic_studies import synthetic_study
@@ -141,9 +142,10 @@ def test_solve_takes_the_mean_wall_of_a_study(command: Run, tmp_path: Path) -> N
     said = command("solve", tmp_path / "house.toml", "-o", tmp_path / "wall.nc")
     assert said.code == 0, said.err
     sentence = next(line for line in said.out.splitlines() if "its mean wall" in line)
-    assert "joint.tensile_strength = 0.4 MPa, dpc.friction = 0.6" in sentence
+    assert "joint.tensile_strength = 0.4 MPa, dpc.friction = 0.6," in sentence
     assert "the movement as given" in sentence
     with xr.open_dataset(tmp_path / "wall.nc") as wall:
+        assert wall.attrs["title"] == f"{StudySettings.from_toml(tmp_path / 'house.toml').title}: mean wall"
         assert float(wall["contact_tensile_strength"].isel(contact=wall["contact_kind"] < 2).max()) == pytest.approx(
             4e5
         )

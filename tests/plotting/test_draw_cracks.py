@@ -52,7 +52,7 @@ def test_every_number_of_the_sheet(cracked: xr.Dataset):
         "width\n(mm)": "crack_width",
         "normal to its\nline (mm)": "crack_width_normal",
         "opening and\nslip (mm)": "crack_displacement",
-        "began at a\ndeflection (mm)": "first_central_deflection",
+        "began\nat (mm)": "first_central_deflection",
     }
     heads = [cells[0, column].get_text().get_text() for column in range(9)]
     for row, one in enumerate(frame.to_dict("records"), start=1):

@@ -66,8 +66,7 @@ def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None
     if recorded := design.attrs.get("solver_options"):
         scene = replace(scene, solver=with_recorded_options(scene.solver, recorded))
     ds = solve(scene, fields=fields, on_failure="return", on_step=on_step, limits=NO_LIMITS)
-    # the study's title may name a movement that is not this wall's own
-    ds.attrs.update(title=f"{ds.attrs['title']}: sample {sample}", sample=sample, seed=study.settings.study.seed)
+    ds.attrs.update(title=f"{study.settings.title}: sample {sample}", sample=sample, seed=study.settings.study.seed)
     ds.attrs["study"] = study.settings.to_toml()
     return ds, _compare(folder, sample, ds)
 
