@@ -36,7 +36,7 @@ class DatasetAccessor:
         return [*super().__dir__(), *map(str, self._ds.variables)]
 
     def category(self, name: str) -> int:
-        """Return the number of a damage category, such as 2 for "slight"; ``curves.sel`` takes it.
+        """Return the number of a damage category, such as 2 for "slight".
 
         Raises
         ------
@@ -46,6 +46,12 @@ class DatasetAccessor:
         from damagepred.uq.capacity import category_number
 
         return category_number(self._ds, name)
+
+    def sel(self, category: int | str) -> xr.Dataset:
+        """Return what a dataset of curves, or a comparison, holds of one category, given by number or name."""
+        from damagepred.uq.capacity import category_number
+
+        return self._ds.sel(category=category_number(self._ds, category))
 
     def exceedance(
         self, category: int | str, at: float | str | MovementDistribution, *, confidence: float = 0.9

@@ -53,12 +53,14 @@ def test_methods_on_datasets_take_categories_by_name(tmp_path: Path) -> None:
     assert found == damagepred.exceedance(study, 1, 3e-3)
     assert found.failed == 1
     curves = damagepred.fit_fragility(study, categories=[1, 2], bootstrap=0, goodness=0)
-    assert int(curves.sel(category=curves.damagepred.category("slight"))["category"]) == 2
+    for category in (2, "slight"):
+        assert curves.damagepred.sel(category=category).identical(curves.sel(category=2))
     assert damagepred.exceedance(study, "very slight", 3e-3) == found
     named = damagepred.fit_fragility(study, categories=["very slight", "slight"], bootstrap=0, goodness=0)
     assert named.identical(curves)
     both = damagepred.compare({"a": study, "b": study}, categories=["slight"], at=[3e-3])
     assert both.identical(damagepred.compare({"a": study, "b": study}, categories=[2], at=[3e-3]))
+    assert both.damagepred.sel("slight").identical(both.sel(category=2))
     draw_comparison(both, "slight")
     with pytest.raises(InputError, match=r"category = 'sligt': must be one of .* Did you mean 'slight'"):
         study.damagepred.category("sligt")
