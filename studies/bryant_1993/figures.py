@@ -91,7 +91,7 @@ def jack_load(solved: Solved) -> Figure:
             xycoords=ax.get_xaxis_transform(),
             textcoords="offset points",
             ha="right",
-            fontsize="small",
+            fontsize=small(ax),
             color="0.35",
         )
     return figure
@@ -157,14 +157,14 @@ def window_width(solved: Solved, whole_wall: xr.Dataset) -> Figure:
             xycoords=ax.get_yaxis_transform(),
             textcoords="offset points",
             ha="right",
-            fontsize="small",
+            fontsize=small(ax),
             color="0.35",
         )
     ax.axhline(0.0, color="black", linewidth=0.8)
     ax.set_xlabel("widest opening of the dpc (mm)")
     ax.set_ylabel("change of the window's width at the top (mm)")
     ax.grid(color="0.9")
-    ax.legend(fontsize="small")
+    ax.legend(fontsize=small(ax))
     ax.set_title(solved.case.scene.title, loc="left", fontsize=small(ax))
     return figure
 
@@ -182,7 +182,7 @@ def window_stress(ds: xr.Dataset, increments: tuple[int, int]) -> Figure:
             ax.set_xlim(left - 1.5 * AROUND, left + width + 1.5 * AROUND)
             title = "horizontal stress" if component == "xx" else "largest principal stress"
             ax.set_title(
-                f"{title} at {MM * float(ds['central_deflection'][increment]):.1f} mm", loc="left", fontsize=10
+                f"{title} at {MM * float(ds['central_deflection'][increment]):.1f} mm", loc="left", fontsize=small(ax)
             )
             for text in list(ax.texts):
                 text.remove()
