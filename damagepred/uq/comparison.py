@@ -190,6 +190,11 @@ def sentences(comparison: xr.Dataset, category: int, movement: float) -> list[st
             f"{name}: {float(one['probability']):.3g}; difference {value:+.3g}, {lower:+.3g} to {upper:+.3g} "
             f"({level}): {clear}; {of}"
         )
+    best = found.sel(study=most_helpful(comparison, category, movement)[0])
+    if float(best["difference_upper"]) < 0:
+        said.append(f"{str(best['study'].values)} lowers it most")
+    else:
+        said.append("no measure is sure to lower it")
     return said
 
 

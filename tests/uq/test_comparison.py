@@ -116,7 +116,9 @@ def test_the_reference_differs_from_itself_by_nothing_and_the_most_helpful_comes
     assert said[0].startswith("as it is: 0.")
     assert said[1].startswith("stiffer: 0.")
     assert "less damage; 80 pairs of samples" in said[1]
-    assert len(said) == 3
+    assert said[3:] == ["stiffer lowers it most"]
+    again = {name: studies["as it is"] for name in ("as it is", "the same")}
+    assert sentences(compare(again), 1, 0.01)[2:] == ["no measure is sure to lower it"]
 
 
 def test_failed_samples_are_counted_and_leave_the_pairs() -> None:

@@ -1,0 +1,112 @@
+"""Rigid, elastic and zoned bricks: do they give the same fragility of the window wall?
+
+    python studies/brick_models/run.py --samples 128 --workers 2
+
+runs the same samples with each kind of bricks, and goes on where it was stopped. It prints the tables of the README and
+draws the curves.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from damagepred import Study, compare, fit_fragility, open_study
+from damagepred.plotting import draw_fragility
+from damagepred.study.settings import StudySettings
+
+HERE = Path(__file__).resolve().parent
+STUDY = HERE.parents[1] / "data" / "bryant_study.toml"
+BRICKS = {"rigid": "rigid", "elastic": "elastic", "zones": "deformable"}
+"""Name in the tables, and value of ``[solver] blocks``."""
+
+DEFLECTION, INCREMENTS = 10e-3, 20
+"""Every wall dishes to that (m): past the medians of categories 1 and 2."""
+
+AT = (1e-3, 2e-3, 5e-3, 8e-3)
+"""Deflections (m) at which probabilities are compared."""
+
+
+def settings(blocks: str, samples: int) -> StudySettings:
+    """Return the study of the test wall with one kind of bricks and one movement for all samples."""
+    study = StudySettings.from_toml(STUDY).with_samples(samples, None)
+    scene = replace(
+        study.scene,
+        movement=replace(study.scene.movement, central_deflection=DEFLECTION, increments=INCREMENTS),
+        solver=replace(study.scene.solver, blocks=blocks),
+    )
+    variables = {place: v for place, v in study.variables.items() if place != "movement.central_deflection"}
+    title = f"Bryant (1993) window wall, dishing to {1e3 * DEFLECTION:g} mm, {blocks} bricks"
+    return replace(study, scene=scene, variables=variables, study=replace(study.study, title=title))
+
+
+def curve_rows(studies: dict[str, xr.Dataset]) -> list[str]:
+    """Return the rows of the table of curves."""
+    rows = []
+    for name, ds in studies.items():
+        curves = fit_fragility(ds, categories=[1, 2])
+        seconds = float(np.nanmean(ds["run_time"].values))
+        for category in (1, 2):
+            one = curves.sel(category=category)
+            median = [1e3 * float(one[f"median{end}"]) for end in ("", "_lower", "_upper")]
+            spread = [float(one[f"dispersion{end}"]) for end in ("", "_lower", "_upper")]
+            rows.append(
+                f"| {name} | {category} | {median[0]:.2f} ({median[1]:.2f} to {median[2]:.2f}) | "
+                f"{spread[0]:.2f} ({spread[1]:.2f} to {spread[2]:.2f}) | {int(one['reached'])} | {seconds:.2f} |"
+            )
+    return rows
+
+
+def difference_rows(studies: dict[str, xr.Dataset]) -> list[str]:
+    """Return the rows of the table of differences to rigid bricks, of the same samples."""
+    found = compare(studies, categories=[1, 2], at=list(AT))
+    rows = []
+    for category in (1, 2):
+        for m, at in enumerate(AT):
+            cells = []
+            for name in studies:
+                one = found.sel(study=name, category=category).isel(movement=m)
+                cell = f"{float(one['probability']):.2f}"
+                if name != "rigid":
+                    change = [float(one[f"difference{end}"]) for end in ("", "_lower", "_upper")]
+                    cell += f"; {change[0]:+.2f} ({change[1]:+.2f} to {change[2]:+.2f})"
+                cells.append(cell)
+            rows.append(f"| {category} | {1e3 * at:g} | " + " | ".join(cells) + " |")
+    return rows
+
+
+def main() -> None:
+    """Run the studies, print the tables, draw the curves."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--samples", type=int, default=128)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--bricks", nargs="+", choices=list(BRICKS), default=list(BRICKS))
+    parser.add_argument("--folder", type=Path, default=HERE / "results")
+    asked = parser.parse_args()
+    asked.folder.mkdir(parents=True, exist_ok=True)
+    studies = {}
+    for name in asked.bricks:
+        folder = asked.folder / f"{name}.dp"
+        summary = Study(settings(BRICKS[name], asked.samples)).run(folder, workers=asked.workers)
+        print(f"{name}: {summary.done} of {summary.total} walls, {summary.failed} failed", flush=True)
+        if summary.interrupted:
+            raise SystemExit(130)
+        studies[name] = open_study(folder)
+    print("\n| bricks | category | median, mm (90 %) | dispersion (90 %) | walls that reached it | time of a wall, s |")
+    print("|---|---|---|---|---|---|")
+    print("\n".join(curve_rows(studies)))
+    if "rigid" in studies and len(studies) > 1:
+        print("\n| category | at, mm | " + " | ".join(studies) + " |")
+        print("|---|---|" + "---|" * len(studies))
+        print("\n".join(difference_rows(studies)))
+    for name, ds in studies.items():
+        ax = draw_fragility(fit_fragility(ds, categories=[1, 2]))
+        ax.figure.savefig(asked.folder / f"{name}.png")
+
+
+if __name__ == "__main__":
+    main()
