@@ -190,11 +190,14 @@ def sentences(comparison: xr.Dataset, category: int, movement: float) -> list[st
             f"{name}: {float(one['probability']):.3g}; difference {value:+.3g}, {lower:+.3g} to {upper:+.3g} "
             f"({level}): {clear}; {of}"
         )
-    best = found.sel(study=most_helpful(comparison, category, movement)[0])
-    if float(best["difference_upper"]) < 0:
-        said.append(f"{str(best['study'].values)} lowers it most")
-    else:
+    order = most_helpful(comparison, category, movement)
+    sure = [name for name in order if float(found["difference_upper"].sel(study=name)) < 0]
+    if not sure:
         said.append("no measure is sure to lower it")
+    elif sure[0] == order[0]:
+        said.append(f"{sure[0]} lowers it most")
+    else:
+        said.append(f"of the measures that are sure to lower it, {sure[0]} lowers it most")
     return said
 
 

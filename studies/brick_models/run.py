@@ -1,4 +1,4 @@
-"""Rigid, elastic and zoned bricks: do they give the same fragility of the window wall?
+"""The fragility of the window wall with rigid, elastic and zoned bricks, over the same samples.
 
     python studies/brick_models/run.py --samples 128 --workers 2
 

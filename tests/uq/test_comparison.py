@@ -117,7 +117,7 @@ def test_the_reference_differs_from_itself_by_nothing_and_the_most_helpful_comes
     assert said[1].startswith("stiffer: 0.")
     assert "less damage; 80 pairs of samples" in said[1]
     assert said[3:] == ["stiffer lowers it most"]
-    again = {name: studies["as it is"] for name in ("as it is", "the same")}
+    again = dict.fromkeys(("as it is", "the same"), studies["as it is"])
     assert sentences(compare(again), 1, 0.01)[2:] == ["no measure is sure to lower it"]
 
 
