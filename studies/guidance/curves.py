@@ -15,7 +15,7 @@ from tables import CATEGORIES, Case
 from damagepred import fit_fragility
 from damagepred.archive.files import write_whole
 from damagepred.damage.limits import MovementLimit
-from damagepred.plotting.sheet import DPI, new_figure, set_title
+from damagepred.plotting.sheet import DPI, new_figure, set_title, small, text_size
 
 BEGIN = "<!-- curves: written by run.py -->"
 NAMES = {1: "very slight (1) or worse", 2: "slight (2) or worse", 3: "moderate (3) or worse"}
@@ -129,7 +129,9 @@ def draw_curves(title: str, fitted: Sequence[tuple[Case, xr.Dataset]], path: Pat
         loc="outside lower center",
         ncols=2,
         frameon=False,
+        fontsize=small(panels[0][0]),
+        title_fontsize=small(panels[0][0]),
         title=f"up to {walls} walls a curve; bands: 90 % confidence; dotted: shares as counted, where no curve fits",
     )
-    figure.suptitle(title)
+    figure.suptitle(title, fontsize=text_size(panels[0][0]))
     write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))

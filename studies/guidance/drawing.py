@@ -8,7 +8,7 @@ import pandas as pd
 
 from damagepred.archive.files import write_whole
 from damagepred.plotting.colours import CATEGORY_COLOURS
-from damagepred.plotting.sheet import DPI, new_figure, set_title
+from damagepred.plotting.sheet import DPI, new_figure, set_title, small, text_size
 
 NAMES = {1: "very slight or worse", 2: "slight or worse", 3: "moderate or worse"}
 
@@ -47,7 +47,9 @@ def draw(title: str, rows: pd.DataFrame, path: Path) -> None:
         loc="outside lower center",
         ncols=3,
         frameon=False,
+        fontsize=small(panels[0][0]),
+        title_fontsize=small(panels[0][0]),
         title=f"damage category (AS 2870 Table C1); up to {walls} walls a bar, lines: 90 % confidence",
     )
-    figure.suptitle(title)
+    figure.suptitle(title, fontsize=text_size(panels[0][0]))
     write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))

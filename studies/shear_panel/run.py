@@ -12,16 +12,13 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from panel import BRITTLE, PEAK_OF_TEST, SOFT, SOFT_IN_SHEAR, panel
 
 import damagepred
 from damagepred.plotting import draw_wall
+from damagepred.plotting.sheet import new_figure, small, text_size
 from damagepred.scene import Joint, Solver
 
 HERE = Path(__file__).resolve().parent
@@ -117,7 +114,8 @@ def cases(explicit: bool) -> list[Case]:
 
 def draw_curves(curves: list[Curve], file: Path) -> None:
     """Draw force over displacement: on the left uncracked bricks, on the right bricks that may crack."""
-    figure, axes = plt.subplots(1, 2, figsize=(13.0, 5.2), sharey=True, layout="constrained")
+    figure = new_figure(13.0, 6.2)
+    axes = figure.subplots(1, 2, sharey=True)
     names = list(JOINTS)
     for ax, split in zip(axes, (False, True), strict=True):
         for curve in curves:
@@ -134,29 +132,29 @@ def draw_curves(curves: list[Curve], file: Path) -> None:
                 label=curve.case.name + (", cap" if cap else "") + (", explicit" if explicit else ""),
             )
         ax.axhline(PEAK_OF_TEST / 1e3, color="0.4", linestyle="-.", linewidth=1.0, label="peak of the test, about")
-        ax.set_title("bricks may crack in the middle" if split else "bricks stay whole")
-        ax.set_xlabel("displacement of the top, mm")
+        ax.set_title("bricks may crack in the middle" if split else "bricks stay whole", fontsize=text_size(ax))
+        ax.set_xlabel("displacement of the top (mm)")
         ax.set_xlim(0, PUSH * 1e3)
         ax.set_ylim(bottom=0)
         ax.grid(alpha=0.3)
-        ax.legend(fontsize=8, loc="upper left")
-    axes[0].set_ylabel("horizontal force, kN")
+        ax.legend(fontsize=small(ax), loc="upper left")
+    axes[0].set_ylabel("horizontal force (kN)")
     figure.savefig(file, dpi=110)
-    plt.close(figure)
 
 
 def draw_cracks(curves: list[Curve], file: Path) -> None:
     """Draw the cracks just after the first peak, and at the end, where bricks may crack and joints have a cap."""
-    figure, axes = plt.subplots(2, len(curves), figsize=(5.6 * len(curves), 12.0), layout="constrained", squeeze=False)
+    figure = new_figure(5.6 * len(curves), 13.0)
+    axes = figure.subplots(2, len(curves), squeeze=False)
     for column, curve in enumerate(curves):
         after = min(curve.first_peak() + 4, len(curve.force) - 1)
         for ax, increment in zip(axes[:, column], (after, len(curve.force) - 1), strict=True):
             draw_wall(curve.ds, ax, increment=increment)
+            scale = ax.get_title(loc="left").splitlines()[-1].removeprefix("displacements ")
             ax.set_title("", loc="left")
             at = f"{curve.moved[increment] * 1e3:.2f} mm, {curve.force[increment] / 1e3:.0f} kN"
-            ax.set_title(f"{curve.case.name}: {at}", fontsize=10)
+            ax.set_title(f"{curve.case.name}:\n{at}; {scale}", fontsize=text_size(ax))
     figure.savefig(file, dpi=80)
-    plt.close(figure)
 
 
 def print_agreement(curves: list[Curve]) -> None:

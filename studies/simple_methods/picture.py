@@ -12,7 +12,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from damagepred.damage import deflection_over_strain, load_strain_table
 from damagepred.plotting.colours import CATEGORY_COLOURS
-from damagepred.plotting.sheet import new_figure
+from damagepred.plotting.sheet import new_figure, small, text_size
 from damagepred.scene import Scene
 
 MARKERS = {"none": ("o", -0.11), "window": ("s", 0.0), "door": ("^", 0.11)}
@@ -44,11 +44,11 @@ def draw_diagram(reached: pd.DataFrame, category: int = 2) -> Figure:
                 (reached["dpc"] == dpc) & (reached["movement"] == movement) & (reached["reaches"] == category)
             ]
             _walls(ax, own)
-            ax.set_title(f"{movement.capitalize()}, {BASE[dpc]}", loc="left", fontsize=10)
+            ax.set_title(f"{movement.capitalize()}, {BASE[dpc]}", loc="left", fontsize=text_size(ax))
     for ax in panels[1]:
         ax.set_xlabel("length / height")
     for ax in panels[:, 0]:
-        ax.set_ylabel("central deflection / length")
+        ax.set_ylabel("central deflection / length (1), logarithmic")
     limits = load_strain_table().limits
     handles = [
         Line2D(
@@ -69,12 +69,12 @@ def draw_diagram(reached: pd.DataFrame, category: int = 2) -> Figure:
         Patch(color="black", label="crack of 1 mm in perpends"),
         Patch(color=ANYWHERE, label="in any joint above the dpc or footing"),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize="small")
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize=small(ax))
     figure.suptitle(
         f"Where walls of bricks and joints crack as wide as category {category} (1 mm), and where the deep beam does",
         x=0.01,
         ha="left",
-        fontsize=11,
+        fontsize=text_size(ax),
     )
     return figure
 
@@ -88,7 +88,7 @@ def _curves(ax: Axes, movement: str, category: int) -> None:
         ax.semilogy(slenderness, limit * critical, color=CATEGORY_COLOURS[number], linewidth=width, zorder=1)
     ratios = (5000, 2000, 1000, 500, 300)
     ax.set_yticks(
-        [1 / r for r in ratios] + [NEVER], [f"1/{r}" for r in ratios] + ["not up\nto 1/300"], fontsize="small"
+        [1 / r for r in ratios] + [NEVER], [f"1/{r}" for r in ratios] + ["not up\nto 1/300"], fontsize=small(ax)
     )
     ax.minorticks_off()
     ax.axhline(1 / 300, color="0.6", linewidth=0.8, linestyle=":")
@@ -126,7 +126,7 @@ def draw_matrices(levels: pd.DataFrame) -> Figure:
     levels : DataFrame
         Of ``compare.agreement``.
     """
-    figure = new_figure(10.0, 7.6)
+    figure = new_figure(10.0, 8.6)
     panels = figure.subplots(2, len(METHODS), sharex=True, sharey=True)
     for row, dpc in enumerate((False, True)):
         for column, (method, name) in enumerate(METHODS.items()):
@@ -139,17 +139,18 @@ def draw_matrices(levels: pd.DataFrame) -> Figure:
             for (model, simple), walls in np.ndenumerate(count.values):
                 if walls:
                     dark = walls > 0.3 * count.values.sum()
-                    ax.text(simple, model, str(walls), ha="center", va="center", color="white" if dark else "black")
+                    shade = "white" if dark else "black"
+                    ax.text(simple, model, str(walls), ha="center", va="center", color=shade, fontsize=small(ax))
             for same in range(HIGHEST + 1):
                 ax.add_patch(Rectangle((same - 0.5, same - 0.5), 1, 1, fill=False, edgecolor="0.3", linewidth=1.2))
             lead = f"{name[:1].upper()}{name[1:]}"
-            ax.set_title(f"{lead},\n{BASE[dpc]}", fontsize=9.5, loc="left")
-            ax.text(0.01, 0.99, "too safe", transform=ax.transAxes, va="top", color="0.35", fontsize="x-small")
-            ax.text(0.99, 0.01, "too severe", transform=ax.transAxes, ha="right", color="0.35", fontsize="x-small")
+            ax.set_title(f"{lead},\n{BASE[dpc]}", fontsize=small(ax), loc="left")
+            ax.text(0.01, 0.99, "too safe", transform=ax.transAxes, va="top", color="0.35", fontsize=small(ax))
+            ax.text(0.99, 0.01, "too severe", transform=ax.transAxes, ha="right", color="0.35", fontsize=small(ax))
     for ax in panels[1]:
         ax.set_xlabel("category by the simple method")
     for ax in panels[:, 0]:
         ax.set_ylabel("category by bricks and joints")
     title = "Walls by category, at the five deflection limits of AS 2870 Table 4.1"
-    figure.suptitle(title, x=0.01, ha="left", fontsize=11)
+    figure.suptitle(title, x=0.01, ha="left", fontsize=text_size(ax))
     return figure
