@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,13 +15,14 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
 from damagepred.arguments import checked
-from damagepred.arrays import FloatArray
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.plotting.colours import band_colours
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, corners, polygons
 from damagepred.plotting.sheet import axes_or_new, figure_of, plain_number, require, set_title
 from damagepred.plotting.zone_geometry import has_zones
+from damagepred.scene import Scene
 
 MPA = 1e-6
 """Megapascals in a pascal."""
@@ -59,7 +62,8 @@ def draw_stress(
     """Draw filled contours of a stress (MPa, tension positive and red) on the deformed wall.
 
     Of deformable blocks it is the stress of their zones, as means at the gridpoints of each block; of rigid ones the
-    mean stress that the forces in their joints make, see ``block_stress``. Segments of a footing are left grey.
+    mean stress that the forces in their joints make, see ``block_stress``; of elastic ones that mean and the stress of
+    their bending, see ``bending_stress``. Segments of a footing are left grey.
 
     Parameters
     ----------
@@ -86,22 +90,32 @@ def draw_stress(
     wall = Deformed.of(ds, increment, exaggeration)
     ax = axes_or_new(ax, 10.0, wall.sheet_height(1.4))
     rigid, zoned = _stresses(wall)
+    bent, bent_corners = _bent(wall, rigid)
     if levels is None:
         levels = _levels([_every(wall, rigid, zoned, component)])
     limits = np.asarray(levels, dtype=np.float64)
     colours = band_colours(limits)
     norm = BoundaryNorm(list(limits), colours.N, extend="both")
     wall.draw_rigid(ax, colours(norm(MPA * one_of(rigid, component))))
+    filled: dict[str, Any] = {
+        "levels": limits,
+        "colors": [tuple(c) for c in np.asarray(colours.colors)],
+        "extend": "both",
+        "zorder": 2,
+    }
+    if len(bent):
+        shape, triangles = wall.shape, np.concatenate((bent_corners[:, [0, 1, 2]], bent_corners[:, [0, 2, 3]]))
+        picture = ax.tricontourf(
+            Triangulation(shape[:, 0], shape[:, 1], triangles), MPA * one_of(bent, component), **filled
+        )
+        picture.set_label("elastic blocks")
     if len(zoned):
         zones, shape = wall.zones, wall.gridpoints
         smooth = np.column_stack([zones.at_gridpoints(s) for s in zoned.T])
         picture = ax.tricontourf(
             Triangulation(shape[:, 0], shape[:, 1], zones.corners),
             MPA * one_of(smooth, component),
-            levels=limits,
-            colors=[tuple(c) for c in np.asarray(colours.colors)],
-            extend="both",
-            zorder=2,
+            **filled,
         )
         picture.set_label("zones")
     wall.draw_outlines(ax)
@@ -111,7 +125,7 @@ def draw_stress(
         ScalarMappable(norm, colours), cax=ax.inset_axes((1.02, 0.0, 0.025, 1.0)), extend="both", spacing="uniform"
     )
     bar.set_label("MPa, tension positive")
-    every = MPA * np.concatenate([one_of(s, component) for s in (rigid, zoned)])
+    every = MPA * np.concatenate([one_of(s, component) for s in (rigid, zoned, bent)])
     reach = f"{_signed(every.min())} to {_signed(every.max())} MPa"
     set_title(ax, wall.title, f"{COMPONENTS[component]}, at {wall.movement}: {reach}", wall.scale)
     return ax
@@ -178,6 +192,37 @@ def block_stress(ds: xr.Dataset, increment: int) -> FloatArray:
             np.add.at(total[:, k], own[known], part)
     area = np.array([_area(p) for p in polygons(points, block)])
     return np.asarray(total / area[:, None])
+
+
+def bending_stress(ds: xr.Dataset, increment: int) -> FloatArray:
+    """Return s_xx (Pa) at the corners of all blocks that their curvature makes, -E kappa (y - y_centre): (v,).
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall of a scene, with elastic blocks.
+    increment : int
+        Position of the increment.
+    """
+    points, block = corners(ds)
+    modulus = Scene.from_dict(tomllib.loads(str(ds.attrs["scene"])), source="the dataset's scene").block.elastic_modulus
+    arm = points[:, 1] - ds["block_y"].values[block]
+    return np.asarray(-modulus * ds["block_curvature"].values[increment][block] * arm)
+
+
+def _bent(wall: Deformed, rigid: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return s_xx, s_yy, s_xy (Pa) at all corners of a wall of elastic blocks, and the corners of these (k, 4)."""
+    ds = wall.ds
+    if "block_curvature" not in ds.variables or "scene" not in ds.attrs:
+        return np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
+    mean = np.zeros((ds.sizes["block"], 3))
+    mean[wall.rigid & ~wall.footing] = rigid
+    stress = mean[wall.block]
+    stress[:, 0] += bending_stress(ds, wall.increment)
+    first, count = np.unique(wall.block, return_index=True, return_counts=True)[1:]
+    # a rectangle is elastic, and any curvature at all tells it from the rigid ones
+    elastic = (count == 4) & (ds["block_curvature"].values != 0.0).any(axis=0) & ~wall.footing
+    return stress, first[elastic][:, None] + np.arange(4)
 
 
 def _area(polygon: FloatArray) -> float:

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,7 +14,7 @@ from damagepred.plotting import draw_stress, draw_zone_states
 from damagepred.plotting.colours import ZONE_STATES, band_colours
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces
-from damagepred.plotting.stress import COMPONENTS, block_stress, one_of, stress_levels, zone_stress
+from damagepred.plotting.stress import COMPONENTS, bending_stress, block_stress, one_of, stress_levels, zone_stress
 from damagepred.plotting.zone_geometry import Zones
 from damagepred.scene import BlockMaterial, Joint, Solver
 
@@ -213,3 +215,29 @@ def test_wrong_input_is_named(deformable, cracked, study):
         draw_stress(study)
     with pytest.raises(InputError, match="static runs"):
         draw_stress(cracked.assign_coords(time=("increment", np.arange(cracked.sizes["increment"]))))
+
+
+def test_elastic_blocks_show_their_bending_about_the_mean_stress_of_their_joints() -> None:
+    scene = damagepred.Scene.from_dict(
+        {
+            "wall": {"length": 1.44, "height": 0.3},
+            "joint": {"tensile_strength": 1e8, "cohesion": 1e8},
+            "movement": {"kind": "doming", "central_deflection": "0.5 mm", "increments": 1},
+            "solver": {"blocks": "elastic"},
+        }
+    )
+    ds = damagepred.solve(scene)
+    bending = bending_stress(ds, -1).reshape(-1, 4)  # rectangles, bottom left first
+    height = scene.wall.block_height
+    expected = 0.5 * height * scene.block.elastic_modulus * ds["block_curvature"].values[-1]
+    assert np.abs(expected).max() > 1e4
+    for corner, sign in enumerate((1.0, 1.0, -1.0, -1.0)):
+        assert bending[:, corner] == pytest.approx(sign * expected, abs=1e-6 * np.abs(expected).max())
+    # mean stress is strain and contraction: s_xx = E eps + nu s_yy
+    stress, block = block_stress(ds, -1), scene.block
+    along = block.elastic_modulus * ds["block_strain"].values[-1] + block.poisson_ratio * stress[:, 1]
+    assert stress[:, 0] == pytest.approx(along, abs=1e-3 * np.abs(stress).max())
+    drawn = collection(draw_stress(ds), "elastic blocks")
+    assert len(drawn.get_paths()) > 3
+    rigid = damagepred.solve(replace(scene, solver=replace(scene.solver, blocks="rigid")))
+    assert "elastic blocks" not in [c.get_label() for c in draw_stress(rigid).collections]
