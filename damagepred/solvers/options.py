@@ -19,6 +19,7 @@ from damagepred.solvers.explicit.options import ExplicitOptions
 from damagepred.solvers.quasi_static.options import (
     ContinuationOptions,
     CoulombOptions,
+    DampedNewtonOptions,
     DynamicRelaxationOptions,
     EnergyOptions,
     JackOptions,
@@ -74,12 +75,13 @@ class SolverOptions:
 
     Attributes
     ----------
-    newton, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, return_mapping, linear_system, \
-    elastic_solution, symmetry, zone_selection, time_stepping, jack_servo, mechanism, explicit, dynamics
+    newton, damped_newton, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, return_mapping, \
+    linear_system, elastic_solution, symmetry, zone_selection, time_stepping, jack_servo, mechanism, explicit, dynamics
         The tables ``[solver.advanced.newton]`` and so on; see their classes.
     """
 
     newton: NewtonOptions = Field(default_factory=NewtonOptions)
+    damped_newton: DampedNewtonOptions = Field(default_factory=DampedNewtonOptions)
     line_search: LineSearchOptions = Field(default_factory=LineSearchOptions)
     coulomb: CoulombOptions = Field(default_factory=CoulombOptions)
     jacks: JackOptions = Field(default_factory=JackOptions)

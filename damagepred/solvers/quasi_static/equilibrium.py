@@ -1,13 +1,16 @@
-"""Equilibrium at a given load and movement: Newton's method first, then Coulomb's friction by fixed-point iteration."""
+"""Equilibrium at a given load and movement: Newton's method, damped in dry walls, then the fixed point of friction."""
 
 from __future__ import annotations
+
+import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.solvers.options import DEFAULTS, SolverOptions
-from damagepred.solvers.quasi_static.newton import newton
+from damagepred.solvers.quasi_static.newton import damped_newton, newton
 from damagepred.solvers.quasi_static.residual import Residual
 from damagepred.solvers.quasi_static.tresca_fixed_point import coulomb_fixed_point
+from damagepred.solvers.state.joint_history import without_bond
 from damagepred.solvers.state.wall_state import State
 
 
@@ -27,6 +30,7 @@ class Equilibrium(Residual):
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         super().__init__(model, tolerance, options)
         self._failures = self._searches_to_skip = 0
+        self._dry = bool(without_bond(model).all())
 
     def find(self, state: State, start: FloatArray | None = None, near: bool = False) -> float:
         """Find the equilibrium of a state; condensed courses are uncondensed where they would slide or yield.
@@ -64,13 +68,18 @@ class Equilibrium(Residual):
             state.jack = self.jacks.load_at(state.load_factor, state.jack)
         first, load = begun if start is None else start, state.jack
         found, ratio = newton(self, state, first)
+        if ratio >= self.tolerance:
+            if near:
+                return ratio
+            if self._searches_to_skip > 0:
+                self._searches_to_skip -= 1
+                return ratio
+            if self._dry:  # in bonded walls fewer joints slide: the fixed point is found sooner
+                if ratio == np.inf:
+                    found, state.jack = first, load
+                found, ratio = damped_newton(self, state, found)
         if ratio < self.tolerance:
             state.displacement[:] = found
-            return ratio
-        if near:
-            return ratio
-        if self._searches_to_skip > 0:
-            self._searches_to_skip -= 1
             return ratio
         options = self.options.coulomb
         max_newton_iterations = options.max_newton_iterations >> self._failures

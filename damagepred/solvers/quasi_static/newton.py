@@ -1,4 +1,7 @@
-"""Newton's method on the Coulomb law: from a nearby equilibrium it converges in a few iterations."""
+"""Newton's method on the Coulomb law: from a nearby equilibrium it converges in a few iterations.
+
+Loose blocks make the tangent nearly singular, and its step far too long. Damping by the elastic stiffness bounds it.
+"""
 
 from __future__ import annotations
 
@@ -58,6 +61,57 @@ def newton(problem: Residual, state: State, start: FloatArray) -> tuple[FloatArr
             best, least, load = u, ratio, state.jack
         if stagnates and ratio >= problem.tolerance:
             break
+    state.jack = load
+    if problem.has_diverged(state, best):
+        least = np.inf
+    return best, least
+
+
+def damped_newton(problem: Residual, state: State, start: FloatArray) -> tuple[FloatArray, float]:
+    """Damped Newton's method on the Coulomb law; return the best iterate and its unbalanced force ratio.
+
+    The matrix is (1 - s) K + s K_e with the tangent K, the elastic stiffness K_e of the joints, and a share s that
+    adapts to the residual (Levenberg-Marquardt). With s = 0 this is Newton's method, with s = 1 the initial stress
+    method (Zienkiewicz, Valliappan and King 1969).
+
+    Parameters
+    ----------
+    problem, state, start
+        As ``newton``.
+    """
+    options, elastic = problem.options.damped_newton, problem.equations.factors.elastic
+    u = best = start
+    load = state.jack
+    force, ratio = problem.residual(state, u)
+    tangent = problem.stiffness.copy()
+    least, damping, stagnating = ratio, options.initial_damping, 0
+    for _ in range(options.max_iterations):
+        check_time()
+        damped = tangent + damping * (elastic - tangent)
+        step, jack_step = problem.solve(damped, force, problem.missing_deflection(state, u))
+        before, last = ratio, state.jack
+        state.jack = last + jack_step
+        trial_force, ratio = problem.residual(state, u + step)
+        if not ratio <= options.residual_growth * before:
+            # step rejected
+            ratio, state.jack = before, last
+            damping = max(options.damping_growth * damping, options.initial_damping)
+            if damping > 1.0:
+                break
+            continue
+        u, force, tangent = u + step, trial_force, problem.stiffness.copy()
+        stagnating = 0 if ratio < options.stagnation_ratio * least else stagnating + 1
+        if ratio < least:
+            best, least, load = u, ratio, state.jack
+        if ratio < problem.tolerance:
+            problem.store_tangent(state, u)
+            break
+        if stagnating > options.stagnation_limit:
+            break
+        if ratio < 0.5 * before:
+            damping = options.damping_decay * damping if damping > options.minimum_damping else 0.0
+        elif ratio > before:
+            damping = min(max(options.damping_growth * damping, options.initial_damping), 1.0)
     state.jack = load
     if problem.has_diverged(state, best):
         least = np.inf

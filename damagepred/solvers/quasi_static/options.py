@@ -51,6 +51,40 @@ class NewtonOptions:
 
 
 @described
+class DampedNewtonOptions:
+    """Newton's method on the Coulomb law, damped by a share of the joints' elastic stiffness.
+
+    Attributes
+    ----------
+    max_iterations : int
+        Iterations of one attempt, rejected steps included.
+    initial_damping : float
+        First share of the elastic stiffness (1).
+    damping_growth : float
+        Factor on the share where the residual grows (1).
+    damping_decay : float
+        Factor on the share where the residual halves (1).
+    minimum_damping : float
+        Share below which the step is Newton's (1).
+    residual_growth : float
+        Growth of the residual up to which a step is accepted (1).
+    stagnation_ratio : float
+        Residual over the least so far from which an iteration counts as stagnation (1).
+    stagnation_limit : int
+        Such iterations in a row that end the attempt.
+    """
+
+    max_iterations: Count = Field(default=40, ge=0)
+    initial_damping: Pure = Field(default=1e-2, gt=0, le=1)
+    damping_growth: Pure = Field(default=4.0, gt=1)
+    damping_decay: Pure = Field(default=0.2, gt=0, lt=1)
+    minimum_damping: Pure = Field(default=1e-6, ge=0)
+    residual_growth: Pure = Field(default=10.0, ge=1)
+    stagnation_ratio: Pure = Field(default=0.9, gt=0, le=1)
+    stagnation_limit: Count = Field(default=8, ge=0)
+
+
+@described
 class LineSearchOptions:
     """Line search along a Newton step to the minimum of a convex energy: root of its slope by regula falsi.
 
