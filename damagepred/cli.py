@@ -166,7 +166,7 @@ def solve(
     if settings is not None:
         described, mean_wall = settings.mean_wall()
     check_writable(output, plot)
-    count = described.movement.increments if described.dynamics is None else described.dynamics.outputs
+    count = described.movement.increment_count if described.dynamics is None else described.dynamics.outputs
     with screen.Bar("solving", count + 1) as bar:
         ds = solve_wall(
             described,

@@ -148,7 +148,7 @@ def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, incre
     def build(solver: Solver, chosen: frozenset[int] | None) -> Model:
         return wall_model(replace(scene, solver=solver), fields, chosen)
 
-    return assembled(build, scene.solver, increments or scene.movement.increments)
+    return assembled(build, scene.solver, increments or scene.movement.increment_count)
 
 
 @one_blas_thread()
@@ -263,7 +263,9 @@ def _solve(
         dynamics = dynamics or scene.dynamics
         settings = settings if dynamics is None else _whole_interfaces(settings)
         described = replace(scene, solver=settings, damage=judged, dynamics=dynamics)
-        count = increments or scene.movement.increments
+        count = increments or scene.movement.increment_count
+        if scene.movement.stage and count != scene.movement.increment_count:
+            raise InputError(f"increments = {increments}: the stages of the movement have their own; leave it out.")
         wall_cost(described, count).require(limits)
         model = model_of(described, fields, count)
         attributes: dict[str, object] = {
@@ -310,6 +312,8 @@ def _solve(
     ending |= {name: getattr(settings, name) for name in (*TOLERANCES.values(), "snap_through_tolerance")}
     ending |= _ending(model, steps[-1])
     ds = _collect(model, steps, judged, settings, attributes | ending, store_zones)
+    if isinstance(scene, Scene) and scene.movement.stage and run is None:
+        ds["stage"] = dataset({"stage": scene.movement.stage_of_increment[: len(steps)]}, {})["stage"]
     if isinstance(scene, Scene) and scene.opening:
         for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
             ds[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
@@ -362,7 +366,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     joints, lines, frames = gauges(model)
     moved = _stacked(steps, "displacement")
     progress = _stacked(steps, "load_factor")
-    deflection = progress * model.central_deflection
+    deflection = np.abs(progress) * model.central_deflection
     if model.deflection is not None:
         deflection = np.abs([s.increment.deflection for s in steps])
     in_time = bool(np.isfinite(steps[0].increment.time))
@@ -392,6 +396,8 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         values |= _zone_counts(steps)
     for name in Verdict._fields:
         values[name] = np.array([getattr(s.verdict, name) for s in steps])
+    if model.load_factors is not None:
+        values["crack_width_worst"] = np.maximum.accumulate(values["crack_width_max"])
     for name in CATEGORY_VARIABLES:
         values[name] = values[name].astype(np.int8)
     return values

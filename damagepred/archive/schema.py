@@ -79,6 +79,7 @@ VARIABLES: dict[str, Variable] = {
     # the path
     "increment": Variable(_STEP, "1", "increment of the movement, 0 is dead load alone"),
     "progress": Variable(_STEP, "1", "share of the full movement, and of the live load at full movement"),
+    "stage": Variable(_STEP, "1", "stage of a movement in stages, from 1; 0 is dead load alone"),
     "central_deflection": Variable(_STEP, "m", "deflection of the footing's centre relative to its ends, not negative"),
     "deflection_ratio": Variable(_STEP, "1", "central deflection over the length between the ends"),
     "surface_movement": Variable(
@@ -104,6 +105,9 @@ VARIABLES: dict[str, Variable] = {
         _STEP, None, "damage category of the wall proper by its widest crack band", CATEGORIES
     ),
     "crack_width_max": Variable(_STEP, "m", "widest single joint of the wall proper, above any dpc"),
+    "crack_width_worst": Variable(
+        _STEP, "m", "of a movement in stages: largest crack_width_max so far; cracks that close again keep it"
+    ),
     "crack_band_width_max": Variable(
         _STEP, "m", "widest crack band of the wall proper: openings of neighbouring joints along gauge_length, summed"
     ),

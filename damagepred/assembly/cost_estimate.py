@@ -167,7 +167,7 @@ def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
         Of the movement; by default the scene's.
     """
     options, solver, wall = CostOptions(), scene.solver, scene.wall
-    increments = increments or scene.movement.increments
+    increments = increments or scene.movement.increment_count
     courses, halves, holes = courses_and_halves(scene)
     bricks = max(courses * (halves / 2 + 1) - holes / 2, 1.0)
     segments, footing_zones = _footing_blocks_and_zones(scene)

@@ -376,6 +376,8 @@ class Model:
         Of a footing of reinforced concrete, which cracks; their law takes the place of that of their contacts.
     surface_movement : float or None
         Movement of the ground's surface at full movement that a site is classed by (m); None: it stays.
+    load_factors : array (increments + 1,) or None
+        Of a movement history, from 0; below 0 where the ground moves the other way. None: equal increments to 1.
     """
 
     blocks: Blocks
@@ -404,6 +406,7 @@ class Model:
     jacks: Jacks | None = None
     sections: Sections | None = None
     surface_movement: float | None = None
+    load_factors: FloatArray | None = None
 
     @property
     def n_blocks(self) -> int:

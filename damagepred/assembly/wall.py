@@ -317,6 +317,7 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
         plane=scene.solver.plane,
         footing=footing if len(footing) else None,
         sections=sections,
+        load_factors=scene.movement.load_factors,
     )
     if scene.movement.shape == "jacks":
         return _on_jacks(scene, model, geometry, footing)

@@ -4,7 +4,7 @@ from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.dynamics import BaseMotion, Dynamics
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, HeadJointFactors, Joint, Loads
 from damagepred.scene.mound import Mound
-from damagepred.scene.movement import Movement
+from damagepred.scene.movement import Movement, Stage
 from damagepred.scene.rig import Rig
 from damagepred.scene.scene import Scene
 from damagepred.scene.settings import Damage, Solver
@@ -41,6 +41,7 @@ __all__ = [
     "SiteClass",
     "Soil",
     "Solver",
+    "Stage",
     "StandardFooting",
     "Wall",
     "site_class",

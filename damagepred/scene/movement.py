@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
-from damagepred.arrays import FloatArray
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError, require_count
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import arc, three_loads, through_points
@@ -18,6 +18,25 @@ from damagepred.scene.quantity import Count, Length, Pure
 
 LEAST_IN_MIDDLE = 0.05
 """Least departure of the middle from the line through the ends, over the largest departure of a shape."""
+
+
+@described
+class Stage:
+    """Stage of a movement history (``[[movement.stage]]``): from where the last one ended, in equal increments.
+
+    Attributes
+    ----------
+    kind : {"dishing", "doming"}
+        Side to which the centre lies off the line through the ends when the stage ends.
+    central_deflection : float
+        Deflection of the centre when the stage ends (m), not negative; 0 is level ground.
+    increments : int
+        Number of equal increments.
+    """
+
+    kind: Literal["dishing", "doming"] = "dishing"
+    central_deflection: Length = Field(ge=0)
+    increments: Count = Field(default=10, ge=1)
 
 
 @described
@@ -44,6 +63,10 @@ class Movement:
         so that the middle lies 1 off the line through the ends. Ends that settle unequally tilt the wall, too. Between
         the points a monotone cubic is drawn (PCHIP). In a scene file it may be the name of a CSV file with two columns,
         position (any unit, from the left end) and deflection.
+    stage : sequence of Stage
+        A movement history, from level ground through the deflections of the stages, there and back. Then
+        ``increments`` is not read, and ``central_deflection`` is the largest deflection of all stages. Only for
+        ``three_loads``, ``parabola`` and ``table``.
 
     Examples
     --------
@@ -57,6 +80,23 @@ class Movement:
     increments: Count = Field(default=20, ge=1)
     shape: Literal["three_loads", "parabola", "arc", "table", "jacks", "mound"] = "three_loads"
     table: tuple[tuple[Pure, Pure], ...] = ()
+    stage: tuple[Stage, ...] = ()
+
+    @model_validator(mode="after")
+    def _stages_fit(self) -> Movement:
+        if not self.stage:
+            return self
+        if not (self.prescribed and self.proportional):
+            raise ValueError(
+                f"stage: only read with shape = 'three_loads', 'parabola' or 'table'; here shape = '{self.shape}'"
+            )
+        largest = max(stage.central_deflection for stage in self.stage)
+        if largest == 0 or self.central_deflection != largest:
+            raise ValueError(
+                f"stage: central_deflection must be the largest deflection of the stages and not 0; it is "
+                f"{self.central_deflection:g} m, and the largest of the stages is {largest:g} m"
+            )
+        return self
 
     @model_validator(mode="after")
     def _table_fits(self) -> Movement:
@@ -121,6 +161,29 @@ class Movement:
     def sign(self) -> float:
         """+1 for doming (up), -1 for dishing (down)."""
         return 1.0 if self.kind == "doming" else -1.0
+
+    @property
+    def load_factors(self) -> FloatArray | None:
+        """Load factors of the increments of a history, from 0 (level ground); None without stages."""
+        if not self.stage:
+            return None
+        full = self.sign * self.central_deflection
+        ends = [(1.0 if s.kind == "doming" else -1.0) * s.central_deflection / full for s in self.stage]
+        parts = [
+            np.linspace(start, end, stage.increments + 1)[1:]
+            for start, end, stage in zip([0.0, *ends], ends, self.stage)
+        ]
+        return np.concatenate([[0.0], *parts])
+
+    @property
+    def stage_of_increment(self) -> IntArray:
+        """Number of the stage of each increment, from 1; 0 for the dead load, and without stages nothing else."""
+        return np.repeat(np.arange(len(self.stage) + 1), [1, *(stage.increments for stage in self.stage)])
+
+    @property
+    def increment_count(self) -> int:
+        """Number of increments of the movement, of all stages."""
+        return sum(stage.increments for stage in self.stage) or self.increments
 
     @property
     def proportional(self) -> bool:

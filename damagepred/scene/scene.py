@@ -113,6 +113,8 @@ class Scene:
         self._dpc_is_in_the_wall()
         self._control_joints_fit()
         self._ground_fits()
+        if self.movement.stage and self.dynamics is not None:
+            raise ValueError("dynamics: a run in time reads no stages; leave out [dynamics], or [[movement.stage]]")
         if self._deflection_is_given and self.movement.central_deflection > 0.1 * wall.length:
             raise ValueError(
                 f"movement.central_deflection = {self.movement.central_deflection:g} m: more than a tenth of the "

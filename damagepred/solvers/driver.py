@@ -1,6 +1,7 @@
-"""Driver of a static load path: dead load, then the movement in equal increments; one for both static solvers.
+"""Driver of a static load path: dead load, then the movement in increments; one for both static solvers.
 
-A solver is a ``Stepper``. The path ends at full movement, at collapse, or where jacks or outer supports carry no load.
+A solver is a ``Stepper``. The path ends at full movement or with the last stage of a history, at collapse, or where
+jacks or outer supports carry no load.
 """
 
 from __future__ import annotations
@@ -100,7 +101,7 @@ def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int
     model : Model
         The wall with all its supports.
     increments : int
-        Number of equal steps of the movement.
+        Number of equal steps of the movement; not read where the model has the load factors of a history.
 
     Yields
     ------
@@ -114,21 +115,23 @@ def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int
     """
     stop = "" if model.jacks is None else model.jacks.stop
     bisects = stepper.bracket.collapse is not None and bool(model.supports.live_load.any())
-    for number in range(increments + 1):
+    load_factors = np.arange(increments + 1) / increments if model.load_factors is None else model.load_factors
+    path = [float(load_factor) for load_factor in load_factors]
+    for number, load_factor in enumerate(path):
         stepper.begin_increment(number)
         start = None
         if number > 0 and (stop or bisects):
-            start = _Start(stepper.checkpoint(), (number - 1) / increments, stepper.support_load())
-        outcome = stepper.step_to(number / increments)
+            start = _Start(stepper.checkpoint(), path[number - 1], stepper.support_load())
+        outcome = stepper.step_to(load_factor)
         ended = bool(stop) and outcome.balanced and stepper.support_load() <= 0.0
         if ended and start is not None:
-            outcome = _locate_zero_support_load(stepper, start, number / increments, outcome)
+            outcome = _locate_zero_support_load(stepper, start, load_factor, outcome)
             ended = outcome.balanced
         increment = stepper.report(outcome)
         if ended:
             increment = replace(increment, ended=stop)
         elif outcome.collapsed:
-            stable = max(number - 1, 0) / increments
+            stable = path[max(number - 1, 0)]
             increment = _locate_collapse(stepper, start if bisects else None, increment, stable)
         yield replace(increment, counters=stepper.counters())
         if ended or outcome.collapsed:

@@ -157,6 +157,7 @@ Movement
   increments = 20 whole [1 max]
   shape = three_loads | three_loads parabola arc table jacks mound
   table = () 1 [-1e+15 1e+15]
+  stage = ()
 Rig
   supports = () m [-10000 10000]
   jacks = () m [-10000 10000]

@@ -59,7 +59,7 @@ class DetachmentLimit(NamedTuple):
 
     def at(self, load_factor: float) -> float:
         """Return it at a share of the movement."""
-        return self.always + load_factor * self.with_load_factor
+        return self.always + abs(load_factor) * self.with_load_factor
 
 
 def _settlement(model: Model) -> float:
@@ -83,4 +83,4 @@ def largest_elastic_displacement(model: Model, load_factor: float) -> float:
         Share of the live load.
     """
     dead, live = DiscreteSystem.of(model).largest_elastic_displacements
-    return dead + load_factor * live
+    return dead + abs(load_factor) * live

@@ -204,7 +204,7 @@ def estimate_cost(
     compile_seconds = time.perf_counter() - began
     model = model_of(scene, fields)
     dynamics, mesh = scene.dynamics, model.mesh
-    count = scene.movement.increments if dynamics is None else dynamics.outputs
+    count = scene.movement.increment_count if dynamics is None else dynamics.outputs
     seconds, status, cautions = _timed(scene, fields, count, on_step, limits, timing_limit)
     return CostEstimate(
         title=title,
