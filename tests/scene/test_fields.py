@@ -14,7 +14,7 @@ from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.dynamics import BaseMotion, Dynamics
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, HeadJointFactors, Joint, Loads
 from damagepred.scene.mound import Mound
-from damagepred.scene.movement import Movement
+from damagepred.scene.movement import Movement, Stage
 from damagepred.scene.quantity import LARGEST
 from damagepred.scene.reading import unit_of
 from damagepred.scene.rig import Rig
@@ -37,6 +37,7 @@ TABLES = (
     ReinforcedConcrete,
     Loads,
     Movement,
+    Stage,
     Rig,
     Soil,
     Mound,
@@ -158,6 +159,10 @@ Movement
   shape = three_loads | three_loads parabola arc table jacks mound
   table = () 1 [-1e+15 1e+15]
   stage = ()
+Stage
+  kind = dishing | dishing doming
+  central_deflection = required m [0 10000]
+  increments = 10 whole [1 max]
 Rig
   supports = () m [-10000 10000]
   jacks = () m [-10000 10000]
