@@ -17,6 +17,9 @@ import damagepred
 
 ROOT = Path(__file__).resolve().parent.parent
 
+WITH_EXAMPLES = ("assembly", "exports", "scene", "study")
+"""Public modules whose names all have an example."""
+
 
 def sources() -> Iterator[tuple[str, str]]:
     """Yield the Python code of the README and of each notebook, with its name."""
@@ -61,9 +64,11 @@ def test_the_package_is_imported_without_what_it_stands_on() -> None:
 
 def test_every_public_function_and_class_has_an_example() -> None:
     """The examples themselves run as doctests."""
+    homes = (damagepred, *(import_module(f"damagepred.{name}") for name in WITH_EXAMPLES))
     without = [
-        name
-        for name in damagepred.__all__
-        if callable(getattr(damagepred, name)) and ">>> " not in (getattr(damagepred, name).__doc__ or "")
+        f"{home.__name__}.{name}"
+        for home in homes
+        for name, value in ((name, getattr(home, name)) for name in home.__all__)
+        if callable(value) and ">>> " not in (value.__doc__ or "")
     ]
     assert without == []

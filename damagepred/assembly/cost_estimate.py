@@ -88,6 +88,12 @@ class CostOptions:
         Of a block, contact and zone while a wall is solved (bytes).
     design_copies : int
         Copies of each input of each sample (8 bytes) while a design is drawn and written.
+
+    Examples
+    --------
+    >>> from damagepred import assembly
+    >>> assembly.CostOptions().iterations
+    25.0
     """
 
     block_time: float = 2e-4
@@ -118,6 +124,13 @@ class WallCost:
         Needed while it is solved (bytes).
     time : float
         To solve it (s).
+
+    Examples
+    --------
+    >>> from damagepred import Scene, assembly
+    >>> cost = assembly.wall_cost(Scene.from_toml("wall.toml"))
+    >>> cost.contacts, cost.unknowns, f"{cost.memory / 1e6:.1f} MB"
+    (1044.0, 348.0, '3.7 MB')
     """
 
     blocks: float
@@ -165,6 +178,12 @@ def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
         The wall, its movement and its solver.
     increments : int, optional
         Of the movement; by default the scene's.
+
+    Examples
+    --------
+    >>> from damagepred import Scene, assembly
+    >>> assembly.wall_cost(Scene.from_toml("wall.toml")).blocks
+    116.0
     """
     options, solver, wall = CostOptions(), scene.solver, scene.wall
     increments = increments or scene.movement.increment_count

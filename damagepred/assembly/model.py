@@ -378,6 +378,13 @@ class Model:
         Movement of the ground's surface at full movement that a site is classed by (m); None: it stays.
     load_factors : array (increments + 1,) or None
         Of a movement history, from 0; below 0 where the ground moves the other way. None: equal increments to 1.
+
+    Examples
+    --------
+    >>> from damagepred import Scene, assembly
+    >>> model = assembly.wall_model(Scene.from_toml("wall.toml"))
+    >>> model.span, model.central_deflection
+    (2.4, 0.008)
     """
 
     blocks: Blocks

@@ -176,6 +176,13 @@ def wall_geometry(scene: Scene) -> Geometry:
     ------
     InputError
         If the bricks cannot be laid or the dpc would lie on the top course.
+
+    Examples
+    --------
+    >>> from damagepred import Scene, assembly
+    >>> geometry = assembly.wall_geometry(Scene.from_toml("wall.toml"))
+    >>> len(geometry.joint_material)  # joints
+    278
     """
     return _cached(scene).geometry
 
@@ -238,6 +245,13 @@ def wall_model(
     ------
     InputError
         If the bricks cannot be laid, or a field has the wrong size.
+
+    Examples
+    --------
+    >>> from damagepred import Scene, assembly
+    >>> model = assembly.wall_model(Scene.from_toml("wall.toml"))
+    >>> len(model.density)  # blocks
+    109
     """
     return _model(scene, _cached(scene, deformable), fields or {}, 0.0)
 
@@ -257,6 +271,13 @@ def footing_alone(scene: Scene, line_load: float = 0.0) -> Model:
     ------
     InputError
         If the footing of the scene does not find its own shape.
+
+    Examples
+    --------
+    >>> from damagepred import Scene, assembly
+    >>> scene = Scene.from_dict({"footing": {}, "movement": {"shape": "jacks"}})
+    >>> assembly.footing_alone(scene, line_load=10e3).jacks.at.tolist()
+    [1.5, 3.0, 4.5]
     """
     found = foundation(scene)
     if found is None or scene.movement.shape not in ("jacks", "mound"):

@@ -36,6 +36,13 @@ class BeamStrain(NamedTuple):
     ----------
     bending, diagonal : array
         At the edge and along the diagonal (1), the horizontal strain of the ground included.
+
+    Examples
+    --------
+    >>> from damagepred import damage
+    >>> strain = damage.beam_strain(1 / 2000, 6.0, 2.4, "dishing")
+    >>> bool(strain.bending > strain.diagonal)
+    True
     """
 
     bending: FloatArray
@@ -68,6 +75,14 @@ def deflection_over_strain(
     ------
     InputError
         If a size or the ratio is not positive, or the kind unknown.
+
+    Examples
+    --------
+    A wall 6 m by 2.4 m that sags: bending decides, for its deflection ratio is the smaller.
+
+    >>> from damagepred import damage
+    >>> [round(float(ratio), 2) for ratio in damage.deflection_over_strain(6.0, 2.4, "dishing", 2.4)]
+    [0.66, 2.74]
     """
     slenderness = _positive(length, "length", "m") / _positive(height, "height", "m")
     ratio = _positive(modulus_ratio, "modulus_ratio")

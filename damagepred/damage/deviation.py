@@ -48,7 +48,14 @@ class DeviationLimits(NamedTuple):
 
 @lru_cache(maxsize=1)
 def deviation_limits() -> DeviationLimits:
-    """Read the limits of slope."""
+    """Read the limits of slope.
+
+    Examples
+    --------
+    >>> from damagepred import damage
+    >>> [f"1 in {1 / slope:.0f}" for slope in damage.deviation_limits().limits]
+    ['1 in 150', '1 in 100']
+    """
     content, levels = read_levels("deviation")
     return DeviationLimits(
         content["name"],

@@ -118,7 +118,14 @@ class StickingLimits(NamedTuple):
 
 @lru_cache(maxsize=1)
 def sticking_limits() -> StickingLimits:
-    """Read the limits of distortion at which doors and windows stick."""
+    """Read the limits of distortion at which doors and windows stick.
+
+    Examples
+    --------
+    >>> from damagepred import damage
+    >>> damage.sticking_limits().narrowing
+    (0.003, 0.006)
+    """
     content, levels = read_levels("opening_distortion")
     return StickingLimits(
         content["name"],

@@ -25,6 +25,12 @@ class StrainTable:
         Where the limits come from, and the level of confidence.
     limits : tuple of float
         Largest strain of category 0, 1, ... (1); a strain that meets a limit belongs to the lower category.
+
+    Examples
+    --------
+    >>> from damagepred import damage
+    >>> damage.load_strain_table().limits
+    (0.0005, 0.00075, 0.0015, 0.003)
     """
 
     name: str
@@ -60,6 +66,13 @@ class MovementLimit:
         Central deflection that must not be exceeded, either (m).
     confidence : str
         Its level (``data_files.CONFIDENCE``).
+
+    Examples
+    --------
+    >>> from damagepred import damage
+    >>> first = damage.load_movement_limits()[0]
+    >>> first.author, first.measure, first.one_in
+    ('Polshin and Tokar 1957', 'deflection_ratio', (2500.0,))
     """
 
     author: str
@@ -87,7 +100,14 @@ class MovementLimit:
 
 @lru_cache(maxsize=1)
 def load_strain_table() -> StrainTable:
-    """Read the limiting tensile strains of Boscardin and Cording (1989)."""
+    """Read the limiting tensile strains of Boscardin and Cording (1989).
+
+    Examples
+    --------
+    >>> from damagepred import damage
+    >>> damage.load_strain_table().source
+    'Boscardin and Cording 1989'
+    """
     content = _read("limiting_tensile_strain")
     categories = sorted(content["category"], key=lambda c: c["number"])
     limits = tuple(float(c["from"]) for c in categories[1:])
@@ -96,7 +116,14 @@ def load_strain_table() -> StrainTable:
 
 @lru_cache(maxsize=1)
 def load_movement_limits() -> tuple[MovementLimit, ...]:
-    """Read all limits of movement: deflection ratios, angular distortions, and those of AS 2870 by construction."""
+    """Read all limits of movement: deflection ratios, angular distortions, and those of AS 2870 by construction.
+
+    Examples
+    --------
+    >>> from damagepred import damage
+    >>> sorted({limit.measure for limit in damage.load_movement_limits()})
+    ['angular_distortion', 'deflection_ratio']
+    """
     limits = [
         MovementLimit(
             author=row["author"],

@@ -39,6 +39,13 @@ class DamageTable:
         Width from which a crack counts in a group (m).
     plasterboard_factor : float or None
         Factor on all widths where plasterboard hides the wall; None if the table knows no such allowance.
+
+    Examples
+    --------
+    >>> from damagepred import damage
+    >>> table = damage.load_table("as2870")
+    >>> dict(zip(table.category_names[1:], table.limits))
+    {'very slight': 0.0001, 'slight': 0.001, 'moderate': 0.005, 'severe': 0.015}
     """
 
     name: str
@@ -113,6 +120,12 @@ def load_table(name: str, *, plasterboard: bool = False) -> DamageTable:
     ------
     InputError
         If there is no such table, or it has no allowance for plasterboard.
+
+    Examples
+    --------
+    >>> from damagepred import damage
+    >>> damage.load_table("as2870").limits
+    (0.0001, 0.001, 0.005, 0.015)
     """
     if name not in TABLES:
         raise InputError(

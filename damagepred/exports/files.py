@@ -39,6 +39,14 @@ def write_csv(frame: pd.DataFrame, path: Path, *, index: bool = True) -> None:
     ------
     StudyError
         If it cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from damagepred import exports, open_study, walls_frame
+    >>> exports.write_csv(walls_frame(open_study("house.dp")), Path("house.csv"))
+    >>> len(Path("house.csv").read_text().splitlines())
+    25
     """
     write_whole(path, lambda p: csv_safe(frame).to_csv(p, index=index))
 
@@ -58,6 +66,12 @@ def export_place(kind: str, beside: str | Path) -> Path:
     ------
     InputError
         If the format is not known.
+
+    Examples
+    --------
+    >>> from damagepred import exports
+    >>> str(exports.export_place("pelicun", "house.dp"))
+    'house_pelicun.csv'
     """
     if kind not in FORMATS:
         raise InputError(f"format = {kind!r}: exports are {', '.join(FORMATS)}." + nearest(kind, FORMATS))
@@ -100,6 +114,13 @@ def export_curves(
         If the curves cannot be exported so; the message says why.
     StudyError
         If a file cannot be written.
+
+    Examples
+    --------
+    >>> from damagepred import exports, fit_fragility, open_study
+    >>> curves = fit_fragility(open_study("house.dp"), bootstrap=20)
+    >>> [path.name for path in exports.export_curves(curves, "pelicun", "house.dp", categories=[2])]
+    ['house_pelicun.csv', 'house_pelicun.json']
     """
     place = export_place(kind, beside)
     if kind == "pelicun":

@@ -63,6 +63,13 @@ def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Indexed by category: median and dispersion with their bands, how many walls reached it, how the fit went.
+
+    Examples
+    --------
+    >>> from damagepred import exports, fit_fragility, open_study
+    >>> curves = fit_fragility(open_study("house.dp"), bootstrap=20)
+    >>> exports.parameters_frame(curves)["reached"].to_dict()
+    {1: 24, 2: 24, 3: 12, 4: 0}
     """
     require_results(curves, ("category", "median"), "fit_fragility")
     return curves[[n for n in curves.data_vars if curves[n].dims == ("category",)]].to_dataframe()

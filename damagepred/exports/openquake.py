@@ -63,6 +63,13 @@ def openquake_xml(
     ------
     InputError
         If a category has no curve, curves cross, or the identifier has other characters.
+
+    Examples
+    --------
+    >>> from damagepred import exports, fit_fragility, open_study
+    >>> curves = fit_fragility(open_study("house.dp"), bootstrap=20)
+    >>> exports.openquake_xml(curves, categories=[2, 3]).count("<params ")
+    2
     """
     if form not in ("continuous", "discrete"):
         raise InputError(f"form = {form!r}: must be 'continuous' or 'discrete'.")

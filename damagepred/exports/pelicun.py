@@ -69,6 +69,13 @@ def pelicun_frame(
     ------
     InputError
         If a category has no curve, curves cross, or it does not know the measure of the movement.
+
+    Examples
+    --------
+    >>> from damagepred import exports, fit_fragility, open_study
+    >>> curves = fit_fragility(open_study("house.dp"), bootstrap=20)
+    >>> exports.pelicun_frame(curves, categories=[2]).loc["masonry.wall", "LS1-Family"]
+    'lognormal'
     """
     import pandas as pd
 
@@ -93,7 +100,14 @@ def pelicun_frame(
 
 @checked
 def pelicun_config(curves: xr.Dataset) -> dict[str, Any]:
-    """Return the options with which a pelicun assessment knows the demand: ``Assessment(pelicun_config(curves))``."""
+    """Return the options with which a pelicun assessment knows the demand: ``Assessment(pelicun_config(curves))``.
+
+    Examples
+    --------
+    >>> from damagepred import exports, fit_fragility, open_study
+    >>> exports.pelicun_config(fit_fragility(open_study("house.dp"), bootstrap=20))
+    {'CustomDemandTypes': {'Central Deflection': {'Acronym': 'CDF', 'UnitType': 'displacement'}}}
+    """
     demand = _demand(str(curves.attrs.get("intensity_measure", "")))
     return {"CustomDemandTypes": {demand.name: {"Acronym": demand.acronym, "UnitType": demand.kind}}}
 

@@ -184,6 +184,13 @@ class HeadJointFactors:
     normal_stiffness, shear_stiffness, tensile_strength, cohesion, friction, fracture_energy, shear_fracture_energy, \
     compressive_strength : float
         Factors on these keys of ``[joint]`` (1).
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> head_joint = scene.HeadJoint(factor=scene.HeadJointFactors(tensile_strength=0.5))
+    >>> head_joint.factor.tensile_strength, head_joint.factor.cohesion
+    (0.5, 1.0)
     """
 
     normal_stiffness: Pure = Field(default=1.0, gt=0)

@@ -26,6 +26,13 @@ class SiteClass:
         infinity for the last.
     description : str
         What ground it is.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> h1 = scene.site_class(0.05)
+    >>> h1.above, h1.up_to, h1.description
+    (0.04, 0.06, 'highly reactive clay')
     """
 
     name: str
@@ -50,6 +57,13 @@ class StandardFooting:
         Trench mesh at the bottom and at the top, such as "4-L12TM".
     confidence : str
         Level of confidence (``data_files.CONFIDENCE``).
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> footing = scene.standard_footing("M", "masonry_veneer")
+    >>> footing.depth, footing.width, footing.mesh
+    (0.5, 0.3, '3-L12TM')
     """
 
     site_class: str
@@ -62,7 +76,14 @@ class StandardFooting:
 
 @cache
 def site_classes() -> tuple[SiteClass, ...]:
-    """Return the classes of AS 2870-2011 Table 2.3, from the stillest to the most reactive."""
+    """Return the classes of AS 2870-2011 Table 2.3, from the stillest to the most reactive.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> [site.name for site in scene.site_classes()]
+    ['A', 'S', 'M', 'H1', 'H2', 'E']
+    """
     return tuple(
         SiteClass(c["name"], float(c.get("above", -math.inf)), float(c.get("up_to", math.inf)), c["description"])
         for c in _ground("site_classes")["class"]
@@ -82,6 +103,12 @@ def site_class(surface_movement: float) -> SiteClass:
     ------
     InputError
         If it is negative or not finite.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> scene.site_class(0.05).name
+    'H1'
     """
     if not (math.isfinite(surface_movement) and surface_movement >= 0):
         raise InputError(f"surface_movement = {surface_movement!r}: must be a finite number of metres, at least 0.")
@@ -97,6 +124,12 @@ def suction_depth(zone: int) -> float:
     ------
     InputError
         If there is no such zone.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> scene.suction_depth(3)
+    2.3
     """
     depths = _ground("site_classes")["suction_depth"]
     if f"zone_{zone}" not in depths:
@@ -106,7 +139,14 @@ def suction_depth(zone: int) -> float:
 
 @cache
 def standard_footings() -> tuple[StandardFooting, ...]:
-    """Return the standard strip footings of which the table knows."""
+    """Return the standard strip footings of which the table knows.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> {footing.construction: footing.depth for footing in scene.standard_footings() if footing.site_class == "M"}
+    {'clad_frame': 0.4, 'masonry_veneer': 0.5, 'full_masonry': 0.9}
+    """
     return tuple(StandardFooting(**entry) for entry in _ground("footings")["footing"])
 
 
@@ -125,6 +165,12 @@ def standard_footing(site: str, construction: str) -> StandardFooting:
     ------
     InputError
         If the table has none for them.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> scene.standard_footing("M", "full_masonry").depth
+    0.9
     """
     known = {f"{f.site_class} {f.construction}": f for f in standard_footings()}
     wanted = f"{site} {construction}"

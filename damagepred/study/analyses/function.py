@@ -233,6 +233,13 @@ def as_function(settings: StudySettings, outputs: Sequence[str] = USUAL, movemen
     ----------
     settings, outputs, movement
         See ``StudyFunction``.
+
+    Examples
+    --------
+    >>> from damagepred import study
+    >>> house = study.as_function(study.Study.from_toml("house.toml").settings)
+    >>> house.inputs  # one value a wall; the tensile strength varies from joint to joint
+    ('joint.friction', 'joint.cohesion')
     """
     return StudyFunction(settings, outputs, movement)
 

@@ -48,6 +48,13 @@ class Progress(NamedTuple):
         Samples asked for, finished in any way, and failed among those.
     just_failed : str
         Why the last sample failed, if it did.
+
+    Examples
+    --------
+    >>> from damagepred import study
+    >>> so_far = study.Progress(total=128, done=32, failed=1)
+    >>> f"{so_far.done / so_far.total:.0%}"
+    '25%'
     """
 
     total: int
@@ -70,6 +77,15 @@ class RunSummary:
         Whether it was stopped before the last sample.
     seconds : float
         Time of this run.
+
+    Examples
+    --------
+    A study that is complete has nothing left to solve, and the summary says so:
+
+    >>> from damagepred import Study
+    >>> summary = Study.from_toml("house.toml").run("house.dp")
+    >>> summary.done, summary.failed, summary.interrupted
+    (24, 0, False)
     """
 
     folder: Path
