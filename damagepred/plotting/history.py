@@ -30,7 +30,8 @@ from damagepred.uq.fragility import movement_measure
 def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw widest crack, crack band, dpc opening and gap on the footing against the movement, over the categories.
 
-    On a mound they are drawn against the movement of the ground's surface, of a run in time against the time.
+    On a mound they are drawn against the movement of the ground's surface, of a run in time against the time,
+    of a movement in stages against the increment, with the widest crack so far.
 
     The marks on the crack's line have the colour of the wall's category, which may be higher than the crack's own
     where a group of cracks counts. The axis is linear up to the first category's limit and logarithmic above.
@@ -57,6 +58,9 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     in_time = "time" in ds.variables
     measure = movement_measure(ds)
     x = ds["time"].values if in_time else ds[measure].values * MM
+    in_stages = "crack_width_worst" in ds.variables
+    if in_stages:
+        x = ds["increment"].values
     crack, dpc = ds["crack_width_max"].values * MM, ds["dpc_opening_max"].values * MM
     has_dpc = "contact_kind" not in ds.variables or bool((ds["contact_kind"].values == ContactKind.DPC).any())
     band = ds["crack_band_width_max"].values * MM if "crack_band_width_max" in ds.variables else crack
@@ -72,6 +76,10 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     marked: dict[str, Any] = {"linewidth": 1.6, "linestyle": "--", "markersize": 4, "zorder": 4}
     thin: dict[str, Any] = {"linewidth": 1.2, "zorder": 3}
     drawn = [crack]
+    if in_stages:
+        ax.plot(x, ds["crack_width_worst"].values * MM, label="widest so far", color="0.55", **thin)
+        for last in np.flatnonzero(np.diff(ds["progress"].values[:-1]) * np.diff(ds["progress"].values[1:]) < 0) + 1:
+            ax.axvline(x[last], color="0.6", linewidth=0.8, linestyle=":")
     for width, shown, style, label in (
         (dpc, has_dpc, marked | {"color": DPC_COLOUR, "marker": "s"}, "widest dpc opening"),
         (band, (band > crack + visible).any(), thin | {"color": "black", "linestyle": "-."}, "widest crack band"),
@@ -96,6 +104,8 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     shade_bands(ax, table)
     if in_time:
         ax.set_xlabel("time (s)")
+    elif in_stages:
+        ax.set_xlabel("increment; dotted: the movement turns")
     else:
         label_movement(ax, measure)
     legend_below(ax, ax.get_legend_handles_labels()[0])

@@ -9,6 +9,7 @@ import xarray as xr
 import damagepred
 from damagepred import Scene
 from damagepred.errors import InputError
+from damagepred.plotting import draw_history
 from damagepred.study.settings import StudySettings
 
 WALL = {"wall": {"length": 1.92, "height": 0.6}, "dpc": {"course": 2}}
@@ -53,6 +54,12 @@ def test_the_worst_width_stays_and_the_present_one_remains_after_the_cycle() -> 
     path = solved(stage("dishing", 4e-3, 4), stage("dishing", 0.0, 4), joint=DRY)
     widths = path["crack_width_max"].values
     assert (path["crack_width_worst"].values == np.maximum.accumulate(widths)).all()
+    ax = draw_history(path)
+    assert ax.get_xlabel().startswith("increment")
+    turns = [
+        line.get_xdata()[0] for line in ax.lines if line.get_linestyle() == ":" and len(set(line.get_xdata())) == 1
+    ]
+    assert turns == [4]
 
 
 @pytest.mark.parametrize("joint", [{}, DRY], ids=["bonded", "dry"])
