@@ -32,6 +32,13 @@ class Stage:
         Deflection of the centre when the stage ends (m), not negative; 0 is level ground.
     increments : int
         Number of equal increments.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> dry_summer = scene.Stage(kind="doming", central_deflection="8 mm", increments=4)
+    >>> scene.Movement(stage=(dry_summer,)).stage[0].central_deflection
+    0.008
     """
 
     kind: Literal["dishing", "doming"] = "dishing"
