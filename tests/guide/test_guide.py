@@ -87,6 +87,15 @@ def test_commands_and_snippets_of_a_page_run(name: str, tmp_path: Path, monkeypa
     assert run_page(name, True, in_this_process) > 0
 
 
+def test_the_question_of_a_consultant_takes_ten_commands_and_compares_three_alternatives() -> None:
+    text = [block.text for block in blocks(ALL["my-house-on-h1-clay"]) if block.language == "bash"]
+    commands = [line for part in text for line in part.strip().splitlines()]
+    assert len(commands) <= 10
+    (compare,) = (line for line in commands if line.startswith("damagepred compare "))
+    assert len(re.findall(r"\w+\.dp", compare)) == 3
+    assert "--category 2 --at H1" in compare
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize("name", RUN)
