@@ -6,9 +6,10 @@ import sys
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import typer
+from typer.core import TyperGroup
 
 from damagepred import screen
 from damagepred.enumerations import PathStatus
@@ -22,7 +23,20 @@ if TYPE_CHECKING:
     from damagepred.study.settings import StudySettings
     from damagepred.uq.fragility import FragilityOptions
 
+
+class _Commands(TyperGroup):
+    """Commands with the whole first sentence of their help: click cuts it at one line."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands, each with its sentence."""
+        commands = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
+        rows = [(name, (command.help or "").strip().partition("\n\n")[0]) for name, command in commands if command]
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
+
+
 app = typer.Typer(
+    cls=_Commands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # else brackets in help texts are taken for markup

@@ -167,6 +167,13 @@ def test_export_is_a_command(command: Run, tmp_path: Path) -> None:
     assert (tmp_path / "model.xml").stat().st_size
 
 
+def test_the_list_of_commands_has_whole_sentences() -> None:
+    shown = CliRunner().invoke(app, ["--help"], env={"COLUMNS": "80", "TERMINAL_WIDTH": "80"}).output
+    assert "..." not in shown.partition("Commands:")[2]
+    assert "Draw a solved wall or a study." in shown
+    assert max(len(line) for line in shown.splitlines()) <= 80
+
+
 def test_help_fits_eighty_columns() -> None:
     commands = [name or "" for name in get_command(app).commands]  # type: ignore[attr-defined]
     assert "fragility" in commands
