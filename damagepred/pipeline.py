@@ -397,7 +397,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     for name in Verdict._fields:
         values[name] = np.array([getattr(s.verdict, name) for s in steps])
     if model.load_factors is not None:
-        values["crack_width_worst"] = np.maximum.accumulate(values["crack_width_max"])
+        values["worst_crack_width"] = np.maximum.accumulate(values["crack_width_max"])
     for name in CATEGORY_VARIABLES:
         values[name] = values[name].astype(np.int8)
     return values

@@ -105,13 +105,18 @@ VARIABLES: dict[str, Variable] = {
         _STEP, None, "damage category of the wall proper by its widest crack band", CATEGORIES
     ),
     "crack_width_max": Variable(_STEP, "m", "widest single joint of the wall proper, above any dpc"),
-    "crack_width_worst": Variable(
+    "worst_crack_width": Variable(
         _STEP, "m", "of a movement in stages: largest crack_width_max so far; cracks that close again keep it"
     ),
     "crack_band_width_max": Variable(
         _STEP, "m", "widest crack band of the wall proper: openings of neighbouring joints along gauge_length, summed"
     ),
     "crack_count": Variable(_STEP, "1", "separate cracks of the wall proper of category 1 or more"),
+    "psi": Variable(
+        _STEP,
+        "1",
+        "damage parameter Psi = 2 n^0.15 c^0.3 of the wall proper: n cracks of c mm, the wider counting more",
+    ),
     "group_count": Variable(("group_count",), "1", "number of cracks that make a group"),
     "crack_group_width": Variable(
         (*_STEP, "group_count"), "m", "largest width of which so many cracks of the wall proper lie in one group, or 0"

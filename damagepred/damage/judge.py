@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray
-from damagepred.damage.cracks import find_cracks, group_widths
+from damagepred.damage.cracks import find_cracks, group_widths, psi
 from damagepred.damage.joints import JointMap
 from damagepred.damage.table import DamageTable, load_table
 
@@ -34,6 +34,8 @@ class Verdict(NamedTuple):
         ``damagepred.damage.bands``; at least ``crack_width_max``.
     crack_count : int
         Separate cracks of the wall proper at least as wide as category 1 starts.
+    psi : float
+        Damage parameter of all cracks of the wall proper, see ``damagepred.damage.cracks.psi``.
     crack_group_width : tuple of float
         Width (m) of the narrowest crack in the widest group of 2, 3, 4, 5 cracks of the wall proper, 0 without such a
         group; see ``damagepred.damage.cracks.group_widths`` and ``GROUP_COUNTS``.
@@ -56,6 +58,7 @@ class Verdict(NamedTuple):
     crack_width_max: float
     crack_band_width_max: float
     crack_count: int
+    psi: float
     crack_group_width: tuple[float, ...]
     base_crack_width_max: float
     dpc_opening_max: float
@@ -179,6 +182,7 @@ def judge(
         crack_width_max=joint,
         crack_band_width_max=band,
         crack_count=int((cracks.width >= rules.table.limits[0]).sum()),
+        psi=psi(cracks),
         crack_group_width=groups[:-1],
         base_crack_width_max=float(gap[joints.is_base[interface]].max(initial=0.0)),
         dpc_opening_max=float(widths[joints.dpc].max(initial=0.0)),

@@ -58,7 +58,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     in_time = "time" in ds.variables
     measure = movement_measure(ds)
     x = ds["time"].values if in_time else ds[measure].values * MM
-    in_stages = "crack_width_worst" in ds.variables
+    in_stages = "worst_crack_width" in ds.variables
     if in_stages:
         x = ds["increment"].values
     crack, dpc = ds["crack_width_max"].values * MM, ds["dpc_opening_max"].values * MM
@@ -77,7 +77,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     thin: dict[str, Any] = {"linewidth": 1.2, "zorder": 3}
     drawn = [crack]
     if in_stages:
-        ax.plot(x, ds["crack_width_worst"].values * MM, label="widest so far", color="0.55", **thin)
+        ax.plot(x, ds["worst_crack_width"].values * MM, label="widest so far", color="0.55", **thin)
         for last in np.flatnonzero(np.diff(ds["progress"].values[:-1]) * np.diff(ds["progress"].values[1:]) < 0) + 1:
             ax.axvline(x[last], color="0.6", linewidth=0.8, linestyle=":")
     for width, shown, style, label in (

@@ -25,7 +25,7 @@ def single(width: float) -> Cracks:
 
 def some(cracks: list[tuple[float, float, float]]) -> Cracks:
     width, x, y = (np.array(v) for v in zip(*sorted(cracks, reverse=True)))
-    return Cracks(width, x, y, np.ones(len(width), dtype=np.int64))
+    return Cracks(width, x, y, np.ones(len(width), dtype=np.int64), width, np.ones(len(width)))
 
 
 def category(cracks: Cracks, **settings) -> int:
@@ -60,7 +60,7 @@ def test_plasterboard_raises_the_limits_by_half(limit: float, below: int, above:
 
 def test_no_cracks_no_damage():
     none = np.empty(0)
-    assert category(Cracks(none, none, none, none.astype(np.int64))) == 0
+    assert category(Cracks(none, none, none, none.astype(np.int64), none, none)) == 0
 
 
 def test_far_beyond():

@@ -90,6 +90,26 @@ def test_sliding_alone_is_no_open_crack():
     assert (verdict.damage_category, verdict.crack_width_max, verdict.crack_count) == (0, 0.0, 0)
 
 
+def test_psi_of_one_crack_of_a_tenth_of_a_millimetre_is_one():
+    wall = Pattern()
+    assert wall.judge().psi == 0.0
+    wall.open("head", 4, 2, 0.1 * MM)
+    assert wall.judge().psi == pytest.approx(2 * 0.1**0.3)
+    assert wall.judge().psi == pytest.approx(1.0, abs=0.003)
+
+
+def test_psi_weighs_cracks_by_displacement_and_length_and_counts_those_that_slid():
+    wall = Pattern()
+    wall.vertical(4, 2 * MM)  # six head joints and the five beds between, of half a brick
+    wall.slide("bed", 10, 3, 3 * MM)
+    long, short = found = cracks(wall).length
+    assert found.tolist() == [max(found), min(found)]
+    mean = (2.0**2 * long + 3.0**2 * short) / (2.0 * long + 3.0 * short)
+    assert wall.judge().psi == pytest.approx(2 * 2**0.15 * mean**0.3)
+    wall.slide("head", 4, 2, 1.5 * MM)
+    assert cracks(wall).displacement[0] == pytest.approx(np.hypot(2, 1.5) * MM)
+
+
 def test_an_elastic_opening_is_no_crack():
     wall = Pattern()
     wall.open("head", 4, 2, 2 * MM)

@@ -53,7 +53,7 @@ def test_a_closed_cycle_makes_no_energy(joint: dict[str, float]) -> None:
 def test_the_worst_width_stays_and_the_present_one_remains_after_the_cycle() -> None:
     path = solved(stage("dishing", 4e-3, 4), stage("dishing", 0.0, 4), joint=DRY)
     widths = path["crack_width_max"].values
-    assert (path["crack_width_worst"].values == np.maximum.accumulate(widths)).all()
+    assert (path["worst_crack_width"].values == np.maximum.accumulate(widths)).all()
     ax = draw_history(path)
     assert ax.get_xlabel().startswith("increment")
     turns = [
