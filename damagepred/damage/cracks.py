@@ -78,7 +78,8 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
     first = order[np.searchsorted(label[order], np.arange(count))]
     rank = first[np.argsort(-per_joint[first], kind="stable")]
     rank = rank[per_joint[rank] > 0.0]  # joints that only slid are no open crack
-    displacement = np.zeros(count)
+    displacement, length = np.zeros(count), np.zeros(count)
+    np.add.at(length, label, joints.contact_length[number].sum(axis=1))
     np.maximum.at(displacement, label, np.hypot(width, slip[number]).max(axis=1))
     return Cracks(
         per_joint[rank],
@@ -86,7 +87,7 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
         y[rank],
         np.bincount(label, minlength=count)[label[rank]],
         displacement,
-        np.bincount(label, joints.contact_length[number].sum(axis=1), minlength=count),
+        length,
     )
 
 
