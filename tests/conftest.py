@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from damagepred import screen
+
 ROOT = Path(__file__).resolve().parents[1]
 
 SMALL_STUDY = """
@@ -66,3 +68,9 @@ def small_study_file(tmp_path: Path) -> Path:
     file = tmp_path / "small.toml"
     file.write_text(SMALL_STUDY)
     return file
+
+
+@pytest.fixture(autouse=True)
+def _form_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give each test the form of the output that a new process has: commands change it."""
+    monkeypatch.setattr(screen, "FORM", screen.Form())

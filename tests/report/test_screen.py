@@ -210,7 +210,7 @@ def test_every_number_of_fragility_curves(tmp_path: Path, shown: Screen) -> None
                 compare(cell, unit, values if np.isfinite(values).all() else values[:1], name)
             bounds = [float(one[f"median_failed_{end}"]) for end in ("undamaged", "damaged")]
             compare(row[6], "mm", [bound for bound in bounds if np.isfinite(bound)], "failed")
-    assert shown.lines[1].startswith("4 failed walls count in the curves")
+    assert any(line.startswith("4 failed walls count in the curves") for line in shown.lines)
     median = float(curves["median"][0])
     for unit, head, cell in (("m-1", "median 1/m\n", f"{median:.3g} ("), ("1", "median\n", f"1/{1 / median:.0f} (")):
         curves["intensity"].attrs["units"] = unit

@@ -74,7 +74,8 @@ class Equilibrium(Residual):
             if self._searches_to_skip > 0:
                 self._searches_to_skip -= 1
                 return ratio
-            if self._dry:  # in bonded walls fewer joints slide: the fixed point is found sooner
+            # in bonded walls fewer joints slide: the fixed point is found sooner
+            if self._dry and self.options.damped_newton.max_iterations:
                 if ratio == np.inf:
                     found, state.jack = first, load
                 found, ratio = damped_newton(self, state, found)

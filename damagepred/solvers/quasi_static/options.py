@@ -57,7 +57,8 @@ class DampedNewtonOptions:
     Attributes
     ----------
     max_iterations : int
-        Iterations of one attempt, rejected steps included.
+        Iterations of one attempt, rejected steps included; 0: none. With 40, dry walls take a third to four fifths of
+        the time, but the half of a symmetric wall then ends in another of the equilibria that friction admits.
     initial_damping : float
         First share of the elastic stiffness (1).
     damping_growth : float
@@ -74,7 +75,7 @@ class DampedNewtonOptions:
         Such iterations in a row that end the attempt.
     """
 
-    max_iterations: Count = Field(default=40, ge=0)
+    max_iterations: Count = Field(default=0, ge=0)
     initial_damping: Pure = Field(default=1e-2, gt=0, le=1)
     damping_growth: Pure = Field(default=4.0, gt=1)
     damping_decay: Pure = Field(default=0.2, gt=0, lt=1)
