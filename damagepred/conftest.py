@@ -27,6 +27,13 @@ increments = 16
 roof = "12 kN"
 """
 
+MORE = {
+    "mound": {"dpc": {"course": 1}, "movement": {"shape": "mound", "increments": 2}},
+    "jacks": {"dpc": {"course": 1}, "movement": {"shape": "jacks", "central_deflection": "0.5 mm", "increments": 2}},
+    "zones": {"solver": {"blocks": "deformable"}, "movement": {"central_deflection": "0.5 mm", "increments": 1}},
+}
+"""Tables of other walls, of 1.44 m x 0.45 m."""
+
 STUDY = """
 scene = "wall.toml"
 [study]
@@ -58,6 +65,9 @@ def _files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "house.toml").write_text(STUDY, encoding="utf-8")
     (place / "strong.toml").write_text(STUDY.replace('mean = "0.1 MPa"', 'mean = "0.3 MPa"'), encoding="utf-8")
     write_dataset(solve(Scene.from_toml(place / "wall.toml")), place / "wall.nc")
+    for name, tables in MORE.items():
+        scene = Scene.from_dict({"wall": {"length": 1.44, "height": 0.45}, **tables})
+        write_dataset(solve(scene), place / f"{name}.nc")
     for name in ("house", "strong"):
         Study.from_toml(place / f"{name}.toml").run(place / f"{name}.dp")
     return place
@@ -66,5 +76,5 @@ def _files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(autouse=True)
 def _beside_the_files(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     source = "".join(example.source for example in getattr(getattr(request.node, "dtest", None), "examples", ()))
-    if any(name in source for name in ("wall.", "house.", "strong.")):
+    if any(f'"{name}.' in source for name in ("wall", "house", "strong", *MORE)):
         monkeypatch.chdir(request.getfixturevalue("_files"))

@@ -17,7 +17,7 @@ import damagepred
 
 ROOT = Path(__file__).resolve().parent.parent
 
-WITH_EXAMPLES = ("assembly", "exports", "scene", "study")
+WITH_EXAMPLES = ("assembly", "exports", "plotting", "report", "scene", "study")
 """Public modules whose names all have an example."""
 
 

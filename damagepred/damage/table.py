@@ -149,6 +149,14 @@ def read_table(path: str | Path) -> DamageTable:
     ------
     InputError
         If it is missing or is no such table.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> from damagepred.data_files import data_file
+    >>> table = damagepred.damage.read_table(data_file("damage", "as2870.toml"))
+    >>> table.name, table.limits
+    ('AS 2870-2011 Table C1', (0.0001, 0.001, 0.005, 0.015))
     """
     content = read_toml(path)
     try:

@@ -40,6 +40,14 @@ def draw_comparison(
     ------
     InputError
         If the dataset holds no comparison.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> studies = {"as it is": damagepred.open_study("house.dp"), "strong": damagepred.open_study("strong.dp")}
+    >>> axes = damagepred.plotting.draw_comparison(damagepred.compare(studies, categories=[2]))
+    >>> len(axes)
+    2
     """
     require(comparison, ("probability", "difference", "difference_lower"), "a comparison of studies")
     upper, lower = several_or_new(axes, 2, 1, 8.0, 7.5)

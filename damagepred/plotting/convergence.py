@@ -33,6 +33,13 @@ def draw_convergence(ds: xr.Dataset, at: float, ax: Axes | None = None, confiden
     ------
     InputError
         If the dataset is not a study, or no wall of it has been solved.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> ax = damagepred.plotting.draw_convergence(damagepred.open_study("house.dp"), at=2e-3)
+    >>> ax.get_ylabel()
+    'probability (1)'
     """
     require(ds, ("damage_category", "status"), "a study as `damagepred.open_study` returns it")
     ax = axes_or_new(ax, 9.0, 5.0)

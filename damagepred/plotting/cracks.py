@@ -70,6 +70,13 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, kno
     ------
     InputError
         If the dataset is not of one wall, or has no such increment.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> ax = damagepred.plotting.draw_cracks(xarray.open_dataset("wall.nc"))
+    >>> ax.get_ylabel()
+    'height (m)'
     """
     known = WallCracks(ds) if known is None else known
     profile, found = known.profile(increment), known.dataset()

@@ -59,6 +59,13 @@ def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If the dataset is not of one wall.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> ax = damagepred.plotting.draw_dpc_opening(xarray.open_dataset("mound.nc"))
+    >>> ax.get_xlabel()
+    'along the wall (m)'
     """
     return _draw_opening(ds, ax, ContactKind.DPC)
 
@@ -78,6 +85,13 @@ def draw_footing_opening(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If the dataset is not of one wall.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> ax = damagepred.plotting.draw_footing_opening(xarray.open_dataset("wall.nc"))
+    >>> ax.get_xlabel()
+    'along the wall (m)'
     """
     return _draw_opening(ds, ax, ContactKind.FOOTING_INTERFACE)
 

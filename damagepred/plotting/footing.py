@@ -67,6 +67,13 @@ def draw_jack_load(
     ------
     InputError
         If the dataset is not of a wall on jacks.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> ax = damagepred.plotting.draw_jack_load(xarray.open_dataset("jacks.nc"))
+    >>> ax.get_xlabel()
+    'central deflection (mm)'
     """
     require(ds, ("jack_load", "support_load", "central_deflection"), _ON_JACKS)
     first = ax is None or not ax.lines
@@ -150,6 +157,13 @@ def draw_footing_form(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If the dataset is not of such a wall.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> ax = damagepred.plotting.draw_footing_form(xarray.open_dataset("mound.nc"))
+    >>> " ".join(ax.get_ylabel().split())
+    'footing gone up from its level under dead load (mm)'
     """
     require(ds, ("section_moment",), _ON_A_FOOTING)
     chosen, datum = footing_blocks(ds), settlement(ds)
@@ -181,6 +195,13 @@ def draw_footing_moment(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         Of one wall whose footing finds its own form.
     ax : Axes, optional
         Where to draw; by default on a new figure.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> ax = damagepred.plotting.draw_footing_moment(xarray.open_dataset("mound.nc"))
+    >>> ax.get_ylabel()
+    'moment, sagging positive (kNm)'
     """
     require(ds, ("section_moment",), _ON_A_FOOTING)
     values = ds["section_moment"].values * KN
@@ -197,6 +218,13 @@ def draw_footing_curvature(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         Of one wall whose footing finds its own form.
     ax : Axes, optional
         Where to draw; by default on a new figure.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> ax = damagepred.plotting.draw_footing_curvature(xarray.open_dataset("mound.nc"))
+    >>> ax.get_ylabel()
+    'curvature, sagging positive (1/km)'
     """
     require(ds, ("section_curvature",), _ON_A_FOOTING)
     values = ds["section_curvature"].values * 1e3
@@ -223,6 +251,13 @@ def draw_footing(ds: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axe
     ------
     InputError
         If the dataset is not of such a wall.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> axes = damagepred.plotting.draw_footing(xarray.open_dataset("mound.nc"))
+    >>> len(axes)
+    3
     """
     axes = several_or_new(axes, 3, 1, 9.0, 9.5, sharex=True)
     for ax, draw in zip(axes, (draw_footing_form, draw_footing_moment, draw_footing_curvature)):

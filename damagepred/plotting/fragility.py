@@ -59,6 +59,14 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If the dataset holds no fragility curves.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> curves = damagepred.fit_fragility(damagepred.open_study("house.dp"), bootstrap=20)
+    >>> ax = damagepred.plotting.draw_fragility(curves)
+    >>> ax.get_xlabel()
+    'central deflection (mm)'
     """
     require(
         curves,

@@ -53,6 +53,14 @@ def draw_fragility_surface(surface: xr.Dataset, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If the dataset holds no surface.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> surface = damagepred.fit_surface(damagepred.open_study("house.dp"), 2, "joint.friction", bootstrap=20)
+    >>> ax = damagepred.plotting.draw_fragility_surface(surface)
+    >>> ax.get_ylabel()
+    'joint, friction (1)'
     """
     require(
         surface,

@@ -47,6 +47,13 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If the dataset is not of one wall.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> ax = damagepred.plotting.draw_history(xarray.open_dataset("wall.nc"))
+    >>> ax.get_xlabel()
+    'central deflection (mm)'
     """
     require(
         ds,

@@ -32,6 +32,13 @@ def draw_opening_width_change(ds: xr.Dataset, ax: Axes | None = None, against: s
     ------
     InputError
         If the dataset is not of one wall, or ``against`` is something else.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> ax = damagepred.plotting.draw_opening_width_change(xarray.open_dataset("wall.nc"))
+    >>> ax.get_xlabel()
+    'central deflection (mm)'
     """
     if against not in AGAINST:
         raise InputError(f"against = '{against}': must be one of {', '.join(AGAINST)}.")

@@ -61,6 +61,13 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
         If the folder cannot be written.
     InputError
         If the dataset is not of one wall.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> files = damagepred.plotting.save_wall_pictures(xarray.open_dataset("wall.nc"), "wall")
+    >>> [file.name for file in files][:3]
+    ['wall.png', 'dpc_opening.png', 'footing_opening.png']
     """
     sheets = {"wall.png": figure_of(draw_wall(ds)), "dpc_opening.png": figure_of(draw_dpc_opening(ds))}
     if "footing" in shown_gaps(ds):
@@ -155,6 +162,13 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
         If the folder cannot be written.
     InputError
         If the dataset is not a study, or no wall of it has been solved.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> files = damagepred.plotting.save_study_pictures(damagepred.open_study("house.dp"), "study")
+    >>> [file.name for file in files]
+    ['crack_widths.png', 'category_shares.png']
     """
     sheets = {
         "crack_widths.png": figure_of(draw_crack_widths(ds)),
@@ -186,6 +200,13 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
         If the folder cannot be written.
     InputError
         If the name ends in something else, or the dataset holds no curves.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> curves = damagepred.fit_fragility(damagepred.open_study("house.dp"), bootstrap=20)
+    >>> damagepred.plotting.save_fragility_picture(curves, "curves.png").name
+    'curves.png'
     """
     file = Path(path)
     if file.suffix.lstrip(".").lower() not in FORMATS:

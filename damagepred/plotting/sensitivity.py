@@ -42,6 +42,14 @@ def draw_sensitivity(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> l
     ------
     InputError
         If the dataset holds something else.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> found = damagepred.study_sensitivity(damagepred.open_study("house.dp"), category=2, resamples=50)
+    >>> axes = damagepred.plotting.draw_sensitivity(found)
+    >>> len(axes)
+    2
     """
     require(found, ("spearman", "partial", "first_order"), "what study_sensitivity returns")
     order = np.argsort(np.abs(found["spearman"].values))

@@ -85,6 +85,13 @@ def draw_stress(
     ------
     InputError
         If the dataset is not of one wall, or has no such increment or component.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> ax = damagepred.plotting.draw_stress(xarray.open_dataset("zones.nc"), component="yy")
+    >>> ax.get_xlabel()
+    'along the wall (m)'
     """
     _check(ds, component)
     wall = Deformed.of(ds, increment, exaggeration)

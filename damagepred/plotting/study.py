@@ -135,6 +135,13 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If the dataset is not a study, or no wall of it has been solved.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> ax = damagepred.plotting.draw_crack_widths(damagepred.open_study("house.dp"))
+    >>> ax.get_xlabel()
+    'central deflection (mm)'
     """
     require(ds, _NEEDED, _STUDY)
     paths = common_paths(ds)
@@ -222,6 +229,13 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ------
     InputError
         If the dataset is not a study, or no wall of it has been solved.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> ax = damagepred.plotting.draw_category_shares(damagepred.open_study("house.dp"))
+    >>> ax.get_xlabel()
+    'central deflection (mm)'
     """
     require(ds, _NEEDED, _STUDY)
     paths = common_paths(ds)

@@ -80,6 +80,13 @@ def draw_wall(
     ------
     InputError
         If the dataset is not of one wall, or has no such increment.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> ax = damagepred.plotting.draw_wall(xarray.open_dataset("wall.nc"), increment=4)
+    >>> ax.get_xlabel(), ax.get_ylabel()
+    ('along the wall (m)', 'height (m)')
     """
     require(ds, ("damage_category",), "the result of one wall with all its fields (`damagepred solve`)")
     wall = Deformed.of(ds, increment, exaggeration)

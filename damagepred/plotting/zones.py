@@ -36,6 +36,13 @@ def draw_zone_states(
     ------
     InputError
         If the dataset has no zones, or no such increment.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> ax = damagepred.plotting.draw_zone_states(xarray.open_dataset("zones.nc"))
+    >>> ax.get_xlabel()
+    'along the wall (m)'
     """
     require(ds, ("zone_state",), "the result of a wall with deformable blocks (`[solver] blocks`), zones stored")
     wall = Deformed.of(ds, increment, exaggeration)

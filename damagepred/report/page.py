@@ -20,6 +20,12 @@ def page_html(page: Page) -> str:
     ----------
     page : Page
         The report.
+
+    Examples
+    --------
+    >>> from damagepred.report.parts import Page
+    >>> "<h1>a house</h1>" in page_html(Page("a house", "nothing yet", [], "At 8 mm:", [], [], []))
+    True
     """
     moves = any(isinstance(part, Drawing) and part.walls for section in page.sections for part in section.parts)
     return str(_template().render(page=page, style=_file("page.css"), script=_file("explorer.js") if moves else ""))

@@ -20,7 +20,14 @@ if TYPE_CHECKING:
 
 @checked
 def report_place(path: str | Path) -> Path:
-    """Return where a report goes if nothing is said: ``house.dp`` or ``wall.nc`` to ``house_report.html`` beside it."""
+    """Return where a report goes if nothing is said: ``house.dp`` or ``wall.nc`` to ``house_report.html`` beside it.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> damagepred.report.report_place("house.dp").name
+    'house_report.html'
+    """
     place = Path(path) if Path(path).name not in ("", "..") else Path(path).resolve()
     return place.with_name(f"{place.stem}_report.html")
 
@@ -67,6 +74,13 @@ def write_report(
         If there is no such wall or study, or nothing of it has been solved.
     StudyError
         If the file cannot be written.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> place = damagepred.report.write_report("house.dp", "page.html", at="3 mm", replay=False, bootstrap=50)
+    >>> "Category 2 (slight) or worse: probability" in place.read_text(encoding="utf-8")
+    True
     """
     source = Path(path)
     place = Path(output) if output is not None else report_place(source)
