@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     )
     from damagepred.simple_assessment import simple_categories, simple_methods
     from damagepred.study import Study, StudyFunction, open_study
+    from damagepred.study.analyses.back_analysis import infer
     from damagepred.study.analyses.variance_shares import study_sensitivity
     from damagepred.uq.comparison import compare
     from damagepred.uq.exceedance import exceedance
@@ -77,6 +78,7 @@ _HOMES = {
         "Movement Opening ReinforcedConcrete Rig Scene Soil Solver Wall",
         "simple_assessment": "simple_categories simple_methods",
         "study": "Study StudyFunction open_study",
+        "study.analyses.back_analysis": "infer",
         "study.analyses.variance_shares": "study_sensitivity",
         "uq.comparison": "compare",
         "uq.exceedance": "exceedance",

@@ -449,6 +449,43 @@ def compare(
         _keep_curves(compare_studies(studies, categories=[category], confidence=confidence), output, plot)
 
 
+@app.command("infer")
+def infer_command(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Study folders (*.dp), one a cause, and then the observations (*.toml).", show_default=False
+        ),
+    ],
+    replays: Annotated[
+        int, typer.Option("--replays", min=1, help="Samples a study that are replayed for local cracks, at most.")
+    ] = 200,
+    workers: Workers = 1,
+    output: NetcdfFile = None,
+    plot: Picture = None,
+    json: Json = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Infer movement and cause from observed cracks, levels and windows, and what further movement would bring."""
+    from damagepred.archive.files import check_writable
+    from damagepred.errors import InputError
+    from damagepred.study.analyses.back_analysis import InferenceOptions, infer, sentences
+
+    if len(files) < 2 or files[-1].suffix != ".toml":
+        raise InputError("infer: give one study folder or more, and then the file of the observations (*.toml).")
+    check_writable(output, plot)
+    options = InferenceOptions(replays=replays)
+    with screen.ReplayBar() as bar:
+        found = infer(files[:-1], files[-1], workers=workers, options=options, on_replay=bar.update)
+    _keep_curves(found, output, plot)
+    if json:
+        screen.print_json(found)
+        return
+    screen.back_analysis(found)
+    screen.cautions(sentences(found, options))
+
+
 @app.command("two-level")
 def two_level(
     file: Annotated[Path, typer.Argument(help="Study file (TOML) with [study.coarse].", show_default=False)],

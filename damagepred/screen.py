@@ -425,6 +425,62 @@ class StudyBar(_Progress):
         return f"about {duration((time.monotonic() - self._began) / fresh * (state.total - state.done))} left"
 
 
+class ReplayBar(_Progress):
+    """Progress of replays, with the time that is left."""
+
+    def __init__(self) -> None:
+        super().__init__("replays", "{task.fields[left]}", transient=True)
+        self._task, self._began = self._progress.add_task("", total=None, left=""), time.monotonic()
+
+    def update(self, done: int, total: int) -> None:
+        """Show the number of replays done and the time left.
+
+        Parameters
+        ----------
+        done, total : int
+            Replays done, and all that are needed.
+        """
+        from damagepred.formatting import duration
+
+        left = (time.monotonic() - self._began) / done * (total - done)
+        self._progress.update(self._task, completed=done, total=total, left=f"about {duration(left)} left")
+
+
+def back_analysis(found: xr.Dataset) -> None:
+    """Print the posterior of causes, movement and future damage.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        As ``damagepred.infer`` returns it.
+    """
+    from damagepred.study.analyses.back_analysis import cause_odds
+
+    metres = found["movement"].attrs["units"] == "m"
+    factor, unit = (1e3, "mm") if metres else (1.0, "")
+    odds = cause_odds(found)
+    rows = []
+    for name, (prior, after) in odds.items():
+        one = found.sel(study=name)
+        low, *_, middle, _, high = (f"{factor * v:.3g}" for v in one["movement_quantile"].values)
+        alone = len(odds) == 1
+        shown = ["-", "-"] if alone else [f"{prior:.3g}", f"{after:.3g}"]
+        rows.append([name, *shown, middle, f"{low} to {high}", f"{float(one['effective_samples']):.1f}"])
+    measure = str(found.attrs["measure"]).replace("_", " ")
+    heads = ("study", "prior odds", "posterior odds", f"{measure} ({unit})", "90 % interval", "effective samples")
+    table("Cause and movement, given the observations", heads, rows)
+    rows = [
+        [name, f"{factor * float(further):.3g}", *(f"{p:.3f}" for p in at["future_probability"].values), f"{known:.0%}"]
+        for name in odds
+        for further, at, known in (
+            (float(d), found.sel(study=name).isel(further=k), float(found.sel(study=name)["future_known"][k]))
+            for k, d in enumerate(found["further"].values)
+        )
+    ]
+    columns = ["study", f"further ({unit})", *(f"P(>= {int(c)})" for c in found["category"].values), "known"]
+    table("Damage after further movement", columns, rows)
+
+
 def wall_table(ds: xr.Dataset) -> None:
     """Print the path of a wall, a line an increment."""
     from damagepred.archive.cautions import wall_cautions

@@ -12,6 +12,7 @@ TOPICS = (
     "uncertainty",
     "footing-and-ground",
     "control-joints",
+    "from-cracks-to-causes",
     "large-studies",
     "accuracy",
     "theory",

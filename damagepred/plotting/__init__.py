@@ -1,5 +1,6 @@
 """Pictures: datasets in, axes and files out. The only part of the package that imports matplotlib."""
 
+from damagepred.plotting.back_analysis import draw_back_analysis
 from damagepred.plotting.comparison import draw_comparison
 from damagepred.plotting.convergence import draw_convergence
 from damagepred.plotting.cracks import draw_cracks
@@ -23,6 +24,7 @@ from damagepred.plotting.wall import draw_wall
 from damagepred.plotting.zones import draw_zone_states
 
 __all__ = [
+    "draw_back_analysis",
     "draw_category_shares",
     "draw_comparison",
     "draw_convergence",

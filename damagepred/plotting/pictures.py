@@ -13,6 +13,7 @@ from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError, StudyError
+from damagepred.plotting.back_analysis import draw_back_analysis
 from damagepred.plotting.comparison import draw_comparison
 from damagepred.plotting.cracks import cracks_sheet
 from damagepred.plotting.deformed import Deformed
@@ -179,12 +180,12 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
 
 @checked
 def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
-    """Draw fragility curves, a surface, a comparison, or what damage depends on, into a file.
+    """Draw fragility curves, a surface, a comparison, a back-analysis, or what damage depends on, into a file.
 
     Parameters
     ----------
     curves : xarray.Dataset
-        As ``damagepred.fit_fragility``, ``damagepred.fit_surface``, ``damagepred.compare`` or
+        As ``damagepred.fit_fragility``, ``damagepred.fit_surface``, ``damagepred.compare``, ``damagepred.infer`` or
         ``damagepred.study.analyses.variance_shares.study_sensitivity`` returns it.
     path : str or Path
         Ending in .png, .pdf or .svg; its folder is made if it does not exist.
@@ -211,6 +212,8 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     file = Path(path)
     if file.suffix.lstrip(".").lower() not in FORMATS:
         raise InputError(f"{file}: pictures are written as {', '.join('.' + f for f in FORMATS)}; give it such a name.")
+    if "posterior" in curves:
+        return _save_all({file.name: figure_of(draw_back_analysis(curves)[0])}, file.parent)[0]
     if "spearman" in curves:
         return _save_all({file.name: figure_of(draw_sensitivity(curves)[0])}, file.parent)[0]
     if "difference" in curves:

@@ -1,0 +1,78 @@
+"""Back-analysis: the posterior of the movement, and the posterior crack map with the observed cracks on it."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from damagepred.arguments import checked
+from damagepred.plotting.colours import CURVE_STYLES, OPENING_STYLES
+from damagepred.plotting.sheet import MM, legend_below, require, set_title, several_or_new, verbatim
+
+
+@checked
+def draw_back_analysis(found: xr.Dataset) -> list[Axes]:
+    """Draw the posterior of the movement under each cause, and below it the crack map of the likeliest one.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        As ``damagepred.infer`` returns it.
+
+    Returns
+    -------
+    list of Axes
+        Of the movement and, where local cracks were observed, of the crack map.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of a back-analysis.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> from damagepred.uq.observations import CrackObservation, Observations
+    >>> seen = Observations(crack=(CrackObservation(width="2 mm"),))
+    >>> len(damagepred.plotting.draw_back_analysis(damagepred.infer("house.dp", seen)))
+    1
+    """
+    require(found, ("posterior", "movement", "cause_posterior"), "a back-analysis")
+    axes = several_or_new(None, 2 if "crack_probability" in found else 1, 1, 8.0, 7.5)
+    in_metres = found["movement"].attrs.get("units") == "m"
+    factor, unit = (MM, "mm") if in_metres else (1.0, "1")
+    for k, name in enumerate(str(study) for study in found["study"].values):
+        own = (found["study_of_sample"] == k).values
+        weight, movement = (found[n].values[own].ravel() for n in ("posterior", "movement"))
+        used = weight > 0
+        order = np.argsort(movement[used])
+        share = float(found["cause_posterior"][k])
+        total = np.cumsum(weight[used][order]) / max(share, 1e-300)
+        colour, style = OPENING_STYLES[k % len(OPENING_STYLES)][0], CURVE_STYLES[k % len(CURVE_STYLES)]
+        label = f"{verbatim(name)}: probability {share:.2g}"
+        axes[0].step(movement[used][order] * factor, total, where="post", color=colour, linestyle=style, label=label)
+    axes[0].set_ylim(0.0, 1.0)
+    axes[0].set_xlabel(f"{str(found.attrs['measure']).replace('_', ' ')} ({unit})")
+    axes[0].set_ylabel("posterior probability\nof a smaller movement (1)")
+    warning = "" if found["resembles"].values.any() else "NO STORED WALL RESEMBLES THE OBSERVATIONS"
+    set_title(axes[0], "Movement, given the observations", warning)
+    legend_below(axes[0], axes[0].get_legend_handles_labels()[0])
+    if len(axes) > 1:
+        _draw_map(found, axes[1])
+    return list(axes)
+
+
+def _draw_map(found: xr.Dataset, ax: Axes) -> None:
+    one = found.isel(study=int(found["cause_posterior"].values.argmax()))
+    probability = one["crack_probability"]
+    mesh = ax.pcolormesh(one["map_x"], one["map_y"], probability, vmin=0.0, vmax=1.0, cmap="Greys", shading="nearest")
+    ax.figure.colorbar(mesh, ax=ax, label="probability (1)")
+    for x, y, width in zip(*(found[f"observed_{name}"].values for name in ("x", "y", "width"))):
+        ax.plot(x, y, marker="o" if width else "x", color=OPENING_STYLES[0][0], fillstyle="none", markersize=9)
+        ax.annotate(f"{width * MM:g} mm" if width else "none", (x, y), (6, 6), textcoords="offset points")
+    ax.set_aspect("equal")
+    ax.set_xlabel("along the wall (m)")
+    ax.set_ylabel("height (m)")
+    limit = float(probability.attrs["wider_than"]) * MM
+    set_title(ax, "Crack map", f"{verbatim(str(one['study'].values))}: cracks wider than {limit:g} mm; marks: observed")

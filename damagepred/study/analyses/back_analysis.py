@@ -1,0 +1,537 @@
+"""Back-analysis: which movement, of which cause, made the observed cracks, and what further movement would bring.
+
+Every increment of every stored sample is one state of the prior: the sample with its weight, the increment with the
+prior probability of the movements nearest to it. Its posterior weight is that times its likelihood (self-normalised
+importance sampling: Robert and Casella 2004, ch. 3). Causes are studies: their posterior odds are the prior odds times
+the ratio of their mean likelihoods (Bayes factor).
+
+Local cracks and levels are read from replays. Where these are fewer than the samples, they are drawn with probabilities
+proportional to the weights by all other observations, and weighted by the inverse (Horvitz and Thompson 1952).
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy import special
+
+from damagepred.archive.folder import open_study
+from damagepred.arguments import checked
+from damagepred.arrays import FloatArray, IntArray
+from damagepred.damage import sticking_limits
+from damagepred.enumerations import SOLVED
+from damagepred.errors import InputError, nearest
+from damagepred.one_thread import one_blas_thread
+from damagepred.study.analyses.local_cracks import Replayed, ReplayStore
+from damagepred.uq.capacity import highest_category
+from damagepred.uq.estimate import effective_samples
+from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values
+from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
+from damagepred.uq.observations import (
+    CrackPrediction,
+    Fit,
+    Observations,
+    censored,
+    crack_fit,
+    measured,
+)
+
+_WIDEST = {"wall": "crack_width_max", "below_dpc": "base_crack_width_max", "dpc": "dpc_opening_max"}
+
+
+@dataclass(frozen=True)
+class InferenceOptions:
+    """Options of a back-analysis.
+
+    Attributes
+    ----------
+    replays : int
+        Samples of each study that are replayed for local cracks and levels, at most.
+    fewest_effective : float
+        Effective number of samples below which the result carries a caution.
+    resemblance : float
+        Probability of a larger misfit below which the best state is said not to resemble the observations.
+    further : tuple of float
+        Further movements, as shares of the study's largest.
+    map_cell, map_width : float
+        Side of the cells of the crack map (m), and the width (m) from which a crack counts in it.
+    quantiles : tuple of float
+        Of the movement.
+    """
+
+    replays: int = 200
+    fewest_effective: float = 50.0
+    resemblance: float = 0.01
+    further: tuple[float, ...] = (0.0, 0.1, 0.25, 0.5)
+    map_cell: float = 0.15
+    map_width: float = 5e-4
+    quantiles: tuple[float, ...] = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+DEFAULT = InferenceOptions()
+
+
+@dataclass
+class StoredWalls:
+    """States of one study, with what is predicted of them at places that were observed.
+
+    Attributes
+    ----------
+    path : Path
+        Study folder.
+    """
+
+    path: Path
+    _local: dict[tuple[Any, ...], tuple[FloatArray, ...]] = field(default_factory=dict)
+
+    @one_blas_thread()
+    def __post_init__(self) -> None:
+        """Open the study."""
+        self.ds = open_study(self.path)
+        self.store = ReplayStore(Path(self.path))
+        self.measure = chosen_intensity(self.ds, None)
+        if "increment" not in self.ds[self.measure].dims if self.measure in self.ds else True:
+            raise InputError(
+                f"{self.path}: infer needs the increments of each wall; run the study with [study] movement = 'path'."
+            )
+        self.name = Path(self.path).name.removesuffix(".dp")
+        self.movement = intensity_values(self.ds, self.measure)
+        self.known = np.isin(self.ds["status"].values, SOLVED)
+        weight = self.ds["weight"].values if "weight" in self.ds else np.ones(len(self.known))
+        self.weight = np.where(self.known, weight, 0.0)
+        middle = 0.5 * (self.movement[:, 1:] + self.movement[:, :-1])
+        self.edges = np.concatenate((self.movement[:, :1], middle, self.movement[:, -1:]), axis=1)
+        if not np.isfinite(self.edges[self.known]).all():
+            # a rig that let go, or a failed path: the increments beyond are not part of the prior
+            last = np.where(np.isfinite(self.movement), self.movement, -np.inf).max(axis=1, keepdims=True)
+            self.edges = np.where(np.isfinite(self.edges), self.edges, last)
+
+    @property
+    def largest(self) -> float:
+        """The largest movement of the study."""
+        return float(np.nanmax(self.edges[self.known]))
+
+    def log_prior(self, movement: MovementDistribution | None) -> FloatArray:
+        """Return the logarithm of the prior probability of each state, array (samples, increments)."""
+        if movement is None:
+            share = np.diff(self.edges, axis=1) / np.maximum(np.ptp(self.edges, axis=1), 1e-300)[:, None]
+        else:
+            movement.require_measure(self.measure)
+            points = np.asarray(movement.points)
+            if beyond := float(np.mean(points > self.largest)):
+                raise InputError(
+                    f"movement = {movement.name}: {beyond:.0%} of it lies beyond {self.largest:g}, the largest "
+                    f"movement of {self.path}; run the study with a larger movement."
+                )
+            share = np.array([np.histogram(points, np.maximum.accumulate(row))[0] for row in self.edges]) / len(points)
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(share) + np.log(self.weight / self.weight.sum())[:, None])
+
+    def fit_of_archive(self, seen: Observations) -> Fit:
+        """Return the fit of what the archive itself tells."""
+        shape, model = self.movement.shape, seen.discrepancy
+        total = Fit(np.zeros(shape), np.zeros(shape))
+        for crack in (c for c in seen.crack if c.x is None):
+            width = self._values(_WIDEST[crack.part], "cracks of this part")
+            total = total + crack_fit(crack, CrackPrediction(width, width), model)
+        for name, found in (("slope_max", seen.slope), ("tilt_max", seen.tilt)):
+            for one in found:
+                total = total + measured(
+                    self._values(name, "slopes"), one.value, np.full(shape, np.hypot(one.error, model.slope))
+                )
+        for window in seen.window:
+            count = self.ds.sizes.get("opening", 0)
+            if window.opening > count or "opening_distortion" not in self.ds:
+                raise InputError(f"window.opening = {window.opening}: the walls of {self.path} have {count} openings.")
+            limit = sticking_limits().angle[0]
+            value = self.ds["opening_distortion"].values[..., window.opening - 1]
+            deviation = np.maximum(model.distortion_share * value, model.distortion_share * limit)
+            bounds = (limit, np.inf) if window.sticks else (-np.inf, limit)
+            total = total + censored(value, *bounds, deviation)
+        return total
+
+    def _values(self, name: str, what: str) -> FloatArray:
+        if name not in self.ds or self.ds[name].ndim != 2:
+            raise InputError(f"{self.path}: the archive does not hold {name}; {what} cannot be observed on its walls.")
+        return np.asarray(self.ds[name].values, dtype=np.float64)
+
+    def crack_map(self, weight: FloatArray, cell: float, wider: float, shape: tuple[int, int]) -> FloatArray:
+        """Return the probability that a crack wider than a limit runs through each cell, array (y, x).
+
+        Parameters
+        ----------
+        weight : array (samples, increments)
+            Posterior weights of the states.
+        cell, wider : float
+            Side of the cells and limit (m).
+        shape : (int, int)
+            Number of cells upwards and along the wall.
+        """
+        found = np.zeros(shape[0] * shape[1])
+        for sample in np.flatnonzero(weight.sum(axis=1) > 0):
+            one = self._replayed(int(sample))
+            open_ = one.width > wider
+            row = np.minimum((one.y[open_] / cell).astype(np.int64), shape[0] - 1)
+            column = np.minimum((one.x[open_] / cell).astype(np.int64), shape[1] - 1)
+            states = np.unique(np.stack((row * shape[1] + column, one.step[open_])), axis=1)
+            np.add.at(found, states[0], weight[sample, states[1]])
+        return found.reshape(shape)
+
+    def fit_of_replays(self, seen: Observations, samples: IntArray) -> Fit:
+        """Return the fit of local cracks and levels, (chosen samples, increments).
+
+        Parameters
+        ----------
+        seen : Observations
+            What was observed.
+        samples : array of int
+            Samples that have been replayed.
+        """
+        shape = (len(samples), self.movement.shape[1])
+        total = Fit(np.zeros(shape), np.zeros(shape))
+        for crack in (c for c in seen.crack if c.x is not None):
+            key = (crack.x, crack.y, crack.within, crack.part, crack.direction)
+            found = self._predicted(key, samples, lambda one, c=crack: one.widest(c, shape[1]))
+            total = total + crack_fit(crack, CrackPrediction(*found), seen.discrepancy)
+        for level in seen.level:
+            ends = (level.x, level.y), (level.to_x, level.to_y)
+            (rise,) = self._predicted(ends, samples, lambda one, e=ends: (one.level(*e, shape[1]),))
+            deviation = np.full(shape, np.hypot(level.error, seen.discrepancy.level))
+            total = total + measured(rise, level.difference, deviation)
+        return total
+
+    def _predicted(
+        self, key: tuple[Any, ...], samples: IntArray, read: Callable[..., tuple[FloatArray, ...]]
+    ) -> tuple[FloatArray, ...]:
+        key = (*key, samples.tobytes())
+        if key not in self._local:
+            rows = [read(self._replayed(int(sample))) for sample in samples]
+            self._local[key] = tuple(np.array(column) for column in zip(*rows))
+        return self._local[key]
+
+    def _replayed(self, sample: int) -> Replayed:
+        return self.store.read(sample)
+
+
+def chosen_samples(weight: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
+    """Return samples drawn with probabilities proportional to weights, without replacement, and these probabilities.
+
+    Parameters
+    ----------
+    weight : array (samples,)
+        Weights.
+    count : int
+        Samples to draw at most.
+
+    Notes
+    -----
+    Systematic sampling with inclusion probabilities min(1, c w) (Tille 2006); the start is fixed, so that a repeated
+    call draws the same samples.
+    """
+    used = np.flatnonzero(weight > 0)
+    if len(used) <= count:
+        return used, np.ones(len(used))
+    chance = np.zeros(len(weight))
+    sure = np.zeros(len(weight), dtype=bool)
+    while True:
+        free = ~sure & (weight > 0)
+        chance = np.where(sure, 1.0, np.where(free, weight * (count - sure.sum()) / max(weight[free].sum(), 1e-300), 0))
+        if not (more := (chance >= 1) & free).any():
+            break
+        sure |= more
+    steps = np.floor(np.cumsum(chance) + 0.5 + 1e-9)
+    drawn = np.flatnonzero(np.diff(steps, prepend=0.0) > 0)
+    return drawn, chance[drawn]
+
+
+@checked
+@one_blas_thread()
+def infer(
+    studies: str | Path | Sequence[str | Path],
+    observations: str | Path | Observations,
+    *,
+    workers: int = 1,
+    options: InferenceOptions = DEFAULT,
+    on_replay: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Return the posterior of movement, cause and future damage, given what is observed on a wall.
+
+    Parameters
+    ----------
+    studies : path or sequence of paths
+        Study folders, one for each cause.
+    observations : path or Observations
+        The survey; see ``damagepred.uq.observations``.
+    workers : int
+        Processes that replay samples, for local cracks and levels. Replays are kept in ``NAME.dp.replays``.
+    options : InferenceOptions
+        Replays, limits of the cautions, and what is returned.
+    on_replay : callable, optional
+        Called with the number of replays done and that of all.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (sample, increment): ``posterior``, the weights of the states, which add up to 1. On (study,): prior and
+        posterior probability of the cause, effective samples, and the least misfit of a state. ``movement_quantile``
+        on (study, quantile) and ``future_probability`` of each category or worse on (study, further, category).
+
+    Raises
+    ------
+    InputError
+        If the observations cannot be made on these walls, or no state has a positive likelihood.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> from damagepred.uq.observations import Observations, CrackObservation
+    >>> seen = Observations(crack=(CrackObservation(width="2 mm"),))
+    >>> found = damagepred.infer("house.dp", seen)
+    >>> round(float(found["posterior"].sum()), 6)
+    1.0
+    """
+    paths = [studies] if isinstance(studies, str | Path) else list(studies)
+    seen = observations if isinstance(observations, Observations) else Observations.from_toml(observations)
+    return posterior([StoredWalls(Path(p)) for p in paths], seen, workers, options, on_replay)
+
+
+def posterior(
+    studies: Sequence[StoredWalls],
+    seen: Observations,
+    workers: int = 1,
+    options: InferenceOptions = DEFAULT,
+    on_replay: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Return the posterior from studies that are open; see ``infer``.
+
+    Parameters
+    ----------
+    studies, seen, workers, options, on_replay
+        See ``infer``.
+    """
+    names = [walls.name for walls in studies]
+    if len(set(names)) < len(names):
+        raise InputError(f"studies: {', '.join(names)}: each cause needs a study of a name of its own.")
+    if len({walls.measure for walls in studies}) > 1:
+        raise InputError("studies: differ in the measure of the movement; give studies of one measure.")
+    if unknown := [name for name in seen.prior_odds if name not in names]:
+        raise InputError(f"prior_odds: '{unknown[0]}': is none of the studies." + nearest(unknown[0], names))
+    unit = attributes(studies[0].ds, studies[0].measure)["units"]
+    movement = None if seen.movement is None else movement_distribution(seen.movement, unit, "movement")
+    logs, misfits, replayed = [], [], []
+    for walls in studies:
+        log, misfit, count = _state_weights(walls, seen, movement, workers, options, on_replay)
+        logs.append(log)
+        misfits.append(misfit)
+        replayed.append(count)
+    evidence = np.array([special.logsumexp(log) if np.isfinite(log).any() else -np.inf for log in logs])
+    if not np.isfinite(evidence).any():
+        raise InputError("observations: no state of any stored wall has a positive likelihood.")
+    prior = np.array([seen.prior_odds.get(name, 1.0) for name in names], dtype=np.float64)
+    prior /= prior.sum()
+    cause = special.softmax(np.log(prior) + evidence)
+    own = [np.exp(log - e) if np.isfinite(e) else np.zeros(log.shape) for log, e in zip(logs, evidence)]
+    return _dataset(studies, seen, options, own, cause, prior, evidence, misfits, replayed, unit)
+
+
+def _state_weights(
+    walls: StoredWalls,
+    seen: Observations,
+    movement: MovementDistribution | None,
+    workers: int,
+    options: InferenceOptions,
+    on_replay: Callable[[int, int], None] | None,
+) -> tuple[FloatArray, float, int]:
+    """Return log weights of the states (not normalised), the least misfit, and the number of samples replayed."""
+    fit = walls.fit_of_archive(seen)
+    log = walls.log_prior(movement) + fit.log_likelihood
+    log = np.where(np.isfinite(log), log, -np.inf)
+    misfit, count = fit.misfit, 0
+    if seen.level or any(crack.x is not None for crack in seen.crack):
+        if not np.isfinite(log).any():
+            return log, np.inf, 0
+        samples, chance = chosen_samples(np.exp(log - log.max()).sum(axis=1), options.replays)
+        walls.store.fill(samples.tolist(), workers, on_replay)
+        local = walls.fit_of_replays(seen, samples)
+        all_logs, all_misfits = np.full(log.shape, -np.inf), np.full(log.shape, np.inf)
+        chosen = log[samples] + local.log_likelihood - np.log(chance)[:, None]
+        all_logs[samples] = np.where(np.isfinite(chosen), chosen, -np.inf)
+        all_misfits[samples] = misfit[samples] + local.misfit
+        log, misfit, count = all_logs, all_misfits, len(samples)
+    possible = misfit[np.isfinite(log)]
+    return log, float(possible.min()) if possible.size else np.inf, count
+
+
+def movement_cdf(walls: StoredWalls, weight: FloatArray, at: FloatArray) -> FloatArray:
+    """Return the posterior distribution function of the movement, uniform between the edges of each increment.
+
+    Parameters
+    ----------
+    walls : StoredWalls
+        States.
+    weight : array (samples, increments)
+        Their posterior weights within the study.
+    at : array (points,)
+        Movements.
+    """
+    used = weight > 1e-12 * max(weight.max(), 1e-300)
+    low, high, heavy = walls.edges[:, :-1][used], walls.edges[:, 1:][used], weight[used]
+    width = np.maximum(high - low, 1e-300)
+    return np.array([heavy @ np.clip((x - low) / width, 0.0, 1.0) for x in at]) / max(heavy.sum(), 1e-300)
+
+
+def _future(
+    walls: StoredWalls, weight: FloatArray, options: InferenceOptions, highest: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return P(category or worse) after further movement, array (further, category), and the share that is known."""
+    category = walls.ds["damage_category"].values
+    chance = np.full((len(options.further), highest), np.nan)
+    known_share = np.zeros(len(options.further))
+    rows, columns = np.nonzero(weight > 0)
+    heavy = weight[rows, columns]
+    for k, share in enumerate(options.further):
+        target = walls.movement[rows, columns] + share * walls.largest
+        moved = walls.movement[rows]
+        at = np.nanargmin(np.abs(moved - target[:, None]), axis=1) if len(rows) else columns
+        # the nearest increment, unless the path ends before the movement
+        known = (target <= walls.edges[rows, -1] * (1 + 1e-9)) & (category[rows, at] >= 0)
+        known_share[k] = heavy[known].sum() / max(heavy.sum(), 1e-300)
+        if known.any():
+            reached = category[rows, at][known, None] >= np.arange(1, highest + 1)
+            chance[k] = heavy[known] @ reached / heavy[known].sum()
+    return chance, known_share
+
+
+def _dataset(
+    studies: Sequence[StoredWalls],
+    seen: Observations,
+    options: InferenceOptions,
+    own: Sequence[FloatArray],
+    cause: FloatArray,
+    prior: FloatArray,
+    evidence: FloatArray,
+    misfits: Sequence[float],
+    replayed: Sequence[int],
+    unit: str,
+) -> xr.Dataset:
+    steps = max(weight.shape[1] for weight in own)
+    highest = min(highest_category(walls.ds) for walls in studies)
+    values: dict[str, Any] = {"posterior": [], "movement": []}
+    quantiles, futures, known = [], [], []
+    for walls, weight, share in zip(studies, own, cause):
+        pad = ((0, 0), (0, steps - weight.shape[1]))
+        values["posterior"].append(np.pad(share * weight, pad))
+        values["movement"].append(np.pad(walls.movement, pad, constant_values=np.nan))
+        grid = np.linspace(0.0, walls.largest, 1001)
+        cdf = movement_cdf(walls, weight, grid)
+        quantiles.append(
+            np.interp(options.quantiles, cdf, grid) if cdf[-1] > 0 else np.full(len(options.quantiles), np.nan)
+        )
+        chance, share_known = _future(walls, weight, options, highest)
+        futures.append(chance)
+        known.append(share_known)
+    effective = [effective_samples(weight.sum(axis=1)) for weight in own]
+    far = special.chdtrc(seen.count, np.array(misfits)) < options.resemblance
+    state = ("sample", "increment")
+    ds = xr.Dataset(
+        {
+            "posterior": (state, np.concatenate(values["posterior"]), {"units": "1"}),
+            "movement": (state, np.concatenate(values["movement"]), {"units": unit}),
+            "cause_prior": ("study", prior, {"units": "1"}),
+            "cause_posterior": ("study", cause, {"units": "1"}),
+            "log_evidence": ("study", evidence, {"units": "1"}),
+            "effective_samples": ("study", np.array(effective), {"units": "1"}),
+            "replayed": ("study", np.array(replayed), {"units": "1"}),
+            "least_misfit": ("study", np.array(misfits), {"units": "1"}),
+            "resembles": (
+                "study",
+                (~far).astype(np.int8),
+                {"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "no yes"},
+            ),
+            "movement_quantile": (("study", "quantile"), np.array(quantiles), {"units": unit}),
+            "future_probability": (("study", "further", "category"), np.array(futures), {"units": "1"}),
+            "future_known": (("study", "further"), np.array(known), {"units": "1"}),
+            "study_of_sample": ("sample", np.repeat(np.arange(len(own)), [len(w) for w in own])),
+            "sample_in_study": ("sample", np.concatenate([np.arange(len(w)) for w in own])),
+        },
+        {
+            "study": [walls.name for walls in studies],
+            "quantile": list(options.quantiles),
+            "further": np.array(options.further) * max(walls.largest for walls in studies),
+            "category": np.arange(1, highest + 1),
+        },
+        {
+            "title": "back-analysis",
+            "measure": studies[0].measure,
+            "observations": seen.count,
+            **{f"discrepancy_{name}": value for name, value in vars(seen.discrepancy).items() if name[0] != "_"},
+        },
+    )
+    if any(replayed):
+        ds = ds.assign(_crack_maps(studies, own, options))
+    places = [(c.x, c.y, c.width or c.wider_than or c.narrower_than or 0.0) for c in seen.crack if c.x is not None]
+    if places:
+        names = ("observed_x", "observed_y", "observed_width")
+        ds = ds.assign({name: ("observed", np.array(v), {"units": "m"}) for name, v in zip(names, zip(*places))})
+    return ds
+
+
+def _crack_maps(
+    studies: Sequence[StoredWalls], own: Sequence[FloatArray], options: InferenceOptions
+) -> dict[str, tuple[Any, ...]]:
+    """Return for each study the probability that a crack runs through each cell, and the middles of the cells."""
+    walls = [tomllib.loads(str(one.ds.attrs["scene"]))["wall"] for one in studies]
+    cell = options.map_cell
+    rows, columns = (max(1, int(np.ceil(max(w[key] for w in walls) / cell))) for key in ("height", "length"))
+    shape = rows, columns
+    maps = [w.crack_map(weight, cell, options.map_width, shape) for w, weight in zip(studies, own)]
+    middle = [(np.arange(n) + 0.5) * cell for n in shape]
+    return {
+        "crack_probability": (("study", "map_y", "map_x"), np.array(maps), {"wider_than": options.map_width}),
+        "map_y": ("map_y", middle[0], {"units": "m"}),
+        "map_x": ("map_x", middle[1], {"units": "m"}),
+    }
+
+
+def sentences(found: xr.Dataset, options: InferenceOptions = DEFAULT) -> list[str]:
+    """Return what must be said of a back-analysis, the cautions first.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        As ``infer`` returns it.
+    options : InferenceOptions
+        Limits of the cautions.
+    """
+    said = []
+    if not found["resembles"].values.any():
+        said.append(
+            f"NO STORED WALL RESEMBLES THE OBSERVATIONS: the best misfit is {float(found['least_misfit'].min()):.3g} "
+            f"for {found.attrs['observations']} observations. Do not use this posterior; widen the study, or check the "
+            "survey."
+        )
+    for name, row in zip(found["study"].values, found["effective_samples"].values):
+        at = found.sel(study=name)
+        if not at["resembles"] and found["resembles"].values.any():
+            said.append(f"{name}: no stored wall resembles the observations.")
+        if row < options.fewest_effective:
+            said.append(
+                f"{name}: only {row:.1f} effective samples, fewer than {options.fewest_effective:g}; more samples or "
+                "replays make the posterior surer."
+            )
+    shares = ", ".join(f"{n.removeprefix('discrepancy_')} {v:g}" for n, v in found.attrs.items() if "discrepancy" in n)
+    said.append(f"model discrepancy (standard deviations, assumed; SI): {shares}")
+    return said
+
+
+def cause_odds(found: xr.Dataset) -> Mapping[str, tuple[float, float]]:
+    """Return for each study the prior and posterior odds of its cause against all others."""
+    with np.errstate(divide="ignore"):
+        odds = [found[name].values / (1.0 - found[name].values) for name in ("cause_prior", "cause_posterior")]
+    return {str(n): (float(a), float(b)) for n, a, b in zip(found["study"].values, *odds)}

@@ -1,0 +1,298 @@
+"""Observations on a damaged wall, and how likely the states of solved walls make them.
+
+A measured value is normal about the wall's own, with the survey's error and the model's discrepancy added in squares
+(Kennedy and O'Hagan 2001). What is only known to lie beyond a limit is censored: its likelihood is the probability that
+the measurement lies there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field
+from scipy import special
+
+from damagepred.arrays import FloatArray
+from damagepred.errors import InputError
+from damagepred.input_files import read_toml
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Count, Length, Pure
+from damagepred.scene.reading import build
+
+Direction = Literal["horizontal", "vertical", "stepped", "diagonal"]
+
+
+@described
+class Discrepancy:
+    """Standard deviations of the model against real walls (``[discrepancy]``): assumed, and shown with every result.
+
+    Attributes
+    ----------
+    width, width_share : float
+        Of a crack width: absolute (m), and as a share of it.
+    level : float
+        Of a difference of levels (m).
+    slope : float
+        Of a slope or tilt.
+    distortion_share : float
+        Of the distortion of an opening, as a share of it.
+    direction : float
+        Probability that a crack runs in another direction in the model.
+    """
+
+    width: Length = Field(default=2e-4, gt=0)
+    width_share: Pure = Field(default=0.3, ge=0)
+    level: Length = Field(default=1e-3, gt=0)
+    slope: Pure = Field(default=5e-4, gt=0)
+    distortion_share: Pure = Field(default=0.3, gt=0)
+    direction: Pure = Field(default=0.1, gt=0, lt=1)
+
+
+@described
+class CrackObservation:
+    """A crack, or its absence (``[[crack]]``).
+
+    Attributes
+    ----------
+    x, y : float, optional
+        Place (m); without it the widest crack of the part is meant.
+    within : float
+        Distance from the place within which the crack runs (m).
+    width, error : float
+        Width and standard error of its measurement (m).
+    wider_than, narrower_than : float, optional
+        Instead of a width: limits (m).
+    none : bool
+        No crack is seen here: none is wider than ``visible``.
+    visible : float
+        Width from which a crack is seen (m).
+    direction : str, optional
+        How the crack runs; needs a place.
+    part : str
+        The wall above any dpc, the courses below it, or the dpc.
+    """
+
+    x: Length | None = None
+    y: Length | None = None
+    within: Length = Field(default=0.5, gt=0)
+    width: Length | None = Field(default=None, gt=0)
+    error: Length = Field(default=2e-4, ge=0)
+    wider_than: Length | None = Field(default=None, gt=0)
+    narrower_than: Length | None = Field(default=None, gt=0)
+    none: bool = False
+    visible: Length = Field(default=1e-4, gt=0)
+    direction: Direction | None = None
+    part: Literal["wall", "below_dpc", "dpc"] = "wall"
+
+
+@described
+class LevelObservation:
+    """How much higher one point stands than another (``[[level]]``), both once level.
+
+    Attributes
+    ----------
+    x, y, to_x, to_y : float
+        The points (m).
+    difference : float
+        Height of the second above the first (m).
+    error : float
+        Standard error of the survey (m).
+    """
+
+    x: Length
+    y: Length
+    to_x: Length
+    to_y: Length
+    difference: Length
+    error: Length = Field(default=1e-3, ge=0)
+
+
+@described
+class SlopeObservation:
+    """The largest deviation of the wall from level or plumb over a metre (``[[slope]]``, ``[[tilt]]``).
+
+    Attributes
+    ----------
+    value, error : float
+        Slope and its standard error.
+    """
+
+    value: Pure = Field(ge=0)
+    error: Pure = Field(default=5e-4, ge=0)
+
+
+@described
+class WindowObservation:
+    """Whether a door or window sticks (``[[window]]``).
+
+    Attributes
+    ----------
+    opening : int
+        Number of the opening in the scene, from 1.
+    sticks : bool
+        Whether it does, be it slightly.
+    """
+
+    opening: Count = Field(ge=1)
+    sticks: bool
+
+
+@described
+class Observations:
+    """What a survey found (``observations.toml``).
+
+    Attributes
+    ----------
+    crack, level, slope, tilt, window : tuple
+        Observations of each kind.
+    discrepancy : Discrepancy
+        Of the model.
+    movement : str, optional
+        Prior of the movement: a site class or a distribution; by default all movements up to the study's are alike.
+    prior_odds : dict of str to float
+        Of causes, by the name of their study; by default they are alike.
+    """
+
+    crack: tuple[CrackObservation, ...] = ()
+    level: tuple[LevelObservation, ...] = ()
+    slope: tuple[SlopeObservation, ...] = ()
+    tilt: tuple[SlopeObservation, ...] = ()
+    window: tuple[WindowObservation, ...] = ()
+    discrepancy: Discrepancy = Discrepancy()
+    movement: str | None = None
+    prior_odds: dict[str, Pure] = Field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse observations that say nothing or two things."""
+        for number, crack in enumerate(self.crack, 1):
+            where = f"crack {number}"
+            if (crack.x is None) != (crack.y is None):
+                raise InputError(f"{where}: give x and y, or neither of them.")
+            if crack.x is None and crack.direction is not None:
+                raise InputError(f"{where}: a direction needs the place of the crack; give x and y.")
+            limits = crack.wider_than is not None or crack.narrower_than is not None
+            if (crack.width is not None) + limits + crack.none != 1:
+                raise InputError(f"{where}: give one of width, none = true, or the limits wider_than, narrower_than.")
+            if (crack.wider_than or 0.0) >= (crack.narrower_than or np.inf):
+                raise InputError(f"{where}: wider_than must be less than narrower_than.")
+            if crack.direction is not None and crack.none:
+                raise InputError(f"{where}: what is not there has no direction; leave it out.")
+        if not self.count:
+            raise InputError(
+                "observations: there are none; give a [[crack]], [[level]], [[slope]], [[tilt]], [[window]]."
+            )
+        if any(not odds > 0 for odds in self.prior_odds.values()):
+            raise InputError("prior_odds: must be greater than 0.")
+
+    @property
+    def count(self) -> int:
+        """Number of observations."""
+        return len(self.crack) + len(self.level) + len(self.slope) + len(self.tilt) + len(self.window)
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Observations:
+        """Read the file of a survey."""
+        return build(cls, read_toml(path), str(path))
+
+
+class Fit(NamedTuple):
+    """How well states of walls agree with one observation.
+
+    Attributes
+    ----------
+    log_likelihood : array
+        Of each state.
+    misfit : array
+        Squared distance in standard deviations, or of a limit minus twice the logarithm of its probability.
+    """
+
+    log_likelihood: FloatArray
+    misfit: FloatArray
+
+    def __add__(self, other: object) -> Fit:
+        """Return the fit of two independent observations."""
+        if not isinstance(other, Fit):
+            return NotImplemented
+        return Fit(self.log_likelihood + other.log_likelihood, self.misfit + other.misfit)
+
+
+def measured(predicted: FloatArray, value: float, deviation: FloatArray | float) -> Fit:
+    """Return the fit of a measured value.
+
+    Parameters
+    ----------
+    predicted : array
+        Value in each state.
+    value : float
+        Measured value.
+    deviation : array or float
+        Standard deviation of the measurement about the prediction.
+    """
+    misfit = ((predicted - value) / deviation) ** 2
+    return Fit(-0.5 * misfit - np.log(deviation), misfit)
+
+
+def censored(predicted: FloatArray, lower: float, upper: float, deviation: FloatArray | float) -> Fit:
+    """Return the fit of a value known to lie between limits.
+
+    Parameters
+    ----------
+    predicted : array
+        Value in each state.
+    lower, upper : float
+        The limits, which may be infinite.
+    deviation : array or float
+        Standard deviation of the measurement about the prediction.
+    """
+    a, b = (lower - predicted) / deviation, (upper - predicted) / deviation
+    flip = a > 0  # both in the upper tail, where differences of ndtr cancel
+    chance = special.ndtr(np.where(flip, -a, b)) - special.ndtr(np.where(flip, -b, a))
+    logarithm = np.log(np.maximum(chance, np.finfo(np.float64).tiny))
+    return Fit(logarithm, -2.0 * logarithm)
+
+
+@dataclass(frozen=True)
+class CrackPrediction:
+    """Widths that walls have where a crack was observed.
+
+    Attributes
+    ----------
+    any, along : array (samples, increments)
+        Widest crack (m) of any direction, and of the observed one.
+    """
+
+    any: FloatArray
+    along: FloatArray
+
+
+def crack_fit(seen: CrackObservation, predicted: CrackPrediction, model: Discrepancy) -> Fit:
+    """Return the fit of an observed crack.
+
+    Parameters
+    ----------
+    seen : CrackObservation
+        The observation.
+    predicted : CrackPrediction
+        Widths in each state.
+    model : Discrepancy
+        Of the model.
+    """
+
+    def of(width: FloatArray) -> Fit:
+        deviation = np.sqrt(seen.error**2 + model.width**2 + (model.width_share * width) ** 2)
+        if seen.width is not None:
+            return measured(width, seen.width, deviation)
+        if seen.none:
+            return censored(width, -np.inf, seen.visible, deviation)
+        return censored(width, seen.wider_than or -np.inf, seen.narrower_than or np.inf, deviation)
+
+    if seen.direction is None:
+        return of(predicted.any)
+    # a mixture: the model's crack may run otherwise than the real one
+    share = model.direction
+    other, same = of(predicted.any), of(predicted.along)
+    both = np.logaddexp(np.log1p(-share) + same.log_likelihood, np.log(share) + other.log_likelihood)
+    return Fit(both, np.minimum(same.misfit, other.misfit - 2.0 * np.log(share)))

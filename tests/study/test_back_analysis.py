@@ -1,0 +1,130 @@
+"""Back-analysis: movement and cause from what is observed on a wall, with replays kept beside the archive."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from damagepred import InputError, infer
+from damagepred.study import Study
+from damagepred.study.analyses.back_analysis import InferenceOptions, chosen_samples, sentences
+from damagepred.study.settings import StudySettings
+from damagepred.uq.observations import CrackObservation, LevelObservation, Observations, SlopeObservation, censored
+from tests.conftest import SMALL_STUDY
+
+FIXED = SMALL_STUDY.partition('[variables."movement')[0]
+
+
+@pytest.fixture(scope="module")
+def causes(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Return two small studies, of dishing and of doming."""
+    place = tmp_path_factory.mktemp("causes")
+    for kind in ("dishing", "doming"):
+        text = FIXED.replace('kind = "doming"', f'kind = "{kind}"').replace("stop_at_category = 4", "")
+        Study(StudySettings.from_dict(tomllib.loads(text))).run(place / f"{kind}.dp", samples=16)
+    return [place / "dishing.dp", place / "doming.dp"]
+
+
+def test_local_cracks_tell_the_cause_and_the_movement(causes: list[Path]) -> None:
+    from damagepred.study.campaign.replay import replay
+    from damagepred.wall_cracks import cracks
+
+    wall, _ = replay(causes[1], 3)
+    found = cracks(wall).isel(increment=4)
+    widest = int(np.nanargmax(found["crack_width"].values))
+    x, y, width = (float(found[f"crack_{name}"][widest]) for name in ("x", "y", "width"))
+    seen = Observations(
+        crack=(
+            CrackObservation(x=x, y=y, within=0.2, width=width),
+            CrackObservation(x=0.72, y=0.1, within=0.15, none=True),
+        )
+    )
+    done: list[int] = []
+    first = infer(causes, seen, on_replay=lambda number, total: done.append(total))
+    assert float(first["posterior"].sum()) == pytest.approx(1.0)
+    assert float(first["cause_posterior"].sel(study="doming")) > 0.9
+    low, high = (float(first["movement_quantile"].sel(study="doming", quantile=q)) for q in (0.05, 0.95))
+    assert low <= float(wall["central_deflection"][4]) <= high
+    assert done == [16] * 32
+    done.clear()
+    again = infer(causes, seen, on_replay=lambda number, total: done.append(total))
+    assert not done  # replays were kept
+    assert first.identical(again)
+    worse = first["future_probability"].sel(study="doming")
+    assert (np.diff(worse.sel(category=1).dropna("further").values) >= -0.05).all()
+    assert "crack_probability" in first
+    with pytest.raises(InputError, match="prior_odds: 'domin': is none of the studies"):
+        infer(causes, Observations(crack=seen.crack, prior_odds={"domin": 2.0}))
+
+
+def test_prior_odds_multiply_the_posterior_odds(causes: list[Path]) -> None:
+    tilt = (SlopeObservation(value=0.001),)
+    even = infer(causes, Observations(tilt=tilt))["cause_posterior"].values
+    odds = infer(causes, Observations(tilt=tilt, prior_odds={"doming": 4.0}))["cause_posterior"].values
+    assert odds[1] / odds[0] == pytest.approx(4.0 * even[1] / even[0])
+
+
+def test_levels_are_read_from_replays(causes: list[Path]) -> None:
+    middle, end = {"x": 0.72, "y": 0.04}, {"to_x": 0.1, "to_y": 0.04}
+    for name, difference in (("doming", -4e-3), ("dishing", 4e-3)):
+        found = infer(causes, Observations(level=(LevelObservation(**middle, **end, difference=difference),)))
+        assert float(found["cause_posterior"].sel(study=name)) > 0.8
+
+
+def test_what_no_wall_resembles_is_said_loudly(causes: list[Path]) -> None:
+    found = infer(causes, Observations(crack=(CrackObservation(width="30 mm"), CrackObservation(width="5 mm"))))
+    assert sentences(found)[0].startswith("NO STORED WALL RESEMBLES THE OBSERVATIONS")
+    assert any("effective samples, fewer than 50" in line for line in sentences(found))
+
+
+def test_samples_that_are_replayed_stand_for_all() -> None:
+    weight = np.random.default_rng(3).lognormal(sigma=2.0, size=400)
+    drawn, chance = chosen_samples(weight, 60)
+    assert 58 <= len(drawn) <= 60
+    assert chance.min() > 0
+    assert chance.max() <= 1
+    assert (weight[drawn] / chance).sum() == pytest.approx(weight.sum(), rel=0.05)
+    assert chosen_samples(weight, 400)[1].tolist() == [1.0] * 400
+
+
+def test_few_replays_agree_with_all(causes: list[Path]) -> None:
+    seen = Observations(crack=(CrackObservation(width="2 mm"), CrackObservation(x=0.7, y=0.3, wider_than="0.2 mm")))
+    full = infer(causes[1], seen)
+    few = infer(causes[1], seen, options=InferenceOptions(replays=12))
+    assert int(few["replayed"][0]) <= 12
+    middle = [float(one["movement_quantile"].sel(quantile=0.5)[0]) for one in (full, few)]
+    assert middle[1] == pytest.approx(middle[0], rel=0.25)
+
+
+def test_limits_far_away_keep_their_probability() -> None:
+    fit = censored(np.array([0.0, 8.0, -8.0]), 0.0, np.inf, 1.0)
+    assert fit.log_likelihood[0] == pytest.approx(np.log(0.5))
+    assert fit.log_likelihood[1] == pytest.approx(0.0, abs=1e-12)
+    assert fit.log_likelihood[2] == pytest.approx(-35.0134, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "observations: there are none; give a"),
+        ("[[crack]]\nx = 1.0\nwidth = 1e-3", "crack 1: give x and y, or neither"),
+        ("[[crack]]\nx = 1.0\ny = 1.0", "crack 1: give one of width, none = true"),
+        ("[[crack]]\nwidth = 1e-3\nnone = true", "crack 1: give one of width"),
+        ('[[crack]]\nwider_than = "5 mm"\nnarrower_than = "1 mm"', "must be less than narrower_than"),
+        ('[[crack]]\nwidth = "2 mm"\ndirection = "vertical"', "a direction needs the place"),
+        ('[[crack]]\nwidht = "2 mm"', "Did you mean 'width'?"),
+        ('movement = "H1"\n[[tilt]]\nvalue = 0.01', "is of the surface movement"),
+        ("[[window]]\nopening = 1\nsticks = true", "have 0 openings"),
+    ],
+)
+def test_wrong_observations_are_answered_by_a_sentence(
+    text: str, sentence: str, causes: list[Path], tmp_path: Path
+) -> None:
+    file = tmp_path / "observations.toml"
+    file.write_text(text)
+    with pytest.raises(InputError) as error:
+        infer(causes, file)
+    assert sentence in str(error.value)
