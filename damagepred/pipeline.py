@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausible, snap_through_share
 from damagepred.archive.provenance import given_values, provenance
-from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, name_categories
+from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, is_dynamic, name_categories
 from damagepred.arguments import checked
-from damagepred.arrays import FloatArray
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Assembly, Limits, Model, wall_cost, wall_model
 from damagepred.damage import (
     GROUP_COUNTS,
@@ -30,6 +30,7 @@ from damagepred.enumerations import ContactKind, ContactState, PathStatus, ZoneS
 from damagepred.errors import InputError, SolverError, require_count, require_one_of
 from damagepred.one_thread import each_with_one_blas_thread, one_blas_thread
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
+from damagepred.scene.movement import History
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, support_loads
@@ -312,8 +313,8 @@ def _solve(
     ending |= {name: getattr(settings, name) for name in (*TOLERANCES.values(), "snap_through_tolerance")}
     ending |= _ending(model, steps[-1])
     ds = _collect(model, steps, judged, settings, attributes | ending, store_zones)
-    if isinstance(scene, Scene) and scene.movement.stage and run is None:
-        ds["stage"] = dataset({"stage": scene.movement.stage_of_increment[: len(steps)]}, {})["stage"]
+    if "time" in ds and not is_dynamic(ds):
+        ds["time"].attrs["units"] = "year"
     if isinstance(scene, Scene) and scene.opening:
         for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
             ds[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
@@ -386,7 +387,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
             most = [float(joints.widest(way * s.increment.opening)[control].max()) for s in steps]
             values[f"control_joint_{name}_max"] = np.maximum(most, 0.0)
     if model.surface_movement is not None:
-        values["surface_movement"] = progress * model.surface_movement
+        values["surface_movement"] = np.abs(progress) * model.surface_movement
     if model.jacks is not None:
         values["jack_load"] = _stacked(steps, "jack_load")
     if in_time:
@@ -396,11 +397,26 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         values |= _zone_counts(steps)
     for name in Verdict._fields:
         values[name] = np.array([getattr(s.verdict, name) for s in steps])
-    if model.load_factors is not None:
+    if model.history is not None:
+        values |= history_values(model.history, len(steps))
         values["worst_crack_width"] = np.maximum.accumulate(values["crack_width_max"])
     for name in CATEGORY_VARIABLES:
         values[name] = values[name].astype(np.int8)
     return values
+
+
+def history_values(history: History, count: int) -> dict[str, FloatArray | IntArray]:
+    """Return stage and, if known, time of the first increments of a history.
+
+    Parameters
+    ----------
+    history : History
+        Of the movement.
+    count : int
+        Number of increments.
+    """
+    time = {} if history.time is None else {"time": history.time[:count]}
+    return {"stage": history.stage[:count], **time}
 
 
 def _diagnostics(steps: list[Step], in_time: bool) -> dict[str, FloatArray]:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.cautions import work_done
-from damagepred.archive.schema import category_label
+from damagepred.archive.schema import category_label, is_dynamic
 from damagepred.arrays import FloatArray
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.formatting import chance, length, named, number, ratio, with_band
@@ -74,7 +74,7 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
     def shown(name: str, digits: str, factor: float = MM) -> list[str]:
         return [f"{factor * float(v):{digits}}" for v in ds[name].values]
 
-    in_time = "time" in ds.variables
+    in_time = is_dynamic(ds)
     columns = []
     if in_time:
         columns.append(Column("time", shown("time", ".3f", 1.0), "s", "time\ns"))

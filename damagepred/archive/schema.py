@@ -94,7 +94,7 @@ VARIABLES: dict[str, Variable] = {
         for record in (Residuals, Counters, Energies)
         for name, diagnostic in described(record).items()
     },
-    "time": Variable(_STEP, "s", "physical time of a dynamic run"),
+    "time": Variable(_STEP, "s", "physical time of a dynamic run; of a movement in stages years since the dead load"),
     "base_displacement_x": Variable(_STEP, "m", "displacement of the base along the wall in a dynamic run"),
     "base_displacement_y": Variable(_STEP, "m", "displacement of the base upwards in a dynamic run"),
     "searches": Variable(_STEP, "1", "searches for neighbouring blocks so far, of a dynamic run"),
@@ -410,6 +410,11 @@ def category_label(ds: xr.Dataset, category: int, variable: str = "damage_catego
 
 FLAG_FILL = np.int8(-1)
 """Value of a flag that is not known."""
+
+
+def is_dynamic(ds: xr.Dataset) -> bool:
+    """Return whether an archive is of a run in physical time; a history has a time, too, and stages."""
+    return "time" in ds.variables and "stage" not in ds.variables
 
 
 def dataset(

@@ -269,7 +269,9 @@ def ground_movement(geometry: Geometry, profile: Profile | None, along: Profile 
     return GroundMovement(_ground(geometry, profile, along))
 
 
-def growing_ground(geometry: Geometry, profile: Growth, along: Growth | None = None) -> GroundMovement:
+def growing_ground(
+    geometry: Geometry, profile: Growth, along: Growth | None = None, reverses: bool = False
+) -> GroundMovement:
     """Return the movement of a ground whose form changes as the movement grows.
 
     Parameters
@@ -278,13 +280,15 @@ def growing_ground(geometry: Geometry, profile: Growth, along: Growth | None = N
         With the contacts on the ground.
     profile, along : callable or None
         x (m), load factor -> displacement, upwards, and along the wall (m); 0 at load factor 0.
+    reverses : bool
+        Whether the load factor also goes down to -1.
     """
 
     def state(factor: float) -> Ground:
         drift = None if along is None else lambda x: along(x, factor)
         return _ground(geometry, lambda x: profile(x, factor), drift)
 
-    return GroundMovement.growing(state)
+    return GroundMovement.growing(state, reverses)
 
 
 def _ground(geometry: Geometry, profile: Profile | None, along: Profile | None) -> Ground:

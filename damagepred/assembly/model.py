@@ -14,6 +14,7 @@ from damagepred.assembly.elastic_blocks import ElasticBlocks, ElasticSides
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.section import Sections
 from damagepred.kernels.joint.parameters import joint_parameters
+from damagepred.scene.movement import History
 
 
 class Blocks(NamedTuple):
@@ -175,19 +176,30 @@ class GroundMovement:
     state : callable or None
         Load factor -> state, where the form of the ground changes as the movement grows; None where every state is
         ``full`` times the load factor.
+    reverses : bool
+        Whether the load factor also goes down to -1.
     sampled_states : int
         Number of states, at equal steps of the load factor, that stand for all of a growing movement.
     """
 
     full: Ground
     state: Callable[[float], Ground] | None = None
+    reverses: bool = False
     sampled_states: int = 8
 
     @classmethod
-    def growing(cls, state: Callable[[float], Ground]) -> GroundMovement:
-        """Return the movement through states that are given at each load factor."""
+    def growing(cls, state: Callable[[float], Ground], reverses: bool = False) -> GroundMovement:
+        """Return the movement through states that are given at each load factor.
+
+        Parameters
+        ----------
+        state : callable
+            Load factor -> state.
+        reverses : bool
+            Whether the load factor also goes down to -1.
+        """
         known = lru_cache(maxsize=32)(state)  # solvers ask for the same few again and again
-        return cls(known(1.0), known)
+        return cls(known(1.0), known, reverses)
 
     @property
     def proportional(self) -> bool:
@@ -215,16 +227,17 @@ class GroundMovement:
         """Return the largest displacement over its load factor (m)."""
         if self.proportional:
             return self.full.largest()
-        return max(self.at(factor).largest() / factor for factor in self._sampled_factors())
+        return max(self.at(factor).largest() / abs(factor) for factor in self._sampled_factors())
 
     def _sampled_factors(self) -> list[float]:
-        return np.linspace(1.0, 0.0, self.sampled_states, endpoint=False).tolist()
+        factors: list[float] = np.linspace(1.0, 0.0, self.sampled_states, endpoint=False).tolist()
+        return [*factors, *(-factor for factor in factors)] if self.reverses else factors
 
     def map(self, change: Callable[[Ground], Ground]) -> GroundMovement:
         """Return the movement with each state changed."""
         if self.state is None:
             return GroundMovement(change(self.full))
-        return GroundMovement.growing(lambda factor: change(self.at(factor)))
+        return GroundMovement.growing(lambda factor: change(self.at(factor)), self.reverses)
 
 
 class Supports(NamedTuple):
@@ -376,8 +389,8 @@ class Model:
         Of a footing of reinforced concrete, which cracks; their law takes the place of that of their contacts.
     surface_movement : float or None
         Movement of the ground's surface at full movement that a site is classed by (m); None: it stays.
-    load_factors : array (increments + 1,) or None
-        Of a movement history, from 0; below 0 where the ground moves the other way. None: equal increments to 1.
+    history : History or None
+        Increments of a movement history. None: equal increments to 1.
 
     Examples
     --------
@@ -413,7 +426,7 @@ class Model:
     jacks: Jacks | None = None
     sections: Sections | None = None
     surface_movement: float | None = None
-    load_factors: FloatArray | None = None
+    history: History | None = None
 
     @property
     def n_blocks(self) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -338,7 +338,7 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
         plane=scene.solver.plane,
         footing=footing if len(footing) else None,
         sections=sections,
-        load_factors=scene.movement.load_factors,
+        history=scene.movement.increments_of_history(),
     )
     if scene.movement.shape == "jacks":
         return _on_jacks(scene, model, geometry, footing)
@@ -379,7 +379,15 @@ def _on_jacks(scene: Scene, model: Model, geometry: Geometry, footing: IntArray)
 def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray) -> Model:
     """Return the model with its footing on soil whose surface moves."""
     length, kind, mound = scene.wall.length, scene.movement.kind, scene.mound
-    if mound.proportional(length, kind):
+    if scene.movement.reverses:
+        other: Literal["dishing", "doming"] = "dishing" if kind == "doming" else "doming"
+        ground = growing_ground(
+            geometry,
+            lambda x, factor: mound.at(abs(factor)).profile(x, length, kind if factor >= 0.0 else other),
+            lambda x, factor: mound.at(abs(factor)).horizontal(x, length, kind if factor >= 0.0 else other),
+            reverses=True,
+        )
+    elif mound.proportional(length, kind):
         ground = ground_movement(
             geometry, lambda x: mound.profile(x, length, kind), lambda x: mound.horizontal(x, length, kind)
         )

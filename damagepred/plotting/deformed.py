@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 
+from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.errors import InputError
@@ -182,7 +183,7 @@ class Deformed:
     def movement(self) -> str:
         """What has moved, and how far."""
         deflection = float(self.ds["central_deflection"].values[self.increment]) * MM
-        if "time" in self.ds.variables or self.datum is not None:
+        if is_dynamic(self.ds) or self.datum is not None:
             return moved_to(self.ds, self.increment)
         if deflection == 0.0:
             progress = float(self.ds["progress"].values[self.increment]) if "progress" in self.ds.variables else 0.0

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from damagepred.archive.schema import is_dynamic
 from damagepred.arguments import checked
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import ContactKind
@@ -31,7 +32,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw widest crack, crack band, dpc opening and gap on the footing against the movement, over the categories.
 
     On a mound they are drawn against the movement of the ground's surface, of a run in time against the time,
-    of a movement in stages against the increment, with the widest crack so far.
+    of a movement in stages against its time, or else the increment, with the widest crack so far.
 
     The marks on the crack's line have the colour of the wall's category, which may be higher than the crack's own
     where a group of cracks counts. The axis is linear up to the first category's limit and logarithmic above.
@@ -62,12 +63,13 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     )
     ax = axes_or_new(ax, 8.5, 5.0)
     table = table_of(ds)
-    in_time = "time" in ds.variables
+    in_time = is_dynamic(ds)
     measure = movement_measure(ds)
     x = ds["time"].values if in_time else ds[measure].values * MM
     in_stages = "worst_crack_width" in ds.variables
     if in_stages:
-        x = ds["increment"].values
+        by = "time" if "time" in ds.variables else "increment"
+        x = ds[by].values
     crack, dpc = ds["crack_width_max"].values * MM, ds["dpc_opening_max"].values * MM
     has_dpc = "contact_kind" not in ds.variables or bool((ds["contact_kind"].values == ContactKind.DPC).any())
     band = ds["crack_band_width_max"].values * MM if "crack_band_width_max" in ds.variables else crack
@@ -112,7 +114,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     if in_time:
         ax.set_xlabel("time (s)")
     elif in_stages:
-        ax.set_xlabel("increment; dotted: the movement turns")
+        ax.set_xlabel(f"{'time (years)' if by == 'time' else by}; dotted: the movement turns")
     else:
         label_movement(ax, measure)
     legend_below(ax, ax.get_legend_handles_labels()[0])

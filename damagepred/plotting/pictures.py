@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from damagepred.archive.files import write_whole
+from damagepred.archive.schema import is_dynamic
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import ContactKind
@@ -75,7 +76,7 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
         sheets["footing_opening.png"] = figure_of(draw_footing_opening(ds))
     if ds.sizes.get("opening", 0):
         sheets["opening_width.png"] = _opening_width(ds)
-    if "time" not in ds.variables:
+    if not is_dynamic(ds):
         sheets["cracks.png"] = cracks_sheet(ds)
     sheets["history.png"] = figure_of(draw_history(ds))
     if has_footing(ds):
@@ -88,7 +89,7 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
 def stress_sheets(ds: xr.Dataset) -> dict[str, Figure]:
     """Draw stresses half-way and at the end; of rigid blocks, for which there is one mean each, at the end alone."""
     if not has_zones(ds):
-        return {} if "time" in ds.variables else {"stress_xx.png": figure_of(draw_stress(ds))}
+        return {} if is_dynamic(ds) else {"stress_xx.png": figure_of(draw_stress(ds))}
     last = ds.sizes["increment"] - 1
     both = sorted({half_way(ds), last})
     sheets = {f"stress_{name}.png": stress_sheet(ds, [(name, i) for i in both]) for name in ("xx", "yy", "xy")}

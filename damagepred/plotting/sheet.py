@@ -14,6 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation, Transform
 
+from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.text import without_controls
@@ -227,7 +228,7 @@ def moved_to(ds: xr.Dataset, increment: int) -> str:
     increment : int
         Position of the increment.
     """
-    if "time" in ds.variables:
+    if is_dynamic(ds):
         return f"{plain_number(float(ds['time'].values[increment]))} s"
     name = movement_of(ds)
     return f"a {name.replace('_', ' ')} of {plain_number(float(ds[name].values[increment]) * MM)} mm"

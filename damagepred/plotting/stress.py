@@ -14,6 +14,7 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
+from damagepred.archive.schema import is_dynamic
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
@@ -146,7 +147,7 @@ def _check(ds: xr.Dataset, component: str) -> None:
     require(ds, _CONTACTS, "the result of one wall with all its fields (`damagepred solve`)")
     if component not in COMPONENTS:
         raise InputError(f"component = {component!r}: must be one of {', '.join(COMPONENTS)}.")
-    if "time" in ds.variables and not has_zones(ds):
+    if is_dynamic(ds) and not has_zones(ds):
         raise InputError("stress in rigid blocks is drawn of static runs only: in time, they change neighbours.")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
+from damagepred.archive.schema import is_dynamic
 from damagepred.damage import HAIRLINE
 from damagepred.formatting import length
 from damagepred.report.parts import Part, Table, Text, drawing
@@ -42,4 +43,4 @@ def crack_parts(ds: xr.Dataset) -> list[Part]:
     if len(frame) > MAX_CRACKS:
         note = f"The first {MAX_CRACKS} of {len(frame)}, the widest of each part of the wall first. {note}"
     caption = "Cracks at the end of the path, the widest of each part of the wall first"
-    return [figure, Table.of(caption, crack_columns(frame.head(MAX_CRACKS), "time" in ds.variables), note)]
+    return [figure, Table.of(caption, crack_columns(frame.head(MAX_CRACKS), is_dynamic(ds)), note)]

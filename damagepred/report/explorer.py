@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from damagepred.archive.schema import category_label
+from damagepred.archive.schema import category_label, is_dynamic
 from damagepred.formatting import length
 from damagepred.plotting.categories import table_of
 from damagepred.plotting.colours import (
@@ -103,7 +103,7 @@ def _steps(ds: xr.Dataset) -> list[int]:
 
 def _movement(ds: xr.Dataset, increment: int) -> float:
     """Return what a picture of the path has along its axis: the time (s), or the movement (mm)."""
-    if "time" in ds.variables:
+    if is_dynamic(ds):
         return float(ds["time"].values[increment])
     return float(ds[movement_measure(ds)].values[increment] * MM)
 

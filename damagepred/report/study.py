@@ -189,7 +189,7 @@ def _run_parts(folder: StudyFolder, ds: xr.Dataset, settings: StudySettings, wri
         ["seed", str(how.seed)],
         ["sampler", how.sampler + (f", {how.replicates} independent scrambles" if how.replicates > 1 else "")],
         ["solver", settings.scene.solver.method.replace("_", "-")],
-        ["increments", str(settings.scene.movement.increments)],
+        ["increments", str(settings.scene.movement.increment_count)],
         ["a wall is followed to", _followed(settings)],
     ]
     if "run_time" in ds and np.isfinite(ds["run_time"].values).any():

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.schema import category_label
+from damagepred.archive.schema import category_label, is_dynamic
 from damagepred.enumerations import ContactKind, PathStatus
 from damagepred.errors import InputError
 from damagepred.formatting import length, number, ratio
@@ -63,7 +63,7 @@ def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
         Section("run", "What was run", [_run(ds, origin, written)]),
         Section("quality", "How good the solution is", wall_quality(ds)),
         Section("damage", "Damage", damage_parts(ds)),
-        *([wall_limits(ds)] if "time" not in ds.variables and "span" in ds.attrs else []),
+        *([wall_limits(ds)] if not is_dynamic(ds) and "span" in ds.attrs else []),
         wall_caveats(ds, scene),
         Section(
             "files", "The scene in full", [Listing("Scene file, complete with defaults", ds.attrs["scene"].strip())]

@@ -72,7 +72,7 @@ def with_profile_files(tables: Any, folder: Path) -> Any:
     Parameters
     ----------
     tables : mapping, or what stands in its place
-        The scene; ``movement.table`` and ``mound.table`` may be names of files.
+        The scene; ``movement.table``, ``movement.history`` and ``mound.table`` may be names of files.
     folder : Path
         In which the files are.
     """
@@ -83,7 +83,33 @@ def with_profile_files(tables: Any, folder: Path) -> Any:
         part = tables.get(key)
         if isinstance(part, Mapping) and isinstance(name := part.get("table"), str):
             found[key] = {**part, "table": read_profile(folder / name)}
+    movement = found.get("movement")
+    if isinstance(movement, Mapping) and isinstance(name := movement.get("history"), str) and "stage" not in movement:
+        found["movement"] = _with_history({k: v for k, v in movement.items() if k != "history"}, folder / name)
+        size = "surface_movement"
+        if movement.get("shape") == "mound" and isinstance(mound := found.get("mound", {}), Mapping):
+            found["mound"] = {size: max(stage[size] for stage in found["movement"]["stage"]), **mound}
     return found
+
+
+def _with_history(movement: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Return the table of a movement with the stages of a CSV file, and by default their largest deflection."""
+    lines = [line for line in read_text(path).splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    names = [name.strip() for name in next(csv.reader(lines[:1]), [])]
+    if not {"time", "movement"} <= set(names) <= {"time", "movement", "increments"} or len(lines) < 2:
+        raise InputError(f"{path}: needs the columns time (years) and movement (m, doming positive), and a line each.")
+    size = "surface_movement" if movement.get("shape") == "mound" else "central_deflection"
+    stages: list[dict[str, Any]] = []
+    for number, row in enumerate(csv.reader(lines[1:]), start=2):
+        try:
+            line = dict(zip(names, map(float, row), strict=True))
+            stage = {"time": line["time"], size: abs(line["movement"])}
+            stage |= {"increments": int(line["increments"])} if "increments" in line else {}
+        except (ValueError, OverflowError):
+            raise InputError(f"{path}, line {number} of the table: must have {len(names)} finite numbers.") from None
+        stages.append({"kind": "doming" if line["movement"] > 0 else "dishing", **stage})
+    largest = max(stage[size] for stage in stages)
+    return {**({} if size == "surface_movement" else {size: largest}), **movement, "stage": stages}
 
 
 def read_profile(path: str | Path) -> list[list[float]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError, require_count
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import arc, three_loads, through_points
-from damagepred.scene.quantity import Count, Length, Pure
+from damagepred.scene.quantity import Count, Length, Pure, Years
 
 LEAST_IN_MIDDLE = 0.05
 """Least departure of the middle from the line through the ends, over the largest departure of a shape."""
@@ -28,10 +28,14 @@ class Stage:
     ----------
     kind : {"dishing", "doming"}
         Side to which the centre lies off the line through the ends when the stage ends.
-    central_deflection : float
-        Deflection of the centre when the stage ends (m), not negative; 0 is level ground.
+    central_deflection : float or None
+        Deflection of the centre when the stage ends (m), not negative; 0 is level ground. Not for mounds.
+    surface_movement : float or None
+        For mounds, in its place: the surface movement when the stage ends (m).
     increments : int
         Number of equal increments.
+    time : float or None
+        When the stage ends (years). All stages have a time, or none.
 
     Examples
     --------
@@ -42,8 +46,28 @@ class Stage:
     """
 
     kind: Literal["dishing", "doming"] = "dishing"
-    central_deflection: Length = Field(ge=0)
+    central_deflection: Length | None = Field(default=None, ge=0)
+    surface_movement: Length | None = Field(default=None, ge=0)
     increments: Count = Field(default=10, ge=1)
+    time: Years | None = Field(default=None, gt=0)
+
+
+class History(NamedTuple):
+    """Increments of a movement history, from the dead load on.
+
+    Attributes
+    ----------
+    load_factors : array (increments + 1,)
+        From 0; below 0 where the ground moves the other way.
+    stage : array of int (increments + 1,)
+        Number of the stage, from 1; 0 for the dead load.
+    time : array (increments + 1,) or None
+        Years since the dead load.
+    """
+
+    load_factors: FloatArray
+    stage: IntArray
+    time: FloatArray | None
 
 
 @described
@@ -72,8 +96,12 @@ class Movement:
         position (any unit, from the left end) and deflection.
     stage : sequence of Stage
         A movement history, from level ground through the deflections of the stages, there and back. Then
-        ``increments`` is not read, and ``central_deflection`` is the largest deflection of all stages. Only for
-        ``three_loads``, ``parabola`` and ``table``.
+        ``increments`` is not read, and ``central_deflection`` is the largest deflection of all stages; on a mound
+        the largest surface movement is that of ``[mound]``. A study that samples that value scales the whole history
+        with it. Jacks are controlled by deflection, and push one way.
+    history : str or None
+        In a scene file, in place of stages: name of a CSV file, each line the end of a stage. Its columns are time
+        (years), movement (m) and, if wanted, increments. Doming is positive; on a mound it is the surface movement.
 
     Examples
     --------
@@ -88,22 +116,47 @@ class Movement:
     shape: Literal["three_loads", "parabola", "arc", "table", "jacks", "mound"] = "three_loads"
     table: tuple[tuple[Pure, Pure], ...] = ()
     stage: tuple[Stage, ...] = ()
+    history: str | None = None
 
     @model_validator(mode="after")
     def _stages_fit(self) -> Movement:
+        if self.history is not None:
+            raise ValueError("history: names a CSV file beside a scene file; here give stage instead")
         if not self.stage:
             return self
-        if not (self.prescribed and self.proportional):
-            raise ValueError(
-                f"stage: only read with shape = 'three_loads', 'parabola' or 'table'; here shape = '{self.shape}'"
-            )
-        largest = max(stage.central_deflection for stage in self.stage)
-        if largest == 0 or self.central_deflection != largest:
-            raise ValueError(
-                f"stage: central_deflection must be the largest deflection of the stages and not 0; it is "
-                f"{self.central_deflection:g} m, and the largest of the stages is {largest:g} m"
-            )
+        wanted, other = ("surface_movement", "central_deflection")[:: 1 if self.shape == "mound" else -1]
+        if any(getattr(s, wanted) is None or getattr(s, other) is not None for s in self.stage):
+            raise ValueError(f"stage: with shape = '{self.shape}' each stage has a {wanted}, and no {other}")
+        if self.shape == "jacks" and any(s.kind != self.kind for s in self.stage if s.central_deflection):
+            raise ValueError(f"stage: jacks push one way; with kind = '{self.kind}' all stages are of that kind")
+        times = [0.0 if s.time is None else s.time for s in self.stage]
+        if any(times) and any(b <= a for a, b in itertools.pairwise([0.0, *times])):
+            raise ValueError("stage: time must rise from stage to stage, and all stages have one, or none")
+        if self.shape != "mound":
+            self.require_largest("central_deflection", self.central_deflection)
         return self
+
+    def require_largest(self, name: str, full: float) -> None:
+        """Check that the full movement is the largest of the stages.
+
+        Parameters
+        ----------
+        name : str
+            Its key, for the message.
+        full : float
+            Full movement (m).
+
+        Raises
+        ------
+        ValueError
+            If it is not.
+        """
+        largest = max(getattr(stage, name) for stage in self.stage)
+        if largest == 0 or full != largest:
+            raise ValueError(
+                f"stage: {name} must be the largest of the stages and not 0; it is {full:g} m, and the largest of the "
+                f"stages is {largest:g} m"
+            )
 
     @model_validator(mode="after")
     def _table_fits(self) -> Movement:
@@ -169,23 +222,30 @@ class Movement:
         """+1 for doming (up), -1 for dishing (down)."""
         return 1.0 if self.kind == "doming" else -1.0
 
-    @property
-    def load_factors(self) -> FloatArray | None:
-        """Load factors of the increments of a history, from 0 (level ground); None without stages."""
+    def increments_of_history(self) -> History | None:
+        """Return the increments of the stages; None without stages."""
         if not self.stage:
             return None
-        full = self.sign * self.central_deflection
-        ends = [(1.0 if s.kind == "doming" else -1.0) * s.central_deflection / full for s in self.stage]
-        parts = [
-            np.linspace(start, end, stage.increments + 1)[1:]
-            for start, end, stage in zip([0.0, *ends], ends, self.stage)
-        ]
-        return np.concatenate([[0.0], *parts])
+        sizes = [s.surface_movement if s.central_deflection is None else s.central_deflection for s in self.stage]
+        full = max(size or 0.0 for size in sizes)
+        sides = [1.0 if s.kind == self.kind else -1.0 for s in self.stage]
+        counts = [s.increments for s in self.stage]
+
+        def stepwise(ends: list[float]) -> FloatArray:
+            parts = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip([0.0, *ends], ends, counts)]
+            return np.concatenate([[0.0], *parts])
+
+        times = [s.time for s in self.stage if s.time is not None]
+        return History(
+            stepwise([side * (size or 0.0) / full for side, size in zip(sides, sizes)]),
+            np.repeat(np.arange(len(counts) + 1), [1, *counts]),
+            stepwise(times) if times else None,
+        )
 
     @property
-    def stage_of_increment(self) -> IntArray:
-        """Number of the stage of each increment, from 1; 0 for the dead load, and without stages nothing else."""
-        return np.repeat(np.arange(len(self.stage) + 1), [1, *(stage.increments for stage in self.stage)])
+    def reverses(self) -> bool:
+        """Whether a history goes beyond level ground, to the other side than ``kind``."""
+        return any(s.kind != self.kind and (s.central_deflection or s.surface_movement) for s in self.stage)
 
     @property
     def increment_count(self) -> int:
@@ -227,7 +287,7 @@ class Movement:
             )
         xi = np.asarray(position, dtype=np.float64) / length
         deflection = load_factor * self.central_deflection
-        return self.sign * deflection * self._form(xi, deflection / length)
+        return self.sign * deflection * self._form(xi, abs(deflection) / length)
 
     def _form(self, xi: FloatArray, ratio: float) -> FloatArray:
         if self.shape == "three_loads":

@@ -96,6 +96,7 @@ def _example(unit: str) -> str:
         "N": "'6 kN'",
         "N/m": "'10 N/m'",
         "s": "'20 ms'",
+        "year": "'6 months'",
         "Hz": "'5 Hz'",
         "m/s": "'10 mm/s'",
         "m/s**2": "'3 m/s2'",
@@ -138,6 +139,7 @@ Moment = Annotated[float, Quantity("N*m"), Field(le=1e12)]
 SpringStiffness = Annotated[float, Quantity("N/m"), Field(ge=1e-3, le=1e18)]
 Pure = Annotated[float, Quantity("1"), Field(ge=-1e15, le=1e15)]
 Duration = Annotated[float, Quantity("s"), Field(le=1e9)]
+Years = Annotated[float, Quantity("year"), Field(le=1e4)]
 Frequency = Annotated[float, Quantity("Hz"), Field(le=1e9)]
 Speed = Annotated[float, Quantity("m/s"), Field(ge=-1e4, le=1e4)]
 Acceleration = Annotated[float, Quantity("m/s**2"), Field(ge=-1e6, le=1e6)]

@@ -113,6 +113,10 @@ class Scene:
         self._dpc_is_in_the_wall()
         self._control_joints_fit()
         self._ground_fits()
+        if self.movement.stage and self.movement.shape == "jacks" and self.rig.control == "load":
+            raise ValueError("movement.stage: on jacks, stages need rig.control = 'deflection'")
+        if self.movement.stage and self.movement.shape == "mound":
+            self.movement.require_largest("surface_movement", self.mound.surface_movement)
         if self.movement.stage and self.dynamics is not None:
             raise ValueError("dynamics: a run in time reads no stages; leave out [dynamics], or [[movement.stage]]")
         if self._deflection_is_given and self.movement.central_deflection > 0.1 * wall.length:
@@ -327,6 +331,11 @@ class Scene:
             for step in way:
                 target = target[step]
             target[last] = float(value)
+        full = "mound.surface_movement" if self.movement.shape == "mound" else "movement.central_deflection"
+        if self.movement.stage and full in values:  # scales the history
+            table, key = full.split(".")
+            for stage in tables["movement"]["stage"]:
+                stage[key] = float(values[full]) * (stage[key] / getattr(getattr(self, table), key))
         scene = Scene.from_dict(tables, source="sampled scene")
         object.__setattr__(scene, "given", self.given)
         return scene

@@ -115,7 +115,7 @@ def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int
     """
     stop = "" if model.jacks is None else model.jacks.stop
     bisects = stepper.bracket.collapse is not None and bool(model.supports.live_load.any())
-    load_factors = np.arange(increments + 1) / increments if model.load_factors is None else model.load_factors
+    load_factors = np.arange(increments + 1) / increments if model.history is None else model.history.load_factors
     path = [float(load_factor) for load_factor in load_factors]
     for number, load_factor in enumerate(path):
         stepper.begin_increment(number)

@@ -229,11 +229,6 @@ class StudySettings:
                 f"{source}: [scene.dynamics]: a study follows the movement of the ground without time, so that each "
                 "wall tells at which movement it reached a category; leave this table out, or run the walls one by one."
             )
-        if self.scene.movement.stage:
-            raise InputError(
-                f"{source}: [[scene.movement.stage]]: a study tells at which movement each wall reached a category, so "
-                "the movement must grow; leave the stages out, or solve the walls one by one."
-            )
         places = self.scene.number_places()
         for place, variable in self.variables.items():
             if place not in places:

@@ -225,7 +225,7 @@ def read_capacities(
         Capacities(lower, upper, failed, end),
         weight=sample_weights(ds)[known],
         single=single,
-        marks=marks if alike else None,
+        marks=np.fmax.accumulate(marks) if alike and marks is not None else None,
         largest=largest,
         increments=1 if single else ds.sizes["increment"] - 1,
         sample=np.flatnonzero(known),

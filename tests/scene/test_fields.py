@@ -159,10 +159,13 @@ Movement
   shape = three_loads | three_loads parabola arc table jacks mound
   table = () 1 [-1e+15 1e+15]
   stage = ()
+  history = None
 Stage
   kind = dishing | dishing doming
-  central_deflection = required m [0 10000]
+  central_deflection = None m [0 10000]
+  surface_movement = None m [0 10000]
   increments = 10 whole [1 max]
+  time = None year (0 10000]
 Rig
   supports = () m [-10000 10000]
   jacks = () m [-10000 10000]

@@ -199,7 +199,7 @@ class Pump:
     def extrapolate_volume(self, load_factor: float) -> None:
         """Extrapolate the volume per load factor from the states at rest at the last call and now."""
         before, volume = self._from[0], float(self.line.state[VOLUME])
-        if self.controlled and load_factor > before:
+        if self.controlled and load_factor != before:
             self.line = self.line._replace(volume_step=(volume - self._from[1]) / (load_factor - before))
         self._from = (load_factor, volume)
 

@@ -71,6 +71,8 @@ def study_for_limit_state(settings: StudySettings, question: Question) -> StudyS
     question : Question
         Category, movement (m), and how far the path goes beyond it.
     """
+    if settings.scene.movement.stage:
+        raise InputError("rare: asks for one growing movement; leave out [[movement.stage]] or its CSV file.")
     place = _movement_place(settings.scene)
     steps = settings.scene.movement.increments
     beyond = max(round(question.reach * steps), steps)

@@ -29,7 +29,7 @@ from damagepred.damage import Rules
 from damagepred.enumerations import FailureKind, SampleStatus
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, InputError, StudyError
 from damagepred.one_thread import one_blas_thread
-from damagepred.pipeline import Step, follow, model_of, path_values, shares_of_size, without_zone_fields
+from damagepred.pipeline import Step, follow, history_values, model_of, path_values, shares_of_size, without_zone_fields
 from damagepred.scene import Scene
 from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.settings import StudySettings, read_frozen
@@ -259,7 +259,7 @@ def solve_sample(settings: StudySettings, design: Design, sample: int, values: M
     try:
         scene, fields = sampled_wall(settings, design, sample, values)
         model = model_of(scene, fields)
-        for step in follow(model, scene.solver, scene.damage, scene.movement.increments):
+        for step in follow(model, scene.solver, scene.damage, scene.movement.increment_count):
             steps.append(without_zone_fields(step))
             if step.increment.collapsed:
                 status = SampleStatus.COLLAPSED
@@ -293,7 +293,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     keeps that category for the movement beyond. A path that ended because the jacks or supports carry nothing any more
     has come to the limit of the rig: beyond it nothing is known, and there is no movement.
     """
-    increments = settings.scene.movement.increments
+    increments = settings.scene.movement.increment_count
     values = path_values(model, steps)
     group_count = values.pop("group_count")
     shares = {"energy_error_share": energy_error_share(values), "snap_through_share": snap_through_share(values)}
@@ -310,6 +310,9 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         filled[name] = np.concatenate((column, tail))[None]
     # a given movement is known also where it was not solved; a footing's own deflection is not
     progress = np.arange(increments + 1) / increments
+    if model.history is not None:
+        progress = np.abs(model.history.load_factors)
+        filled |= {name: value[None] for name, value in history_values(model.history, increments + 1).items()}
     if model.deflection is None:
         filled["central_deflection"] = (progress * model.central_deflection)[None]
         filled["deflection_ratio"] = (progress * model.central_deflection / model.span)[None]
@@ -343,6 +346,8 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         ("snap_through_share", {"tolerance": settings.scene.solver.snap_through_tolerance}),
     ):
         columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})
+    if "time" in columns:
+        columns["time"] = columns["time"]._replace(attributes={**columns["time"].attributes, "units": "year"})
     if "surface_movement" in columns:
         moved = columns["surface_movement"]
         columns["surface_movement"] = moved._replace(attributes={**moved.attributes, **GROWING_GROUND})

@@ -1,0 +1,181 @@
+"""Histories on every shape and ground: cut into stages, there and back, from a table, and in studies."""
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import damagepred
+from damagepred import Scene
+from damagepred.errors import InputError
+from damagepred.plotting import draw_history
+from damagepred.study import Study, open_study
+from damagepred.study.campaign.replay import replay
+from damagepred.study.settings import StudySettings
+from damagepred.uq.fragility import fit_fragility
+
+WALL = {"wall": {"length": 1.92, "height": 0.6}, "dpc": {"course": 2}}
+FOOTED = {**WALL, "footing": {"width": 0.3, "depth": 0.3}}
+SIZE = 4e-3
+
+
+def history(*ends: float, shape: str = "three_loads", mound: str = "mitchell", steps: int = 2) -> dict[str, object]:
+    """Return tables of a movement through signed ends (doming positive)."""
+    name = "surface_movement" if shape == "mound" else "central_deflection"
+    stages = [{"kind": "doming" if e > 0 else "dishing", name: abs(e), "increments": steps} for e in ends]
+    kind = "doming" if max(ends, key=abs) > 0 else "dishing"
+    movement: dict[str, object] = {"shape": shape, "kind": kind, "stage": stages}
+    if shape == "table":
+        movement["table"] = [[0, 0], [0.3, 0.4], [0.5, 1], [1, 0.2]]
+    largest = max(map(abs, ends))
+    if shape == "mound":
+        return {**FOOTED, "movement": movement, "mound": {"shape": mound, "surface_movement": largest}}
+    base = FOOTED if shape == "jacks" else WALL
+    return {**base, "movement": {**movement, "central_deflection": largest}}
+
+
+def one_run(tables: dict[str, object], increments: int) -> dict[str, object]:
+    movement = {k: v for k, v in tables["movement"].items() if k != "stage"}
+    return {**tables, "movement": {**movement, "increments": increments}}
+
+
+GROUNDS = [
+    {"shape": "three_loads"},
+    {"shape": "parabola"},
+    {"shape": "arc"},
+    {"shape": "table"},
+    {"shape": "jacks"},
+    {"shape": "mound", "mound": "mitchell"},
+    {"shape": "mound", "mound": "walsh"},
+]
+
+
+@pytest.mark.parametrize("method", ["quasi_static", "explicit"])
+@pytest.mark.parametrize("ground", GROUNDS, ids=lambda g: "-".join(g.values()))
+def test_a_growing_movement_cut_into_stages_is_the_one_run(ground: dict[str, str], method: str) -> None:
+    sign = 1.0 if ground["shape"] == "jacks" else -1.0
+    tables = history(*(sign * SIZE * share for share in (0.25, 0.5, 1.0)), **ground)
+    for stage, count in zip(tables["movement"]["stage"], (1, 1, 2)):
+        stage["increments"] = count
+    tables["solver"] = {"method": method}
+    cut, whole = (damagepred.solve(Scene.from_dict(t)) for t in (tables, one_run(tables, 4)))
+    for name in ("block_displacement_x", "block_displacement_y", "contact_opening", "contact_slip"):
+        np.testing.assert_allclose(cut[name], whole[name], rtol=0, atol=1e-9 * SIZE)
+
+
+def energy_balance(path: xr.Dataset) -> None:
+    """Check that dissipation never falls and that the balance closes, both but for the energy error stated."""
+    error = path["energy_error"].values
+    parts = [path[name].values for name in ("friction_work", "fracture_work", "released_energy")]
+    for part in parts:
+        assert (np.diff(part) >= -np.diff(error) - 1e-9).all()
+    balance = path["external_work"].values - path["elastic_energy"].values - sum(parts)
+    assert (np.abs(balance) <= error + 1e-9).all()
+
+
+@pytest.mark.parametrize("ground", GROUNDS, ids=lambda g: "-".join(g.values()))
+def test_there_and_back_makes_no_energy(ground: dict[str, str]) -> None:
+    ends = (SIZE, 0.25 * SIZE, SIZE) if ground["shape"] == "jacks" else (-SIZE, 0.5 * SIZE, 0.0)
+    path = damagepred.solve(Scene.from_dict(history(*ends, steps=4, **ground)))
+    assert path.attrs["status"] == "complete"
+    energy_balance(path)
+
+
+@pytest.mark.parametrize("joint", [{}, {"tensile_strength": 0.0, "cohesion": 0.0}], ids=["bonded", "dry"])
+def test_both_solvers_agree_on_soil_there_and_back(joint: dict[str, float]) -> None:
+    tables = {**history(-20e-3, 0.0, steps=4, shape="mound"), "joint": joint}
+    implicit, explicit = (
+        damagepred.solve(Scene.from_dict({**tables, "solver": {"method": m}})) for m in ("quasi_static", "explicit")
+    )
+    for name in ("central_deflection", "dpc_opening_max", "crack_width_max"):
+        np.testing.assert_allclose(implicit[name], explicit[name], rtol=0, atol=0.02e-3)
+
+
+def seasons_csv(folder: Path, text: str = "time,movement,increments\n0.5,-0.004,2\n1,0.002,2\n1.5,-0.004,2\n") -> Path:
+    (folder / "seasons.csv").write_text(text)
+    scene = '[wall]\nlength = 1.92\nheight = 0.6\n[dpc]\ncourse = 2\n[movement]\nhistory = "seasons.csv"\n'
+    (folder / "wall.toml").write_text(scene)
+    return folder / "wall.toml"
+
+
+def test_a_history_comes_from_a_csv_file(tmp_path: Path) -> None:
+    scene = Scene.from_toml(seasons_csv(tmp_path))
+    assert [s.kind for s in scene.movement.stage] == ["dishing", "doming", "dishing"]
+    assert scene.movement.central_deflection == 4e-3
+    path = damagepred.solve(scene)
+    assert path["time"].values.tolist() == [0, 0.25, 0.5, 0.75, 1, 1.25, 1.5]
+    assert path["time"].attrs["units"] == "year"
+    assert draw_history(path).get_xlabel().startswith("time (years)")
+    (tmp_path / "again.toml").write_text(scene.to_toml())
+    assert Scene.from_toml(tmp_path / "again.toml") == scene
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("year,movement\n1,2\n", "needs the columns time"),
+        ("time,movement\n", "needs the columns time"),
+        ("time,movement\n1,much\n", "line 2 of the table: must have 2 finite numbers"),
+        ("time,movement\n1,0.004\n0.5,0\n", "time must rise"),
+    ],
+)
+def test_a_csv_file_that_is_no_history_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        Scene.from_toml(seasons_csv(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        (
+            {"movement": {"shape": "mound", "stage": [{"central_deflection": 1e-3}]}},
+            "each stage has a surface_movement",
+        ),
+        ({"movement": {"shape": "mound", "stage": [{"surface_movement": 1e-3}]}}, "must be the largest of the stages"),
+        (history(SIZE, -SIZE, shape="jacks"), "jacks push one way"),
+        ({"movement": {"history": "a.csv"}}, "names a CSV file beside a scene file"),
+        (
+            {**history(SIZE, shape="jacks"), "rig": {"control": "load", "jack_load": 1e3}},
+            "stages need rig.control = 'deflection'",
+        ),
+    ],
+)
+def test_stages_that_do_not_fit_are_refused(tables: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        Scene.from_dict(tables)
+
+
+def test_a_sampled_movement_scales_the_whole_history() -> None:
+    scene = Scene.from_dict(history(-SIZE, 0.5 * SIZE)).with_values({"movement.central_deflection": 6e-3})
+    assert [s.central_deflection for s in scene.movement.stage] == [6e-3, pytest.approx(3e-3)]
+    scene = Scene.from_dict(history(-SIZE, 0.0, shape="mound")).with_values({"mound.surface_movement": 7e-3})
+    assert [s.surface_movement for s in scene.movement.stage] == [7e-3, 0.0]
+
+
+def test_a_study_of_a_history_runs_resumes_and_replays(tmp_path: Path) -> None:
+    tables = history(-SIZE, 0.5 * SIZE, -SIZE, steps=2)
+    for number, stage in enumerate(tables["movement"]["stage"]):
+        stage["time"] = 0.5 * (number + 1)
+    variables = {
+        "movement.central_deflection": {"distribution": "uniform", "lower": 2e-3, "upper": 6e-3},
+        "joint.cohesion": {"distribution": "lognormal", "mean": 0.4e6, "cov": 0.3},
+    }
+    settings = {"samples": 6, "stop_at_category": "none"}
+    study = Study(StudySettings.from_dict({"scene": tables, "study": settings, "variables": variables}))
+    with ThreadPoolExecutor(1) as executor:
+        for name, samples in (("a", 3), ("a", 6), ("b", 6)):
+            study.run(tmp_path / name, samples=samples, executor=executor)
+    first, second = (open_study(tmp_path / n) for n in ("a", "b"))
+    for name in ("crack_width_max", "worst_crack_width", "central_deflection", "time", "stage"):
+        np.testing.assert_array_equal(first[name], second[name])
+    given = first["movement.central_deflection"].values
+    np.testing.assert_allclose(first["central_deflection"].values[:, [2, 4]], given[:, None] * [1, 0.5])
+    assert first["time"].values[0].tolist() == [0, 0.25, 0.5, 0.75, 1, 1.25, 1.5]
+    wall, said = replay(tmp_path / "a", 4)
+    assert "bit for bit" in said
+    np.testing.assert_array_equal(wall["crack_width_max"], first["crack_width_max"][4])
+    # the curve over time is the probability of the worst category so far, by year
+    for intensity in ("time", "stage", "central_deflection"):
+        assert fit_fragility(first, categories=[1], intensity=intensity).sizes["category"] == 1
