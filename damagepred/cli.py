@@ -460,6 +460,9 @@ def infer_command(
     replays: Annotated[
         int, typer.Option("--replays", min=1, help="Samples a study that are replayed for local cracks, at most.")
     ] = 200,
+    new_walls: Annotated[
+        int, typer.Option("--new-walls", min=0, help="Walls a round that are run where too few samples are effective.")
+    ] = 0,
     workers: Workers = 1,
     output: NetcdfFile = None,
     plot: Picture = None,
@@ -470,14 +473,16 @@ def infer_command(
     """Infer movement and cause from observed cracks, levels and windows, and what further movement would bring."""
     from damagepred.archive.files import check_writable
     from damagepred.errors import InputError
-    from damagepred.study.analyses.back_analysis import InferenceOptions, infer, sentences
+    from damagepred.study.analyses.back_analysis import InferenceOptions, infer, price_of_new_walls, sentences
 
     if len(files) < 2 or files[-1].suffix != ".toml":
         raise InputError("infer: give one study folder or more, and then the file of the observations (*.toml).")
     check_writable(output, plot)
-    options = InferenceOptions(replays=replays)
+    options = InferenceOptions(replays=replays, new_walls=new_walls)
+    if new_walls:
+        screen.note(price_of_new_walls(files[:-1], options, workers))
     with screen.ReplayBar() as bar:
-        found = infer(files[:-1], files[-1], workers=workers, options=options, on_replay=bar.update)
+        found = infer(files[:-1], files[-1], workers=workers, options=options, on_replay=bar.update, on_walls=bar.walls)
     _keep_curves(found, output, plot)
     if json:
         screen.print_json(found)

@@ -426,7 +426,7 @@ class StudyBar(_Progress):
 
 
 class ReplayBar(_Progress):
-    """Progress of replays, with the time that is left."""
+    """Progress of replays and of new walls, with the time that is left."""
 
     def __init__(self) -> None:
         super().__init__("replays", "{task.fields[left]}", transient=True)
@@ -444,6 +444,10 @@ class ReplayBar(_Progress):
 
         left = (time.monotonic() - self._began) / done * (total - done)
         self._progress.update(self._task, completed=done, total=total, left=f"about {duration(left)} left")
+
+    def walls(self, state: StudyProgress) -> None:
+        """Show the number of new walls done."""
+        self._progress.update(self._task, completed=state.done, total=state.total, left="new walls")
 
 
 def back_analysis(found: xr.Dataset) -> None:

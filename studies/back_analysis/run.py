@@ -40,7 +40,7 @@ def archives(folder: Path, samples: int, seed: int, workers: int) -> list[Stored
         place = folder / f"{kind}.dp"
         Study(StudySettings.from_dict(tables)).run(place, samples, workers)
         walls = StoredWalls(place)
-        walls.store.fill(np.flatnonzero(walls.known).tolist(), workers, None)
+        walls.replay(np.flatnonzero(walls.known), workers, None)
         found.append(walls)
     return found
 
@@ -50,7 +50,7 @@ def survey(walls: StoredWalls, sample: int, increment: int, random: np.random.Ge
     model, seen = Discrepancy(), []
     for x, y in PLACES:
         place = {"x": x, "y": y, "within": WITHIN, "error": ERROR}
-        width = walls.store.read(sample).widest(CrackObservation(**place, none=True), walls.movement.shape[1])[0]
+        width = walls.replayed(sample).widest(CrackObservation(**place, none=True), walls.movement.shape[1])[0]
         true = width[increment]
         deviation = np.sqrt(ERROR**2 + model.width**2 + (model.width_share * true) ** 2)
         value = true + deviation * random.standard_normal()

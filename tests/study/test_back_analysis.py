@@ -99,6 +99,22 @@ def test_few_replays_agree_with_all(causes: list[Path]) -> None:
     assert middle[1] == pytest.approx(middle[0], rel=0.25)
 
 
+def test_new_walls_raise_the_effective_number(causes: list[Path]) -> None:
+    seen = Observations(
+        crack=(CrackObservation(x=0.96, y=0.1, width="2 mm", error="0.1 mm"),), prior_odds={"doming": 2.0}
+    )
+    options = InferenceOptions(new_walls=12, rounds=1)
+    before, after = infer(causes[1], seen), infer(causes[1], seen, options=options)
+    assert after.sizes["sample"] == before.sizes["sample"] + 12
+    assert float(after["effective_samples"][0]) > float(before["effective_samples"][0])
+    # of two unbiased estimates of the same evidence, from few walls
+    assert float(after["log_evidence"][0]) == pytest.approx(float(before["log_evidence"][0]), abs=1.0)
+    assert float(after["posterior"].sum()) == pytest.approx(1.0)
+    assert after.identical(infer(causes[1], seen, options=options))  # the walls are kept
+    for path in causes[1].parent.glob("doming.dp.near_*"):
+        assert (path / "round_1.dp").is_dir()
+
+
 def test_limits_far_away_keep_their_probability() -> None:
     fit = censored(np.array([0.0, 8.0, -8.0]), 0.0, np.inf, 1.0)
     assert fit.log_likelihood[0] == pytest.approx(np.log(0.5))

@@ -11,9 +11,10 @@ proportional to the weights by all other observations, and weighted by the inver
 
 from __future__ import annotations
 
+import hashlib
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,10 +28,13 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage import sticking_limits
 from damagepred.enumerations import SOLVED
 from damagepred.errors import InputError, nearest
+from damagepred.formatting import duration
 from damagepred.one_thread import one_blas_thread
 from damagepred.study.analyses.local_cracks import Replayed, ReplayStore
+from damagepred.study.campaign.campaign import Campaign, Progress
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.estimate import effective_samples
+from damagepred.uq.importance import Proposal, cross_entropy_shift
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values
 from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
 from damagepred.uq.observations import (
@@ -54,7 +58,15 @@ class InferenceOptions:
     replays : int
         Samples of each study that are replayed for local cracks and levels, at most.
     fewest_effective : float
-        Effective number of samples below which the result carries a caution.
+        Effective number of samples below which the result carries a caution, and new walls are run.
+    new_walls : int
+        Walls of a round of adaptive importance sampling; 0: none are run.
+    rounds : int
+        Rounds at most.
+    nominal_share : float
+        Share of the new walls that are drawn as the study says (defensive mixture).
+    smallest_cause : float
+        Posterior probability of a cause from which new walls are run for it.
     resemblance : float
         Probability of a larger misfit below which the best state is said not to resemble the observations.
     further : tuple of float
@@ -67,6 +79,10 @@ class InferenceOptions:
 
     replays: int = 200
     fewest_effective: float = 50.0
+    new_walls: int = 0
+    rounds: int = 3
+    nominal_share: float = 0.2
+    smallest_cause: float = 0.01
     resemblance: float = 0.01
     further: tuple[float, ...] = (0.0, 0.1, 0.25, 0.5)
     map_cell: float = 0.15
@@ -85,16 +101,24 @@ class StoredWalls:
     ----------
     path : Path
         Study folder.
+    more : tuple of Path
+        Folders of more samples of the same study, drawn by importance sampling.
+    shares : tuple of float
+        Share of the prior weight that each folder has.
     """
 
     path: Path
+    more: tuple[Path, ...] = ()
+    shares: tuple[float, ...] = (1.0,)
     _local: dict[tuple[Any, ...], tuple[FloatArray, ...]] = field(default_factory=dict)
 
     @one_blas_thread()
     def __post_init__(self) -> None:
         """Open the study."""
-        self.ds = open_study(self.path)
-        self.store = ReplayStore(Path(self.path))
+        opened = [open_study(folder) for folder in (self.path, *self.more)]
+        self.ds = _joined(opened) if self.more else opened[0]
+        self.stores = [ReplayStore(Path(folder)) for folder in (self.path, *self.more)]
+        self.first = np.cumsum([0, *(ds.sizes["sample"] for ds in opened)])
         self.measure = chosen_intensity(self.ds, None)
         if "increment" not in self.ds[self.measure].dims if self.measure in self.ds else True:
             raise InputError(
@@ -104,7 +128,10 @@ class StoredWalls:
         self.movement = intensity_values(self.ds, self.measure)
         self.known = np.isin(self.ds["status"].values, SOLVED)
         weight = self.ds["weight"].values if "weight" in self.ds else np.ones(len(self.known))
-        self.weight = np.where(self.known, weight, 0.0)
+        weight = np.where(self.known, weight, 0.0)
+        for share, start, end in zip(self.shares, self.first, self.first[1:]):
+            weight[start:end] *= share / max(weight[start:end].sum(), 1e-300)
+        self.weight = weight
         middle = 0.5 * (self.movement[:, 1:] + self.movement[:, :-1])
         self.edges = np.concatenate((self.movement[:, :1], middle, self.movement[:, -1:]), axis=1)
         if not np.isfinite(self.edges[self.known]).all():
@@ -131,7 +158,7 @@ class StoredWalls:
                 )
             share = np.array([np.histogram(points, np.maximum.accumulate(row))[0] for row in self.edges]) / len(points)
         with np.errstate(divide="ignore"):
-            return np.asarray(np.log(share) + np.log(self.weight / self.weight.sum())[:, None])
+            return np.asarray(np.log(share) + np.log(self.weight)[:, None])
 
     def fit_of_archive(self, seen: Observations) -> Fit:
         """Return the fit of what the archive itself tells."""
@@ -175,7 +202,7 @@ class StoredWalls:
         """
         found = np.zeros(shape[0] * shape[1])
         for sample in np.flatnonzero(weight.sum(axis=1) > 0):
-            one = self._replayed(int(sample))
+            one = self.replayed(int(sample))
             open_ = one.width > wider
             row = np.minimum((one.y[open_] / cell).astype(np.int64), shape[0] - 1)
             column = np.minimum((one.x[open_] / cell).astype(np.int64), shape[1] - 1)
@@ -211,12 +238,42 @@ class StoredWalls:
     ) -> tuple[FloatArray, ...]:
         key = (*key, samples.tobytes())
         if key not in self._local:
-            rows = [read(self._replayed(int(sample))) for sample in samples]
+            rows = [read(self.replayed(int(sample))) for sample in samples]
             self._local[key] = tuple(np.array(column) for column in zip(*rows))
         return self._local[key]
 
-    def _replayed(self, sample: int) -> Replayed:
-        return self.store.read(sample)
+    def replayed(self, sample: int) -> Replayed:
+        """Return a replayed sample."""
+        part = int(np.searchsorted(self.first, sample, side="right")) - 1
+        return self.stores[part].read(sample - int(self.first[part]))
+
+    def replay(self, samples: IntArray, workers: int, on_replay: Callable[[int, int], None] | None) -> None:
+        """Replay samples; see ``ReplayStore.fill``.
+
+        Parameters
+        ----------
+        samples, workers, on_replay
+            Numbers of the samples, processes, and the call that reports progress.
+        """
+        for store, start, end in zip(self.stores, self.first, self.first[1:]):
+            store.fill((samples[(samples >= start) & (samples < end)] - start).tolist(), workers, on_replay)
+
+
+def _joined(studies: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return the samples of studies of the same walls as one dataset, with weights."""
+    weighted = [
+        ds if "weight" in ds else ds.assign(weight=("sample", np.ones(ds.sizes["sample"])))
+        for ds in (one.drop_vars("movement", errors="ignore") for one in studies)
+    ]
+    names = [
+        name
+        for name in weighted[0].data_vars
+        if weighted[0][name].dims[:1] == ("sample",) and all(name in ds for ds in weighted)
+    ]
+    joined = xr.concat(
+        [ds[names] for ds in weighted], "sample", combine_attrs="override", coords="minimal", compat="override"
+    )
+    return joined.assign_attrs(studies[0].attrs)
 
 
 def chosen_samples(weight: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
@@ -259,6 +316,7 @@ def infer(
     workers: int = 1,
     options: InferenceOptions = DEFAULT,
     on_replay: Callable[[int, int], None] | None = None,
+    on_walls: Callable[[Progress], None] | None = None,
 ) -> xr.Dataset:
     """Return the posterior of movement, cause and future damage, given what is observed on a wall.
 
@@ -274,6 +332,8 @@ def infer(
         Replays, limits of the cautions, and what is returned.
     on_replay : callable, optional
         Called with the number of replays done and that of all.
+    on_walls : callable, optional
+        Called with the progress of new walls.
 
     Returns
     -------
@@ -298,7 +358,85 @@ def infer(
     """
     paths = [studies] if isinstance(studies, str | Path) else list(studies)
     seen = observations if isinstance(observations, Observations) else Observations.from_toml(observations)
-    return posterior([StoredWalls(Path(p)) for p in paths], seen, workers, options, on_replay)
+    stored = [StoredWalls(Path(p)) for p in paths]
+    found = posterior(stored, seen, workers, options, on_replay)
+    for number in range(1, options.rounds + 1 if options.new_walls else 1):
+        weak = (found["effective_samples"].values < options.fewest_effective) & (
+            found["cause_posterior"].values >= options.smallest_cause
+        )
+        if not weak.any():
+            break
+        for k in np.flatnonzero(weak):
+            own = found["posterior"].values[found["study_of_sample"].values == k].sum(axis=1)
+            stored[int(k)] = _with_new_walls(stored[int(k)], own, seen, number, workers, options, on_replay, on_walls)
+        found = posterior(stored, seen, workers, options, on_replay)
+    return found
+
+
+def _with_new_walls(
+    walls: StoredWalls,
+    weight: FloatArray,
+    seen: Observations,
+    number: int,
+    workers: int,
+    options: InferenceOptions,
+    on_replay: Callable[[int, int], None] | None,
+    on_walls: Callable[[Progress], None] | None,
+) -> StoredWalls:
+    """Run a round of walls drawn about the posterior (adaptive importance sampling: Bugallo et al. 2017).
+
+    The proposal is the study's distribution shifted to the posterior mean of the standard normals. Each folder is
+    weighted by its effective number of samples, which leaves any of them unbiased (Owen and Zhou 2000).
+    """
+    study = Campaign.from_folder(walls.path)
+    if study.settings.study.sampler == "table":
+        raise InputError(f"{walls.path}: new walls cannot be drawn, for the samples are those of a table.")
+    shifts = {}
+    if study.design.wall:
+        count = int(walls.first[1])
+        use = weight[:count] if weight[:count].any() else np.ones(count)
+        mean = cross_entropy_shift(study.design.draw(count).normal, use).mean
+        shifts = {place: Proposal(shift=round(float(m), 2)) for place, m in zip(study.design.wall, mean)}
+    how = replace(
+        study.settings.study,
+        samples=options.new_walls,
+        seed=study.settings.study.seed + 1000 * number,
+        sampler="random",
+        replicates=1,
+        stop_when=None,
+        importance=shifts,
+        nominal_share=options.nominal_share if shifts else 0.0,
+    )
+    folder = walls.path.with_name(f"{walls.path.name}.near_{_survey_name(seen)}") / f"round_{number}.dp"
+    folder.parent.mkdir(exist_ok=True)
+    campaign = Campaign(replace(study.settings, study=how))
+    if campaign.run(folder, options.new_walls, workers, on_progress=on_walls).interrupted:
+        raise KeyboardInterrupt
+    more = (*walls.more, folder)
+    seen = replace(seen, prior_odds={})
+    alone = [posterior([StoredWalls(part)], seen, workers, options, on_replay) for part in (walls.path, *more)]
+    effective = np.array([float(one["effective_samples"][0]) for one in alone])
+    return StoredWalls(walls.path, more, tuple((effective / effective.sum()).tolist()))
+
+
+def price_of_new_walls(studies: Sequence[str | Path], options: InferenceOptions, workers: int) -> str:
+    """Return in a sentence what rounds of new walls cost at most.
+
+    Parameters
+    ----------
+    studies, options, workers
+        See ``infer``.
+    """
+    seconds = [float(open_study(path)["run_time"].mean()) * options.new_walls / workers for path in studies]
+    return (
+        f"new walls where fewer than {options.fewest_effective:g} samples are effective: at most {options.rounds} "
+        f"rounds of {options.new_walls} walls a study, {duration(options.rounds * sum(seconds))} in all, and replays"
+    )
+
+
+def _survey_name(seen: Observations) -> str:
+    """Return a short name that differs from survey to survey."""
+    return hashlib.sha256(repr(seen).encode()).hexdigest()[:8]
 
 
 def posterior(
@@ -357,7 +495,7 @@ def _state_weights(
         if not np.isfinite(log).any():
             return log, np.inf, 0
         samples, chance = chosen_samples(np.exp(log - log.max()).sum(axis=1), options.replays)
-        walls.store.fill(samples.tolist(), workers, on_replay)
+        walls.replay(samples, workers, on_replay)
         local = walls.fit_of_replays(seen, samples)
         all_logs, all_misfits = np.full(log.shape, -np.inf), np.full(log.shape, np.inf)
         chosen = log[samples] + local.log_likelihood - np.log(chance)[:, None]
