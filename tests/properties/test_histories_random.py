@@ -1,0 +1,69 @@
+"""Random histories of random small walls: dissipation is never negative, and closed cycles make no energy."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import damagepred
+from damagepred import Scene
+from damagepred.errors import SolverError
+
+FORMS = ("three_loads", "parabola", "arc", "mound")
+
+
+def random_scene(seed: int) -> Scene:
+    """Return a small wall, dry or bonded, with or without dpc and window, on a random closed history."""
+    rng = np.random.default_rng(seed)
+    shape = str(rng.choice(FORMS))
+    size = "surface_movement" if shape == "mound" else "central_deflection"
+    ends = rng.uniform(-1.0, 1.0, rng.integers(2, 5)) * 10 ** rng.uniform(-3.5, -2.2)
+    stages = [
+        {"kind": "doming" if end > 0 else "dishing", size: abs(end), "increments": int(rng.integers(1, 4))}
+        for end in [*ends, 0.0]
+    ]
+    largest = float(np.abs(ends).max())
+    joint = {"friction": rng.uniform(0.3, 1.0), "tensile_strength": 0.0, "cohesion": 0.0}
+    if rng.random() < 0.5:
+        cohesion = 10 ** rng.uniform(4.5, 6.0)
+        joint |= {"cohesion": cohesion, "tensile_strength": 0.5 * cohesion}
+    tables: dict[str, object] = {
+        "wall": {"length": 0.24 * rng.integers(5, 9), "height": 0.075 * rng.integers(5, 9)},
+        "joint": joint,
+        "movement": {"shape": shape, "stage": stages, **({} if shape == "mound" else {size: largest})},
+    }
+    if rng.random() < 0.6:
+        tables["dpc"] = {"course": 2, "friction": rng.uniform(0.2, 0.8)}
+    if shape == "mound":
+        tables["mound"] = {"shape": str(rng.choice(["walsh", "mitchell", "tree", "pipe"])), size: largest}
+    return Scene.from_dict(tables)
+
+
+def check_energy(path: xr.Dataset) -> None:
+    """Check that no part of the dissipation falls and that the balance closes, but for the energy error stated."""
+    error = path["energy_error"].values
+    parts = [path[name].values for name in ("friction_work", "fracture_work", "released_energy")]
+    for part in parts:
+        assert (np.diff(part) >= -np.diff(error) - 1e-9).all()
+    balance = path["external_work"].values - path["elastic_energy"].values - sum(parts)
+    assert (np.abs(balance) <= error + 1e-9).all()
+
+
+def check_histories(seeds: range) -> None:
+    unsolved = 0
+    for seed in seeds:
+        try:
+            path = damagepred.solve(random_scene(seed))
+        except SolverError:
+            unsolved += 1
+            continue
+        check_energy(path)
+    assert unsolved <= 0.01 * len(seeds), unsolved
+
+
+def test_ten_random_histories_make_no_energy() -> None:
+    check_histories(range(10))
+
+
+@pytest.mark.slow
+def test_a_thousand_random_histories_make_no_energy() -> None:
+    check_histories(range(1000))
