@@ -108,6 +108,7 @@ Intensity = Literal[
     "deflection_ratio",
     "curvature",
     "footing_curvature",
+    "time",
     "differential_movement",
 ]
 

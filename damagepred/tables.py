@@ -245,7 +245,7 @@ def curve_columns(curves: xr.Dataset) -> list[Column]:
         As ``fit_fragility`` returns it.
     """
     units, measure = str(curves["intensity"].attrs["units"]), named(str(curves.attrs["intensity_measure"]))
-    unit = {"m": "mm", "m-1": "1/m"}.get(units, "")
+    unit = {"m": "mm", "m-1": "1/m", "year": "years"}.get(units, "")
     band = f"{curves.attrs['confidence']:.0%} band"
     every = [curves.isel(category=k) for k in range(curves.sizes["category"])]
 

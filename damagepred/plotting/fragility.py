@@ -148,12 +148,16 @@ def _name(curves: xr.Dataset, number: int) -> str:
     return flag_name(curves, int(curves["category"].values[number]))
 
 
+_OTHER_UNITS = {"m-1": "1/m", "year": "years"}
+"""Units of movements that are neither lengths nor ratios, as they are shown."""
+
+
 def _parameters(one: xr.Dataset, largest: float, scale: float, in_metres: bool) -> str:
     median = float(one["median"]) * scale
     if not np.isfinite(median):
         return "fewer than half of the walls reached it"
-    curvature = one["intensity"].attrs.get("units") == "m-1"
-    shown = f"{median:.3g} 1/m" if curvature else f"{plain_number(median)} mm" if in_metres else ratio(median)
+    unit = _OTHER_UNITS.get(str(one["intensity"].attrs.get("units")))
+    shown = f"{median:.3g} {unit}" if unit else f"{plain_number(median)} mm" if in_metres else ratio(median)
     if str(one["fit_status"].item()) == EXTRAPOLATED or median > largest:
         return f"median beyond {plain_number(largest) + ' mm' if in_metres else shown}, to which walls were moved"
     scatter = float(one["dispersion"])
@@ -201,8 +205,8 @@ def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
     """
     measure = str(curves.attrs.get("intensity_measure", ""))
     name = measure.replace("_", " ") or str(curves["intensity"].attrs.get("long_name", "movement of the ground"))
-    if curves["intensity"].attrs.get("units") == "m-1":
-        ax.set_xlabel(f"{name} (1/m)")
+    if unit := _OTHER_UNITS.get(str(curves["intensity"].attrs.get("units"))):
+        ax.set_xlabel(f"{name} ({unit})")
         return
     if in_metres:
         label_movement(ax, measure or name)

@@ -19,6 +19,7 @@ MEASURES = (
     "deflection_ratio",
     "curvature",
     "footing_curvature",
+    "time",
 )
 """Intensity measures:
 
@@ -28,7 +29,8 @@ MEASURES = (
 - ``curvature``: of the arc with that deflection, 8 D / L^2 (1/m). It is a mean over the wall: prescribed forms, jacks
   and mounds of the same deflection have the same, and walls of other lengths can be compared;
 - ``footing_curvature``: the largest of the footing, where the archive has its sections (1/m). Where concrete cracks it
-  is that of a crack's surroundings, and far larger than the mean.
+  is that of a crack's surroundings, and far larger than the mean;
+- ``time``: of a movement in stages, in years; the worst category so far counts.
 
 Besides these, any variable of the dataset on (sample, increment) that grows with the movement.
 """

@@ -10,7 +10,7 @@ import xarray as xr
 import damagepred
 from damagepred import Scene
 from damagepred.errors import InputError
-from damagepred.plotting import draw_history
+from damagepred.plotting import draw_fragility, draw_history
 from damagepred.study import Study, open_study
 from damagepred.study.campaign.replay import replay
 from damagepred.study.settings import StudySettings
@@ -177,5 +177,7 @@ def test_a_study_of_a_history_runs_resumes_and_replays(tmp_path: Path) -> None:
     assert "bit for bit" in said
     np.testing.assert_array_equal(wall["crack_width_max"], first["crack_width_max"][4])
     # the curve over time is the probability of the worst category so far, by year
-    for intensity in ("time", "stage", "central_deflection"):
+    for intensity in ("time", "central_deflection"):
         assert fit_fragility(first, categories=[1], intensity=intensity).sizes["category"] == 1
+    ax = draw_fragility(fit_fragility(first, categories=[1], intensity="time"))
+    assert ax.get_xlabel() == "time (years)"
