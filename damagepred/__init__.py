@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from damagepred.simple_assessment import simple_categories, simple_methods
     from damagepred.study import Study, StudyFunction, open_study
     from damagepred.study.analyses.back_analysis import infer
+    from damagepred.study.analyses.design_search import search_design
     from damagepred.study.analyses.variance_shares import study_sensitivity
     from damagepred.uq.comparison import compare
     from damagepred.uq.exceedance import exceedance
@@ -79,6 +80,7 @@ _HOMES = {
         "simple_assessment": "simple_categories simple_methods",
         "study": "Study StudyFunction open_study",
         "study.analyses.back_analysis": "infer",
+        "study.analyses.design_search": "search_design",
         "study.analyses.variance_shares": "study_sensitivity",
         "uq.comparison": "compare",
         "uq.exceedance": "exceedance",

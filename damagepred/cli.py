@@ -492,6 +492,35 @@ def infer_command(
     screen.cautions(sentences(found, options))
 
 
+@app.command("design")
+def design_command(
+    file: Annotated[Path, typer.Argument(help="File of the choices (TOML).", show_default=False)],
+    workers: Workers = 1,
+    folder: Annotated[Path | None, typer.Option("--folder", help="Folder of the alternatives' studies.")] = None,
+    output: NetcdfFile = None,
+    plot: Picture = None,
+    json: Json = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Search the cheapest alternative that keeps a probability of damage below a target; the same command resumes."""
+    from damagepred.archive.files import check_writable
+    from damagepred.study.analyses.design_search import search_design
+
+    check_writable(output, plot)
+    found = search_design(
+        file,
+        folder or file.with_suffix(".design"),
+        workers=workers,
+        on_round=lambda size, count: screen.note(f"{count} alternatives, {size} samples each"),
+    )
+    _keep_curves(found, output, plot)
+    if json:
+        screen.print_json(found)
+        return
+    screen.design_search(found)
+
+
 @app.command("two-level")
 def two_level(
     file: Annotated[Path, typer.Argument(help="Study file (TOML) with [study.coarse].", show_default=False)],

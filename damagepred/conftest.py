@@ -55,6 +55,20 @@ cov = 0.4
 """
 
 
+CHOICES = """
+study = "house.toml"
+target = { category = 2, probability = 0.99, at = "2 mm", first = 16, most = 64 }
+[[choice]]
+name = "mortar"
+[[choice.option]]
+name = "as it is"
+[[choice.option]]
+name = "lighter roof"
+cost = 1000
+scene.loads.roof = "6 kN"
+"""
+
+
 @pytest.fixture(scope="session")
 def _files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from damagepred import Scene, Study, solve
@@ -64,6 +78,7 @@ def _files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "wall.toml").write_text(WALL, encoding="utf-8")
     (place / "house.toml").write_text(STUDY, encoding="utf-8")
     (place / "strong.toml").write_text(STUDY.replace('mean = "0.1 MPa"', 'mean = "0.3 MPa"'), encoding="utf-8")
+    (place / "choices.toml").write_text(CHOICES, encoding="utf-8")
     write_dataset(solve(Scene.from_toml(place / "wall.toml")), place / "wall.nc")
     for name, tables in MORE.items():
         scene = Scene.from_dict({"wall": {"length": 1.44, "height": 0.45}, **tables})
@@ -76,5 +91,5 @@ def _files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(autouse=True)
 def _beside_the_files(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     source = "".join(example.source for example in getattr(getattr(request.node, "dtest", None), "examples", ()))
-    if any(f'"{name}.' in source for name in ("wall", "house", "strong", *MORE)):
+    if any(f'"{name}.' in source for name in ("wall", "house", "strong", "choices", *MORE)):
         monkeypatch.chdir(request.getfixturevalue("_files"))

@@ -485,6 +485,45 @@ def back_analysis(found: xr.Dataset) -> None:
     table("Damage after further movement", columns, rows)
 
 
+def design_search(found: xr.Dataset) -> None:
+    """Print the alternatives of a design search, the cheapest first, what measures are worth, and what was chosen."""
+    import numpy as np
+
+    words = ("dearer or undecided", "meets", "does not meet")
+    order = np.argsort(found["cost"].values, kind="stable")
+    columns = ("alternative", "cost", "probability", "lower", "upper", "samples", "target")
+    names = ("probability", "probability_lower", "probability_upper")
+    rows = [
+        [
+            str(one["alternative"].values),
+            f"{float(one['cost']):g}",
+            *(f"{float(one[name]):.3f}" for name in names),
+            str(int(one["samples"])),
+            words[int(one["decision"])],
+        ]
+        for one in (found.isel(alternative=int(k)) for k in order)
+    ]
+    table(found.attrs["title"], columns, rows)
+    rows = [
+        [
+            str(m["measure"].values),
+            f"{float(m['value']):+.3f}",
+            f"{float(m['value_error']):.3f}",
+            f"{float(m['extra_cost']):g}",
+        ]
+        for m in (found.isel(measure=k) for k in range(found.sizes["measure"]))
+    ]
+    table("Value of each measure", ("measure", "change of the probability", "standard error", "extra cost"), rows)
+    if not found.attrs["chosen"]:
+        say("no alternative is known to meet the target")
+    else:
+        say(f"chosen: {found.attrs['chosen']}")
+    if found.attrs["sure"]:
+        say(f"this selection is right with a probability of {found.attrs['confidence']:.0%} or more")
+    else:
+        say("a cheaper alternative is undecided; a larger target.most decides it")
+
+
 def wall_table(ds: xr.Dataset) -> None:
     """Print the path of a wall, a line an increment."""
     from damagepred.archive.cautions import wall_cautions

@@ -13,6 +13,7 @@ TOPICS = (
     "footing-and-ground",
     "control-joints",
     "from-cracks-to-causes",
+    "from-probabilities-to-decisions",
     "large-studies",
     "accuracy",
     "theory",

@@ -4,6 +4,7 @@ from damagepred.plotting.back_analysis import draw_back_analysis
 from damagepred.plotting.comparison import draw_comparison
 from damagepred.plotting.convergence import draw_convergence
 from damagepred.plotting.cracks import draw_cracks
+from damagepred.plotting.design_search import draw_design_search
 from damagepred.plotting.dpc import draw_dpc_opening, draw_footing_opening
 from damagepred.plotting.footing import (
     draw_footing,
@@ -30,6 +31,7 @@ __all__ = [
     "draw_convergence",
     "draw_crack_widths",
     "draw_cracks",
+    "draw_design_search",
     "draw_dpc_opening",
     "draw_footing",
     "draw_footing_curvature",

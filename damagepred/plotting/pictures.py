@@ -18,6 +18,7 @@ from damagepred.plotting.back_analysis import draw_back_analysis
 from damagepred.plotting.comparison import draw_comparison
 from damagepred.plotting.cracks import cracks_sheet
 from damagepred.plotting.deformed import Deformed
+from damagepred.plotting.design_search import draw_design_search
 from damagepred.plotting.dpc import draw_dpc_opening, draw_footing_opening
 from damagepred.plotting.footing import draw_footing, draw_jack_load, has_footing
 from damagepred.plotting.fragility import draw_fragility
@@ -215,6 +216,8 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
         raise InputError(f"{file}: pictures are written as {', '.join('.' + f for f in FORMATS)}; give it such a name.")
     if "posterior" in curves:
         return _save_all({file.name: figure_of(draw_back_analysis(curves)[0])}, file.parent)[0]
+    if "extra_cost" in curves:
+        return _save_all({file.name: figure_of(draw_design_search(curves)[0])}, file.parent)[0]
     if "spearman" in curves:
         return _save_all({file.name: figure_of(draw_sensitivity(curves)[0])}, file.parent)[0]
     if "difference" in curves:

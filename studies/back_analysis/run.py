@@ -62,6 +62,12 @@ def survey(walls: StoredWalls, sample: int, increment: int, random: np.random.Ge
     return Observations(crack=tuple(seen))
 
 
+def area(score: np.ndarray, cause: np.ndarray) -> float:
+    """Return the area under the receiver operating characteristic."""
+    found = stats.mannwhitneyu(score[cause == 1], score[cause == 0])
+    return float(found.statistic / ((cause == 1).sum() * (cause == 0).sum()))
+
+
 def main() -> None:
     """Run the cases and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -75,13 +81,15 @@ def main() -> None:
     unseen = archives(given.folder / "unseen", given.cases // 2, 2, given.workers)
     solved = time.monotonic()
     random, options = np.random.default_rng(5), InferenceOptions(replays=given.samples)
-    rank, own_cause, score, effective, misfit = [], [], [], [], []
+    rank, own_cause, score, effective, misfit, seen_cracks = [], [], [], [], [], []
     for cause, walls in enumerate(unseen):
         for sample in np.flatnonzero(walls.known):
             # the movement is uniform over the study's; the state is that of the nearest increment
             movement = random.uniform(0.0, walls.largest)
             increment = int(np.searchsorted(walls.edges[sample], movement, side="right")) - 1
-            found = posterior(stored, survey(walls, int(sample), increment, random), options=options)
+            seen = survey(walls, int(sample), increment, random)
+            found = posterior(stored, seen, options=options)
+            seen_cracks.append(any(crack.width is not None for crack in seen.crack))
             count = len(stored[0].known)
             weight = found["posterior"].values[cause * count : (cause + 1) * count]
             rank.append(float(movement_cdf(stored[cause], weight, np.array([movement]))[0]))
@@ -91,13 +99,18 @@ def main() -> None:
             misfit.append(bool(found["resembles"].values.any()))
     ranks, causes = np.array(rank), np.array(own_cause)
     counts = np.histogram(ranks, bins=RANKS, range=(0, 1))[0]
-    same = stats.mannwhitneyu(np.array(score)[causes == 1], np.array(score)[causes == 0])
+    scores, cracked, enough = np.array(score), np.array(seen_cracks), np.array(effective) >= 50
+    covered = (ranks > 0.05) & (ranks < 0.95)
     result = {
         "cases": len(ranks),
-        "coverage_90": float(np.mean((ranks > 0.05) & (ranks < 0.95))),
+        "coverage_90": float(covered.mean()),
+        "cases_of_50_effective_samples": int(enough.sum()),
+        "coverage_90_of_these": float(covered[enough].mean()),
         "rank_counts": counts.tolist(),
         "rank_chi_square_p": float(stats.chisquare(counts).pvalue),
-        "auc_dishing_doming": float(same.statistic / ((causes == 1).sum() * (causes == 0).sum())),
+        "auc_dishing_doming": area(scores, causes),
+        "cases_with_a_crack": int(cracked.sum()),
+        "auc_of_these": area(scores[cracked], causes[cracked]),
         "effective_samples_median": float(np.median(effective)),
         "resembled": float(np.mean(misfit)),
         "seconds_walls_and_replays": solved - start,

@@ -73,6 +73,8 @@ class InferenceOptions:
         Further movements, as shares of the study's largest.
     map_cell, map_width : float
         Side of the cells of the crack map (m), and the width (m) from which a crack counts in it.
+    negligible : float
+        Share of the posterior up to which a sample is left out of the map.
     quantiles : tuple of float
         Of the movement.
     """
@@ -87,6 +89,7 @@ class InferenceOptions:
     further: tuple[float, ...] = (0.0, 0.1, 0.25, 0.5)
     map_cell: float = 0.15
     map_width: float = 5e-4
+    negligible: float = 1e-4
     quantiles: tuple[float, ...] = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
@@ -188,7 +191,9 @@ class StoredWalls:
             raise InputError(f"{self.path}: the archive does not hold {name}; {what} cannot be observed on its walls.")
         return np.asarray(self.ds[name].values, dtype=np.float64)
 
-    def crack_map(self, weight: FloatArray, cell: float, wider: float, shape: tuple[int, int]) -> FloatArray:
+    def crack_map(
+        self, weight: FloatArray, cell: float, wider: float, shape: tuple[int, int], negligible: float
+    ) -> FloatArray:
         """Return the probability that a crack wider than a limit runs through each cell, array (y, x).
 
         Parameters
@@ -199,9 +204,12 @@ class StoredWalls:
             Side of the cells and limit (m).
         shape : (int, int)
             Number of cells upwards and along the wall.
+        negligible : float
+            Share of the posterior up to which a sample is left out.
         """
         found = np.zeros(shape[0] * shape[1])
-        for sample in np.flatnonzero(weight.sum(axis=1) > 0):
+        share = weight.sum(axis=1)
+        for sample in np.flatnonzero(share > negligible * share.sum()):
             one = self.replayed(int(sample))
             open_ = one.width > wider
             row = np.minimum((one.y[open_] / cell).astype(np.int64), shape[0] - 1)
@@ -628,7 +636,7 @@ def _crack_maps(
     cell = options.map_cell
     rows, columns = (max(1, int(np.ceil(max(w[key] for w in walls) / cell))) for key in ("height", "length"))
     shape = rows, columns
-    maps = [w.crack_map(weight, cell, options.map_width, shape) for w, weight in zip(studies, own)]
+    maps = [w.crack_map(weight, cell, options.map_width, shape, options.negligible) for w, weight in zip(studies, own)]
     middle = [(np.arange(n) + 0.5) * cell for n in shape]
     return {
         "crack_probability": (("study", "map_y", "map_x"), np.array(maps), {"wider_than": options.map_width}),

@@ -1,0 +1,61 @@
+"""Design search: what alternatives cost, and how likely damage is with each."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from damagepred.arguments import checked
+from damagepred.plotting.colours import OPENING_STYLES
+from damagepred.plotting.sheet import require, set_title, several_or_new, verbatim
+
+_WORDS = ("dearer or undecided", "meets the target", "does not meet it")
+
+
+@checked
+def draw_design_search(found: xr.Dataset) -> list[Axes]:
+    """Draw the probability of damage of each alternative against its cost, and the value of each measure.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        As ``damagepred.search_design`` returns it.
+
+    Returns
+    -------
+    list of Axes
+        Of the alternatives and of the measures.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of a design search.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> axes = damagepred.plotting.draw_design_search(damagepred.search_design("choices.toml", "choices.design"))
+    >>> len(axes)
+    2
+    """
+    require(found, ("cost", "probability", "decision", "value"), "a design search")
+    upper, lower = several_or_new(None, 2, 1, 8.0, 7.5)
+    for code, word in enumerate(_WORDS):
+        own = found.isel(alternative=np.flatnonzero(found["decision"].values == code))
+        middle = own["probability"].values
+        bars = np.abs(np.array([own[f"probability_{end}"].values - middle for end in ("lower", "upper")]))
+        colour, marker = OPENING_STYLES[code]
+        upper.errorbar(own["cost"], middle, yerr=bars, fmt=marker, color=colour, capsize=3, label=word)
+    upper.axhline(float(found.attrs["limit"]), color=OPENING_STYLES[4][0], linewidth=1.0)
+    upper.set_ylim(0.0, 1.0)
+    upper.set_xlabel("cost")
+    upper.set_ylabel("probability (1)")
+    upper.legend()
+    chosen = verbatim(str(found.attrs["chosen"])) or "no alternative is known to meet it"
+    set_title(upper, "Cost and probability of damage", f"chosen: {chosen}")
+    places = np.arange(found.sizes["measure"])
+    lower.barh(places, found["value"].values, xerr=found["value_error"].values, color=OPENING_STYLES[0][0], capsize=3)
+    lower.set_yticks(places, [verbatim(str(name)) for name in found["measure"].values])
+    lower.set_xlabel("change of the probability against the first option (1), with standard error")
+    return [upper, lower]

@@ -1,0 +1,283 @@
+"""Design search: the cheapest combination of measures that keeps the probability of damage below a target.
+
+Alternatives are the combinations of one option of each choice. Each is a study of its own, of the same samples (common
+random numbers); where the fields are drawn on the study's own wall, also the joints' values are the same.
+"""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from pydantic import Field
+
+from damagepred.archive.folder import open_study
+from damagepred.arguments import checked
+from damagepred.arrays import FloatArray
+from damagepred.errors import InputError
+from damagepred.input_files import read_toml
+from damagepred.one_thread import one_blas_thread
+from damagepred.scene import Scene
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Count, Pure
+from damagepred.scene.reading import build
+from damagepred.study.campaign.campaign import Campaign
+from damagepred.study.settings import StudySettings
+from damagepred.uq.capacity import censored_before, probability_reached
+from damagepred.uq.exceedance import category_capacities
+from damagepred.uq.intensity import attributes, chosen_intensity
+from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
+from damagepred.uq.selection import SelectionOptions, select_cheapest
+
+
+@described
+class Option:
+    """One way to build (``[[choice.option]]``).
+
+    Attributes
+    ----------
+    name : str
+        In words.
+    cost : float
+        In the user's money.
+    scene : dict
+        Tables of the scene that differ, such as ``scene.footing.depth = "500 mm"``.
+    """
+
+    name: str
+    cost: Pure = 0.0
+    scene: dict[str, Any] = Field(default_factory=dict)
+
+
+@described
+class Choice:
+    """A choice among options (``[[choice]]``); the first is the reference.
+
+    Attributes
+    ----------
+    name : str
+        In words.
+    option : tuple of Option
+        The options.
+    """
+
+    name: str
+    option: tuple[Option, ...] = Field(min_length=1)
+
+
+@described
+class Target:
+    """What is asked (``[target]``): P(category or worse) at the movement is at most ``probability``.
+
+    Attributes
+    ----------
+    category : int
+        Category, or worse.
+    probability : float
+        Largest probability that is accepted.
+    at : str
+        Movement, site class or distribution.
+    confidence : float
+        Probability of a correct selection.
+    first, most : int
+        Samples of an alternative in the first round, and at most.
+    """
+
+    category: Count = Field(ge=1)
+    probability: Pure = Field(gt=0, lt=1)
+    at: str
+    confidence: Pure = Field(default=0.95, gt=0, lt=1)
+    first: Count = Field(default=32, ge=1)
+    most: Count = Field(default=1024, ge=1)
+
+
+@described
+class Choices:
+    """Content of the file of choices.
+
+    Attributes
+    ----------
+    study : str
+        Study file, beside this one.
+    target : Target
+        What is asked.
+    choice : tuple of Choice
+        What may be chosen.
+    """
+
+    study: str
+    target: Target
+    choice: tuple[Choice, ...] = Field(min_length=1)
+
+    def alternatives(self) -> list[tuple[Option, ...]]:
+        """Return all combinations of options."""
+        return list(itertools.product(*(choice.option for choice in self.choice)))
+
+
+@checked
+@one_blas_thread()
+def search_design(
+    choices: str | Path,
+    out: str | Path,
+    *,
+    workers: int = 1,
+    on_round: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Search the cheapest alternative that keeps the probability of damage below the target.
+
+    Parameters
+    ----------
+    choices : path
+        File of the choices.
+    out : path
+        Folder for the studies of the alternatives; the same call resumes.
+    workers : int
+        Processes.
+    on_round : callable, optional
+        Called before each round with the samples of an alternative, and the number of alternatives that get them.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (alternative,): cost, probability with bounds, samples and decision. On (measure,): the value of each option
+        against the first of its choice, as the mean paired difference of the probability, with its standard error.
+        Attributes ``chosen`` and ``sure``.
+
+    Raises
+    ------
+    InputError
+        If the file is wrong, or the target lies beyond what the study can tell.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> found = damagepred.search_design("choices.toml", "choices.design")
+    >>> found.attrs["chosen"]
+    'as it is'
+    """
+    asked = build(Choices, read_toml(choices), str(choices))
+    base = StudySettings.from_toml(Path(choices).parent / asked.study)
+    if base.study.importance or base.study.sampler == "table" or base.study.movement == "sampled":
+        raise InputError(
+            f"{asked.study}: a design search draws its own samples; no importance, table or sampled movement."
+        )
+    options = SelectionOptions(asked.target.confidence, asked.target.first, max(asked.target.most, asked.target.first))
+    built = asked.alternatives()
+    names = [" + ".join(option.name for option in chosen) for chosen in built]
+    if len(set(names)) < len(names):
+        raise InputError(f"{choices}: two options of a choice have the same name.")
+    settings = [_settings_of(base, chosen, options.most, name) for chosen, name in zip(built, names)]
+    values: dict[int, FloatArray] = {}
+
+    def hits(k: int, count: int) -> FloatArray:
+        folder = Path(out) / f"alternative_{k + 1:03d}.dp"
+        folder.parent.mkdir(exist_ok=True, parents=True)
+        if Campaign(settings[k]).run(folder, count, workers).interrupted:
+            raise KeyboardInterrupt
+        values[k] = damaged(open_study(folder), asked.target)[:count]
+        return values[k]
+
+    costs = np.array([sum(option.cost for option in chosen) for chosen in built])
+    found = select_cheapest(costs, hits, asked.target.probability, options, on_round)
+    measures = list(_values_of_measures(asked, built, values))
+    decision = np.where(found.meets, 1, np.where(found.fails, 2, 0)).astype(np.int8)
+    flags = {"flag_values": np.array([0, 1, 2], dtype=np.int8), "flag_meanings": "undecided_or_dearer meets fails"}
+    return xr.Dataset(
+        {
+            "cost": ("alternative", costs),
+            "probability": ("alternative", found.mean, {"units": "1"}),
+            "probability_lower": ("alternative", found.lower, {"units": "1"}),
+            "probability_upper": ("alternative", found.upper, {"units": "1"}),
+            "samples": ("alternative", found.samples),
+            "decision": ("alternative", decision, flags),
+            "value": ("measure", np.array([m[1] for m in measures]), {"units": "1"}),
+            "value_error": ("measure", np.array([m[2] for m in measures]), {"units": "1"}),
+            "extra_cost": ("measure", np.array([m[3] for m in measures])),
+        },
+        {"alternative": names, "measure": [m[0] for m in measures]},
+        {
+            "title": f"P(category >= {asked.target.category} at {asked.target.at}) <= {asked.target.probability:g}",
+            "chosen": "" if found.chosen is None else names[found.chosen],
+            "sure": int(found.sure),
+            "limit": asked.target.probability,
+            "confidence": asked.target.confidence,
+        },
+    )
+
+
+def damaged(ds: xr.Dataset, target: Target) -> FloatArray:
+    """Return for each sample the probability that it reaches the category, over the movements of the target.
+
+    A sample that failed, or was not followed as far, counts as damaged.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study.
+    target : Target
+        Category and movement.
+    """
+    measure = chosen_intensity(ds, None)
+    at: MovementDistribution = movement_distribution(target.at, str(attributes(ds, measure)["units"]), "target.at")
+    at.require_measure(measure)
+    known = category_capacities(ds, target.category, measure, keep_failed=True)
+    unknown = np.array([censored_before(known.lower, known.upper, m) for m in at.points])
+    if unknown.mean() == 1.0:
+        raise InputError(f"target.at = {at.name}: no wall was followed as far; let the study's movement be larger.")
+    reached = np.array([probability_reached(known.lower, known.upper, m) for m in at.points])
+    result = np.ones(ds.sizes["sample"])
+    result[known.sample] = np.where(unknown, 1.0, reached).mean(axis=0)
+    return result
+
+
+def _settings_of(base: StudySettings, chosen: tuple[Option, ...], most: int, name: str) -> StudySettings:
+    tables: dict[str, Any] = tomllib.loads(base.scene.to_toml())
+    for option in chosen:
+        tables = _merged(tables, option.scene)
+    scene = Scene.from_dict(tables)
+    how = replace(base.study, samples=most, sampler="random", replicates=1, stop_when=None, title=None)
+    drawn_on_joints = any(variable.field is not None for variable in base.variables.values())
+    if drawn_on_joints and how.fields_from is None:
+        how = replace(how, fields_from=base.scene)
+    settings = replace(base, scene=scene, study=how)
+    settings.check(name)
+    return settings
+
+
+def _merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return nested tables with changes; lists are replaced."""
+    both = dict(tables)
+    for key, value in changes.items():
+        old = both.get(key)
+        both[key] = _merged(old, value) if isinstance(value, Mapping) and isinstance(old, Mapping) else value
+    return both
+
+
+def _values_of_measures(
+    asked: Choices, built: list[tuple[Option, ...]], values: Mapping[int, FloatArray]
+) -> list[tuple[str, float, float, float]]:
+    """Return name, mean difference of the probability to the first option, its standard error, and extra cost."""
+    found = []
+    for place, choice in enumerate(asked.choice):
+        for option in choice.option[1:]:
+            differences = []
+            for k, chosen in enumerate(built):
+                if chosen[place] is not option:
+                    continue
+                other = built.index((*chosen[:place], choice.option[0], *chosen[place + 1 :]))
+                if k in values and other in values:
+                    count = min(len(values[k]), len(values[other]))
+                    differences.append(values[k][:count] - values[other][:count])
+            count = min((len(d) for d in differences), default=0)
+            # the mean over pairs of alternatives first: they share their samples
+            each = np.mean([d[:count] for d in differences], axis=0) if count else np.empty(0)
+            error = float(each.std(ddof=1) / np.sqrt(count)) if count > 1 else np.nan
+            value = float(each.mean()) if count else np.nan
+            found.append((f"{choice.name}: {option.name}", value, error, option.cost - choice.option[0].cost))
+    return found
