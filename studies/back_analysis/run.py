@@ -73,6 +73,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--samples", type=int, default=400)
     parser.add_argument("--cases", type=int, default=200)
+    parser.add_argument("--surveys", type=int, default=4, help="of each case, with other movements and errors")
     parser.add_argument("--folder", type=Path, default=HERE / "results")
     parser.add_argument("-j", "--workers", type=int, default=2)
     given = parser.parse_args()
@@ -80,23 +81,29 @@ def main() -> None:
     stored = archives(given.folder / "stored", given.samples, 1, given.workers)
     unseen = archives(given.folder / "unseen", given.cases // 2, 2, given.workers)
     solved = time.monotonic()
-    random, options = np.random.default_rng(5), InferenceOptions(replays=given.samples)
+    random = [np.random.default_rng(5 + k) for k in range(given.surveys)]
+    options = InferenceOptions(replays=given.samples, negligible=1.0)  # no maps are made
     rank, own_cause, score, effective, misfit, seen_cracks = [], [], [], [], [], []
-    for cause, walls in enumerate(unseen):
-        for sample in np.flatnonzero(walls.known):
-            # the movement is uniform over the study's; the state is that of the nearest increment
-            movement = random.uniform(0.0, walls.largest)
-            increment = int(np.searchsorted(walls.edges[sample], movement, side="right")) - 1
-            seen = survey(walls, int(sample), increment, random)
-            found = posterior(stored, seen, options=options)
-            seen_cracks.append(any(crack.width is not None for crack in seen.crack))
-            count = len(stored[0].known)
-            weight = found["posterior"].values[cause * count : (cause + 1) * count]
-            rank.append(float(movement_cdf(stored[cause], weight, np.array([movement]))[0]))
-            own_cause.append(cause)
-            score.append(float(found["cause_posterior"].sel(study="doming")))
-            effective.append(float(found["effective_samples"][cause]))
-            misfit.append(bool(found["resembles"].values.any()))
+    cases = [
+        (generator, cause, walls, int(sample))
+        for generator in random
+        for cause, walls in enumerate(unseen)
+        for sample in np.flatnonzero(walls.known)
+    ]
+    for generator, cause, walls, sample in cases:
+        # the movement is uniform over the study's; the state is that of the nearest increment
+        movement = generator.uniform(0.0, walls.largest)
+        increment = int(np.searchsorted(walls.edges[sample], movement, side="right")) - 1
+        seen = survey(walls, sample, increment, generator)
+        found = posterior(stored, seen, options=options)
+        count = len(stored[0].known)
+        weight = found["posterior"].values[cause * count : (cause + 1) * count]
+        rank.append(float(movement_cdf(stored[cause], weight, np.array([movement]))[0]))
+        own_cause.append(cause)
+        score.append(float(found["cause_posterior"].sel(study="doming")))
+        effective.append(float(found["effective_samples"][cause]))
+        misfit.append(bool(found["resembles"].values.any()))
+        seen_cracks.append(any(crack.width is not None for crack in seen.crack))
     ranks, causes = np.array(rank), np.array(own_cause)
     counts = np.histogram(ranks, bins=RANKS, range=(0, 1))[0]
     scores, cracked, enough = np.array(score), np.array(seen_cracks), np.array(effective) >= 50
@@ -104,6 +111,7 @@ def main() -> None:
     result = {
         "cases": len(ranks),
         "coverage_90": float(covered.mean()),
+        "coverage_90_of_each_survey": [float(part.mean()) for part in np.split(covered, given.surveys)],
         "cases_of_50_effective_samples": int(enough.sum()),
         "coverage_90_of_these": float(covered[enough].mean()),
         "rank_counts": counts.tolist(),
