@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -12,13 +14,15 @@ from damagepred.plotting.sheet import MM, legend_below, require, set_title, seve
 
 
 @checked
-def draw_back_analysis(found: xr.Dataset) -> list[Axes]:
+def draw_back_analysis(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axes]:
     """Draw the posterior of the movement under each cause, and below it the crack map of the likeliest one.
 
     Parameters
     ----------
     found : xarray.Dataset
         As ``damagepred.infer`` returns it.
+    axes : sequence of Axes, optional
+        Where to draw: one, or two where cracks with a place were observed; by default on a new figure.
 
     Returns
     -------
@@ -39,7 +43,7 @@ def draw_back_analysis(found: xr.Dataset) -> list[Axes]:
     1
     """
     require(found, ("posterior", "movement", "cause_posterior"), "a back-analysis")
-    axes = several_or_new(None, 2 if "crack_probability" in found else 1, 1, 8.0, 7.5)
+    axes = several_or_new(axes, 2 if "crack_probability" in found else 1, 1, 8.0, 7.5)
     in_metres = found["movement"].attrs.get("units") == "m"
     factor, unit = (MM, "mm") if in_metres else (1.0, "1")
     for k, name in enumerate(str(study) for study in found["study"].values):
@@ -60,7 +64,7 @@ def draw_back_analysis(found: xr.Dataset) -> list[Axes]:
     legend_below(axes[0], axes[0].get_legend_handles_labels()[0])
     if len(axes) > 1:
         _draw_map(found, axes[1])
-    return list(axes)
+    return axes
 
 
 def _draw_map(found: xr.Dataset, ax: Axes) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -14,13 +16,15 @@ _WORDS = ("dearer or undecided", "meets the target", "does not meet it")
 
 
 @checked
-def draw_design_search(found: xr.Dataset) -> list[Axes]:
+def draw_design_search(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axes]:
     """Draw the probability of damage of each alternative against its cost, and the value of each measure.
 
     Parameters
     ----------
     found : xarray.Dataset
         As ``damagepred.search_design`` returns it.
+    axes : sequence of 2 Axes, optional
+        Where to draw; by default on a new figure.
 
     Returns
     -------
@@ -40,7 +44,7 @@ def draw_design_search(found: xr.Dataset) -> list[Axes]:
     2
     """
     require(found, ("cost", "probability", "decision", "value"), "a design search")
-    upper, lower = several_or_new(None, 2, 1, 8.0, 7.5)
+    upper, lower = several_or_new(axes, 2, 1, 8.0, 7.5)
     for code, word in enumerate(_WORDS):
         own = found.isel(alternative=np.flatnonzero(found["decision"].values == code))
         middle = own["probability"].values
