@@ -10,9 +10,12 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from damagepred.data_files import data_file
+
+Accuracy = Literal["draft", "standard", "fine", "reference"]
+"""Names of the presets."""
 
 STANDARD: dict[str, Any] = {
     "blocks": "rigid",
@@ -30,6 +33,7 @@ PRESETS: dict[str, dict[str, dict[str, Any]]] = {
         "explicit": {"quadrature": "midpoint", "contacts_per_interface": 2, "tolerance": 1e-2, "ramp_cycles": 1000},
     },
     "standard": {"quasi_static": {}, "explicit": {}},
+    "fine": {"quasi_static": {"blocks": "elastic"}, "explicit": {"blocks": "elastic"}},
     "reference": {
         "quasi_static": {"blocks": "deformable", "zone_size": 0.04, "contacts_per_interface": 5},
         "explicit": {"blocks": "deformable", "zone_size": 0.04, "tolerance": 1e-4},
@@ -43,7 +47,7 @@ def preset(accuracy: str, method: str) -> dict[str, Any]:
 
     Parameters
     ----------
-    accuracy : {"draft", "standard", "reference"}
+    accuracy : {"draft", "standard", "fine", "reference"}
         The preset.
     method : {"quasi_static", "explicit"}
         The solver.

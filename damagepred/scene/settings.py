@@ -9,7 +9,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 from pydantic_core import ArgsKwargs
 
-from damagepred.scene.accuracy import filled_in, preset
+from damagepred.scene.accuracy import Accuracy, filled_in, preset
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 
@@ -26,7 +26,7 @@ class Solver:
     method : {"quasi_static", "explicit"}
         ``quasi_static``: the path of equilibria itself, bond by bond, without time, damping or loading rate.
         ``explicit``: Cundall's scheme, time stepping with damping until forces balance.
-    accuracy : {"draft", "standard", "reference"}
+    accuracy : {"draft", "standard", "fine", "reference"}
         A preset: what it sets of the keys below, each of which may be given besides and then stands. ``standard`` are
         their defaults. ``damagepred check`` tells what each sets and the errors that were measured with it; see
         ``damagepred.scene.accuracy``.
@@ -117,7 +117,7 @@ class Solver:
     """
 
     method: Literal["quasi_static", "explicit"] = "quasi_static"
-    accuracy: Literal["draft", "standard", "reference"] = "standard"
+    accuracy: Accuracy = "standard"
     blocks: Literal["rigid", "elastic", "deformable", "auto"] = "rigid"
     rigid_error: Pure = Field(default=0.01, gt=0)
     above_dpc: Literal["rigid", "elastic", "deformable"] | None = None
@@ -155,12 +155,12 @@ class Solver:
             return ArgsKwargs(given.args, filled_in(given.kwargs or {}))
         return filled_in(given) if isinstance(given, Mapping) else given
 
-    def with_accuracy(self, accuracy: Literal["draft", "standard", "reference"]) -> Solver:
+    def with_accuracy(self, accuracy: Accuracy) -> Solver:
         """Return the same settings with all that another preset sets, whatever these keys are now.
 
         Parameters
         ----------
-        accuracy : {"draft", "standard", "reference"}
+        accuracy : {"draft", "standard", "fine", "reference"}
             The preset.
         """
         return replace(self, accuracy=accuracy, **preset(accuracy, self.method))

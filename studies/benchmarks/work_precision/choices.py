@@ -156,6 +156,7 @@ def presets() -> list[Choice]:
 PRESET = {
     "draft": ("contacts", "midpoint 2"),
     "standard": ("default", "quasi-static"),
+    "fine": ("elastic blocks", "Lobatto 3"),
     "reference": (FINEST, "40 mm, Lobatto 5"),
 }
 """Which choice each preset of the quasi-static solver is."""
