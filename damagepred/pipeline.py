@@ -149,7 +149,8 @@ def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, incre
     def build(solver: Solver, chosen: frozenset[int] | None) -> Model:
         return wall_model(replace(scene, solver=solver), fields, chosen)
 
-    return assembled(build, scene.solver, increments or scene.movement.increment_count)
+    settings = scene.solver if scene.dynamics is None else _whole_interfaces(scene.solver)
+    return assembled(build, settings, increments or scene.movement.increment_count)
 
 
 @one_blas_thread()

@@ -12,7 +12,8 @@ from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError, InputError
 from damagepred.kernels.dynamics.contact import BONDED, FREE
-from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver, Wall
+from damagepred.pipeline import model_of
+from damagepred.scene import BaseMotion, BlockMaterial, Dpc, Dynamics, Joint, Solver, Wall
 from damagepred.solvers.dynamics.base_motion import base_displacement, from_record
 from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import motion_of
@@ -274,6 +275,13 @@ def test_wall_of_a_scene_runs_in_time() -> None:
     ds = damagepred.solve(scene)
     assert ds["time"].values == pytest.approx([0.0, 0.005, 0.01])
     assert np.abs(ds["block_displacement_y"].values - ds["block_displacement_y"].values[0]).max() < 1e-12
+
+
+def test_the_model_of_a_scene_in_time_is_the_one_that_is_solved() -> None:
+    """A dry dpc, whose joints have one part in time and several in equilibrium."""
+    scene = Scene(wall=Wall(length=0.96, height=0.3), dpc=Dpc(course=1), dynamics=Dynamics(duration=1e-3, outputs=1))
+    assert model_of(scene).n_contacts == damagepred.solve(scene).sizes["contact"]
+    assert model_of(scene).n_contacts < model_of(replace(scene, dynamics=None)).n_contacts
 
 
 def test_steps_are_counted_in_any_batches() -> None:
