@@ -2,21 +2,24 @@
 
     python studies/brick_models/run.py --samples 128 --workers 2
 
-runs the same samples with each kind of bricks, and goes on where it was stopped. It prints the tables of the README and
-draws the curves.
+runs the same samples with each kind of bricks, and goes on where it was stopped. It then solves eight walls of each
+kind again, in turn, for their processor time, and writes the tables of the README and ``fragility.png``.
 """
 
 from __future__ import annotations
 
 import argparse
+import time
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 
 from damagepred import Study, compare, fit_fragility, open_study
 from damagepred.plotting import draw_fragility
+from damagepred.study.campaign.replay import replay
 from damagepred.study.settings import StudySettings
 
 HERE = Path(__file__).resolve().parent
@@ -29,6 +32,11 @@ DEFLECTION, INCREMENTS = 10e-3, 20
 
 AT = (1e-3, 2e-3, 5e-3, 8e-3)
 """Deflections (m) at which probabilities are compared."""
+
+TIMED = 8
+"""Walls of each kind that are solved again for their time."""
+
+BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"
 
 
 def settings(blocks: str, samples: int) -> StudySettings:
@@ -44,19 +52,29 @@ def settings(blocks: str, samples: int) -> StudySettings:
     return replace(study, scene=scene, variables=variables, study=replace(study.study, title=title))
 
 
-def curve_rows(studies: dict[str, xr.Dataset]) -> list[str]:
+def seconds_of_walls(folders: dict[str, Path]) -> dict[str, float]:
+    """Return the mean processor time of a wall (s): the kinds in turn, after one wall of each that is not counted."""
+    seconds: dict[str, list[float]] = {name: [] for name in folders}
+    for sample in [0, *range(TIMED)]:
+        for name, folder in folders.items():
+            began = time.process_time()
+            replay(folder, sample)
+            seconds[name].append(time.process_time() - began)
+    return {name: float(np.mean(values[1:])) for name, values in seconds.items()}
+
+
+def curve_rows(studies: dict[str, xr.Dataset], seconds: dict[str, float]) -> list[str]:
     """Return the rows of the table of curves."""
     rows = []
     for name, ds in studies.items():
         curves = fit_fragility(ds, categories=[1, 2])
-        seconds = float(np.nanmean(ds["run_time"].values))
         for category in (1, 2):
             one = curves.sel(category=category)
             median = [1e3 * float(one[f"median{end}"]) for end in ("", "_lower", "_upper")]
             spread = [float(one[f"dispersion{end}"]) for end in ("", "_lower", "_upper")]
             rows.append(
                 f"| {name} | {category} | {median[0]:.2f} ({median[1]:.2f} to {median[2]:.2f}) | "
-                f"{spread[0]:.2f} ({spread[1]:.2f} to {spread[2]:.2f}) | {int(one['reached'])} | {seconds:.2f} |"
+                f"{spread[0]:.2f} ({spread[1]:.2f} to {spread[2]:.2f}) | {int(one['reached'])} | {seconds[name]:.1f} |"
             )
     return rows
 
@@ -80,7 +98,7 @@ def difference_rows(studies: dict[str, xr.Dataset]) -> list[str]:
 
 
 def main() -> None:
-    """Run the studies, print the tables, draw the curves."""
+    """Run the studies, write the tables, draw the curves."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--samples", type=int, default=128)
     parser.add_argument("--workers", type=int, default=1)
@@ -88,24 +106,38 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=HERE / "results")
     asked = parser.parse_args()
     asked.folder.mkdir(parents=True, exist_ok=True)
-    studies = {}
-    for name in asked.bricks:
-        folder = asked.folder / f"{name}.dp"
+    folders = {name: asked.folder / f"{name}.dp" for name in asked.bricks}
+    for name, folder in folders.items():
         summary = Study(settings(BRICKS[name], asked.samples)).run(folder, workers=asked.workers)
         print(f"{name}: {summary.done} of {summary.total} walls, {summary.failed} failed", flush=True)
         if summary.interrupted:
             raise SystemExit(130)
-        studies[name] = open_study(folder)
-    print("\n| bricks | category | median, mm (90 %) | dispersion (90 %) | walls that reached it | time of a wall, s |")
-    print("|---|---|---|---|---|---|")
-    print("\n".join(curve_rows(studies)))
+    studies = {name: open_study(folder) for name, folder in folders.items()}
+    text = [
+        "| bricks | category | median, mm (90 %) | dispersion (90 %) | walls that reached it | time of a wall, s |",
+        "|---|---|---|---|---|---|",
+        *curve_rows(studies, seconds_of_walls(folders)),
+    ]
     if "rigid" in studies and len(studies) > 1:
-        print("\n| category | at, mm | " + " | ".join(studies) + " |")
-        print("|---|---|" + "---|" * len(studies))
-        print("\n".join(difference_rows(studies)))
-    for name, ds in studies.items():
-        ax = draw_fragility(fit_fragility(ds, categories=[1, 2]))
-        ax.figure.savefig(asked.folder / f"{name}.png")
+        text += ["", "| category | at, mm | " + " | ".join(studies) + " |", "|---|---|" + "---|" * len(studies)]
+        text += difference_rows(studies)
+    print("\n".join(["", *text]))
+    if studies.keys() == BRICKS.keys() and asked.folder == HERE / "results":
+        page = HERE / "README.md"
+        before, rest = page.read_text(encoding="utf-8").split(BEGIN)
+        parts = [before + BEGIN, "\n".join(text), END + rest.split(END)[1]]
+        page.write_text("\n\n".join(parts), encoding="utf-8")
+        draw(studies)
+
+
+def draw(studies: dict[str, xr.Dataset]) -> None:
+    """Draw the curves of the three kinds, one above the other."""
+    figure, axes = plt.subplots(len(studies), 1, figsize=(8, 13), sharex=True, layout="constrained")
+    for ax, (name, ds) in zip(axes, studies.items()):
+        draw_fragility(fit_fragility(ds, categories=[1, 2]), ax=ax)
+        ax.set_ylabel("probability of the category\nor worse (1)")
+        ax.set_title({"zones": "bricks of zones"}.get(name, f"{name} bricks"), loc="left")
+    figure.savefig(HERE / "fragility.png", dpi=110)
 
 
 if __name__ == "__main__":

@@ -200,7 +200,7 @@ Mound
   table = () 1 [-1e+15 1e+15]
 Solver
   method = quasi_static | quasi_static explicit
-  accuracy = standard | draft standard reference
+  accuracy = standard | draft standard fine reference
   blocks = rigid | rigid elastic deformable auto
   rigid_error = 0.01 1 (0 1e+15]
   above_dpc = None | rigid elastic deformable

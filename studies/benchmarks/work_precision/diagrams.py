@@ -37,6 +37,7 @@ FAMILIES = {
     "in time, true mass": ("X", "#cc79a7"),
     "contacts": ("o", "#009e73"),
     "rigid blocks": ("x", "#009e73"),
+    "elastic blocks": ("D", "#009e73"),
     "auto": ("^", "#56b4e9"),
     "parts": ("v", "#56b4e9"),
     "zones": ("s", "#e69f00"),
@@ -70,6 +71,8 @@ def draw(scene: str, what: str, lines: pd.DataFrame, path: Path) -> None:
     """
     told = set(lines.dropna(subset=["model", "solution"], how="all")["quantity"])
     lasting = [q for q in DRAWN if q in told and varies(lines, q)]
+    if not lasting:  # of a wall whose reference is not solved yet
+        return
     figure = new_figure(2.0 + 2.6 * len(lasting), 4.0 + 1.8 * len(lasting))
     panels = figure.subplots(2, len(lasting), squeeze=False, sharex=True, sharey="row")
     seen: dict[str, object] = {}

@@ -1,4 +1,4 @@
-"""Run this study: python studies/guidance/joints/run.py [--samples 16] [--workers 2]."""
+"""Run this study: python studies/guidance/layout/run.py [--samples 16] [--workers 2]."""
 
 import sys
 from pathlib import Path
