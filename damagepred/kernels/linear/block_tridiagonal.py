@@ -281,7 +281,9 @@ def solve_columns(levels, active, farthest, force, particular):
         if k > 0:
             nearer = force[start[k - 1] : a]
             _subtract_coupling_columns(first, last, near_index, far_index, near_far, particular[a:b], nearer)
-    force[: start[1]] = particular[: start[1]]
+    for i in range(start[1]):  # assigning slices compiles messages of errors, too: three seconds
+        for j in range(force.shape[1]):
+            force[i, j] = particular[i, j]
     for k in range(1, active):
         a, b, first, last = start[k], start[k + 1], coupling[k], coupling[k + 1]
         inverse = levels.inverses[inverse_start[k] : inverse_start[k + 1]].reshape((b - a, b - a))

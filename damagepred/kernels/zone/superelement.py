@@ -216,7 +216,9 @@ def condensed_response(
         internal_force(zones, slopes, volume, elasticity, strength, plastic, bending, u, force, stiffness)
     if not largest_residual <= 1e3 * tolerance * largest:
         boundary_force[:] = np.nan
-        boundary_stiffness[:] = stiffness[:count, :count]
+        for i in range(count):
+            for j in range(count):
+                boundary_stiffness[i, j] = stiffness[i, j]
         return
     for i in range(count):
         boundary_force[i] = force[boundary[i]]
