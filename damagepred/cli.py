@@ -127,7 +127,10 @@ def new(
     file: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
     template: Annotated[
         Literal["wall", "mound", "jacks", "control-joint"],
-        typer.Option("--template", help="Ground of prescribed form, clay of class H1, test rig, or clay and a joint."),
+        typer.Option(
+            "--template",
+            help="Ground of prescribed form, clay of class H1, test rig, clay and a joint, or thirty years.",
+        ),
     ] = "wall",
 ) -> None:
     """Write a commented study as a template."""

@@ -11,6 +11,7 @@ TOPICS = (
     "reading-a-result",
     "uncertainty",
     "footing-and-ground",
+    "seasons",
     "control-joints",
     "from-cracks-to-causes",
     "from-probabilities-to-decisions",

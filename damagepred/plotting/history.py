@@ -125,3 +125,48 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         + not_reached(ds, int(category.max())),
     )
     return ax
+
+
+@checked
+def draw_hysteresis(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the dpc opening, or without a dpc the widest crack, over a movement that goes there and back.
+
+    Negative movements are on the other side than ``kind``. Years go from dark to light.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall whose movement has stages.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of one wall with stages.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> from damagepred import Movement, Scene, Wall, scene
+    >>> seasons = scene.Seasons(years=1, swing="4 mm", increments=1)
+    >>> wall = Scene(wall=Wall(length=1.44, height=0.6), movement=Movement(seasons=seasons))
+    >>> damagepred.plotting.draw_hysteresis(damagepred.solve(wall)).get_xlabel()
+    'central deflection, signed (mm)'
+    """
+    require(ds, ("stage", "worst_crack_width"), "the result of one wall whose movement has stages")
+    ax = axes_or_new(ax, 7.0, 5.0)
+    measure = movement_measure(ds)
+    x = np.sign(ds["progress"].values) * ds[measure].values * MM
+    has_dpc = "contact_kind" in ds.variables and bool((ds["contact_kind"].values == ContactKind.DPC).any())
+    name, said = ("dpc_opening_max", "widest dpc opening") if has_dpc else ("crack_width_max", "widest crack")
+    y = ds[name].values * MM
+    ax.plot(x, y, color="0.6", linewidth=0.9)
+    by = "time" if "time" in ds.variables else "increment"
+    points = ax.scatter(x, y, c=ds[by].values, s=16, zorder=3)
+    ax.figure.colorbar(points, ax=ax, label="time (years)" if by == "time" else by)
+    ax.axvline(0.0, color="0.5", linewidth=0.8, linestyle=":")
+    ax.set_xlabel(f"{measure.replace('_', ' ')}, signed (mm)")
+    ax.set_ylabel(f"{said} (mm)")
+    set_title(ax, title_of(ds, "wall"), "dotted: level ground")
+    return ax

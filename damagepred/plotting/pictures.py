@@ -23,7 +23,7 @@ from damagepred.plotting.dpc import draw_dpc_opening, draw_footing_opening
 from damagepred.plotting.footing import draw_footing, draw_jack_load, has_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.fragility_surface import draw_fragility_surface
-from damagepred.plotting.history import draw_history
+from damagepred.plotting.history import draw_history, draw_hysteresis
 from damagepred.plotting.openings import draw_opening_width_change
 from damagepred.plotting.sensitivity import draw_sensitivity
 from damagepred.plotting.sheet import DPI, figure_of, new_figure, text_size, title_of
@@ -80,6 +80,8 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     if not is_dynamic(ds):
         sheets["cracks.png"] = cracks_sheet(ds)
     sheets["history.png"] = figure_of(draw_history(ds))
+    if "worst_crack_width" in ds.variables:
+        sheets["hysteresis.png"] = figure_of(draw_hysteresis(ds))
     if has_footing(ds):
         sheets["footing.png"] = figure_of(draw_footing(ds)[0])
     if "jack_load" in ds.variables:

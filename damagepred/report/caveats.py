@@ -35,9 +35,10 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         "of its plane, and torsion of the house are not in the model.",
     ]
     if scene.dynamics is None:
+        seasons = "" if scene.movement.stage else ", no repetition of wet and dry seasons"
         said.append(
-            "Displacements are small and there is no time: no creep, shrinkage, moisture expansion or temperature, no "
-            "repetition of wet and dry seasons."
+            "Displacements are small and there is no time: no creep, shrinkage, moisture expansion or "
+            f"temperature{seasons}."
         )
     if scene.solver.blocks in ("rigid", "elastic") and scene.solver.above_dpc in (None, "rigid", "elastic"):
         said.append("Bricks neither crack nor crush: cracks run through joints alone.")

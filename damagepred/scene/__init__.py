@@ -7,6 +7,7 @@ from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement, Stage
 from damagepred.scene.rig import Rig
 from damagepred.scene.scene import Scene
+from damagepred.scene.seasons import Seasons, SeasonStep
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.site import (
     SiteClass,
@@ -18,6 +19,7 @@ from damagepred.scene.site import (
     suction_depth,
 )
 from damagepred.scene.soil import Soil
+from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement
 from damagepred.scene.wall import ControlJoint, Opening, Wall
 
 __all__ = [
@@ -38,15 +40,20 @@ __all__ = [
     "ReinforcedConcrete",
     "Rig",
     "Scene",
+    "SeasonStep",
+    "Seasons",
     "SiteClass",
     "Soil",
+    "SoilLayer",
     "Solver",
     "Stage",
     "StandardFooting",
+    "Suction",
     "Wall",
     "site_class",
     "site_classes",
     "standard_footing",
     "standard_footings",
     "suction_depth",
+    "surface_movement",
 ]

@@ -8,6 +8,7 @@ from typing import Any
 from damagepred.scene.mound import Mound
 from damagepred.scene.scene import Scene
 from damagepred.scene.soil import Soil
+from damagepred.scene.soil_log import Suction
 
 
 def _ground_values(scene: Scene, sampled: Collection[str] = ()) -> dict[str, str]:
@@ -17,6 +18,13 @@ def _ground_values(scene: Scene, sampled: Collection[str] = ()) -> dict[str, str
     mound, soil, kind = scene.mound, scene.soil, scene.movement.kind
     name = "y_s" if mound.shape in ("walsh", "mitchell") else "largest movement"
     values = {"mound.surface_movement": f"{name} = {1e3 * mound.surface_movement:g} mm"}
+    if scene.soil_layer:  # y_s follows from these
+        suction = scene.suction or Suction()
+        values = {
+            "suction.change": f"change of suction {suction.change:g} pF",
+            "suction.cracked_share": f"cracked zone {suction.cracked_share:g} H_s deep",
+            "mound.suction_depth": f"H_s = {mound.suction_depth:g} m",
+        }
     by_depth = (mound.shape == "walsh" and kind == "doming" and mound.edge_distance is None) or (
         mound.shape == "mitchell" and mound.exponent is None
     )
@@ -38,11 +46,11 @@ def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     sampled : Collection[str]
         Places of the numbers that a study samples; these are left out.
     """
-    usual: dict[str, Any] = {"mound": Mound(), "soil": Soil()}
+    usual: dict[str, Any] = {"mound": Mound(), "soil": Soil(), "suction": Suction()}
 
     def is_default(place: str) -> bool:
         table, key = place.split(".")
-        return getattr(getattr(scene, table), key) == getattr(usual[table], key)
+        return getattr(getattr(scene, table) or usual[table], key) == getattr(usual[table], key)
 
     return [words for place, words in _ground_values(scene, sampled).items() if is_default(place)]
 
@@ -60,7 +68,8 @@ def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
     assumed = assumed_ground(scene, sampled)
     if not assumed:
         return None
+    tables = "[suction], [mound] and [soil]" if scene.soil_layer else "[mound] and [soil]"
     return (
         f"ground: {scene.mound.shape} mound, {scene.movement.kind}; by default {', '.join(assumed)}. Give your site's "
-        "in [mound] and [soil]: softer soil than it has spares the wall."
+        f"in {tables}: softer soil than it has spares the wall."
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from damagepred.errors import InputError, require_count
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import arc, three_loads, through_points
 from damagepred.scene.quantity import Count, Length, Pure, Years
+from damagepred.scene.seasons import Seasons
 
 LEAST_IN_MIDDLE = 0.05
 """Least departure of the middle from the line through the ends, over the largest departure of a shape."""
@@ -102,6 +104,9 @@ class Movement:
     history : str or None
         In a scene file, in place of stages: name of a CSV file, each line the end of a stage. Its columns are time
         (years), movement (m) and, if wanted, increments. Doming is positive; on a mound it is the surface movement.
+    seasons : Seasons or None
+        A history of some years, made of a trend, seasons and steps. The stages, and the largest movement, follow
+        from it.
 
     Examples
     --------
@@ -117,9 +122,12 @@ class Movement:
     table: tuple[tuple[Pure, Pure], ...] = ()
     stage: tuple[Stage, ...] = ()
     history: str | None = None
+    seasons: Seasons | None = None
 
     @model_validator(mode="after")
     def _stages_fit(self) -> Movement:
+        if self.seasons is not None:
+            self._take_stages(self.seasons)
         if self.history is not None:
             raise ValueError("history: names a CSV file beside a scene file; here give stage instead")
         if not self.stage:
@@ -136,6 +144,38 @@ class Movement:
             self.require_largest("central_deflection", self.central_deflection)
         return self
 
+    def _take_stages(self, seasons: Seasons) -> None:
+        """Set the stages of seasons, and the largest deflection."""
+        size = "surface_movement" if self.shape == "mound" else "central_deflection"
+        sides: tuple[Literal["dishing", "doming"], ...] = ("dishing", "doming")
+        stages = tuple(
+            Stage(
+                kind=sides[(u >= 0) == (self.kind == "doming")], time=t, increments=seasons.increments, **{size: abs(u)}
+            )
+            for u, t in zip(seasons.movements().tolist(), seasons.times.tolist())
+        )
+        object.__setattr__(self, "stage", stages)
+        if self.shape != "mound":
+            object.__setattr__(self, size, self.largest)
+
+    @property
+    def largest(self) -> float:
+        """Largest deflection of all stages, on a mound the largest surface movement (m); 0 without stages."""
+        return max((s.surface_movement or s.central_deflection or 0.0 for s in self.stage), default=0.0)
+
+    def with_seed(self, *entropy: int) -> Movement:
+        """Return the same movement with another seed of its seasons, which follows from whole numbers.
+
+        Parameters
+        ----------
+        *entropy : int
+            Such as the seed of a study and the number of a sample.
+        """
+        if self.seasons is None:
+            return self
+        seed = int(np.random.SeedSequence([self.seasons.seed, *entropy]).generate_state(1)[0])
+        return replace(self, seasons=replace(self.seasons, seed=seed))
+
     def require_largest(self, name: str, full: float) -> None:
         """Check that the full movement is the largest of the stages.
 
@@ -151,7 +191,7 @@ class Movement:
         ValueError
             If it is not.
         """
-        largest = max(getattr(stage, name) for stage in self.stage)
+        largest = self.largest
         if largest == 0 or full != largest:
             raise ValueError(
                 f"stage: {name} must be the largest of the stages and not 0; it is {full:g} m, and the largest of the "
@@ -227,7 +267,7 @@ class Movement:
         if not self.stage:
             return None
         sizes = [s.surface_movement if s.central_deflection is None else s.central_deflection for s in self.stage]
-        full = max(size or 0.0 for size in sizes)
+        full = self.largest
         sides = [1.0 if s.kind == self.kind else -1.0 for s in self.stage]
         counts = [s.increments for s in self.stage]
 

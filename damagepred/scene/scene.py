@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import combinations
 from math import floor
 from pathlib import Path
@@ -22,6 +23,7 @@ from damagepred.scene.movement import Movement
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.soil import Soil
+from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement
 from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall
 from damagepred.text import check_title
 
@@ -40,8 +42,8 @@ class Scene:
     ----------
     title : str
         What the wall is, for plots and archives.
-    wall, block, joint, head_joint, dpc, opening, control_joint, footing, movement, rig, soil, mound, loads, solver,
-    damage, dynamics
+    wall, block, joint, head_joint, dpc, opening, control_joint, footing, movement, rig, soil, soil_layer, suction,
+    mound, loads, solver, damage, dynamics
         The tables of the scene file; see their classes.
 
     Examples
@@ -67,6 +69,8 @@ class Scene:
     movement: Movement = Field(default_factory=Movement)
     rig: Rig = Field(default_factory=Rig)
     soil: Soil = Field(default_factory=Soil)
+    soil_layer: tuple[SoilLayer, ...] = ()
+    suction: Suction | None = None
     mound: Mound = Field(default_factory=Mound)
     loads: Loads = Field(default_factory=Loads)
     solver: Solver = Field(default_factory=Solver)
@@ -115,6 +119,7 @@ class Scene:
         self._ground_fits()
         if self.movement.stage and self.movement.shape == "jacks" and self.rig.control == "load":
             raise ValueError("movement.stage: on jacks, stages need rig.control = 'deflection'")
+        self._take_surface_movement()
         if self.movement.stage and self.movement.shape == "mound":
             self.movement.require_largest("surface_movement", self.mound.surface_movement)
         if self.movement.stage and self.dynamics is not None:
@@ -126,6 +131,21 @@ class Scene:
                 + likely_unit(self.movement.central_deflection, 0.1 * wall.length, "m")
             )
         return self
+
+    def _take_surface_movement(self) -> None:
+        """Set the surface movement of the mound where a soil log or seasons give it."""
+        on_mound, seasons = self.movement.shape == "mound", self.movement.seasons
+        if self.soil_layer and (not on_mound or self.movement.stage):
+            raise ValueError(
+                "soil_layer: gives one growing surface movement; needs movement.shape = 'mound', no stages"
+            )
+        if self.suction is not None and not self.soil_layer:
+            raise ValueError("suction: only read with [[soil_layer]]")
+        if on_mound and (self.soil_layer or seasons is not None):
+            found = self.movement.largest
+            if self.soil_layer:
+                found = surface_movement(self.soil_layer, self.suction or Suction(), self.mound.suction_depth)
+            object.__setattr__(self, "mound", replace(self.mound, surface_movement=found))
 
     def _outlives_the_gauge(self, name: str, hole: Opening) -> None:
         """Refuse openings, and strips of wall beside them, that are too narrow for joints on both sides."""
@@ -332,11 +352,44 @@ class Scene:
                 target = target[step]
             target[last] = float(value)
         full = "mound.surface_movement" if self.movement.shape == "mound" else "movement.central_deflection"
+        self._require_free(full, values)
         if self.movement.stage and full in values:  # scales the history
             table, key = full.split(".")
             for stage in tables["movement"]["stage"]:
                 stage[key] = float(values[full]) * (stage[key] / getattr(getattr(self, table), key))
         scene = Scene.from_dict(tables, source="sampled scene")
+        object.__setattr__(scene, "given", self.given)
+        return scene
+
+    def _require_free(self, full: str, values: Mapping[str, float]) -> None:
+        """Refuse values that others give: those of stages with seasons, and the full movement."""
+        fixed = []
+        if self.movement.seasons is not None:
+            fixed = [place for place in values if place == full or place.startswith("movement.stage.")]
+        if self.soil_layer:
+            fixed += [place for place in values if place == full]
+        if fixed:
+            by = "soil_layer.0.shrink_swell_index" if self.soil_layer else "movement.seasons.swing"
+            raise InputError(f"'{fixed[0]}': follows from other keys; sample these, such as {by}.")
+
+    def with_seed(self, *entropy: int) -> Scene:
+        """Return a copy whose seasons, if it has any, have another seed, which follows from whole numbers.
+
+        Parameters
+        ----------
+        *entropy : int
+            Such as the seed of a study and the number of a sample.
+
+        Examples
+        --------
+        >>> from damagepred import Movement, Scene, scene
+        >>> house = Scene(movement=Movement(seasons=scene.Seasons(years=10, swing="8 mm")))
+        >>> house.with_seed(1, 4) == house.with_seed(1, 4) != house.with_seed(1, 5)
+        True
+        """
+        if self.movement.seasons is None:
+            return self
+        scene = replace(self, movement=self.movement.with_seed(*entropy))
         object.__setattr__(scene, "given", self.given)
         return scene
 

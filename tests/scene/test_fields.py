@@ -18,8 +18,10 @@ from damagepred.scene.movement import Movement, Stage
 from damagepred.scene.quantity import LARGEST
 from damagepred.scene.reading import unit_of
 from damagepred.scene.rig import Rig
+from damagepred.scene.seasons import Seasons, SeasonStep
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.soil import Soil
+from damagepred.scene.soil_log import SoilLayer, Suction
 from damagepred.scene.wall import ControlJoint, Opening, Wall
 from damagepred.study.settings import Sampling
 from damagepred.uq.stopping import StopWhen
@@ -38,8 +40,12 @@ TABLES = (
     Loads,
     Movement,
     Stage,
+    Seasons,
+    SeasonStep,
     Rig,
     Soil,
+    SoilLayer,
+    Suction,
     Mound,
     Solver,
     Damage,
@@ -160,12 +166,37 @@ Movement
   table = () 1 [-1e+15 1e+15]
   stage = ()
   history = None
+  seasons = None
 Stage
   kind = dishing | dishing doming
   central_deflection = None m [0 10000]
   surface_movement = None m [0 10000]
   increments = 10 whole [1 max]
   time = None year (0 10000]
+Seasons
+  years = 30 whole [1 200]
+  trend = 0 m [-10000 10000]
+  swing = 0.01 m [0 10000]
+  swing_cov = 0.3 1 [0 1e+15]
+  shift = 0 m [0 10000]
+  correlation = 0.3 1 [0 1)
+  increments = 4 whole [1 max]
+  step = ()
+  seed = 1 whole [0 max]
+SeasonStep
+  year = required year [0 10000]
+  movement = required m [-10000 10000]
+  rise = 1 year [0 10000]
+  end = None year (0 10000]
+  probability = 1 1 [0 1]
+SoilLayer
+  thickness = required m (0 10000]
+  shrink_swell_index = required 1 [0 0.3]
+Suction
+  change = 1.2 1 (0 5]
+  cracked_share = 0.5 1 [0 1]
+  restraint = 2 1 [1 1e+15]
+  restraint_depth = 5 m (0 10000]
 Rig
   supports = () m [-10000 10000]
   jacks = () m [-10000 10000]

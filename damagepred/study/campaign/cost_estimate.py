@@ -21,6 +21,7 @@ from damagepred.scene.assumed import ground_line
 from damagepred.scene.scene import STUDY_KEYS
 from damagepred.study.campaign.preset_accuracy import accuracy_lines
 from damagepred.study.campaign.sample import sample_of
+from damagepred.study.campaign.site_classes import site_line
 from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.settings import StudySettings
 
@@ -91,6 +92,8 @@ class CostEstimate:
         Keys that the presets of accuracy set, and errors measured with them, in words; none for runs in time.
     ground : str or None
         Assumed properties of the ground, in words.
+    site : str or None
+        Surface movement and site class of a soil log, in words.
     """
 
     title: str
@@ -113,6 +116,7 @@ class CostEstimate:
     cautions: tuple[str, ...] = ()
     accuracy: tuple[str, ...] = ()
     ground: str | None = None
+    site: str | None = None
 
     def lines(self) -> list[str]:
         """Return the estimate in words."""
@@ -137,8 +141,7 @@ class CostEstimate:
                 f"  {self.samples} walls with {self.variables} uncertain numbers: about {duration(total)} with -j 1, "
                 f"{duration(total / 2)} with -j 2"
             )
-        if self.ground:
-            found.append(f"  {self.ground}")
+        found += [f"  {said}" for said in (self.site, self.ground) if said]
         return [*found, *(f"  caution: {said}" for said in self.cautions), *self.accuracy]
 
 
@@ -194,10 +197,10 @@ def estimate_cost(
         require_affordable(settings, limits)
         title, samples, variables = settings.title, settings.study.samples, len(settings.variables)
         scene, fields = sample_of(settings, settings.design(), 0, samples)
-        ground = ground_line(settings.scene, settings.variables)
+        ground, site = ground_line(settings.scene, settings.variables), site_line(settings.mean_wall()[0], settings)
     else:
         scene, fields = Scene.from_toml(path), {}
-        title, ground = scene.title, ground_line(scene)
+        title, ground, site = scene.title, ground_line(scene), site_line(scene)
     wall_cost(scene).require(limits)
     began = time.perf_counter()
     warm_up(scene)
@@ -227,6 +230,7 @@ def estimate_cost(
         cautions=cautions,
         accuracy=() if dynamics is not None else tuple(accuracy_lines(scene)),
         ground=ground,
+        site=site,
     )
 
 

@@ -84,7 +84,7 @@ def sampled_wall(
     values : mapping of str to float
         Its values that hold for the whole wall.
     """
-    scene = settings.scene.with_values(values)
+    scene = settings.scene.with_values(values).with_seed(settings.study.seed, sample)
     if not design.joint:
         return scene, {}
     drawn_on = settings.study.fields_from

@@ -8,8 +8,9 @@ from typing import Literal, get_args
 from damagepred.archive.files import write_whole
 from damagepred.errors import InputError
 
-Template = Literal["wall", "mound", "jacks", "control-joint"]
-"""A wall on ground of prescribed form; a house on a mound of clay; a wall on a rig; a house with a control joint."""
+Template = Literal["wall", "mound", "jacks", "control-joint", "seasons"]
+"""A wall on ground of prescribed form; a house on a mound of clay; a wall on a rig; a house with a control joint; a
+wall through thirty years of seasons."""
 
 
 def template(name: Template, path: Path) -> str:

@@ -15,7 +15,7 @@ def _small_on_the_ground(small: Scene, scene: Scene) -> Scene:
     """Return a small wall whose footing finds its own form, and is bent until it cracks."""
     return replace(
         small,
-        movement=replace(scene.movement, central_deflection=5e-3, increments=1),
+        movement=replace(scene.movement, central_deflection=5e-3, increments=1, stage=(), seasons=None),
         mound=replace(scene.mound, surface_movement=0.02),
         rig=replace(scene.rig, supports=(), jacks=(), stop_at_zero=False),
         soil=replace(scene.soil, swelling_stiffness=1e8, shrinking_stiffness=1e8),
@@ -40,6 +40,8 @@ def warm_up(scene: Scene) -> None:
         dpc=replace(scene.dpc, course=1) if scene.dpc else None,
         movement=Movement(kind="dishing", central_deflection=20e-3, increments=1),
         loads=Loads(),
+        soil_layer=(),
+        suction=None,
         solver=replace(scene.solver, footing="deformable" if scene.footing_model == "deformable" else None),
         dynamics=None,
     )

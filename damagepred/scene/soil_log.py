@@ -1,0 +1,96 @@
+"""From a soil log to the characteristic surface movement y_s: layers of clay under a change of suction."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from pydantic import Field
+
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Length, Pure
+
+
+@described
+class SoilLayer:
+    """Layer of a soil log, from the surface down (``[[soil_layer]]``).
+
+    Attributes
+    ----------
+    thickness : float
+        Of the layer (m).
+    shrink_swell_index : float
+        I_ss: strain of the soil per unit of suction in pF (1), as the laboratory gives it in per cent: ``"4 %"``. 0 for
+        sand and rock.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> scene.SoilLayer(thickness="0.8 m", shrink_swell_index="4 %").shrink_swell_index
+    0.04
+    """
+
+    thickness: Length = Field(gt=0)
+    shrink_swell_index: Pure = Field(ge=0, le=0.3)
+
+
+@described
+class Suction:
+    """Design change of the soil's suction (``[suction]``), read with ``[[soil_layer]]``; its depth is ``mound``'s.
+
+    The change falls in a straight line from the surface to nothing at ``mound.suction_depth``.
+
+    Attributes
+    ----------
+    change : float
+        At the surface (pF). Assumed: 1.2, of temperate climates in AS 2870.
+    cracked_share : float
+        Depth of the cracked zone over the suction depth (1). Assumed. Cracks there let the soil move sideways.
+    restraint, restraint_depth : float
+        In the cracked zone the soil moves by I_ss, and below it by alpha I_ss, as it is held on its sides. At depth z
+        alpha = restraint - z / restraint_depth (1, m). Assumed: 2.0 and 5 m.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> scene.Suction(change=1.2).cracked_share
+    0.5
+    """
+
+    change: Pure = Field(default=1.2, gt=0, le=5)
+    cracked_share: Pure = Field(default=0.5, ge=0, le=1)
+    restraint: Pure = Field(default=2.0, ge=1)
+    restraint_depth: Length = Field(default=5.0, gt=0)
+
+
+def surface_movement(layers: Sequence[SoilLayer], suction: Suction, suction_depth: float) -> float:
+    """Return the characteristic surface movement y_s of a soil log (m): the sum of alpha I_ss du dh over its depth.
+
+    Parameters
+    ----------
+    layers : sequence of SoilLayer
+        From the surface down; below the last nothing moves.
+    suction : Suction
+        Change of suction, and restraint.
+    suction_depth : float
+        Depth to which the suction changes (m).
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> clay = scene.SoilLayer(thickness="2 m", shrink_swell_index="4 %")
+    >>> round(1e3 * scene.surface_movement([clay], scene.Suction(change=1.2, cracked_share=1), 2.0))
+    48
+    """
+    bottom = np.cumsum([layer.thickness for layer in layers])
+    cracked = suction.cracked_share * suction_depth
+    ends = np.unique(np.clip([0.0, *bottom, cracked, suction_depth], 0.0, min(float(bottom[-1]), suction_depth)))
+    total = 0.0
+    for top, end in itertools.pairwise(ends):
+        index = layers[int(np.searchsorted(bottom, 0.5 * (top + end)))].shrink_swell_index
+        z = np.array([top, 0.5 * (top + end), end])
+        alpha = np.ones(3) if end <= cracked else np.maximum(suction.restraint - z / suction.restraint_depth, 0.0)
+        strain = index * alpha * suction.change * (1.0 - z / suction_depth)
+        total += float(strain @ [1.0, 4.0, 1.0]) * (end - top) / 6.0  # Simpson's rule: exact for a parabola
+    return total

@@ -1,0 +1,127 @@
+"""Seasons: the movements against closed forms, stages that follow, seeds, and studies that replay."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from damagepred import Scene, Study, open_study
+from damagepred.errors import InputError
+from damagepred.scene import Movement, Seasons, SeasonStep
+from damagepred.study.campaign.replay import replay
+from damagepred.study.settings import StudySettings
+
+SMALL = {"wall": {"length": 1.44, "height": 0.6}, "dpc": {"course": 2}}
+
+
+def many(years: int = 40, count: int = 600, **keys: object) -> np.ndarray:
+    """Return the movements of many seeds (seeds, years, 2)."""
+    return np.array([Seasons(years=years, seed=k, **keys).movements() for k in range(count)]).reshape(count, years, 2)
+
+
+def test_trend_and_swing_without_scatter() -> None:
+    found = Seasons(years=3, trend="6 mm", swing="8 mm", swing_cov=0).movements()
+    np.testing.assert_allclose(found, [5e-3, -2e-3, 7e-3, 0, 9e-3, 2e-3], atol=1e-15)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.4, 0.9])
+def test_swings_are_a_stationary_autoregressive_process(correlation: float) -> None:
+    found = many(swing="10 mm", swing_cov=0.2, correlation=correlation)
+    size = (found[..., 0] - found[..., 1]) / 10e-3
+    assert size.mean() == pytest.approx(1.0, abs=0.01)
+    np.testing.assert_allclose(size.std(axis=0), 0.2, rtol=0.15)  # of every year, the first and the last
+    deviation = size - 1.0
+    for lag in (1, 2):
+        covariance = (deviation[:, lag:] * deviation[:, :-lag]).mean()
+        assert covariance / 0.2**2 == pytest.approx(correlation**lag, abs=0.05)
+
+
+def test_wet_and_dry_years_shift_the_mean_of_a_year_alone() -> None:
+    found = many(swing="10 mm", swing_cov=0, shift="2 mm", correlation=0.5)
+    np.testing.assert_allclose(found[..., 0] - found[..., 1], 10e-3, atol=1e-15)
+    assert found.mean(axis=2).std() == pytest.approx(2e-3, rel=0.05)
+
+
+def test_a_swing_is_never_negative() -> None:
+    found = many(swing="10 mm", swing_cov=1.0)
+    assert (found[..., 0] >= found[..., 1]).all()
+    assert (found[..., 0] == found[..., 1]).any()
+
+
+def test_a_leak_comes_stays_and_goes() -> None:
+    leak = SeasonStep(year=1, movement="6 mm", rise=1, end=3)
+    found = Seasons(years=4, swing=0, trend=0, step=(leak,)).movements()
+    np.testing.assert_allclose(1e3 * found, [0, 0, 3, 6, 6, 0, 0, 0], atol=1e-12)
+
+
+def test_a_step_comes_in_its_share_of_the_samples() -> None:
+    rare = SeasonStep(year=1, movement="6 mm", rise=0, probability=0.25)
+    found = many(years=2, count=2000, swing="1 mm", swing_cov=0, step=(rare,))
+    assert (found[:, 1, 0] > 5e-3).mean() == pytest.approx(0.25, abs=0.03)
+
+
+def test_stages_follow_the_movements_on_both_sides() -> None:
+    seasons = Seasons(years=2, swing="8 mm", trend="2 mm", increments=3)
+    movement = Movement(kind="doming", seasons=seasons)
+    signed = [s.central_deflection * (1 if s.kind == "doming" else -1) for s in movement.stage]
+    np.testing.assert_allclose(signed, seasons.movements())
+    assert movement.central_deflection == max(map(abs, signed))
+    assert [s.time for s in movement.stage] == [0.5, 1.0, 1.5, 2.0]
+    assert movement.increment_count == 12
+
+
+def test_on_a_mound_the_surface_moves() -> None:
+    tables = {"movement": {"shape": "mound", "seasons": {"years": 2, "swing": "20 mm"}}}
+    scene = Scene.from_dict({**SMALL, "footing": {"width": 0.3, "depth": 0.3}, **tables})
+    assert scene.mound.surface_movement == max(s.surface_movement for s in scene.movement.stage)
+
+
+def test_written_and_read_again_it_is_the_same() -> None:
+    scene = Scene.from_dict({**SMALL, "movement": {"seasons": {"years": 2, "step": [{"year": 1, "movement": "3 mm"}]}}})
+    assert Scene.from_dict(scene.to_dict()) == scene
+
+
+def test_constants_can_be_sampled() -> None:
+    scene = Scene.from_dict({**SMALL, "movement": {"seasons": {"years": 2, "swing_cov": 0}}})
+    other = scene.with_values({"movement.seasons.swing": 0.02, "movement.seasons.trend": 0.004})
+    assert other.movement.stage[0].central_deflection == pytest.approx(0.01 + 0.001)
+    for place in ("movement.central_deflection", "movement.stage.0.central_deflection"):
+        with pytest.raises(InputError, match="follows from other keys"):
+            scene.with_values({place: 0.01})
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"swing": 0}, "nothing moves"),
+        ({"years": 0}, "years"),
+        ({"correlation": 1.0}, "correlation"),
+        ({"step": [{"year": 1}]}, "movement"),
+    ],
+)
+def test_wrong_seasons_are_named(keys: dict, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        Scene.from_dict({"movement": {"seasons": keys}})
+
+
+def test_jacks_do_not_pull() -> None:
+    with pytest.raises(InputError, match="jacks push one way"):
+        Scene.from_dict({"movement": {"shape": "jacks", "seasons": {"years": 2}}})
+
+
+def test_each_sample_of_a_study_has_seasons_of_its_own_and_replays(tmp_path: Path) -> None:
+    tables = {
+        "scene": {**SMALL, "movement": {"seasons": {"years": 2, "swing": "4 mm", "increments": 2}}},
+        "study": {"samples": 3, "seed": 5},
+        "variables": {"joint.friction": {"distribution": "uniform", "lower": 0.6, "upper": 0.8}},
+    }
+    settings = StudySettings.from_dict(tables, source="study")
+    Study(settings).run(tmp_path / "a.dp", samples=2)
+    Study(settings).run(tmp_path / "a.dp", samples=3)
+    Study(settings).run(tmp_path / "b.dp", samples=3)
+    first, again = open_study(tmp_path / "a.dp"), open_study(tmp_path / "b.dp")
+    np.testing.assert_array_equal(first["central_deflection"], again["central_deflection"])
+    assert len(np.unique(first["central_deflection"].values[:, 2])) == 3  # the ends of the first half year
+    ds, comparison = replay(tmp_path / "a.dp", 1)
+    assert comparison.startswith("bit for bit")
+    np.testing.assert_array_equal(ds["central_deflection"], first["central_deflection"].values[1])
