@@ -1,6 +1,6 @@
 """Damage of a wall by thirty years of wet and dry seasons, by site class.
 
-    python studies/seasons/run.py --samples 32 --workers 2
+    python studies/seasons/run.py --samples 16 --workers 2
 
 runs the wall through thirty years on sites of four classes, and once, in one growing movement, through all y_s. It goes
 on where it was stopped, writes the table of the README, and draws the probability of damage by year.
@@ -92,7 +92,7 @@ def row(kind: str, name: str, years: xr.Dataset, once: xr.Dataset) -> str:
 def main() -> None:
     """Run all studies, write the table, draw the curves."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--samples", type=int, default=32)
+    parser.add_argument("--samples", type=int, default=16)
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--folder", type=Path, default=HERE / "results")
     asked = parser.parse_args()
