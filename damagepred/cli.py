@@ -126,7 +126,7 @@ def common(
 def new(
     file: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
     template: Annotated[
-        Literal["wall", "mound", "jacks", "control-joint"],
+        Literal["wall", "mound", "jacks", "control-joint", "seasons"],
         typer.Option(
             "--template",
             help="Ground of prescribed form, clay of class H1, test rig, clay and a joint, or thirty years.",
@@ -665,6 +665,8 @@ def fragility(
         screen.print_json(curves)
     else:
         screen.fragility_table(curves)
+        if intensity == "time":
+            screen.year_table(study, confidence)
     if note := footing_gap_note(study):
         screen.note(f"note: {note}")
 

@@ -652,6 +652,21 @@ def fragility_table(curves: xr.Dataset) -> None:
         say(line)
 
 
+def year_table(ds: xr.Dataset, confidence: float) -> None:
+    """Print the probability of each category by year, by the worst so far and by now.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study of a movement whose stages have times.
+    confidence : float
+        Of the bands.
+    """
+    from damagepred.tables import year_columns
+
+    table_of(f"{ds.attrs['title']}: share of walls by year", year_columns(ds, confidence))
+
+
 def surface_lines(surface: xr.Dataset) -> list[str]:
     """Return slope, dispersion and information criteria of a fragility surface, in words.
 

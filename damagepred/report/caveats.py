@@ -13,7 +13,7 @@ from damagepred.formatting import length, number
 from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
 from damagepred.scene import Scene
-from damagepred.scene.assumed import assumed_ground
+from damagepred.scene.assumed import assumed_ground, assumed_seasons
 from damagepred.study.settings import StudySettings
 from damagepred.tables import curve_notes
 from damagepred.uq.capacity import sample_weights
@@ -57,6 +57,8 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
             f"Of the ground nothing was given but defaults: {', '.join(assumed)}. They are not those of a site; softer "
             "soil than a site has spares the wall."
         )
+    if assumed := assumed_seasons(scene, sampled):
+        said.append(f"The seasons have defaults, which are assumed and not those of a site: {', '.join(assumed)}.")
     if not scene.movement.prescribed and scene.footing.concrete is None:
         said.append("The footing is linear elastic; a real one is cracked, and bends where it is.")
     if scene.dpc is not None:

@@ -27,7 +27,7 @@ from damagepred.report.summary import answers, influences, study_summary
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.study.settings import StudySettings, read_frozen
-from damagepred.tables import curve_columns, worst_category_columns
+from damagepred.tables import curve_columns, worst_category_columns, year_columns
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.options import DEFAULT
 
@@ -249,6 +249,9 @@ def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable
         ),
     ]
     parts.append(_measures(ds))
+    if "time" in ds and ds["damage_category"].ndim == 2:
+        note = "With 90 % intervals. So far: by the worst category until then; now: cracks may have closed again."
+        parts.append(Table.of("Probability of damage by year", year_columns(ds), note))
     chosen = typical_and_worst(ds)
     if chosen is None:
         return parts

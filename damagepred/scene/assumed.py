@@ -7,6 +7,7 @@ from typing import Any
 
 from damagepred.scene.mound import Mound
 from damagepred.scene.scene import Scene
+from damagepred.scene.seasons import Seasons
 from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import Suction
 
@@ -23,6 +24,7 @@ def _ground_values(scene: Scene, sampled: Collection[str] = ()) -> dict[str, str
         values = {
             "suction.change": f"change of suction {suction.change:g} pF",
             "suction.cracked_share": f"cracked zone {suction.cracked_share:g} H_s deep",
+            "suction.restraint": f"restraint {suction.restraint:g} - z / {suction.restraint_depth:g} m below it",
             "mound.suction_depth": f"H_s = {mound.suction_depth:g} m",
         }
     by_depth = (mound.shape == "walsh" and kind == "doming" and mound.edge_distance is None) or (
@@ -53,6 +55,33 @@ def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         return getattr(getattr(scene, table) or usual[table], key) == getattr(usual[table], key)
 
     return [words for place, words in _ground_values(scene, sampled).items() if is_default(place)]
+
+
+def assumed_seasons(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
+    """Return those of the numbers that shape seasons, in words, that are the defaults.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall.
+    sampled : Collection[str]
+        Places of the numbers that a study samples; these are left out.
+    """
+    seasons, usual = scene.movement.seasons, Seasons()
+    if seasons is None:
+        return []
+    words = {
+        "swing": f"a mean swing of {1e3 * usual.swing:g} mm",
+        "swing_cov": f"a coefficient of variation of the swing of {usual.swing_cov:g}",
+        "correlation": f"a correlation of {usual.correlation:g} with the year before",
+        "trend": "no trend",
+        "shift": "the same mean in wet years and dry years",
+    }
+    return [
+        said
+        for key, said in words.items()
+        if getattr(seasons, key) == getattr(usual, key) and f"movement.seasons.{key}" not in sampled
+    ]
 
 
 def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:

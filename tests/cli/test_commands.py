@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ import pytest
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.solvers.symmetry import reduce_by_symmetry
+from damagepred.study.campaign.template import Template
 from tests.cli.conftest import Run
 from tests.synthetic_studies import synthetic_study
 
@@ -125,7 +127,7 @@ def test_the_template_is_valid_and_never_overwrites(command: Run, tmp_path: Path
     assert (tmp_path / "house.toml").read_bytes() == before
 
 
-@pytest.mark.parametrize("name", ["wall", "mound", "jacks", "control-joint"])
+@pytest.mark.parametrize("name", get_args(Template))
 def test_each_template_describes_a_wall_that_can_be_built(command: Run, tmp_path: Path, name: str) -> None:
     from damagepred.pipeline import model_of
     from damagepred.study import Study
@@ -135,7 +137,7 @@ def test_each_template_describes_a_wall_that_can_be_built(command: Run, tmp_path
     assert "damagepred study house.toml -j 2" in text
     assert "{" not in text.replace("{ course_correlation = 0.4 }", "").replace('{ "joint.cohesion" = 0.7 }', "")
     scene, _ = Study.from_toml(tmp_path / "house.toml").sample(0)
-    shape = {"wall": "three_loads", "jacks": "jacks"}.get(name, "mound")
+    shape = {"wall": "three_loads", "seasons": "three_loads", "jacks": "jacks"}.get(name, "mound")
     assert (scene.movement.shape, bool(scene.control_joint)) == (shape, name == "control-joint")
     assert model_of(scene).n_blocks > 500
 

@@ -4,12 +4,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from damagepred import Scene, Study, open_study
+from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
+from damagepred.report.caveats import model_caveats
 from damagepred.scene import Movement, Seasons, SeasonStep
 from damagepred.study.campaign.replay import replay
 from damagepred.study.settings import StudySettings
+from damagepred.tables import path_columns, year_columns
+from damagepred.uq.estimate import probability
 
 SMALL = {"wall": {"length": 1.44, "height": 0.6}, "dpc": {"course": 2}}
 
@@ -125,3 +130,54 @@ def test_each_sample_of_a_study_has_seasons_of_its_own_and_replays(tmp_path: Pat
     ds, comparison = replay(tmp_path / "a.dp", 1)
     assert comparison.startswith("bit for bit")
     np.testing.assert_array_equal(ds["central_deflection"], first["central_deflection"].values[1])
+    rows = {c.name: list(c.cells) for c in year_columns(first)}
+    assert rows["year"] == ["1", "2"]
+    wall = {c.name: c for c in path_columns(ds)}
+    assert wall["time"].cells[-1] == "2.00"
+    assert int(wall["worst category so far"].cells[-1]) == ds["damage_category"].values.max()
+
+
+def of_years(category: list[list[int]], status: SampleStatus = SampleStatus.COMPLETE) -> xr.Dataset:
+    """Return a study of walls whose category is known after 0, 1, 2 ... years; the width is lost where it is -1."""
+    found = np.array(category, dtype=np.int8)
+    both = ("sample", "increment")
+    return xr.Dataset(
+        {
+            "damage_category": (both, found),
+            "crack_width_max": (both, np.where(found < 0, np.nan, 1e-3 * found)),
+            "time": (both, np.tile(np.arange(found.shape[1], dtype=float), (len(found), 1))),
+            "status": ("sample", np.full(len(found), status, dtype=np.int8)),
+        }
+    )
+
+
+def test_categories_by_year_so_far_and_now() -> None:
+    """Of four walls one has closed again by year 2, so that one in two has been damaged, and one in four is."""
+    ds = of_years([[0, 1, 0], [0, 0, 2], [0, 0, 0], [0, 0, 0]])
+    rows = {c.name: [cell.split()[0] for cell in c.cells] for c in year_columns(ds)}
+    assert rows["category 1 or worse so far"] == ["0.25", "0.50"]
+    assert rows["category 1 or worse now"] == ["0.25", "0.25"]
+    assert rows["category 2 or worse so far"] == ["0.00", "0.25"]
+    band = probability(np.array([1.0, 1.0, 0.0, 0.0]))
+    cell = next(c for c in year_columns(ds) if c.name == "category 1 or worse so far").cells[1]
+    assert cell == f"0.50 ({band.lower:.2f} to {band.upper:.2f})"
+
+
+def test_a_wall_that_was_not_followed_counts_by_what_it_reached() -> None:
+    ds = of_years([[0, 1, -1], [0, 0, 0]])
+    rows = {c.name: [cell.split()[0] for cell in c.cells] for c in year_columns(ds)}
+    assert rows["category 1 or worse so far"] == ["0.50", "0.50"]
+    assert rows["category 1 or worse now"] == ["0.50", "–"]
+    failed = of_years([[0, 4, -1]], SampleStatus.FAILED)
+    both = xr.concat([ds, failed], "sample")
+    assert [c.cells for c in year_columns(both)] == [c.cells for c in year_columns(ds)]
+
+
+def test_assumed_constants_of_seasons_are_named() -> None:
+    scene = Scene.from_dict({"movement": {"seasons": {"years": 2, "swing": 0.02, "correlation": 0.5}}})
+    said = next(line for line in model_caveats(scene) if "seasons" in line)
+    assert "variation of the swing of 0.3" in said
+    assert "correlation" not in said
+    assert not any("seasons have" in line for line in model_caveats(Scene()))
+    sampled = [f"movement.seasons.{key}" for key in ("swing_cov", "trend", "shift")]
+    assert not any("seasons have" in line for line in model_caveats(scene, sampled))
