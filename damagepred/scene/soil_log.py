@@ -85,7 +85,9 @@ def surface_movement(layers: Sequence[SoilLayer], suction: Suction, suction_dept
     """
     bottom = np.cumsum([layer.thickness for layer in layers])
     cracked = suction.cracked_share * suction_depth
-    ends = np.unique(np.clip([0.0, *bottom, cracked, suction_depth], 0.0, min(float(bottom[-1]), suction_depth)))
+    unstrained = suction.restraint * suction.restraint_depth  # alpha is 0 below
+    kinks = [0.0, *bottom, cracked, unstrained, suction_depth]
+    ends = np.unique(np.clip(kinks, 0.0, min(float(bottom[-1]), suction_depth)))
     total = 0.0
     for top, end in itertools.pairwise(ends):
         index = layers[int(np.searchsorted(bottom, 0.5 * (top + end)))].shrink_swell_index

@@ -30,6 +30,12 @@ def test_uncracked_clay_has_the_restraint_of_its_depth() -> None:
     assert found == pytest.approx(0.03 * 1.5 * 3.0 * (1 - 3.0 / 30), rel=1e-14)
 
 
+def test_nothing_strains_below_the_depth_at_which_alpha_is_0() -> None:
+    """The integral of (1 - z) (1 - z/2) from 0 to 1 is 5/12."""
+    suction = Suction(change=1.0, cracked_share=0, restraint=1, restraint_depth=1)
+    assert surface_movement([layer(5, 0.03)], suction, 2.0) == pytest.approx(0.03 * 5 / 12, rel=1e-14)
+
+
 def test_layers_cut_anywhere_add_up() -> None:
     whole = surface_movement([layer(4, 0.04)], Suction(), 2.3)
     parts = surface_movement([layer(t, 0.04) for t in (0.3, 0.85, 1.0, 1.85)], Suction(), 2.3)
