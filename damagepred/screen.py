@@ -365,6 +365,12 @@ class _Progress:
         self._progress = Progress(*columns, *last, console=_err, transient=transient, disable=not shown)
 
     def __enter__(self) -> Self:
+        from damagepred.kernels.cache_folder import holds_kernels
+        from damagepred.kernels.jit import CACHE_FOLDER
+
+        if not (self._progress.disable or holds_kernels(CACHE_FOLDER)):
+            wait = "once after each installation" if CACHE_FOLDER else "at each start, as no cache folder is writable"
+            self._progress.console.print(f"compiling: about 20 s, {wait}")
         self._progress.start()
         return self
 
