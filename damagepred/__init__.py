@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from damagepred.exports import curves_frame, frame, to_arviz, walls_frame
     from damagepred.pipeline import solve
     from damagepred.rejudge import judge_again
+    from damagepred.scales import compare_scales
     from damagepred.scene import (
         BaseMotion,
         BlockMaterial,
@@ -75,6 +76,7 @@ _HOMES = {
         "exports": "curves_frame frame to_arviz walls_frame",
         "pipeline": "solve",
         "rejudge": "judge_again",
+        "scales": "compare_scales",
         "scene": "BaseMotion BlockMaterial ControlJoint Damage Dpc Dynamics Footing HeadJoint Joint Loads Mound "
         "Movement Opening ReinforcedConcrete Rig Scene Soil Solver Wall",
         "simple_assessment": "simple_categories simple_methods",

@@ -883,6 +883,32 @@ def judge_command(
     screen.judged_again(before, after)
 
 
+@app.command("scales")
+def scales_command(
+    path: WallOrStudy,
+    increment: Annotated[
+        int | None, typer.Option("--increment", help="Of which increment; by default of all.", min=0)
+    ] = None,
+    output: NetcdfFile = None,
+    plot: Picture = None,
+    json: Json = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Judge a wall or a study by all published scales and limits that ship, and show how far they agree."""
+    from damagepred.archive.files import check_writable, read_dataset
+    from damagepred.archive.folder import open_study
+    from damagepred.scales import compare_scales
+
+    check_writable(output, plot)
+    found = compare_scales(open_study(path) if path.is_dir() else read_dataset(path), increment)
+    _keep_curves(found, output, plot)
+    if json:
+        screen.print_json(found)
+        return
+    screen.scales(found)
+
+
 @app.command()
 def report(
     path: WallOrStudy,

@@ -606,6 +606,30 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
         say(line)
 
 
+def scales(found: xr.Dataset) -> None:
+    """Print each scale, the share of states beyond its first limit, and its agreement with each other scale.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        Of ``damagepred.compare_scales``.
+    """
+    names = [str(name) for name in found["scale"].values]
+    heads = ["scale", "beyond\nits first\nlimit", *(f"as {k + 1}" for k in range(len(names))), "confidence"]
+    rows = [
+        [
+            f"{k + 1} {name}",
+            *(f"{share:.2f}" for share in (float(one["share_reached"]), *one["agreement"].values)),
+            str(one["confidence"].values),
+        ]
+        for k, name in enumerate(names)
+        for one in [found.isel(scale=k)]
+    ]
+    table(f"{found.attrs['title']}: share of states that two scales judge alike", heads, rows)
+    if found.attrs["left_out"]:
+        say(f"left out: {found.attrs['left_out']}")
+
+
 def _levels(ds: xr.Dataset) -> list[str]:
     """Shares of walls, or the worst increment, out of level or plumb or with sticking openings, in words."""
     import numpy as np

@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -96,6 +96,46 @@ class MovementLimit:
         if self.length_over_height:
             limit = float(np.interp(length / height, self.length_over_height, 1 / np.array(self.one_in)))
         return limit if self.deflection is None else min(limit, self.deflection / length)
+
+
+class Scale(NamedTuple):
+    """Levels of damage by one measure of a wall, from a file of ``data/damage``.
+
+    Attributes
+    ----------
+    name, source, confidence : str
+        Where the limits come from, and the level of confidence.
+    measure : str
+        Variable of an archive that is judged.
+    limits : tuple of float
+        Smallest value of level 1, 2, ..., in the unit of the variable.
+    """
+
+    name: str
+    source: str
+    confidence: str
+    measure: str
+    limits: tuple[float, ...]
+
+    def level(self, values: ArrayLike) -> Int8Array:
+        """Return the level of each value; -1 where it is NaN."""
+        given = np.asarray(values, dtype=np.float64)
+        found = np.searchsorted(np.array(self.limits) * (1 - 1e-12), given, side="right")
+        return np.where(np.isnan(given), -1, found).astype(np.int8)
+
+
+def load_scale(name: str) -> Scale:
+    """Read a scale by the name of its file, such as ``"psi"`` or ``"tilt"``.
+
+    Examples
+    --------
+    >>> from damagepred.damage.limits import load_scale
+    >>> load_scale("psi").level([0.9, 1.0, 2.6]).tolist()
+    [0, 1, 3]
+    """
+    content = _read(name)
+    text = {key: " ".join(content[key].split()) for key in ("name", "source", "confidence", "measure")}
+    return Scale(**text, limits=tuple(content["limits"]))
 
 
 @lru_cache(maxsize=1)

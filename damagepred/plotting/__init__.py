@@ -18,6 +18,7 @@ from damagepred.plotting.fragility_surface import draw_fragility_surface
 from damagepred.plotting.history import draw_history, draw_hysteresis
 from damagepred.plotting.openings import draw_opening_width_change
 from damagepred.plotting.pictures import save_fragility_picture, save_study_pictures, save_wall_pictures
+from damagepred.plotting.scales import draw_scales
 from damagepred.plotting.sensitivity import draw_sensitivity
 from damagepred.plotting.stress import draw_stress
 from damagepred.plotting.study import draw_category_shares, draw_crack_widths
@@ -44,6 +45,7 @@ __all__ = [
     "draw_hysteresis",
     "draw_jack_load",
     "draw_opening_width_change",
+    "draw_scales",
     "draw_sensitivity",
     "draw_stress",
     "draw_wall",

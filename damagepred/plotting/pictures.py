@@ -25,6 +25,7 @@ from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.fragility_surface import draw_fragility_surface
 from damagepred.plotting.history import draw_history, draw_hysteresis
 from damagepred.plotting.openings import draw_opening_width_change
+from damagepred.plotting.scales import draw_scales
 from damagepred.plotting.sensitivity import draw_sensitivity
 from damagepred.plotting.sheet import DPI, figure_of, new_figure, text_size, title_of
 from damagepred.plotting.stress import draw_stress, stress_levels
@@ -220,6 +221,8 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
         return _save_all({file.name: figure_of(draw_back_analysis(curves)[0])}, file.parent)[0]
     if "extra_cost" in curves:
         return _save_all({file.name: figure_of(draw_design_search(curves)[0])}, file.parent)[0]
+    if "agreement" in curves:
+        return _save_all({file.name: figure_of(draw_scales(curves))}, file.parent)[0]
     if "spearman" in curves:
         return _save_all({file.name: figure_of(draw_sensitivity(curves)[0])}, file.parent)[0]
     if "difference" in curves:
