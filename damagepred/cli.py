@@ -883,6 +883,30 @@ def judge_command(
     screen.judged_again(before, after)
 
 
+@app.command("materials")
+def materials_command(json: Json = False, quiet: Quiet = False) -> None:
+    """List the masonry of the library: values, scatter, source and confidence."""
+    from damagepred.formatting import quantity
+    from damagepred.scene import Scene, masonry_library
+
+    if json:
+        screen.print_json(
+            {
+                name: {**m._asdict(), "correlation": {" with ".join(p): r for p, r in m.correlation.items()}}
+                for name, m in masonry_library().items()
+            }
+        )
+        return
+    for name, found in masonry_library().items():
+        rows = []
+        for place, value in found.values.items():
+            number, unit = quantity(value.mean, Scene.unit_of(place))
+            scatter = "" if value.cov is None else f"{value.cov:g} ({value.cov_confidence})"
+            rows.append([place, f"{number} {unit}".strip(), value.confidence, scatter])
+        screen.table(f'material = "{name}": {found.description}', ["value", "mean", "confidence", "cov"], rows)
+        screen.say(f"source: {found.source}")
+
+
 @app.command("scales")
 def scales_command(
     path: WallOrStudy,

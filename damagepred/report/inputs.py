@@ -59,7 +59,7 @@ def input_section(scene: Scene, settings: StudySettings | None = None, given: Co
         Places of the values that the user gave, where that is known.
     """
     uncertain = set(settings.variables) if settings is not None else set()
-    rows = [row for table, values in _tables(scene) for row in _rows(table, values, uncertain, given)]
+    rows = [row for table, values in _tables(scene) for row in _rows(table, values, uncertain, given, scene.material)]
     what = "The wall; what varies from sample to sample is in the next table" if uncertain else "The wall"
     sources = {name for row in rows for name in CONFIDENCE if row[4].endswith(f"({name})")}
     parts: list[Part] = [
@@ -139,21 +139,22 @@ def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _rows(
-    table: str, values: dict[str, Any], uncertain: set[str], given: Collection[str] | None
+    table: str, values: dict[str, Any], uncertain: set[str], given: Collection[str] | None, material: str | None
 ) -> Iterator[list[str]]:
     kind, _, which = table.partition(".")
     head = HEADS.get(kind, named(kind)) + (f" {int(which) + 1}" if which.isdigit() else "")
     for key, value in values.items():
         place = f"{table}.{key}"
         if isinstance(value, dict):
-            for row in _rows(place, value, uncertain, given):
+            for row in _rows(place, value, uncertain, given, material):
                 yield [head if not row[0] else row[0], f"{named(key)}: {row[1]}", *row[2:]]
             continue
         if isinstance(value, int | float) and not isinstance(value, bool) and Scene.takes_number(place):
             shown, unit = quantity(float(value), Scene.unit_of(place))
         else:
             shown, unit = plain(value), ""
-        source = Source("varies, see below") if place in uncertain else source_of_value(table, key, value, given)
+        known = source_of_value(table, key, value, given, material)
+        source = Source("varies, see below") if place in uncertain else known
         yield [head, named(key), shown, unit, str(source)]
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from damagepred.data_files import data_file
 from damagepred.errors import InputError
-from damagepred.scene import Scene
+from damagepred.scene import Scene, masonry_library
 from damagepred.uq.variable import Variable
 
 PAPER = "The Prediction of Damage to Masonry Houses Caused by Foundation Movements"
@@ -49,7 +49,9 @@ class Source(NamedTuple):
         return f"{self.name} ({self.confidence})" if self.confidence else self.name
 
 
-def source_of_value(table: str, key: str, value: Any, given: Collection[str] | None = None) -> Source:
+def source_of_value(
+    table: str, key: str, value: Any, given: Collection[str] | None = None, material: str | None = None
+) -> Source:
     """Return the source of a value of a scene.
 
     Parameters
@@ -60,12 +62,18 @@ def source_of_value(table: str, key: str, value: Any, given: Collection[str] | N
         As the scene has it.
     given : Collection[str], optional
         Places of the values that the user gave; where that is not known, a value that is not the default was given.
+    material : str, optional
+        Masonry of the library that the scene names.
 
     Returns
     -------
     Source
         Of the shipped value where it is that, otherwise whether it is the default or was given.
     """
+    place = f"{table}.{key}"
+    library = {} if material is None else masonry_library()[material].values
+    if place in library and _same(value, library[place].mean) and place not in (given or ()):
+        return Source(f"{material}, {masonry_library()[str(material)].source}", library[place].confidence)
     shipped = _materials().get(_MATERIALS.get(table, ""), {})
     if key in shipped and _same(value, shipped[key]):
         name = shipped["source"].replace(f"{PAPER}, ", "")

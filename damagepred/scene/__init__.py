@@ -2,6 +2,7 @@
 
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.dynamics import BaseMotion, Dynamics
+from damagepred.scene.material_library import Material, masonry_library
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, HeadJointFactors, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement, Stage
@@ -34,6 +35,7 @@ __all__ = [
     "HeadJointFactors",
     "Joint",
     "Loads",
+    "Material",
     "Mound",
     "Movement",
     "Opening",
@@ -50,6 +52,7 @@ __all__ = [
     "StandardFooting",
     "Suction",
     "Wall",
+    "masonry_library",
     "site_class",
     "site_classes",
     "standard_footing",

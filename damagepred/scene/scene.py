@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, model_validator
+from pydantic_core import ArgsKwargs
 
 from damagepred.errors import InputError, likely_unit, nearest
 from damagepred.input_files import read_toml
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.footing_profile import with_profile_files
+from damagepred.scene.material_library import with_material
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement
@@ -42,6 +44,9 @@ class Scene:
     ----------
     title : str
         What the wall is, for plots and archives.
+    material : str or None
+        Masonry of the library, such as "clay brick, Dutch, 1940s"; ``damagepred materials`` lists it. Its values stand
+        in place of the defaults of ``block`` and ``joint``; keys that are given win.
     wall, block, joint, head_joint, dpc, opening, control_joint, footing, movement, rig, soil, soil_layer, suction,
     mound, loads, solver, damage, dynamics
         The tables of the scene file; see their classes.
@@ -58,6 +63,7 @@ class Scene:
     """
 
     title: Annotated[str, AfterValidator(check_title)] = "masonry wall"
+    material: str | None = None
     wall: Wall = Field(default_factory=Wall)
     block: BlockMaterial = Field(default_factory=BlockMaterial)
     joint: Joint = Field(default_factory=Joint)
@@ -79,6 +85,13 @@ class Scene:
 
     given: ClassVar[frozenset[str] | None] = None
     """Places of the values that a file gives, such as "joint.cohesion"; None for a scene that is not from a file."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _take_material(cls, given: Any) -> Any:
+        if isinstance(given, ArgsKwargs):
+            return ArgsKwargs(given.args, with_material(given.kwargs or {}))
+        return with_material(given) if isinstance(given, Mapping) else given
 
     @model_validator(mode="after")
     def _fits_together(self) -> Scene:

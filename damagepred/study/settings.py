@@ -20,6 +20,7 @@ from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.scene.accuracy import PRESETS, preset
 from damagepred.scene.described import described
+from damagepred.scene.material_library import material
 from damagepred.scene.quantity import Count, Duration, Pure
 from damagepred.scene.reading import build, plain
 from damagepred.text import check_title
@@ -80,6 +81,9 @@ class Sampling:
     store_fields : bool
         Whether the design file also records every joint's values. They follow from the seed; the record is for the
         archive.
+    material_scatter : bool
+        Whether all values of ``scene.material`` with a known scatter are lognormal variables, with the correlations of
+        the library, besides the variables that are given.
     stop_at_category : int, "none" or None
         A path ends once this category is reached, and the movement beyond is not solved. None: the table's highest;
         "none": every path is solved to the end of the movement.
@@ -107,6 +111,7 @@ class Sampling:
     coarse: dict[str, dict[str, Any]] = Field(default_factory=dict)
     fields_from: Scene | None = None
     store_fields: bool = True
+    material_scatter: bool = False
     stop_at_category: Stop = None
     crossed: bool = False
     movement: Literal["path", "sampled", "both"] = "path"
@@ -154,6 +159,7 @@ class StudySettings:
             described_scene = Scene.from_file_tables(scene, file.parent, f"{file} [scene]")
         settings = (
             build(cls, {**tables, "scene": described_scene}, str(file))
+            ._with_material_scatter()
             ._with_sample_table(file.parent)
             ._with_measured_values(file.parent)
         )
@@ -176,9 +182,29 @@ class StudySettings:
         InputError
             If a key or value is not acceptable.
         """
-        settings = build(cls, tables, source)._with_sample_table(Path())._with_measured_values(Path())
+        settings = build(cls, tables, source)._with_material_scatter()
+        settings = settings._with_sample_table(Path())._with_measured_values(Path())
         settings.check(source)
         return settings
+
+    def _with_material_scatter(self) -> StudySettings:
+        """Return the settings with the scatter of the library, where it is asked for, about the values of the scene."""
+        if not self.study.material_scatter:
+            return self
+        if self.scene.material is None:
+            raise InputError("study.material_scatter: needs scene.material, a name of the library.")
+        library = material(self.scene.material)
+        variables, pairs = dict(self.variables), {a: dict(row) for a, row in self.correlation.items()}
+        for place, value in library.values.items():
+            if value.cov is not None and place not in variables:
+                table, key = place.split(".")
+                mean = getattr(getattr(self.scene, table), key)
+                source = f"{library.source} (mean {value.confidence}, cov {value.cov_confidence})"
+                variables[place] = Variable(distribution="lognormal", mean=mean, cov=value.cov, source=source)
+        for (a, b), rho in library.correlation.items():
+            if b not in pairs.get(a, {}) and a not in pairs.get(b, {}):
+                pairs.setdefault(a, {})[b] = rho
+        return dataclasses.replace(self, variables=variables, correlation=pairs)
 
     def _with_sample_table(self, folder: Path) -> StudySettings:
         """Read and check the table of samples; return the settings with its absolute path and its columns."""

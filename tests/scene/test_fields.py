@@ -318,6 +318,7 @@ Sampling
   coarse = {}
   fields_from = None
   store_fields = True
+  material_scatter = False
   stop_at_category = None
   crossed = False
   movement = path | path sampled both

@@ -1,0 +1,93 @@
+"""Masonry by name: values under the user's own, scatter, correlation, and where the report says they come from."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from damagepred import Joint, Scene
+from damagepred.data_files import CONFIDENCE
+from damagepred.errors import InputError
+from damagepred.report.sources import source_of_value
+from damagepred.scene import masonry_library
+from damagepred.study.settings import StudySettings
+
+DUTCH = "clay brick, Dutch, 1940s"
+
+
+@pytest.mark.parametrize("name", list(masonry_library()))
+def test_every_material_makes_a_wall(name: str) -> None:
+    scene, library = Scene.from_dict({"material": name}), masonry_library()[name]
+    for place, value in library.values.items():
+        table, key = place.split(".")
+        assert getattr(getattr(scene, table), key) == value.mean
+        assert value.confidence in CONFIDENCE
+        assert (value.cov is None) == (value.cov_confidence == "")
+    assert all(place in library.values for pair in library.correlation for place in pair)
+    assert library.source
+    assert library.description
+
+
+def test_own_keys_win_and_others_stay_those_of_the_material() -> None:
+    scene = Scene.from_dict({"material": DUTCH, "joint": {"cohesion": "0.3 MPa"}})
+    assert (scene.joint.cohesion, scene.joint.tensile_strength) == (0.3e6, 0.16e6)
+
+
+def test_in_python_as_in_a_file() -> None:
+    assert Scene(material=DUTCH) == Scene.from_dict({"material": DUTCH})
+    assert Scene(material=DUTCH, joint=Joint()).joint == Joint()  # a whole table is given
+
+
+def test_written_and_changed_it_stays() -> None:
+    scene = Scene.from_dict({"material": DUTCH})
+    assert Scene.from_dict(scene.to_dict()) == scene
+    weaker = scene.with_values({"joint.tensile_strength": 0.1e6})
+    assert (weaker.joint.tensile_strength, weaker.joint.cohesion) == (0.1e6, 0.17e6)
+    assert replace(scene, title="other").joint == scene.joint
+
+
+def test_without_a_material_the_defaults_stay() -> None:
+    assert Scene.from_dict({}) == Scene()
+    assert Scene().material is None
+
+
+def test_a_wrong_name_is_answered_by_the_names() -> None:
+    with pytest.raises(InputError, match="Did you mean 'clay brick, Dutch, 1940s'"):
+        Scene.from_dict({"material": "clay brick, Dutch, 1950s"})
+
+
+def test_a_study_samples_the_scatter_of_the_library() -> None:
+    tables = {
+        "scene": {"material": DUTCH, "joint": {"tensile_strength": "0.2 MPa"}},
+        "study": {"samples": 512, "material_scatter": True},
+        "variables": {"joint.friction": {"distribution": "uniform", "lower": 0.6, "upper": 0.8}},
+    }
+    settings = StudySettings.from_dict(tables, source="study")
+    values = settings.design().wall_values(512)
+    assert set(values) == {
+        "joint.friction",
+        "joint.tensile_strength",
+        "joint.cohesion",
+        "joint.normal_stiffness",
+        "joint.shear_stiffness",
+    }
+    strength = values["joint.tensile_strength"]
+    assert strength.mean() == pytest.approx(0.2e6, rel=0.01)  # about the value of the scene
+    assert strength.std() / strength.mean() == pytest.approx(0.3, rel=0.05)
+    assert values["joint.friction"].max() <= 0.8
+    logs = np.log([values["joint.normal_stiffness"], values["joint.shear_stiffness"]])
+    assert np.corrcoef(logs)[0, 1] == pytest.approx(0.8, abs=0.03)
+    again = StudySettings.from_dict(settings.to_dict(), source="study")
+    assert again.variables == settings.variables
+
+
+def test_scatter_needs_a_material() -> None:
+    with pytest.raises(InputError, match=r"material_scatter: needs scene\.material"):
+        StudySettings.from_dict({"scene": {}, "study": {"material_scatter": True}}, source="study")
+
+
+def test_the_report_names_the_source() -> None:
+    said = str(source_of_value("joint", "cohesion", 0.17e6, [], DUTCH))
+    assert said == f"{DUTCH}, Korswagen, thesis, TU Delft 2024 (reported)"
+    assert "library" not in str(source_of_value("joint", "cohesion", 0.3e6, ["joint.cohesion"], DUTCH))
+    assert str(source_of_value("joint", "cohesion", 0.3e6, ["joint.cohesion"], DUTCH)) == "as given"
