@@ -16,6 +16,7 @@ from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, is_dynamic, n
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Assembly, Limits, Model, wall_cost, wall_model
+from damagepred.assembly.model import LaboratoryTest
 from damagepred.damage import (
     GROUP_COUNTS,
     Frames,
@@ -389,7 +390,9 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
             values[f"control_joint_{name}_max"] = np.maximum(most, 0.0)
     if model.surface_movement is not None:
         values["surface_movement"] = np.abs(progress) * model.surface_movement
-    if model.jacks is not None:
+    if model.test is not None:
+        values |= _test_values(model, model.test, steps)
+    elif model.jacks is not None:
         values["jack_load"] = _stacked(steps, "jack_load")
     if in_time:
         values |= {name: _stacked(steps, name) for name in ("time", "searches")}
@@ -496,6 +499,21 @@ def _stacked(steps: list[Step], name: str) -> NDArray:
     return np.array([getattr(s.increment, name) for s in steps])
 
 
+def _test_values(model: Model, test: LaboratoryTest, steps: list[Step]) -> dict[str, FloatArray]:
+    """Return what a laboratory test measures, from the dead load on, by variable."""
+    moved = _stacked(steps, "displacement").reshape(len(steps), -1)
+    moved = moved - moved[0]
+    force = _stacked(steps, "load_factor") * test.force
+    if model.jacks is not None:
+        force = _stacked(steps, "jack_load")
+        force[0] = 0.0
+        force[[step.increment.collapsed for step in steps]] = np.nan  # in motion
+    values = {"load_force": force, "load_displacement": moved @ test.push}
+    if test.gauge is not None:
+        values["gauge_opening"] = moved @ test.gauge
+    return values
+
+
 def _footing_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     """Return what is known of a footing that is part of the model, by variable."""
     values: dict[str, FloatArray] = {}
@@ -517,6 +535,8 @@ def _ending(model: Model, last: Step) -> dict[str, object]:
     ended = last.increment.ended
     if not ended or model.jacks is None:
         return {}
+    if model.test is not None:
+        return {"limit": "loads", "status_message": "the load has fallen to nothing"}
     deflection = abs(last.increment.deflection)
     what = "the jacks carry" if ended == "jacks" else "an outer support carries"
     return {

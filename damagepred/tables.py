@@ -89,8 +89,15 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
     if "surface_movement" in ds.variables:
         surface = [number(MM * float(v)) for v in ds["surface_movement"].values]
         columns.append(Column("surface movement", surface, "mm", "surface\nmovement\nmm"))
-    deflection = shown("central_deflection", ".2f")
-    columns.append(Column("deflection", deflection, "mm", "" if in_time else "deflection\nmm"))
+    if "load_force" in ds.variables:
+        load = ["-" if cell == "nan" else cell for cell in shown("load_force", ".2f", 1e-3)]
+        columns.append(Column("load", load, "kN", "load\nkN"))
+        columns.append(Column("displacement of the loads", shown("load_displacement", ".3f"), "mm", "moved\nmm"))
+        if "gauge_opening" in ds.variables:
+            columns.append(Column("gauge", shown("gauge_opening", ".3f"), "mm", "gauge\nmm"))
+    else:
+        deflection = shown("central_deflection", ".2f")
+        columns.append(Column("deflection", deflection, "mm", "" if in_time else "deflection\nmm"))
     columns.append(Column("widest crack", shown("crack_width_max", ".3f"), "mm", "widest\ncrack\nmm"))
     if "crack_count" in ds.variables:
         columns.append(Column("cracks", shown("crack_count", ".0f", 1.0)))

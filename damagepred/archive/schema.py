@@ -88,6 +88,9 @@ VARIABLES: dict[str, Variable] = {
     "movement": Variable(
         _STEP, "m", "of a study: surface_movement, or else central_deflection, where all samples have the same"
     ),
+    "load_force": Variable(_STEP, "N", "load of all strips of a laboratory test together, in their directions"),
+    "load_displacement": Variable(_STEP, "m", "displacement of these strips in their directions, after the dead load"),
+    "gauge_opening": Variable(_STEP, "m", "opening of the gauge of a laboratory test, after the dead load"),
     "jack_load": Variable(_STEP, "N", "load of each jack under the footing, upwards positive"),
     **{
         name: Variable(_STEP, diagnostic.units, diagnostic.meaning)

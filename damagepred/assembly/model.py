@@ -296,6 +296,12 @@ class Jacks(NamedTuple):
         Which of the two is controlled. The deflection is 0, and the load what that takes, while the dead load comes on.
     stop : str
         What ends the path early: ``"jacks"`` or ``"supports"`` carry nothing any more; ``""`` is nothing.
+    weights : array (size,) or None
+        Of all degrees of freedom in the deflection that is controlled. None: ``Model.deflection``.
+    after_load : bool
+        Whether they push only after the dead load, and the deflection counts from there; see ``solvers.stages``.
+    origin : float
+        Deflection from which it counts (m).
     """
 
     push: FloatArray
@@ -305,6 +311,27 @@ class Jacks(NamedTuple):
     load: float
     by_load: bool
     stop: str
+    weights: FloatArray | None = None
+    after_load: bool = False
+    origin: float = 0.0
+
+
+class LaboratoryTest(NamedTuple):
+    """What is measured in a laboratory test, from the dead load on.
+
+    Attributes
+    ----------
+    push : array (3 n,)
+        Loads on all blocks that make 1 N together; also the weights of their displacement.
+    gauge : array (3 n,) or None
+        Weights of the blocks' degrees of freedom in the opening of the gauge, if there is one.
+    force : float
+        Load at full movement where it is controlled (N), else 0.
+    """
+
+    push: FloatArray
+    gauge: FloatArray | None
+    force: float
 
 
 class Jambs(NamedTuple):
@@ -391,6 +418,8 @@ class Model:
         Movement of the ground's surface at full movement that a site is classed by (m); None: it stays.
     history : History or None
         Increments of a movement history. None: equal increments to 1.
+    test : LaboratoryTest or None
+        Of a laboratory test under ``[[load]]``.
 
     Examples
     --------
@@ -427,6 +456,7 @@ class Model:
     sections: Sections | None = None
     surface_movement: float | None = None
     history: History | None = None
+    test: LaboratoryTest | None = None
 
     @property
     def n_blocks(self) -> int:

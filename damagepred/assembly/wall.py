@@ -27,6 +27,7 @@ from damagepred.assembly.footing_beam import (
     upward,
 )
 from damagepred.assembly.interfaces import Geometry, ground_movement, growing_ground
+from damagepred.assembly.loading import add_supports, bearing_joint, under_loads
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.model import Jambs, Model, Supports
 from damagepred.assembly.points import Hold, held_too
@@ -50,6 +51,7 @@ from damagepred.scene import (
     Opening,
     Scene,
     Solver,
+    Support,
     Wall,
 )
 
@@ -107,6 +109,7 @@ def _geometry(
     deformable: frozenset[int] | None,
     no_tension: frozenset[ContactKind],
     poisson_ratio: float,
+    supports: tuple[Support, ...],
 ) -> WallGeometry:
     dpc = None if dpc_course is None else Dpc(course=dpc_course)
     # the movement says nothing about the bricks; its default is too much for a short wall
@@ -126,7 +129,9 @@ def _geometry(
     for left, right, _ in meet:
         assembly.set_joint(left, right, Joint(), ContactKind.CONTROL_JOINT)
     footing = np.empty(0, dtype=np.int64)
-    if found is None:
+    if supports:
+        add_supports(assembly, supports, bricks)
+    elif found is None:
         assembly.rest_on_ground([i for i, brick in enumerate(bricks) if brick.course == 0])
     else:
         footing = add_footing(assembly, found, bricks, wall.length, wall.block_length)
@@ -198,7 +203,7 @@ def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> WallGeome
     found, bare = foundation(scene), _no_tension(scene)
     # how elastic bricks contract, which shapes their sides
     ratio = scene.block.poisson_ratio if "elastic" in (meshing.blocks, meshing.above_dpc, meshing.below_dpc) else 0.0
-    return _geometry(scene.wall, scene.opening, joints, course, meshing, found, deformable, bare, ratio)
+    return _geometry(scene.wall, scene.opening, joints, course, meshing, found, deformable, bare, ratio, scene.support)
 
 
 def _no_tension(scene: Scene) -> frozenset[ContactKind]:
@@ -342,6 +347,8 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
     )
     if scene.movement.shape == "jacks":
         return _on_jacks(scene, model, geometry, footing)
+    if scene.movement.shape == "loads":
+        return under_loads(scene, model, bricks)
     if scene.movement.shape == "mound":
         return _on_ground(scene, model, geometry, footing)
     holds = _moved_from_below(scene, len(bricks)) if len(footing) else []
@@ -413,7 +420,7 @@ def _joint_materials(scene: Scene) -> list[Joint]:
         _dpc_joint(scene.dpc, scene.joint),
         scene.footing.joint or scene.joint,
         soil_joint(scene),
-        support_joint(scene, pulls=held),
+        bearing_joint(scene) if scene.support else support_joint(scene, pulls=held),
         section_joint(),
         control_joint(scene.joint),
         scene.heads,

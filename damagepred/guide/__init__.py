@@ -15,6 +15,7 @@ TOPICS = (
     "control-joints",
     "from-cracks-to-causes",
     "from-probabilities-to-decisions",
+    "laboratory-tests",
     "large-studies",
     "accuracy",
     "theory",

@@ -15,7 +15,7 @@ from damagepred.plotting.footing import (
 )
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.fragility_surface import draw_fragility_surface
-from damagepred.plotting.history import draw_history, draw_hysteresis
+from damagepred.plotting.history import draw_history, draw_hysteresis, draw_load
 from damagepred.plotting.openings import draw_opening_width_change
 from damagepred.plotting.pictures import save_fragility_picture, save_study_pictures, save_wall_pictures
 from damagepred.plotting.scales import draw_scales
@@ -44,6 +44,7 @@ __all__ = [
     "draw_history",
     "draw_hysteresis",
     "draw_jack_load",
+    "draw_load",
     "draw_opening_width_change",
     "draw_scales",
     "draw_sensitivity",

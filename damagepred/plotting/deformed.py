@@ -183,7 +183,7 @@ class Deformed:
     def movement(self) -> str:
         """What has moved, and how far."""
         deflection = float(self.ds["central_deflection"].values[self.increment]) * MM
-        if is_dynamic(self.ds) or self.datum is not None:
+        if is_dynamic(self.ds) or self.datum is not None or "load_force" in self.ds.variables:
             return moved_to(self.ds, self.increment)
         if deflection == 0.0:
             progress = float(self.ds["progress"].values[self.increment]) if "progress" in self.ds.variables else 0.0

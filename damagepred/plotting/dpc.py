@@ -18,7 +18,6 @@ from damagepred.plotting.sheet import (
     axes_or_new,
     legend_below,
     moved_to,
-    movement_of,
     plain_number,
     require,
     say_nothing_to_draw,
@@ -27,6 +26,7 @@ from damagepred.plotting.sheet import (
     spread_evenly,
     title_of,
 )
+from damagepred.uq.intensity import movement_measure
 
 MOST_LINES = 10
 """Increments drawn at most."""
@@ -113,8 +113,8 @@ def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
         return ax
     place, opening, pieces = opening_along(ds, kind)
     opening = opening * MM
-    deflection = ds[movement_of(ds)].values * MM
-    colour = movement_bar(ax, deflection, movement_of(ds))
+    deflection = ds[movement_measure(ds)].values * MM
+    colour = movement_bar(ax, deflection, movement_measure(ds))
     for step in spread_evenly(len(deflection), MOST_LINES):
         for piece in pieces:
             ax.plot(place[piece], opening[step, piece], color=colour(deflection[step]), linewidth=1.4)

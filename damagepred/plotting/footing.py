@@ -20,7 +20,6 @@ from damagepred.plotting.sheet import (
     axes_or_new,
     grid,
     legend_below,
-    movement_of,
     plain_number,
     require,
     set_title,
@@ -29,6 +28,7 @@ from damagepred.plotting.sheet import (
     spread_evenly,
     title_of,
 )
+from damagepred.uq.intensity import movement_measure
 
 MOST_LINES = 8
 """Increments drawn at most."""
@@ -272,8 +272,8 @@ def draw_footing(ds: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axe
 def _along(ds: xr.Dataset, ax: Axes | None, what: str, curve: Callable[[int], tuple[FloatArray, FloatArray]]) -> Axes:
     """Draw curves along the wall, some increments in the colour of their movement."""
     ax = axes_or_new(ax, 9.0, 4.0)
-    values = ds[movement_of(ds)].values * MM
-    colour = movement_bar(ax, values, movement_of(ds))
+    values = ds[movement_measure(ds)].values * MM
+    colour = movement_bar(ax, values, movement_measure(ds))
     ax.axhline(0.0, color="black", linewidth=0.8)
     for step in spread_evenly(len(values), MOST_LINES):
         x, y = curve(int(step))

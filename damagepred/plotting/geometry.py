@@ -231,7 +231,7 @@ def footing_blocks(ds: xr.Dataset) -> BoolArray:
     ours = faces.pick(np.isin(faces.kind, (ContactKind.FOOTING_SECTION, ContactKind.SOIL, ContactKind.SUPPORT)))
     for side in (below, *ours.neighbours(points, block)):
         found[side[side >= 0]] = True
-    return found
+    return found & (ds["block_course"].values < 0)
 
 
 def ground_profile(

@@ -15,10 +15,13 @@ from damagepred.enumerations import ContactKind
 from damagepred.plotting.categories import not_reached, shade_bands, table_of, width_scale
 from damagepred.plotting.colours import CATEGORY_COLOURS, DPC_COLOUR, FOOTING_GAP_COLOUR
 from damagepred.plotting.sheet import (
+    KN,
     MM,
     axes_or_new,
+    grid,
     label_movement,
     legend_below,
+    plain_number,
     require,
     set_title,
     title_of,
@@ -169,4 +172,55 @@ def draw_hysteresis(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.set_xlabel(f"{measure.replace('_', ' ')}, signed (mm)")
     ax.set_ylabel(f"{said} (mm)")
     set_title(ax, title_of(ds, "wall"), "dotted: level ground")
+    return ax
+
+
+@checked
+def draw_load(ds: xr.Dataset, ax: Axes | None = None, against: str | None = None, label: str | None = None) -> Axes:
+    """Draw the load of a laboratory test against its displacement, or the opening of the gauge.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall under ``[[load]]``, as ``damagepred.solve`` returns it.
+    ax : Axes, optional
+        Where to draw; by default on a new figure.
+    against : {"load_displacement", "gauge_opening"}, optional
+        What the horizontal axis is; by default the gauge, where there is one.
+    label : str, optional
+        Of the curve, to tell several walls on the same axes apart.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of a laboratory test, or has no gauge that is asked for.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> from damagepred import Movement, Scene, Wall, scene
+    >>> pier = Scene(
+    ...     wall=Wall(length=0.48, height=0.6),
+    ...     movement=Movement(shape="loads", increments=2),
+    ...     load=(scene.Load(direction="along"),),
+    ...     loading=scene.Loading(control="force", force="1 kN"),
+    ... )
+    >>> damagepred.plotting.draw_load(damagepred.solve(pier)).get_xlabel()
+    'load displacement (mm)'
+    """
+    by = against or ("gauge_opening" if "gauge_opening" in ds.variables else "load_displacement")
+    require(ds, ("load_force", by), "the result of one laboratory test (`[[load]]`)")
+    first = ax is None or not ax.lines
+    ax = axes_or_new(ax, 7.0, 4.5)
+    load, x = ds["load_force"].values * KN, ds[by].values * MM
+    still = np.isfinite(load)  # a wall in motion has no load
+    ax.plot(x[still], load[still], linewidth=1.5, marker=".", markersize=4, label=label)
+    if first:
+        label_movement(ax, by)
+        ax.set_ylabel("load (kN)")
+        grid(ax)
+        peak = "" if label else f"largest load {plain_number(float(load[still].max()))} kN"
+        set_title(ax, title_of(ds, "wall"), peak)
+    if label:
+        legend_below(ax, ax.get_legend_handles_labels()[0], 3)
     return ax

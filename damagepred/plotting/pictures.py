@@ -23,7 +23,7 @@ from damagepred.plotting.dpc import draw_dpc_opening, draw_footing_opening
 from damagepred.plotting.footing import draw_footing, draw_jack_load, has_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.fragility_surface import draw_fragility_surface
-from damagepred.plotting.history import draw_history, draw_hysteresis
+from damagepred.plotting.history import draw_history, draw_hysteresis, draw_load
 from damagepred.plotting.openings import draw_opening_width_change
 from damagepred.plotting.scales import draw_scales
 from damagepred.plotting.sensitivity import draw_sensitivity
@@ -44,8 +44,8 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
 
     ``wall.png``, ``dpc_opening.png``, ``opening_width.png`` if it has openings, ``history.png``, and ``cracks.png`` and
     ``stress_xx.png`` for a static path; of a footing that finds its own form ``footing.png``, and on jacks
-    ``jack_load.png``; of deformable blocks also ``stress_yy.png``, ``stress_xy.png``, ``principal_stress.png`` and, if
-    any zone has yielded, ``zone_states.png``.
+    ``jack_load.png``; of a laboratory test ``load.png``; of deformable blocks also ``stress_yy.png``,
+    ``stress_xy.png``, ``principal_stress.png`` and, if any zone has yielded, ``zone_states.png``.
 
     Parameters
     ----------
@@ -83,6 +83,8 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     sheets["history.png"] = figure_of(draw_history(ds))
     if "worst_crack_width" in ds.variables:
         sheets["hysteresis.png"] = figure_of(draw_hysteresis(ds))
+    if "load_force" in ds.variables:
+        sheets["load.png"] = figure_of(draw_load(ds))
     if has_footing(ds):
         sheets["footing.png"] = figure_of(draw_footing(ds)[0])
     if "jack_load" in ds.variables:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from damagepred.plotting.colours import FOOTING_COLOUR, FOOTING_EDGE, RIG_COLOUR
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import footing_rise, soil_surface
 from damagepred.plotting.sheet import KN, plain_number, small
+from damagepred.scene import Scene
 
 TRIANGLE, ARROW = 0.018, 0.06
 """Size of a support, and of the arrow of the largest load of a jack, as fractions of the wall's length."""
@@ -101,6 +103,43 @@ def draw_rig(ax: Axes, wall: Deformed) -> None:
     bottom = low - (ARROW + 2.2 * TRIANGLE) * length
     left = float(ds["vertex_x"].values.min())
     ax.update_datalim([(left - 0.03 * length, bottom), (left + 1.03 * length, bottom)])
+
+
+def draw_test(ax: Axes, wall: Deformed) -> None:
+    """Draw supports of a laboratory test as triangles, and its loads as arrows.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where.
+    wall : Deformed
+        Under ``[[load]]``.
+    """
+    scene = Scene.from_dict(tomllib.loads(str(wall.ds.attrs["scene"])), source="the dataset's scene")
+    length, height, size = scene.wall.length, scene.wall.height, TRIANGLE * scene.wall.length
+    for support in scene.support:
+        x, half = support.x, support.width / 2.0
+        across, upwards = [x - half, x + half, x + 0.6 * size, x - 0.6 * size], [0.0, 0.0, -size, -size]
+        ax.fill(across, upwards, facecolor="white", edgecolor=RIG_COLOUR, linewidth=1.0, zorder=4, label="support")
+    if not scene.support:
+        ax.plot([0.0, length], [0.0, 0.0], color=RIG_COLOUR, linewidth=1.4, zorder=1)
+    reach, near = ARROW * length, 0.2 * size
+    force = float(wall.ds["load_force"].values[wall.increment])
+    shares = sum(load.share for load in scene.load)
+    for load in scene.load:
+        out_x, out_y = {"top": (0.0, 1.0), "left": (-1.0, 0.0), "right": (1.0, 0.0)}[load.side]
+        from_x, from_y = (out_x, out_y) if load.direction == "towards" else (-out_y, abs(out_x))
+        side = length if load.side == "top" else height
+        at = side / 2.0 if load.at is None else load.at
+        x, y = (at, height) if load.side == "top" else (length if load.side == "right" else 0.0, at)
+        tip = x + near * out_x, y + near * out_y
+        tail = tip[0] + reach * from_x, tip[1] + reach * from_y
+        arrow = {"arrowstyle": "-|>", "color": RIG_COLOUR, "shrinkA": 0, "shrinkB": 0}
+        ax.annotate("", tip, tail, zorder=4, arrowprops=arrow)
+        aside = {"top": "center", "left": "right", "right": "left"}[load.side]
+        ax.text(tail[0], tail[1] + 0.3 * size, _load(force * load.share / shares), ha=aside, va="bottom")
+        ax.update_datalim([(tail[0] + 3.0 * size * out_x, tail[1] + 3.0 * size)])
+    ax.update_datalim([(0.0, -1.6 * size)])
 
 
 def _load(load: float) -> str:

@@ -18,6 +18,7 @@ from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.text import without_controls
+from damagepred.uq.intensity import movement_measure
 
 DPI = 150
 """Resolution of all pictures (dots per inch)."""
@@ -230,13 +231,8 @@ def moved_to(ds: xr.Dataset, increment: int) -> str:
     """
     if is_dynamic(ds):
         return f"{plain_number(float(ds['time'].values[increment]))} s"
-    name = movement_of(ds)
+    name = movement_measure(ds)
     return f"a {name.replace('_', ' ')} of {plain_number(float(ds[name].values[increment]) * MM)} mm"
-
-
-def movement_of(ds: xr.Dataset) -> str:
-    """Return the name of what moves a wall: the ground's surface on a mound, otherwise its central deflection."""
-    return "surface_movement" if "surface_movement" in ds.variables else "central_deflection"
 
 
 def set_title(ax: Axes, *lines: str) -> None:

@@ -31,7 +31,7 @@ from damagepred.plotting.colours import (
 )
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, ground_profile, settlement
-from damagepred.plotting.rig import draw_footing_blocks, draw_rig, draw_soil
+from damagepred.plotting.rig import draw_footing_blocks, draw_rig, draw_soil, draw_test
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
@@ -97,6 +97,8 @@ def draw_wall(
         draw_soil(ax, wall)
         if "jack_load" in ds.variables:
             draw_rig(ax, wall)
+    elif "load_force" in ds.variables:
+        draw_test(ax, wall)
     else:
         _draw_ground(ax, ds, increment, wall.factor)
     tones, own = _tones(len(wall.footing)), np.flatnonzero(~wall.footing)

@@ -23,6 +23,7 @@ from damagepred.report.quality import wall_quality
 from damagepred.report.summary import wall_summary
 from damagepred.scene import Scene
 from damagepred.tables import path_columns
+from damagepred.uq.fragility import movement_measure
 
 MOST_ROWS = 60
 """Increments that the table of a wall lists at most."""
@@ -98,7 +99,11 @@ def _warnings(ds: xr.Dataset) -> list[str]:
 
 def _facts(ds: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
     category = category_label(ds, int(ds["damage_category"].values[-1]))
-    movement = f"{scene.movement.kind}, footing deflected by {length(float(ds['central_deflection'].values[-1]))}"
+    movement = f"laboratory test, loads moved by {length(float(ds[movement_measure(ds)].values[-1]))}"
+    if "load_force" in ds.variables:
+        movement += f"; largest load {number(1e-3 * float(np.nanmax(ds['load_force'].values)), 3)} kN"
+    else:
+        movement = f"{scene.movement.kind}, footing deflected by {length(float(ds['central_deflection'].values[-1]))}"
     if "deflection_ratio" in ds.variables and (share := float(ds["deflection_ratio"].values[-1])) > 0:
         movement += f" ({ratio(share)} of its length)"
     if "surface_movement" in ds.variables:
@@ -237,7 +242,7 @@ def wall_drawing(
 
     category = category_label(ds, int(ds["damage_category"].values[-1]))
     width = length(float(ds["crack_width_max"].values[-1]))
-    where = f"at a deflection of {length(float(ds['central_deflection'].values[-1]))}"
+    where = f"at a {movement_measure(ds).replace('_', ' ')} of {length(float(ds[movement_measure(ds)].values[-1]))}"
     caption += "The deformed wall at the end of its path; cracks are coloured by width, displacements exaggerated."
     return drawing(
         name,

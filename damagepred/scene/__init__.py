@@ -2,6 +2,7 @@
 
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.dynamics import BaseMotion, Dynamics
+from damagepred.scene.loading import Load, Loading, Support
 from damagepred.scene.material_library import Material, masonry_library
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, HeadJointFactors, Joint, Loads
 from damagepred.scene.mound import Mound
@@ -34,6 +35,8 @@ __all__ = [
     "HeadJoint",
     "HeadJointFactors",
     "Joint",
+    "Load",
+    "Loading",
     "Loads",
     "Material",
     "Mound",
@@ -51,6 +54,7 @@ __all__ = [
     "Stage",
     "StandardFooting",
     "Suction",
+    "Support",
     "Wall",
     "masonry_library",
     "site_class",

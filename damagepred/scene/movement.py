@@ -82,15 +82,16 @@ class Movement:
         Dishing: the centre goes down relative to the ends; doming: it goes up.
     central_deflection : float
         Final deflection of the centre relative to the ends (m), not negative; 0 leaves self weight alone. Not read
-        on a mound, nor on jacks whose load is controlled.
+        on a mound, nor on jacks whose load is controlled; 0 in a test under loads.
     increments : int
         Number of equal increments.
-    shape : {"three_loads", "parabola", "arc", "table", "jacks", "mound"}
+    shape : {"three_loads", "parabola", "arc", "table", "jacks", "mound", "loads"}
         Form of the footing. ``three_loads``: elastic beam under equal loads at the quarter points.
         ``parabola``: uniform small curvature. ``arc``: circle through ends and centre, flatter on the way; under a
         deformable footing the final circle scaled, a difference of (deflection / length)^2. ``table``: as given.
         With the others the footing is a beam that finds its own form. ``jacks``: on the supports and jacks of
-        ``[rig]``. ``mound``: on the ``[soil]``, whose surface moves as ``[mound]`` says.
+        ``[rig]``. ``mound``: on the ``[soil]``, whose surface moves as ``[mound]`` says. ``loads``: the ground stays,
+        and a laboratory test loads the wall as ``[loading]`` says; its increments are those of the test.
     table : sequence of (position, fraction)
         For ``shape = "table"``: position along the wall from 0 to 1, and deflection there in any unit. They are scaled
         so that the middle lies 1 off the line through the ends. Ends that settle unequally tilt the wall, too. Between
@@ -118,7 +119,7 @@ class Movement:
     kind: Literal["dishing", "doming"] = "dishing"
     central_deflection: Length = Field(default=8e-3, ge=0)
     increments: Count = Field(default=20, ge=1)
-    shape: Literal["three_loads", "parabola", "arc", "table", "jacks", "mound"] = "three_loads"
+    shape: Literal["three_loads", "parabola", "arc", "table", "jacks", "mound", "loads"] = "three_loads"
     table: tuple[tuple[Pure, Pure], ...] = ()
     stage: tuple[Stage, ...] = ()
     history: str | None = None
@@ -126,6 +127,10 @@ class Movement:
 
     @model_validator(mode="after")
     def _stages_fit(self) -> Movement:
+        if self.shape == "loads":
+            object.__setattr__(self, "central_deflection", 0.0)
+            if self.stage or self.seasons is not None:
+                raise ValueError("stage: a test under loads has none; its loads only grow")
         if self.seasons is not None:
             self._take_stages(self.seasons)
         if self.history is not None:

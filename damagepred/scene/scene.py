@@ -18,6 +18,7 @@ from damagepred.input_files import read_toml
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.footing_profile import with_profile_files
+from damagepred.scene.loading import Load, Loading, Support, check_loading
 from damagepred.scene.material_library import with_material
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
 from damagepred.scene.mound import Mound
@@ -48,7 +49,7 @@ class Scene:
         Masonry of the library, such as "clay brick, Dutch, 1940s"; ``damagepred materials`` lists it. Its values stand
         in place of the defaults of ``block`` and ``joint``; keys that are given win.
     wall, block, joint, head_joint, dpc, opening, control_joint, footing, movement, rig, soil, soil_layer, suction,
-    mound, loads, solver, damage, dynamics
+    mound, loads, support, load, loading, solver, damage, dynamics
         The tables of the scene file; see their classes.
 
     Examples
@@ -79,6 +80,9 @@ class Scene:
     suction: Suction | None = None
     mound: Mound = Field(default_factory=Mound)
     loads: Loads = Field(default_factory=Loads)
+    support: tuple[Support, ...] = ()
+    load: tuple[Load, ...] = ()
+    loading: Loading | None = None
     solver: Solver = Field(default_factory=Solver)
     damage: Damage = Field(default_factory=Damage)
     dynamics: Dynamics | None = None
@@ -130,6 +134,7 @@ class Scene:
         self._dpc_is_in_the_wall()
         self._control_joints_fit()
         self._ground_fits()
+        self._test_fits()
         if self.movement.stage and self.movement.shape == "jacks" and self.rig.control == "load":
             raise ValueError("movement.stage: on jacks, stages need rig.control = 'deflection'")
         self._take_surface_movement()
@@ -233,6 +238,23 @@ class Scene:
                     "dynamics: a run in time has no jacks; leave out [dynamics], or take another movement.shape "
                     "than 'jacks'"
                 )
+
+    def _test_fits(self) -> None:
+        """Check a laboratory test."""
+        if self.movement.shape != "loads":
+            for name in ("support", "load", "loading"):
+                if getattr(self, name):
+                    raise ValueError(
+                        f"{name}: only read with movement.shape = 'loads'; here it is '{self.movement.shape}'"
+                    )
+            return
+        if self.loading is None:
+            raise ValueError("loading: is missing; movement.shape = 'loads' needs to know what is controlled")
+        if self.footing_model != "none" or self.dynamics is not None:
+            raise ValueError("movement.shape = 'loads': a test has no footing and no [dynamics]; leave them out")
+        if self.loading.control != "force" and self.solver.method == "explicit":
+            raise ValueError(f"loading.control = '{self.loading.control}': the explicit solver takes 'force' only")
+        check_loading(self.support, self.load, self.wall.length, self.wall.height)
 
     @property
     def heads(self) -> Joint:

@@ -113,7 +113,10 @@ def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int
     SolverError
         If the wall neither balances nor collapses in an increment.
     """
-    stop = "" if model.jacks is None else model.jacks.stop
+    jacks = model.jacks
+    stop, begins_later = ("", False) if jacks is None else (jacks.stop, jacks.after_load)
+    # where bonds break, the load of a test falls to nothing from above
+    nothing = stepper.bracket.support_load if begins_later else 0.0
     bisects = stepper.bracket.collapse is not None and bool(model.supports.live_load.any())
     load_factors = np.arange(increments + 1) / increments if model.history is None else model.history.load_factors
     path = [float(load_factor) for load_factor in load_factors]
@@ -123,7 +126,7 @@ def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int
         if number > 0 and (stop or bisects):
             start = _Start(stepper.checkpoint(), path[number - 1], stepper.support_load())
         outcome = stepper.step_to(load_factor)
-        ended = bool(stop) and outcome.balanced and stepper.support_load() <= 0.0
+        ended = bool(stop) and outcome.balanced and stepper.support_load() <= nothing
         if ended and start is not None:
             outcome = _locate_zero_support_load(stepper, start, load_factor, outcome)
             ended = outcome.balanced
@@ -137,7 +140,7 @@ def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int
         if ended or outcome.collapsed:
             return
         stepper.end_increment()
-        if number == 0 and model.supports.after_load.any():
+        if number == 0 and (model.supports.after_load.any() or begins_later):
             stepper.support_after_load()
 
 

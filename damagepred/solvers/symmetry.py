@@ -113,7 +113,8 @@ def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetr
         return None
     kept, jacks = geometry.kept, model.jacks
     if jacks is not None:  # half their force; the support on the right is the only outer one
-        jacks = jacks._replace(push=0.5 * _half_weights(geometry, jacks.push), ends=jacks.ends[-1:])
+        weights = None if jacks.weights is None else _half_weights(geometry, jacks.weights)
+        jacks = jacks._replace(push=0.5 * _half_weights(geometry, jacks.push), ends=jacks.ends[-1:], weights=weights)
     of_half = {
         "blocks": geometry.blocks,
         "interfaces": geometry.interfaces,
@@ -143,9 +144,8 @@ def _is_symmetric(model: Model, mirror: MirrorImage, rounding: float) -> bool:
         return False
     held, moved, later = _prescribed(model)
     whole = 3 * model.n_blocks
-    weights = [
-        v[:whole] for v in (model.deflection, None if model.jacks is None else model.jacks.push) if v is not None
-    ]
+    jacks = () if model.jacks is None else (model.jacks.push, model.jacks.weights)
+    weights = [v[:whole] for v in (model.deflection, *jacks) if v is not None]
     loads = (values.reshape(-1, 3) for values in (model.supports.load, model.supports.live_load, *weights))
     pairs = [(MIRRORED * values[image], values) for values in (moved, *loads)]
     for ground in model.ground.states():

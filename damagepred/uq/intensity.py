@@ -19,6 +19,7 @@ MEASURES = (
     "deflection_ratio",
     "curvature",
     "footing_curvature",
+    "load_displacement",
     "time",
 )
 """Intensity measures:
@@ -30,6 +31,7 @@ MEASURES = (
   and mounds of the same deflection have the same, and walls of other lengths can be compared;
 - ``footing_curvature``: the largest of the footing, where the archive has its sections (1/m). Where concrete cracks it
   is that of a crack's surroundings, and far larger than the mean;
+- ``load_displacement``: of the loads of a laboratory test (m);
 - ``time``: of a movement in stages, in years; the worst category so far counts.
 
 Besides these, any variable of the dataset on (sample, increment) that grows with the movement.
@@ -78,13 +80,17 @@ def check_states(ds: xr.Dataset, name: str) -> None:
 
 
 def movement_measure(ds: xr.Dataset) -> str:
-    """Return the measure that drives a study or a wall: ``surface_movement`` on a mound, else the deflection.
+    """Return the measure that drives a study or a wall.
+
+    On a mound ``surface_movement``, in a laboratory test ``load_displacement``, else the deflection.
 
     Parameters
     ----------
     ds : xarray.Dataset
         Of a wall or a study.
     """
+    if "load_displacement" in ds.variables:
+        return "load_displacement"
     on_ground = "surface_movement" in ds.variables and bool(np.isfinite(ds["surface_movement"].values).any())
     return "surface_movement" if on_ground else "central_deflection"
 

@@ -82,12 +82,12 @@ def test_every_variable_says_what_it_is(name: str):
 
 DIMENSION_BY_NAME = [
     (r"(^|_)(stress|strength|cohesion)(_(xx|yy|xy|zz))?$", "Pa"),
-    (r"(^|_)((axial|shear)_force|force_(x|y)|load)$", "N"),
+    (r"(^|_)((axial|shear|load)_force|force_(x|y)|load)$", "N"),
     (r"curvature$", "m-1"),
     (r"moment$", "N m"),
     (r"_(x|y)$", None),  # places and displacements, but normals are pure
     (
-        r"(width|thickness|width_max|width_change|diagonal_change|slip_max|length|opening|slip|sill|left|height|deflection|movement|opening_max|closing_max)$",
+        r"(width|thickness|width_max|width_change|diagonal_change|slip_max|length|opening|slip|sill|left|height|deflection|displacement|movement|opening_max|closing_max)$",
         "m",
     ),
     (r"(ratio|friction|count|cycles|iterations|tilt_max|slope_max|distortion)$", "1"),

@@ -12,6 +12,7 @@ from pydantic_core import PydanticUndefined
 from damagepred.errors import InputError
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.dynamics import BaseMotion, Dynamics
+from damagepred.scene.loading import Load, Loading, Support
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, HeadJointFactors, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement, Stage
@@ -47,6 +48,9 @@ TABLES = (
     SoilLayer,
     Suction,
     Mound,
+    Support,
+    Load,
+    Loading,
     Solver,
     Damage,
     Dynamics,
@@ -162,7 +166,7 @@ Movement
   kind = dishing | dishing doming
   central_deflection = 0.008 m [0 10000]
   increments = 20 whole [1 max]
-  shape = three_loads | three_loads parabola arc table jacks mound
+  shape = three_loads | three_loads parabola arc table jacks mound loads
   table = () 1 [-1e+15 1e+15]
   stage = ()
   history = None
@@ -229,6 +233,23 @@ Mound
   tunnel_depth = None m (0 10000]
   trough_width = 0.5 1 (0 1e+15]
   table = () 1 [-1e+15 1e+15]
+Support
+  x = required m [0 10000]
+  width = required m (0 10000]
+Load
+  side = top | top left right
+  at = None m [0 10000]
+  width = None m (0 10000]
+  direction = towards | towards along
+  share = 1 1 (0 1e+15]
+Loading
+  control = force | force displacement opening
+  force = None N (0 1e+12]
+  displacement = None m (0 10000]
+  opening = None m (0 10000]
+  gauge = () m [-10000 10000]
+  bearing_stiffness = None Pa/m [0.001 1e+18]
+  bearing_friction = 0 1 [0 1e+15]
 Solver
   method = quasi_static | quasi_static explicit
   accuracy = standard | draft standard fine reference

@@ -25,6 +25,8 @@ class JackControl:
         Of the degrees of freedom in the deflection.
     goal : float
         Deflection at full movement (m, upwards).
+    origin : float
+        Deflection from which it counts (m).
     level_load, load : float or None
         Load of each jack (N) in the level state, None until the load is controlled, and at full movement.
     """
@@ -32,15 +34,18 @@ class JackControl:
     push: FloatArray
     weights: FloatArray
     goal: float
+    origin: float = 0.0
     level_load: float | None = None
     load: float = 0.0
 
     @classmethod
     def of(cls, model: Model) -> JackControl | None:
         """Return the control of a model's jacks in the level state; None if there are none."""
-        if model.jacks is None or model.deflection is None:
+        jacks = model.jacks
+        weights = model.deflection if jacks is None or jacks.weights is None else jacks.weights
+        if jacks is None or weights is None:
             return None
-        return cls(model.jacks.push, model.deflection, 0.0 if model.jacks.by_load else model.jacks.deflection)
+        return cls(jacks.push, weights, 0.0 if jacks.by_load else jacks.deflection, jacks.origin)
 
     @property
     def by_load(self) -> bool:
@@ -71,7 +76,9 @@ class JackControl:
         displacement : array (size,)
             Of all degrees of freedom.
         """
-        return 0.0 if self.by_load else load_factor * self.goal - float(self.weights @ displacement)
+        if self.by_load:
+            return 0.0
+        return self.origin + load_factor * self.goal - float(self.weights @ displacement)
 
     def bordered_step(
         self, residual_response: FloatArray, push_response: FloatArray, missing_deflection: float

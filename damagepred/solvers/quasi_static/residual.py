@@ -71,8 +71,11 @@ class Residual:
         self._moving_interfaces = (
             all_interfaces[:0] if self._no_imposed_movement else self._interfaces_of(self._blocks_of(moves))
         )
-        # condensed courses have fixed supports
+        # condensed courses have fixed supports, and no load but dead and live ones
         displaced = self._blocks_of(moves | (supports.start != 0.0))
+        if self.jacks is not None:
+            acting = np.flatnonzero((self.jacks.push != 0.0) | (self.jacks.weights != 0.0))
+            displaced = np.append(displaced, self.system.block_of_dof[acting])
         self._farthest_displaced_level = 0
         if displaced.size:
             beside = self._interfaces_of(displaced, ground=False)

@@ -12,7 +12,9 @@ from damagepred.enumerations import ContactKind
 
 
 def supported_during_load(model: Model) -> Model:
-    """Return the model without the deferred supports, which act only after the dead load."""
+    """Return the model without the deferred supports and jacks, which act only after the dead load."""
+    if model.jacks is not None and model.jacks.after_load:
+        model = replace(model, jacks=None)
     supports = model.supports
     if not supports.after_load.any():
         return model
@@ -30,7 +32,7 @@ def supported_during_load(model: Model) -> Model:
 
 def unilateral_supports(model: Model) -> IntArray:
     """Return the interfaces of unilateral supports under a footing on jacks."""
-    if model.jacks is None:
+    if model.jacks is None or model.jacks.after_load:
         return np.empty(0, dtype=np.int64)
     return np.flatnonzero((model.interfaces.kind == ContactKind.SUPPORT) & (model.properties.tensile_strength == 0.0))
 
@@ -50,7 +52,7 @@ def level(model: Model) -> Model:
 
 
 def activate_deferred_supports(model: Model, displacement: FloatArray) -> Model:
-    """Activate the deferred supports; their prescribed displacement counts from the dead-load displacement.
+    """Activate deferred supports and jacks; what is prescribed counts from the dead-load displacement.
 
     Parameters
     ----------
@@ -61,5 +63,7 @@ def activate_deferred_supports(model: Model, displacement: FloatArray) -> Model:
     """
     supports = model.supports
     start = np.where(supports.after_load, displacement[supports.prescribed], supports.start)
-    none = np.zeros_like(supports.after_load)
-    return replace(model, supports=supports._replace(start=start, after_load=none))
+    none, jacks = np.zeros_like(supports.after_load), model.jacks
+    if jacks is not None and jacks.after_load and jacks.weights is not None:
+        jacks = jacks._replace(origin=float(jacks.weights @ displacement))
+    return replace(model, jacks=jacks, supports=supports._replace(start=start, after_load=none))

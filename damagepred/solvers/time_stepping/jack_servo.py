@@ -74,10 +74,11 @@ class Pump:
     """
 
     def __init__(self, model: Model, options: JackServoOptions) -> None:
-        assert model.jacks is not None
         self.options = options
-        assert model.deflection is not None
-        self.jacks, self.weights = model.jacks, model.deflection
+        assert model.jacks is not None
+        self.jacks, weights = model.jacks, model.deflection if model.jacks.weights is None else model.jacks.weights
+        assert weights is not None
+        self.weights = weights
         push = self.jacks.push
         system = DiscreteSystem.of(model)
         solved = system.elastic_solutions(system.dead_load, push, self.weights)
@@ -166,7 +167,8 @@ class Pump:
         displacement : array (size,)
             Of all degrees of freedom (m, rad).
         """
-        return load_factor * self.line.goal - float(self.weights @ displacement) if self.controlled else 0.0
+        wanted = self.jacks.origin + load_factor * self.line.goal
+        return wanted - float(self.weights @ displacement) if self.controlled else 0.0
 
     def begin_level(self) -> None:
         """Deliver the volume that keeps the intact wall level under its dead load."""

@@ -1,0 +1,164 @@
+"""A wall in a laboratory test: what it bears on, what loads it, and what is measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from damagepred.arrays import FloatArray
+from damagepred.assembly.assembly import Assembly
+from damagepred.assembly.bond import Brick
+from damagepred.assembly.model import Jacks, LaboratoryTest, Model
+from damagepred.errors import InputError
+from damagepred.scene import Joint, Load, Loading, Scene, Support
+
+
+def add_supports(assembly: Assembly, supports: Sequence[Support], bricks: Sequence[Brick]) -> None:
+    """Let a wall bear on strips.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        With the bricks, by their number.
+    supports : sequence of Support
+        The strips.
+    bricks : sequence of Brick
+        Of the wall.
+
+    Raises
+    ------
+    InputError
+        If there is no brick on a strip.
+    """
+    for number, strip in enumerate(supports, start=1):
+        carried = 0.0
+        for block, brick in enumerate(bricks):
+            start, end = max(brick.left, strip.x - strip.width / 2.0), min(brick.right, strip.x + strip.width / 2.0)
+            if brick.course == 0 and end - start > 1e-6 * strip.width:
+                assembly.bear(block, 0.5 * (start + end), width=end - start)
+                carried += end - start
+        if carried == 0.0:
+            raise InputError(f"support {number}: no brick of the lowest course is at x = {strip.x:g} m")
+
+
+def bearing_joint(scene: Scene, guide_stiffness_ratio: float = 1e-6) -> Joint:
+    """Return the law of supports: they press, and rub; rollers only guide the wall along.
+
+    Parameters
+    ----------
+    scene : Scene
+        With supports.
+    guide_stiffness_ratio : float
+        Stiffness of a roller along the wall over the upright one.
+    """
+    assert scene.loading is not None
+    stiffness = scene.loading.bearing_stiffness or scene.joint.normal_stiffness
+    friction = scene.loading.bearing_friction
+    ratio = scene.joint.shear_stiffness / scene.joint.normal_stiffness if friction else guide_stiffness_ratio
+    return Joint(
+        normal_stiffness=stiffness,
+        shear_stiffness=ratio * stiffness,
+        tensile_strength=0.0,
+        cohesion=0.0,
+        friction=friction or 1.0,
+    )
+
+
+def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick]) -> Model:
+    """Return the model with the loads of a test.
+
+    Parameters
+    ----------
+    scene : Scene
+        With loads.
+    model : Model
+        Of the wall.
+    bricks : sequence of Brick
+        Of the wall, the first blocks of the model.
+
+    Raises
+    ------
+    InputError
+        If a load or an end of the gauge is where there is no brick, or blocks of zones would have to be controlled.
+    """
+    loading = scene.loading
+    assert loading is not None
+    push, gauge = _push(scene, model, bricks), _gauge(loading, model, bricks)
+    test = LaboratoryTest(push, gauge, loading.target if loading.control == "force" else 0.0)
+    if loading.control == "force":
+        return replace(model, supports=model.supports._replace(live_load=loading.target * push), test=test)
+    if model.mesh is not None:
+        raise InputError(
+            f"loading.control = '{loading.control}': needs rigid or elastic blocks; zones take control = 'force'."
+        )
+    rest = np.zeros(model.size - len(push))
+    weights = push if gauge is None or loading.control == "displacement" else gauge
+    jacks = Jacks(
+        push=np.append(push, rest),
+        at=np.empty(0),
+        ends=np.empty(0),
+        deflection=loading.target,
+        load=0.0,
+        by_load=False,
+        stop="jacks",
+        weights=np.append(weights, rest),
+        after_load=True,
+    )
+    return replace(model, jacks=jacks, test=test)
+
+
+def _push(scene: Scene, model: Model, bricks: Sequence[Brick]) -> FloatArray:
+    """Return the loads on all blocks (3 n,) that make 1 N together, each strip by its share."""
+    total, found = sum(load.share for load in scene.load), np.zeros((model.n_blocks, 3))
+    for number, load in enumerate(scene.load, start=1):
+        one = _on_strip(load, model, bricks, scene.wall.length, scene.wall.height)
+        if one is None:
+            raise InputError(f"load {number}: there is no brick where it acts on the {load.side}")
+        found += load.share / total * one
+    return found.ravel()
+
+
+def _on_strip(load: Load, model: Model, bricks: Sequence[Brick], length: float, height: float) -> FloatArray | None:
+    """Return a load of 1 N, uniform along a strip, on all blocks (n, 3); None if there is no brick."""
+    box = np.array([brick[:4] for brick in bricks])
+    left, bottom, right, top = box.T
+    size = length if load.side == "top" else height
+    middle, width = size / 2.0 if load.at is None else load.at, load.width or size
+    near = 1e-6 * size
+    if load.side == "top":
+        start, end, here, level = left, right, top > height - near, top
+    else:
+        start, end = bottom, top
+        here, level = (left < near, left) if load.side == "left" else (right > length - near, right)
+    start, end = np.maximum(start, middle - width / 2.0), np.minimum(end, middle + width / 2.0)
+    part = np.where(here, np.maximum(end - start, 0.0), 0.0)
+    if not part.sum() > 0.0:
+        return None
+    towards = {"top": (0.0, -1.0), "left": (1.0, 0.0), "right": (-1.0, 0.0)}[load.side]
+    along = (1.0, 0.0) if load.side == "top" else (0.0, -1.0)
+    force = np.outer(part / part.sum(), towards if load.direction == "towards" else along)
+    at = (0.5 * (start + end), level) if load.side == "top" else (level, 0.5 * (start + end))
+    n = len(bricks)
+    moment = (at[0] - model.blocks.x[:n]) * force[:, 1] - (at[1] - model.blocks.y[:n]) * force[:, 0]
+    found = np.zeros((model.n_blocks, 3))
+    found[:n] = np.column_stack((force, moment))
+    return found
+
+
+def _gauge(loading: Loading, model: Model, bricks: Sequence[Brick]) -> FloatArray | None:
+    """Return the weights of all blocks' degrees of freedom (3 n,) in the opening of the gauge; None without one."""
+    if not loading.gauge:
+        return None
+    first, second = np.array(loading.gauge)
+    way, weights = (second - first) / math.dist(first, second), np.zeros((model.n_blocks, 3))
+    for sign, (x, y) in ((-1.0, first), (1.0, second)):
+        here = [i for i, b in enumerate(bricks) if b.left <= x <= b.right and b.bottom <= y <= b.top]
+        if not here:
+            raise InputError(f"loading.gauge: there is no brick at x = {x:g} m, y = {y:g} m")
+        for i in here:  # on a joint: the mean of both
+            arm = (x - model.blocks.x[i]) * way[1] - (y - model.blocks.y[i]) * way[0]
+            weights[i] += sign / len(here) * np.array([way[0], way[1], arm])
+    return weights.ravel()

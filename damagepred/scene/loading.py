@@ -1,0 +1,165 @@
+"""Laboratory test of a wall: the strips it bears on, the strips that load it, and what is controlled."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Force, Length, Pure, Stiffness
+
+
+@described
+class Support:
+    """Strip on which the wall bears (``[[support]]``), read with ``[movement] shape = "loads"``.
+
+    Without any the wall rests on the whole of its underside, in a bed of its mortar.
+
+    Attributes
+    ----------
+    x : float
+        Middle of the strip, from the left end of the wall (m).
+    width : float
+        Of the strip (m).
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> scene.Support(x="0.461 m", width="50 mm").width
+    0.05
+    """
+
+    x: Length = Field(ge=0)
+    width: Length = Field(gt=0)
+
+
+@described
+class Load:
+    """Loaded strip of a side of the wall (``[[load]]``), read with ``[movement] shape = "loads"``.
+
+    Attributes
+    ----------
+    side : {"top", "left", "right"}
+        Of the wall.
+    at : float or None
+        Middle of the strip: from the left end of the wall, or from its underside (m). None: the middle of the side.
+    width : float or None
+        Length of the strip along the side (m). None: as long as the side.
+    direction : {"towards", "along"}
+        ``towards``: the load presses on the wall. ``along``: it pushes to the right on the top, and down on a side.
+    share : float
+        Share of the whole load, beside those of the other strips (1).
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> scene.Load(at="0.25 m", width="60 mm").side
+    'top'
+    """
+
+    side: Literal["top", "left", "right"] = "top"
+    at: Length | None = Field(default=None, ge=0)
+    width: Length | None = Field(default=None, gt=0)
+    direction: Literal["towards", "along"] = "towards"
+    share: Pure = Field(default=1.0, gt=0)
+
+
+@described
+class Loading:
+    """What of a test is controlled (``[loading]``), read with ``[movement] shape = "loads"``.
+
+    The test begins under the dead load. What is controlled grows in the increments of the movement to the value that is
+    given here. All that is measured counts from the dead load.
+
+    Attributes
+    ----------
+    control : {"force", "displacement", "opening"}
+        ``force``: the load of all strips; the path ends at the largest that the wall carries. ``displacement``: of the
+        strips in the direction of their loads, by their shares. ``opening``: the gauge's. With the last two the load is
+        found, and may fall; the path ends where it falls to nothing.
+    force : float or None
+        Load of all strips together at the end (N).
+    displacement : float or None
+        Displacement of the strips at the end (m).
+    opening : float or None
+        Opening of the gauge at the end (m).
+    gauge : sequence of (x, y)
+        Two points of the wall (m): the gauge opens by what their distance grows along the line between them. It is
+        always measured where it is given. Bricks count as rigid between the points and their middles.
+    bearing_stiffness : float or None
+        Normal stiffness of the supports (Pa/m). None: that of the joints.
+    bearing_friction : float
+        tan(phi) (1) of the supports. 0: they are rollers.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> scene.Loading(control="displacement", displacement="2 mm").displacement
+    0.002
+    """
+
+    control: Literal["force", "displacement", "opening"] = "force"
+    force: Force | None = Field(default=None, gt=0)
+    displacement: Length | None = Field(default=None, gt=0)
+    opening: Length | None = Field(default=None, gt=0)
+    gauge: tuple[tuple[Length, Length], ...] = ()
+    bearing_stiffness: Stiffness | None = Field(default=None, gt=0)
+    bearing_friction: Pure = Field(default=0.0, ge=0)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Loading:
+        for name in ("force", "displacement", "opening"):
+            if (getattr(self, name) is None) == (name == self.control):
+                what = "is missing" if name == self.control else "is only read with control of its own name"
+                raise ValueError(f"{name}: {what}; here control = '{self.control}'")
+        if len(self.gauge) not in (0, 2):
+            raise ValueError(f"gauge: has {len(self.gauge)} points; give two, as [x, y]")
+        if self.gauge and math.dist(*self.gauge) == 0.0:
+            raise ValueError("gauge: its two points are the same")
+        if self.control == "opening" and not self.gauge:
+            raise ValueError("gauge: is missing; control = 'opening' needs its two points")
+        return self
+
+    @property
+    def target(self) -> float:
+        """What is controlled at the end of the path (N or m)."""
+        return float(getattr(self, self.control))
+
+
+def check_loading(supports: tuple[Support, ...], loads: tuple[Load, ...], length: float, height: float) -> None:
+    """Compare strips with the wall.
+
+    Parameters
+    ----------
+    supports : tuple of Support
+        What the wall bears on.
+    loads : tuple of Load
+        What loads it.
+    length, height : float
+        Of the wall (m).
+
+    Raises
+    ------
+    ValueError
+        If there is no load, a strip reaches beyond the wall, or one support alone cannot carry it.
+    """
+    if not loads:
+        raise ValueError("load: is missing; movement.shape = 'loads' needs one [[load]] or more")
+    if len(supports) == 1 and supports[0].width < length / 3.0:
+        raise ValueError("support: one narrow strip does not hold a wall; give two or more, or none for the underside")
+    for number, support in enumerate(supports, start=1):
+        _require_within(f"support {number}", support.x, support.width, length, "length")
+    for number, load in enumerate(loads, start=1):
+        name, size = ("length", length) if load.side == "top" else ("height", height)
+        width = size if load.width is None else load.width
+        _require_within(f"load {number}", size / 2.0 if load.at is None else load.at, width, size, name)
+
+
+def _require_within(what: str, middle: float, width: float, size: float, name: str) -> None:
+    if not (width / 2.0 - middle <= 1e-9 * size and middle + width / 2.0 <= size * (1.0 + 1e-9)):
+        raise ValueError(
+            f"{what}: reaches from {middle - width / 2.0:g} to {middle + width / 2.0:g} m, beyond the wall's {name} of "
+            f"{size:g} m"
+        )

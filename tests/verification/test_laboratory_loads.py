@@ -1,0 +1,238 @@
+"""Laboratory tests in a scene file, against closed forms: columns, statics, rocking, and one path by three controls."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from damagepred import InputError, Joint, Movement, Scene, Solver, Wall, assembly, scene, solve
+from damagepred.scene import BlockMaterial, Load, Loading, Support
+from damagepred.solvers import solve_path
+
+DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=5.0)
+BEAM = Scene(
+    wall=Wall(length=1.32, height=0.54, thickness=0.1, block_length=0.22, block_height=0.06),
+    joint=Joint(tensile_strength=0.2e6, cohesion=0.4e6, fracture_energy=20.0, shear_fracture_energy=200.0),
+    movement=Movement(shape="loads", increments=8),
+    support=(Support(x=0.45, width=0.06), Support(x=0.87, width=0.06)),
+    load=(Load(at=0.24, width=0.06), Load(at=1.08, width=0.06)),
+    loading=Loading(control="opening", opening="40 um", gauge=((0.34, 0.5), (0.98, 0.5))),
+)
+
+
+def controlled(wall: Scene, **loading: object) -> Scene:
+    """Return a test with another control."""
+    return replace(wall, loading=Loading(**loading))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("blocks", ["rigid", "elastic"])
+def test_a_column_shortens_by_its_joints_and_bricks(blocks: str) -> None:
+    """Force over displacement is the stiffness of bed joints and bricks in series."""
+    courses, h, area = 6, 0.1, 0.3 * 0.11
+    column = Scene(
+        wall=Wall(length=0.3, height=courses * h, block_length=0.3, block_height=h, bond="stack"),
+        block=BlockMaterial(poisson_ratio=0.0),
+        movement=Movement(shape="loads", increments=2),
+        load=(Load(),),
+        loading=Loading(control="displacement", displacement="20 um"),
+        solver=Solver(blocks=blocks),
+    )
+    found = solve(column)
+    law, modulus = column.joint, column.block.elastic_modulus
+    # displacement is that of the top brick's middle
+    flexibility = (courses / law.normal_stiffness + (courses - 0.5) * h / modulus) / area
+    assert found["load_displacement"].values == pytest.approx([0.0, 10e-6, 20e-6], rel=1e-6)
+    assert found["load_force"].values == pytest.approx(np.array([0.0, 10e-6, 20e-6]) / flexibility, rel=1e-6)
+
+
+def test_supports_carry_the_load_and_the_weight() -> None:
+    """Two strips carry what presses on the wall, unequal loads by the law of the lever."""
+    beam = replace(
+        controlled(BEAM, control="force", force="4 kN"),
+        load=(Load(at=0.24, width=0.06, share=1.0), Load(at=0.88, width=0.06, share=3.0)),
+    )
+    model, last = assembly.wall_model(beam), list(solve_path(assembly.wall_model(beam), beam.solver, 4))[-1]
+    faces = model.interfaces
+    on_ground = faces.block_a == model.n_blocks
+    force = -(last.normal_stress * faces.contact_area)[on_ground]
+    x = faces.x[on_ground, None] + faces.normal_y[on_ground, None] * faces.contact_offset[on_ground]
+    weight = 9.81 * float(model.mass.sum())
+    assert force.sum() == pytest.approx(4000.0 + weight, rel=1e-6)
+    assert (force * x).sum() == pytest.approx(1000.0 * 0.24 + 3000.0 * 0.88 + weight * 0.66, rel=1e-6)
+
+
+def test_three_controls_follow_one_path() -> None:
+    """A point of the path under one control is a point of it under another."""
+    by_gauge = solve(BEAM)
+    force, moved, gauge = (
+        float(by_gauge[name].values[-1]) for name in ("load_force", "load_displacement", "gauge_opening")
+    )
+    assert gauge == pytest.approx(40e-6, rel=1e-6)
+    points = {"gauge": BEAM.loading.gauge}  # type: ignore[union-attr]
+    for same in (
+        controlled(BEAM, control="force", force=force, **points),
+        controlled(BEAM, control="displacement", displacement=moved, **points),
+    ):
+        found = solve(same)
+        assert found["load_force"].values[-1] == pytest.approx(force, rel=1e-3)
+        assert found["load_displacement"].values[-1] == pytest.approx(moved, rel=1e-3)
+        assert found["gauge_opening"].values[-1] == pytest.approx(gauge, rel=1e-3)
+
+
+def test_the_symmetric_half_is_the_whole() -> None:
+    """Half of a symmetric test has the path of the whole."""
+    half, whole = (solve(replace(BEAM, solver=Solver(symmetric_half=is_half))) for is_half in (True, False))
+    for name in ("load_force", "load_displacement", "gauge_opening", "crack_width_max"):
+        np.testing.assert_allclose(half[name].values, whole[name].values, rtol=1e-5, atol=1e-12)
+
+
+@pytest.mark.parametrize("control", ["force", "displacement"])
+def test_a_dry_pier_rocks_at_its_overturning_moment(control: str) -> None:
+    """A stiff dry pier pushed along its top turns over its toe: F H = W b / 2."""
+    wide, high = 0.4, 1.2
+    stiff = replace(DRY, normal_stiffness=1e14, shear_stiffness=1e14)
+    pier = Scene(
+        wall=Wall(length=wide, height=high, thickness=0.11, block_length=wide, block_height=0.2, bond="stack"),
+        joint=stiff,
+        movement=Movement(shape="loads", increments=10),
+        load=(Load(direction="along"),),
+        loading=Loading(control="force", force="1 kN"),
+        solver=Solver(lump_block_elasticity=False),
+    )
+    overturns = 2000.0 * 9.81 * wide * high * 0.11 * wide / (2.0 * high)
+    if control == "force":
+        found = solve(pier)
+        assert found.attrs["status"] == "collapsed"
+        assert found["load_force"].values[-1] == pytest.approx(overturns, rel=1e-3)
+    else:
+        found = solve(controlled(pier, control="displacement", displacement="2 mm"))
+        assert found["load_force"].values[1:] == pytest.approx(overturns, rel=1e-3)
+        assert found["load_displacement"].values[-1] == pytest.approx(2e-3)
+
+
+def test_a_load_beside_the_wall_is_measured_in_its_direction() -> None:
+    """A load that presses from the left moves the wall to the right, and its displacement is positive."""
+    pier = Scene(
+        wall=Wall(length=0.48, height=0.6),
+        movement=Movement(shape="loads", increments=1),
+        load=(Load(side="left", at="0.5 m", width="0.1 m"),),
+        loading=Loading(control="force", force="100 N"),
+    )
+    found = solve(pier)
+    assert found["load_displacement"].values[-1] > 0.0
+    assert (found["block_displacement_x"].values[-1] >= 0.0).all()
+
+
+def test_the_path_ends_where_the_load_has_fallen_to_nothing() -> None:
+    """A bed without friction carries its cohesion, and nothing once it has broken."""
+    length, cohesion = 1.2, 0.05e6
+    sheared = Scene(
+        wall=Wall(length=length, height=0.24, block_length=0.4, block_height=0.24),
+        joint=Joint(cohesion=cohesion, friction=0.0, brittle_shear=True),
+        movement=Movement(shape="loads", increments=10),
+        load=(Load(direction="along"),),
+        loading=Loading(control="displacement", displacement="20 um"),
+    )
+    found = solve(sheared)
+    load = found["load_force"].values
+    assert found.attrs["limit"] == "loads"
+    assert 0.5 * cohesion < load.max() / (length * 0.11) < cohesion
+    assert abs(load[-1]) < 1e-6 * load.max()
+
+
+def test_a_softening_beam_is_followed_beyond_its_peak() -> None:
+    """Under a given displacement the load falls gradually where bonds soften, and the energy balances."""
+    sagging = replace(
+        BEAM,
+        movement=Movement(shape="loads", increments=40),
+        support=(Support(x=0.1, width=0.06), Support(x=1.22, width=0.06)),
+        load=(Load(at=0.44, width=0.06), Load(at=0.88, width=0.06)),
+        loading=Loading(control="displacement", displacement="1.6 mm"),
+    )
+    found = solve(sagging)
+    load = found["load_force"].values
+    peak = int(load.argmax())
+    assert found.attrs["status"] == "complete"
+    assert 5 < peak < 30
+    assert load[-1] < 0.6 * load[peak]
+    assert (np.abs(np.diff(load)) < 0.2 * load[peak]).all()
+    assert abs(found["energy_error"].values[-1]) < 0.01 * found["external_work"].values[-1]
+
+
+def test_a_wall_in_motion_has_no_load() -> None:
+    """A wall that falls apart leaves the load of its last increment out."""
+    brittle = replace(BEAM, joint=Joint(tensile_strength=0.1e6, cohesion=0.05e6, friction=0.3, brittle_shear=True))
+    found = solve(replace(brittle, loading=replace(BEAM.loading, opening="20 mm")))
+    assert found.attrs["status"] == "collapsed"
+    assert np.isnan(found["load_force"].values[-1])
+    assert np.isfinite(found["load_force"].values[:-1]).all()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"loading": None}, "loading: is missing"),
+        ({"load": ()}, "load: is missing"),
+        ({"support": (Support(x=0.66, width=0.06),)}, "one narrow strip"),
+        ({"support": (Support(x=0.01, width=0.06), Support(x=0.8, width=0.06))}, "support 1: reaches from -0.02"),
+        ({"load": (Load(at=1.31, width=0.06),)}, "load 1: reaches"),
+        ({"movement": Movement(shape="parabola")}, "support: only read with"),
+        ({"solver": Solver(method="explicit")}, "explicit solver takes 'force'"),
+    ],
+)
+def test_wrong_tests_are_refused(wrong: dict[str, object], said: str) -> None:
+    """What cannot be tested is said in one sentence."""
+    with pytest.raises(InputError, match=said):
+        replace(BEAM, **wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"control": "force"}, "force: is missing"),
+        ({"control": "force", "force": 1e3, "opening": 1e-3}, "opening: is only read"),
+        ({"control": "opening", "opening": 1e-3}, "gauge: is missing"),
+        ({"control": "force", "force": 1e3, "gauge": ((0.1, 0.1),)}, "has 1 points"),
+        ({"control": "force", "force": 1e3, "gauge": ((0.1, 0.1), (0.1, 0.1))}, "are the same"),
+    ],
+)
+def test_wrong_controls_are_refused(wrong: dict[str, object], said: str) -> None:
+    """What is controlled is given, and nothing else."""
+    with pytest.raises(InputError, match=said):
+        Loading(**wrong)  # type: ignore[arg-type]
+
+
+def test_a_gauge_beside_the_wall_is_refused() -> None:
+    """A gauge is on bricks."""
+    far = controlled(BEAM, control="opening", opening=1e-5, gauge=((0.2, 0.5), (2.0, 0.5)))
+    with pytest.raises(InputError, match="no brick at x = 2 m"):
+        assembly.wall_model(far)
+
+
+def test_zones_take_loads_but_no_control_of_displacement() -> None:
+    """A wall of zones is loaded by force."""
+    zones = replace(BEAM, solver=Solver(blocks="deformable"))
+    with pytest.raises(InputError, match="zones take control = 'force'"):
+        assembly.wall_model(zones)
+    rigid = solve(controlled(BEAM, control="force", force="2 kN"), increments=1)
+    elastic = solve(controlled(zones, control="force", force="2 kN"), increments=1)
+    assert elastic["load_displacement"].values[-1] == pytest.approx(rigid["load_displacement"].values[-1], rel=0.3)
+
+
+def test_both_solvers_find_the_same_under_a_force() -> None:
+    """The explicit solver takes a force, too."""
+    small = controlled(BEAM, control="force", force="6 kN", gauge=((0.34, 0.5), (0.98, 0.5)))
+    one, other = (
+        solve(replace(small, solver=Solver(method=method)), increments=2) for method in ("quasi_static", "explicit")
+    )
+    for name in ("load_displacement", "gauge_opening"):
+        assert other[name].values[-1] == pytest.approx(one[name].values[-1], rel=0.02)
+
+
+def test_a_material_that_varies_gives_a_distribution_of_strengths() -> None:
+    """A scene of a test survives its TOML, as a study writes it."""
+    again = Scene.from_dict(BEAM.to_dict())
+    assert again == BEAM
+    assert scene.Load(at="1 m", width="50 mm").width == 0.05
