@@ -73,7 +73,7 @@ class Residual:
         )
         # condensed courses have fixed supports, and no load but dead and live ones
         displaced = self._blocks_of(moves | (supports.start != 0.0))
-        if self.jacks is not None:
+        if self.jacks is not None and model.footing is None:  # a footing is never condensed
             acting = np.flatnonzero((self.jacks.push != 0.0) | (self.jacks.weights != 0.0))
             displaced = np.append(displaced, self.system.block_of_dof[acting])
         self._farthest_displaced_level = 0
