@@ -44,6 +44,11 @@ def add_supports(assembly: Assembly, supports: Sequence[Support], bricks: Sequen
             raise InputError(f"support {number}: no brick of the lowest course is at x = {strip.x:g} m")
 
 
+def has_beam(scene: Scene) -> bool:
+    """Whether a beam lies on the wall: the block after the bricks."""
+    return scene.loading is not None and scene.loading.beam != "none"
+
+
 def bearing_joint(scene: Scene, guide_stiffness_ratio: float = 1e-6) -> Joint:
     """Return the law of supports: they press, and rub; rollers only guide the wall along.
 
@@ -86,6 +91,13 @@ def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick]) -> Model:
     """
     loading = scene.loading
     assert loading is not None
+    if loading.beam == "level":
+        turning = np.array([3 * len(bricks) + 2])
+        none = np.zeros(1)
+        held = model.supports._replace(
+            prescribed=turning, prescribed_displacement=none, start=none, after_load=np.zeros(1, dtype=np.bool_)
+        )
+        model = replace(model, supports=held)
     push, gauge = _push(scene, model, bricks), _gauge(loading, model, bricks)
     test = LaboratoryTest(push, gauge, loading.target if loading.control == "force" else 0.0)
     if loading.control == "force":
@@ -112,6 +124,9 @@ def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick]) -> Model:
 
 def _push(scene: Scene, model: Model, bricks: Sequence[Brick]) -> FloatArray:
     """Return the loads on all blocks (3 n,) that make 1 N together, each strip by its share."""
+    if has_beam(scene):
+        reach = scene.wall.length, scene.wall.height
+        bricks = [*bricks, Brick(0.0, reach[1], reach[0], reach[1] + scene.wall.block_height, -1)]
     total, found = sum(load.share for load in scene.load), np.zeros((model.n_blocks, 3))
     for number, load in enumerate(scene.load, start=1):
         one = _on_strip(load, model, bricks, scene.wall.length, scene.wall.height)
@@ -129,7 +144,7 @@ def _on_strip(load: Load, model: Model, bricks: Sequence[Brick], length: float, 
     middle, width = size / 2.0 if load.at is None else load.at, load.width or size
     near = 1e-6 * size
     if load.side == "top":
-        start, end, here, level = left, right, top > height - near, top
+        start, end, here, level = left, right, top > top.max() - near, np.minimum(top, height)
     else:
         start, end = bottom, top
         here, level = (left < near, left) if load.side == "left" else (right > length - near, right)

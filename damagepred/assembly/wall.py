@@ -27,7 +27,7 @@ from damagepred.assembly.footing_beam import (
     upward,
 )
 from damagepred.assembly.interfaces import Geometry, ground_movement, growing_ground
-from damagepred.assembly.loading import add_supports, bearing_joint, under_loads
+from damagepred.assembly.loading import add_supports, bearing_joint, has_beam, under_loads
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.model import Jambs, Model, Supports
 from damagepred.assembly.points import Hold, held_too
@@ -110,6 +110,7 @@ def _geometry(
     no_tension: frozenset[ContactKind],
     poisson_ratio: float,
     supports: tuple[Support, ...],
+    beam: bool,
 ) -> WallGeometry:
     dpc = None if dpc_course is None else Dpc(course=dpc_course)
     # the movement says nothing about the bricks; its default is too much for a short wall
@@ -129,6 +130,8 @@ def _geometry(
     for left, right, _ in meet:
         assembly.set_joint(left, right, Joint(), ContactKind.CONTROL_JOINT)
     footing = np.empty(0, dtype=np.int64)
+    if beam:
+        assembly.add_block(rectangle(0.0, wall.height, wall.length, wall.height + wall.block_height), elastic=False)
     if supports:
         add_supports(assembly, supports, bricks)
     elif found is None:
@@ -203,7 +206,19 @@ def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> WallGeome
     found, bare = foundation(scene), _no_tension(scene)
     # how elastic bricks contract, which shapes their sides
     ratio = scene.block.poisson_ratio if "elastic" in (meshing.blocks, meshing.above_dpc, meshing.below_dpc) else 0.0
-    return _geometry(scene.wall, scene.opening, joints, course, meshing, found, deformable, bare, ratio, scene.support)
+    return _geometry(
+        scene.wall,
+        scene.opening,
+        joints,
+        course,
+        meshing,
+        found,
+        deformable,
+        bare,
+        ratio,
+        scene.support,
+        has_beam(scene),
+    )
 
 
 def _no_tension(scene: Scene) -> frozenset[ContactKind]:
@@ -316,10 +331,15 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
     widths = np.array([joint.width for joint in scene.control_joint] + [0.0])
     properties = properties._replace(gap=widths[control])
     density = np.array([s.density for s in substances])[substance]
+    if has_beam(scene):
+        density[len(bricks)] = 0.0
     thickness = np.array([scene.wall.thickness, scene.footing.width])[substance]
     load = np.zeros((len(density), 3))
     load[:, 1] = -GRAVITY * density * blocks.area * thickness
-    load[: len(bricks), 1] -= _roof(scene, bricks)
+    if has_beam(scene):
+        load[len(bricks), 1] = -scene.loads.roof
+    else:
+        load[: len(bricks), 1] -= _roof(scene, bricks)
     length = scene.wall.length
     if line_load:
         load[footing, 1] -= line_load * length * blocks.area[footing] / blocks.area[footing].sum()

@@ -88,6 +88,9 @@ class Loading:
     gauge : sequence of (x, y)
         Two points of the wall (m): the gauge opens by what their distance grows along the line between them. It is
         always measured where it is given. Bricks count as rigid between the points and their middles.
+    beam : {"none", "free", "level"}
+        Stiff beam without weight in a bed of mortar on the wall's top, which takes the loads there, ``[loads] roof``
+        included. ``free``: it may turn, as the top of a cantilever. ``level``: it stays level, as in a clamp.
     bearing_stiffness : float or None
         Normal stiffness of the supports (Pa/m). None: that of the joints.
     bearing_friction : float
@@ -105,6 +108,7 @@ class Loading:
     displacement: Length | None = Field(default=None, gt=0)
     opening: Length | None = Field(default=None, gt=0)
     gauge: tuple[tuple[Length, Length], ...] = ()
+    beam: Literal["none", "free", "level"] = "none"
     bearing_stiffness: Stiffness | None = Field(default=None, gt=0)
     bearing_friction: Pure = Field(default=0.0, ge=0)
 

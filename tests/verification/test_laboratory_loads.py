@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from damagepred import InputError, Joint, Movement, Scene, Solver, Wall, assembly, scene, solve
+from damagepred import InputError, Joint, Loads, Movement, Scene, Solver, Wall, assembly, scene, solve
 from damagepred.scene import BlockMaterial, Load, Loading, Support
 from damagepred.solvers import solve_path
 
@@ -110,6 +110,45 @@ def test_a_dry_pier_rocks_at_its_overturning_moment(control: str) -> None:
         found = solve(controlled(pier, control="displacement", displacement="2 mm"))
         assert found["load_force"].values[1:] == pytest.approx(overturns, rel=1e-3)
         assert found["load_displacement"].values[-1] == pytest.approx(2e-3)
+
+
+@pytest.mark.parametrize(("beam", "held_at_the_top"), [("free", 3.0), ("level", 12.0)])
+def test_a_shear_wall_is_as_stiff_as_timoshenkos_beam(beam: str, held_at_the_top: float) -> None:
+    """Bending and shear of a wall of homogenised stiffness: H^3 / (3 or 12 E I) + H / (kappa G A)."""
+    length, high, thick = 1.5, 2.5, 0.1
+    stiff = Scene(
+        wall=Wall(length=length, height=high, thickness=thick, block_length=0.5, block_height=0.1),
+        joint=Joint(tensile_strength=1e9, cohesion=1e9),
+        movement=Movement(shape="loads", increments=1),
+        load=(Load(direction="along"),),
+        loading=Loading(control="force", force="1 kN", beam=beam),
+        loads=Loads(roof="20 kN"),
+    )
+    found = solve(stiff)
+    law, brick = stiff.joint, stiff.block
+    # beds and bricks in series; head joints have no say in upright bending, and little in shear
+    upright = 1.0 / (1.0 / (law.normal_stiffness * 0.1) + 1.0 / brick.elastic_modulus)
+    shear = 1.0 / (1.0 / (law.shear_stiffness * 0.1) + 1.0 / brick.shear_modulus)
+    second = thick * length**3 / 12.0
+    flexible = high**3 / (held_at_the_top * upright * second) + high * 1.2 / (shear * thick * length)
+    assert found["load_displacement"].values[-1] == pytest.approx(1000.0 * flexible, rel=0.06)
+    turned = found["block_rotation"].values[-1, -1]
+    assert abs(turned) < 1e-12 if beam == "level" else turned < -1e-7
+
+
+def test_the_beam_takes_the_roof() -> None:
+    """Under a level beam the roof presses on all bricks alike, and the ground carries it."""
+    pier = Scene(
+        wall=Wall(length=0.6, height=0.6),
+        movement=Movement(shape="loads", increments=1),
+        load=(Load(direction="along"),),
+        loading=Loading(control="force", force="1 N", beam="level"),
+        loads=Loads(roof="20 kN"),
+    )
+    model = assembly.wall_model(pier)
+    weight = 9.81 * float((model.mass).sum())
+    assert solve(pier)["base_reaction"].values == pytest.approx(20e3 + weight, rel=1e-6)
+    assert weight == pytest.approx(2000.0 * 9.81 * 0.6 * 0.6 * 0.11, rel=1e-9)
 
 
 def test_a_load_beside_the_wall_is_measured_in_its_direction() -> None:
