@@ -91,11 +91,12 @@ def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick]) -> Model:
     """
     loading = scene.loading
     assert loading is not None
-    if loading.beam == "level":
-        turning = np.array([3 * len(bricks) + 2])
-        none = np.zeros(1)
+    if loading.beam in ("level", "clamped"):
+        turning = 3 * len(bricks) + 2
+        dofs = np.array([turning] if loading.beam == "level" else [turning - 1, turning])
+        none = np.zeros(len(dofs))
         held = model.supports._replace(
-            prescribed=turning, prescribed_displacement=none, start=none, after_load=np.zeros(1, dtype=np.bool_)
+            prescribed=dofs, prescribed_displacement=none, start=none, after_load=dofs < turning
         )
         model = replace(model, supports=held)
     push, gauge = _push(scene, model, bricks), _gauge(loading, model, bricks)

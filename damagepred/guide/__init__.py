@@ -10,6 +10,7 @@ TOPICS = (
     "my-house-on-h1-clay",
     "reading-a-result",
     "uncertainty",
+    "how-far-to-trust-it",
     "footing-and-ground",
     "seasons",
     "control-joints",

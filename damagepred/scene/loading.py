@@ -88,9 +88,10 @@ class Loading:
     gauge : sequence of (x, y)
         Two points of the wall (m): the gauge opens by what their distance grows along the line between them. It is
         always measured where it is given. Bricks count as rigid between the points and their middles.
-    beam : {"none", "free", "level"}
+    beam : {"none", "free", "level", "clamped"}
         Stiff beam without weight in a bed of mortar on the wall's top, which takes the loads there, ``[loads] roof``
-        included. ``free``: it may turn, as the top of a cantilever. ``level``: it stays level, as in a clamp.
+        included. ``free``: it may turn, as the top of a cantilever. ``level``: it stays level under a constant load.
+        ``clamped``: it keeps its height, too, from the dead load on.
     bearing_stiffness : float or None
         Normal stiffness of the supports (Pa/m). None: that of the joints.
     bearing_friction : float
@@ -108,7 +109,7 @@ class Loading:
     displacement: Length | None = Field(default=None, gt=0)
     opening: Length | None = Field(default=None, gt=0)
     gauge: tuple[tuple[Length, Length], ...] = ()
-    beam: Literal["none", "free", "level"] = "none"
+    beam: Literal["none", "free", "level", "clamped"] = "none"
     bearing_stiffness: Stiffness | None = Field(default=None, gt=0)
     bearing_friction: Pure = Field(default=0.0, ge=0)
 

@@ -21,7 +21,7 @@ sys.path.insert(0, str(HERE))
 
 from judging import write_page  # noqa: E402
 
-CASES = ("spandrels", "bryant", "facades", "ramsgate")
+CASES = ("spandrels", "shear_wall", "facades", "ramsgate", "bryant", "shear_panel")
 
 
 def main() -> None:

@@ -248,7 +248,7 @@ Loading
   displacement = None m (0 10000]
   opening = None m (0 10000]
   gauge = () m [-10000 10000]
-  beam = none | none free level
+  beam = none | none free level clamped
   bearing_stiffness = None Pa/m [0.001 1e+18]
   bearing_friction = 0 1 [0 1e+15]
 Solver

@@ -151,6 +151,25 @@ def test_the_beam_takes_the_roof() -> None:
     assert weight == pytest.approx(2000.0 * 9.81 * 0.6 * 0.6 * 0.11, rel=1e-9)
 
 
+def test_a_clamped_beam_keeps_its_height() -> None:
+    """Pushed along, a dry wall rocks and lifts a level beam; a clamped one stays, and more is carried."""
+    dry = Scene(
+        wall=Wall(length=0.6, height=0.9),
+        joint=Joint(tensile_strength=0.0, cohesion=0.0, friction=0.75),
+        movement=Movement(shape="loads", increments=4),
+        load=(Load(direction="along"),),
+        loads=Loads(roof="10 kN"),
+        loading=Loading(control="displacement", displacement="2 mm", beam="level"),
+    )
+    level, clamped = (solve(replace(dry, loading=replace(dry.loading, beam=beam))) for beam in ("level", "clamped"))
+    rise = [
+        ds["block_displacement_y"].values[:, -1] - ds["block_displacement_y"].values[0, -1] for ds in (level, clamped)
+    ]
+    assert rise[0][-1] > 1e-5
+    assert np.abs(rise[1]).max() < 1e-12
+    assert clamped["load_force"].values[-1] > 1.1 * level["load_force"].values[-1]
+
+
 def test_a_load_beside_the_wall_is_measured_in_its_direction() -> None:
     """A load that presses from the left moves the wall to the right, and its displacement is positive."""
     pier = Scene(
