@@ -85,8 +85,8 @@ def run(folder: Path, samples: int, workers: int) -> tuple[list[dict[str, Any]],
     stout = [shares[f] for f in FACADES if f.length / f.height <= 2.5]
     lines += [
         "",
-        f"Beyond Psi {LEVEL} at 1/500: {mean:.2f} of all, against {SEEN} in the source. Length over height above 2.5: "
-        f"{np.mean(slender):.2f}, below: {np.mean(stout):.2f}; in the source the long ones are the most vulnerable by far.",
+        f"Beyond Psi {LEVEL} at 1/500: {mean:.2f} of all, against {SEEN} in the source. Of those longer than 2.5 times "
+        f"their height {np.mean(slender):.2f}, of the others {np.mean(stout):.2f}.",
     ]
     return [], "\n".join(lines)
 
