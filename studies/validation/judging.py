@@ -102,5 +102,6 @@ def case_main(here: Path, samples: int, run: Callable[[Path, int, int], tuple[li
     text = f"{table(rows) if rows else ''}\n\n{more}".strip()
     print(text)
     if asked.folder == here / "results":
-        pd.DataFrame(rows).to_csv(here / "scores.csv", index=False, float_format="%.4g")
+        if rows:
+            pd.DataFrame(rows).to_csv(here / "scores.csv", index=False, float_format="%.4g")
         write_page(here / "README.md", text)
