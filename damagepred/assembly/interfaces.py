@@ -291,6 +291,40 @@ def growing_ground(
     return GroundMovement.growing(state, reverses)
 
 
+def with_strain(movement: GroundMovement, geometry: Geometry, strain: FloatArray) -> GroundMovement:
+    """Return a movement of the ground with the strain of blocks besides: then it has a row for each interface.
+
+    A block that grows by e moves a point of its side by e times the distance from its centroid. What the two sides of a
+    contact part by if nothing holds them adds to its opening, as a movement of the ground under it does.
+
+    Parameters
+    ----------
+    movement : GroundMovement
+        Of the ground alone.
+    geometry : Geometry
+        With all blocks.
+    strain : array (n,)
+        Of each block at load factor 1.
+    """
+    face, blocks = geometry.interfaces, geometry.blocks
+    e, x, y = (np.append(values, 0.0) for values in (strain, blocks.x, blocks.y))
+    tangent = face.normal_y[:, None], -face.normal_x[:, None]
+    at_x, at_y = (m[:, None] + t * face.contact_offset for m, t in zip((face.x, face.y), tangent))
+    a, b = face.block_a[:, None], face.block_b[:, None]
+    apart_x, apart_y = (e[b] * (at - c[b]) - e[a] * (at - c[a]) for at, c in ((at_x, x), (at_y, y)))
+    normal = apart_x * face.normal_x[:, None] + apart_y * face.normal_y[:, None]
+    shear = apart_x * tangent[0] + apart_y * tangent[1]
+    first = len(face.kind) - len(geometry.ground_x)
+
+    def state(factor: float) -> Ground:
+        ground, both = movement.at(factor), (-factor * normal, -factor * shear)
+        for values, own in zip(both, ground):
+            values[first:] += own
+        return Ground(*both)
+
+    return GroundMovement(state(1.0)) if movement.proportional else GroundMovement.growing(state, movement.reverses)
+
+
 def _ground(geometry: Geometry, profile: Profile | None, along: Profile | None) -> Ground:
     """Return the displacement of the ground at its contacts in one state."""
     still = np.zeros_like(geometry.ground_x)

@@ -151,6 +151,8 @@ class JointProperties(NamedTuple):
 class Ground(NamedTuple):
     """Displacement of the ground in one state, under the contacts with it, the last g interfaces.
 
+    Where bricks have a strain of their own, g is the number of all interfaces; see ``assembly.interfaces.with_strain``.
+
     Attributes
     ----------
     normal, shear : array (g, q)
@@ -516,6 +518,16 @@ class Model:
                 if total > 0:
                     return total
         return 1.0
+
+    @property
+    def on_ground(self) -> BoolArray:
+        """Whether each interface (m,) is one with the ground."""
+        return np.asarray(self.interfaces.block_a == self.n_blocks)
+
+    @property
+    def is_strained(self) -> bool:
+        """Whether blocks have a strain of their own, and every interface its imposed displacement."""
+        return len(self.ground.full.normal) > int(self.on_ground.sum())
 
     @property
     def block_share(self) -> FloatArray:

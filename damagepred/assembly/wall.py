@@ -26,7 +26,7 @@ from damagepred.assembly.footing_beam import (
     support_joint,
     upward,
 )
-from damagepred.assembly.interfaces import Geometry, ground_movement, growing_ground
+from damagepred.assembly.interfaces import Geometry, ground_movement, growing_ground, with_strain
 from damagepred.assembly.loading import add_supports, bearing_joint, has_beam, under_loads
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.model import Jambs, Model, Supports
@@ -273,7 +273,12 @@ def wall_model(
     >>> len(model.density)  # blocks
     109
     """
-    return _model(scene, _cached(scene, deformable), fields or {}, 0.0)
+    known = _cached(scene, deformable)
+    model = _model(scene, known, fields or {}, 0.0)
+    if scene.strain is None:
+        return model
+    strain = np.where(np.arange(model.n_blocks) < len(known.bricks), scene.strain.total, 0.0)
+    return replace(model, ground=with_strain(model.ground, known.geometry, strain))
 
 
 @checked

@@ -22,6 +22,7 @@ from damagepred.scene.site import (
 )
 from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement
+from damagepred.scene.strain import Strain
 from damagepred.scene.wall import ControlJoint, Opening, Wall
 
 __all__ = [
@@ -53,6 +54,7 @@ __all__ = [
     "Solver",
     "Stage",
     "StandardFooting",
+    "Strain",
     "Suction",
     "Support",
     "Wall",

@@ -27,6 +27,7 @@ from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement
+from damagepred.scene.strain import Strain
 from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall
 from damagepred.text import check_title
 
@@ -49,7 +50,7 @@ class Scene:
         Masonry of the library, such as "clay brick, Dutch, 1940s"; ``damagepred materials`` lists it. Its values stand
         in place of the defaults of ``block`` and ``joint``; keys that are given win.
     wall, block, joint, head_joint, dpc, opening, control_joint, footing, movement, rig, soil, soil_layer, suction,
-    mound, loads, support, load, loading, solver, damage, dynamics
+    mound, loads, support, load, loading, strain, solver, damage, dynamics
         The tables of the scene file; see their classes.
 
     Examples
@@ -83,6 +84,7 @@ class Scene:
     support: tuple[Support, ...] = ()
     load: tuple[Load, ...] = ()
     loading: Loading | None = None
+    strain: Strain | None = None
     solver: Solver = Field(default_factory=Solver)
     damage: Damage = Field(default_factory=Damage)
     dynamics: Dynamics | None = None
@@ -140,6 +142,8 @@ class Scene:
         self._take_surface_movement()
         if self.movement.stage and self.movement.shape == "mound":
             self.movement.require_largest("surface_movement", self.mound.surface_movement)
+        if self.strain is not None and (self.movement.stage or self.dynamics is not None):
+            raise ValueError("strain: grows in proportion to one movement; leave out stages, seasons and [dynamics]")
         if self.movement.stage and self.dynamics is not None:
             raise ValueError("dynamics: a run in time reads no stages; leave out [dynamics], or [[movement.stage]]")
         if self._deflection_is_given and self.movement.central_deflection > 0.1 * wall.length:

@@ -97,7 +97,7 @@ class HalfModel(Model):
 
 
 def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetry) -> HalfModel | None:
-    """Return the half of a wall that is its own mirror image; None if it is not, or has deformable blocks.
+    """Return the half of a wall that is its own mirror image; None if it is not, or has deformable or strained blocks.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetr
     options : SymmetryOptions, optional
         Rounding, and shear of the joints on the axis.
     """
-    if model.mesh is not None:
+    if model.mesh is not None or model.is_strained:
         return None
     geometry = half_geometry(model.blocks, model.interfaces, model.elastic, options.rounding)
     if geometry is None or not _is_symmetric(model, geometry.mirror, options.rounding):

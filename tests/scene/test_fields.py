@@ -23,6 +23,7 @@ from damagepred.scene.seasons import Seasons, SeasonStep
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import SoilLayer, Suction
+from damagepred.scene.strain import Strain
 from damagepred.scene.wall import ControlJoint, Opening, Wall
 from damagepred.study.settings import Sampling
 from damagepred.uq.stopping import StopWhen
@@ -51,6 +52,7 @@ TABLES = (
     Support,
     Load,
     Loading,
+    Strain,
     Solver,
     Damage,
     Dynamics,
@@ -251,6 +253,10 @@ Loading
   beam = none | none free level clamped
   bearing_stiffness = None Pa/m [0.001 1e+18]
   bearing_friction = 0 1 [0 1e+15]
+Strain
+  growth = 0 1 [-0.01 0.01]
+  temperature_change = 0 1 [-100 100]
+  thermal_expansion = 8e-06 1 [0 0.0001]
 Solver
   method = quasi_static | quasi_static explicit
   accuracy = standard | draft standard fine reference

@@ -71,6 +71,8 @@ class Residual:
         self._moving_interfaces = (
             all_interfaces[:0] if self._no_imposed_movement else self._interfaces_of(self._blocks_of(moves))
         )
+        if model.is_strained:
+            self._moving_interfaces = all_interfaces
         # condensed courses have fixed supports, and no load but dead and live ones
         displaced = self._blocks_of(moves | (supports.start != 0.0))
         if self.jacks is not None and model.footing is None:  # a footing is never condensed
@@ -80,6 +82,8 @@ class Residual:
         if displaced.size:
             beside = self._interfaces_of(displaced, ground=False)
             self._farthest_displaced_level = int(self.equations.layout.interface_level[beside].max(initial=0))
+        if model.is_strained:
+            self._farthest_displaced_level = int(self.equations.layout.interface_level.max(initial=0))
         self.store_tangent(rest, rest.displacement)
         self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
         self.free[self.equations.active_dofs] = True

@@ -64,11 +64,11 @@ class DetachmentLimit(NamedTuple):
 
 def _settlement(model: Model) -> float:
     """Return the settlement of a wall on soft ground under all dead load (m)."""
-    on_ground = model.ground.full.normal.shape[0]
-    if not on_ground:
+    here = model.on_ground
+    if not here.any():
         return 0.0
-    area = model.interfaces.contact_area[-on_ground:].sum(axis=1)
-    stiffness = float((model.properties.normal_stiffness[-on_ground:] * area).sum())
+    area = model.interfaces.contact_area[here].sum(axis=1)
+    stiffness = float((model.properties.normal_stiffness[here] * area).sum())
     return abs(float(model.supports.load.reshape(-1, 3)[:, 1].sum())) / stiffness
 
 
