@@ -79,7 +79,7 @@ def table(rows: list[dict[str, Any]]) -> str:
             f"| {row['quantity']}, {row['unit']}{'' if row['blind'] else ' (updated)'} | "
             f"{row['observed_mean']:.3g} ({row['observations']}){cov} | {row['predicted_mean']:.3g} ({row['walls']}), "
             f"{row['predicted_5']:.3g} to {row['predicted_95']:.3g}, {row['predicted_cov']:.2f} | "
-            f"{row['coverage_50']:.2f}, {row['coverage_90']:.2f} | {row['crps']:.2g} |"
+            f"{row['coverage_50']:.2f}, {row['coverage_90']:.2f} | {row['crps']:.3g} |"
         )
     return "\n".join(lines)
 

@@ -1,0 +1,93 @@
+"""The validation of distributions: its scores by hand, its published figures, and a small run of a case."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pandas as pd
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+CASES = ROOT / "studies" / "validation"
+JUDGED = ("spandrels", "shear_wall", "ramsgate", "bryant", "shear_panel")
+
+
+def module(name: str, file: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, file)
+    assert spec is not None
+    assert spec.loader is not None
+    found = importlib.util.module_from_spec(spec)
+    sys.modules[name] = found
+    spec.loader.exec_module(found)
+    return found
+
+
+@pytest.fixture
+def paths(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the cases find what they share; modules of that name of other studies are put aside."""
+    for name in ("cases", "measures", "solving", "table", "judging"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.setattr(sys, "path", [str(CASES), str(ROOT / "studies" / "bryant_1993"), *sys.path])
+
+
+def test_a_prediction_is_judged_by_hand(paths: None) -> None:
+    judging = module("judging", CASES / "judging.py")
+    row = judging.judged("force", "kN", np.array([1.0, 2.0, 3.0, np.nan]), np.array([2.0, 9.0, 1.0, 4.0]))
+    assert (row["walls"], row["observations"], row["observed_mean"], row["predicted_mean"]) == (3, 4, 4.0, 2.0)
+    assert row["pit"] == "0.500 1.000 0.167 1.000"
+    assert row["coverage_90"] == 0.25
+    assert row["observed_cov"] == pytest.approx(np.std([2, 9, 1, 4], ddof=1) / 4.0)
+    assert row["observed_cov_low"] < row["observed_cov"] < row["observed_cov_high"]
+    assert "force, kN | 4 (4), 0.89 | 2 (3)" in judging.table([row])
+
+
+def test_the_page_over_all_is_that_of_the_scores(paths: None) -> None:
+    """The published table is what the cases' scores say, and each case says where it stands."""
+    run = module("validation_run", CASES / "run.py")
+    scores = {case: pd.read_csv(CASES / case / "scores.csv") for case in run.CASES if case in JUDGED}
+    page = (CASES / "README.md").read_text(encoding="utf-8")
+    assert run.over_all(scores) in page
+    for case, rows in scores.items():
+        text = (CASES / case / "README.md").read_text(encoding="utf-8")
+        for row in rows.itertuples():  # scores have four digits
+            near = [f"| {row.predicted_mean * (1.0 + e):.3g} ({row.walls})" for e in (-5e-4, 0.0, 5e-4)]
+            assert any(said in text for said in near), (case, row.quantity)
+
+
+def test_observations_of_the_spandrels_have_the_reported_moments() -> None:
+    seen = pd.read_csv(CASES / "spandrels" / "observed.csv").query("quantity == 'peak'")["value"]
+    assert len(seen) == 27
+    assert seen.mean() == pytest.approx(21.3, abs=0.05)
+    assert seen.std() / seen.mean() == pytest.approx(0.22, abs=0.005)
+
+
+def test_facades_have_the_reported_openings(paths: None) -> None:
+    facades = module("validation_facades", CASES / "facades" / "run.py").FACADES
+    for size, share in (("7 x 5.5", 0.235), ("17 x 3.8", 0.09), ("12 x 3", 0.174)):
+        facade = next(f for f in facades if f.name == size)
+        area = sum(hole["width"] * hole["height"] for hole in facade.tables())
+        assert area / (facade.length * facade.height) == pytest.approx(share, abs=0.005)
+
+
+def test_a_case_runs_and_goes_on(paths: None, tmp_path: Path) -> None:
+    """Three panels of the shear test, twice: the second time nothing is solved again."""
+    case = module("validation_panel", CASES / "shear_panel" / "run.py")
+    rows, _ = case.run(tmp_path, 3, 1)
+    again, _ = case.run(tmp_path, 3, 1)
+    assert rows[0]["walls"] == 3
+    assert 35.0 < rows[0]["predicted_mean"] < 90.0
+    assert again[0]["predicted_mean"] == rows[0]["predicted_mean"]
+
+
+@pytest.mark.parametrize("case", ["spandrels", "shear_wall", "bryant", "shear_panel", "ramsgate", "facades"])
+def test_every_case_can_be_read(paths: None, case: str) -> None:
+    """Scenes of all cases are valid, and their pages name the command that makes them."""
+    found = module(f"validation_{case}", CASES / case / "run.py")
+    assert callable(found.run)
+    text = (CASES / case / "README.md").read_text(encoding="utf-8")
+    assert f"python studies/validation/{case}/run.py" in text
+    assert "COMMIT" not in text
