@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from pathlib import Path
 
@@ -12,10 +11,9 @@ from pages import markdown
 from rooms import HERE, ROOMS, ROOT, Room, said
 
 from damagepred.archive.files import write_whole
+from damagepred.plotting.sheet import DPI, new_figure, small
 
-PAGE = HERE / "RESULTS.md"
-MACHINE = re.compile(r"\d+ cores of .*?scipy [\d.]*\d")
-UNKNOWN = "not noted"
+PAGE, PICTURE = HERE / "RESULTS.md", HERE / "RESULTS.png"
 ALL = "python studies/benchmarks/run.py"
 CONTENTS = {
     "work_precision": "error over time of a wall, presets, orders",
@@ -30,21 +28,9 @@ CONTENTS = {
 """Contents of each section, for the table at the top."""
 
 
-def machine_of(room: Room, kept: pd.DataFrame) -> list[str]:
-    """Return the machine of a benchmark: as recorded, else from its own page."""
-    if notes.whole(kept, room.name):
-        return list(dict.fromkeys(kept.loc[kept["room"] == room.name, "machine"]))
-    found = MACHINE.search((room.folder / "README.md").read_text(encoding="utf-8"))
-    return [found.group()] if found else []
-
-
 def command_of(room: Room) -> str:
     """Return the command of a benchmark, as typed in a shell."""
     return shlex.join(["python", *room.command]).replace("'", '"')
-
-
-def _cell(values: pd.Series) -> str:
-    return "; ".join(dict.fromkeys(map(str, values)))
 
 
 def measured(kept: pd.DataFrame) -> pd.DataFrame:
@@ -52,16 +38,9 @@ def measured(kept: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for room in ROOMS.values():
         own = kept[kept["room"] == room.name]
-        older = "" if notes.whole(kept, room.name) else "; some earlier, " + UNKNOWN if len(own) else UNKNOWN
-        rows.append(
-            {
-                "": f"[{room.name}](#{anchor(room)})",
-                "what": CONTENTS[room.name],
-                "version": _cell(own["version"]) + older,
-                "date": _cell(own["date"]) + older,
-                "minutes": f"{own['minutes'].sum():.1f}" if len(own) else UNKNOWN,
-            }
-        )
+        row = {"": f"[{room.name}](#{anchor(room)})", "what": CONTENTS[room.name]}
+        row |= {name: "; ".join(dict.fromkeys(own[name])) for name in ("version", "date")}
+        rows.append(row | {"minutes": f"{own['minutes'].sum():.1f}"})
     return pd.DataFrame(rows)
 
 
@@ -72,22 +51,18 @@ def anchor(room: Room) -> str:
 
 def whence(kept: pd.DataFrame) -> str:
     """Return machine and version of all measurements, and a caution where they are not of one run."""
-    machines = list(dict.fromkeys(m for room in ROOMS.values() for m in machine_of(room, kept)))
+    machines, versions = (list(dict.fromkeys(kept[name])) for name in ("machine", "version"))
+    days, parted = sorted(set(kept["date"])), [name for name in ROOMS if not notes.whole(kept, name)]
     lines = ["On " + (machines[0] if len(machines) == 1 else "machines that differ: " + "; ".join(machines)) + "."]
-    noted = [name for name in ROOMS if notes.whole(kept, name)]
-    unnoted = [name for name in ROOMS if name not in noted]
-    own = kept[kept["room"].isin(noted)]
-    versions, days = list(dict.fromkeys(own["version"])), sorted(set(own["date"]))
-    if len(noted) == len(ROOMS) and len(versions) == 1 and len(machines) == 1:
+    if not parted and len(versions) == 1 and len(machines) == 1:
         lines.append(f"All with damagepred {versions[0]}, {days[0]}{f' to {days[-1]}' if len(days) > 1 else ''}.")
         return " ".join(lines)
     lines.append("**Not all figures are of one run.**")
     if len(versions) > 1:
         lines.append("Versions differ between benchmarks, or within one.")
-    if unnoted:
+    if parted:
         lines.append(
-            f"Data of {', '.join(unnoted)} are, at least in part, of calls that were not recorded or not complete: the "
-            "version of damagepred is not known."
+            f"Data of {', '.join(parted)} are, at least in part, of calls that were not recorded or not complete."
         )
     lines.append(f"`{ALL} --anew` measures all of them with one version.")
     return " ".join(lines)
@@ -105,25 +80,45 @@ def section(room: Room, folder: Path | None = None) -> str:
     return f"{head}\n\n{text}"
 
 
+def draw(path: Path) -> None:
+    """Draw the time of a path over the number of blocks, and that of other solvers for a dry wall."""
+    figure = new_figure(9.0, 5.5)
+    ax = figure.add_subplot()
+    grown = pd.read_csv(ROOMS["scaling"].folder / "data.csv").query("grows == 'blocks' and end == 'complete'")
+    for curve, own in grown.groupby("curve", sort=False):
+        own = own.groupby("blocks")["seconds"].median()
+        ax.loglog(own.index, own, "--" if "explicit" in str(curve) else "-", label=curve)
+    others = pd.read_csv(ROOMS["beside_others"].folder / "runs.csv").query(
+        "case == 'gap' and settings != 'increments 1'"
+    )
+    for k, (solver, own) in enumerate(others.groupby("solver", sort=False)):
+        own = own.groupby("blocks")["s at 0.001"].min().dropna()
+        if len(own):
+            ax.loglog(own.index, own, ":", marker="os^vDP"[k % 6], label=f"dry wall: {str(solver).replace('_', '-')}")
+    ax.set_xlabel("blocks")
+    ax.set_ylabel("processor time of a path (s)")
+    ax.grid(alpha=0.3)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside right upper", frameon=False, fontsize=small(ax))
+    write_whole(path, lambda p: figure.savefig(p, dpi=DPI, format="png"))
+
+
 def text(kept: pd.DataFrame) -> str:
     """Return the page."""
-    return (
-        "\n\n".join(
-            (
-                "# Results of the benchmarks",
-                f"Written by `{ALL}` from the data of the benchmarks; `{ALL} --from-data` writes it again. Each "
-                "heading names "
-                "its command, and the page with the method.",
-                whence(kept),
-                markdown(measured(kept)),
-                *map(section, ROOMS.values()),
-            )
-        )
-        + "\n"
+    parts = (
+        "# Results of the benchmarks",
+        f"Written by `{ALL}` from the data of the benchmarks; `{ALL} --from-data` writes it again. Each heading names "
+        "its command, and the page with the method.",
+        whence(kept),
+        f"![Time of a path over the number of blocks]({PICTURE.name})",
+        "Solid: quasi-static; dashed: explicit; dotted: a dry wall over ground that drops, to a residual of 0.001.",
+        markdown(measured(kept)),
+        *map(section, ROOMS.values()),
     )
+    return "\n\n".join(parts) + "\n"
 
 
-def write(page: Path = PAGE) -> None:
-    """Write the page from the available data."""
+def write() -> None:
+    """Write the page and its picture from the available data."""
     whole = text(notes.read())
-    write_whole(page, lambda path: path.write_text(whole, encoding="utf-8"))
+    draw(PICTURE)
+    write_whole(PAGE, lambda path: path.write_text(whole, encoding="utf-8"))

@@ -8,7 +8,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import ModuleType
 from typing import NamedTuple
 
 HERE = Path(__file__).resolve().parent
@@ -58,7 +57,7 @@ ROOMS = {
             "data.csv floors.csv costs.csv results",
             "results",
         ),
-        _room("stress", "--quick", "cases.csv time_steps.csv cracking.csv machine.txt", "cases.csv"),
+        _room("stress", "--quick", "cases.csv time_steps.csv cracking.csv", "cases.csv"),
         _room("scaling", "--quick --output {}", "data.csv"),
         _room("workers", "--quick --wall window --into {}", "parts.csv runs.csv", ""),
         _room("skips", "--quick --output {}", "data.csv"),
@@ -71,7 +70,7 @@ ROOMS = {
             ("baseline.json",),
             "",
         ),
-        _room("beside_others", "--quick --output {}", "runs.csv base.csv moved.csv machine.txt", "runs.csv"),
+        _room("beside_others", "--quick --output {}", "runs.csv base.csv moved.csv", "runs.csv"),
     )
 }
 """All, in the order of the page."""
@@ -105,24 +104,11 @@ def inside(folder: Path) -> Iterator[None]:
         sys.modules.update(before)
 
 
-def _summary(room: Room) -> ModuleType:
-    return importlib.import_module("summary")
-
-
 def said(room: Room, folder: Path | None = None) -> tuple[str, str]:
     """Return title and text of a benchmark's summary, from the data in its own or another folder."""
     with inside(room.folder):
-        summary = _summary(room)
+        summary = importlib.import_module("summary")
         return summary.TITLE, summary.text(folder or room.folder)
-
-
-def minutes_by_data(room: Room) -> float:
-    """Return the minutes of a benchmark, from the times in its data; NaN if there are none."""
-    with inside(room.folder):
-        try:
-            return float(_summary(room).minutes(room.folder))
-        except FileNotFoundError:
-            return float("nan")
 
 
 def fingerprint(room: Room) -> str:

@@ -30,7 +30,7 @@ sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 import notes  # noqa: E402
 import results  # noqa: E402
 from pages import machine  # noqa: E402
-from rooms import ROOMS, ROOT, SEPARATE, Room, fingerprint, minutes_by_data  # noqa: E402
+from rooms import ROOMS, ROOT, SEPARATE, Room, fingerprint  # noqa: E402
 
 PATIENCE = {signal.SIGINT: 30.0, signal.SIGTERM: 10.0, signal.SIGKILL: 10.0}
 """Signals that end a benchmark, and the time limit of each (s)."""
@@ -42,21 +42,11 @@ def say(words: str) -> None:
 
 
 def costs(rooms: Sequence[Room]) -> None:
-    """Print the expected time of the benchmarks."""
-    kept, total, unknown = notes.read(), 0.0, 0
-    for room in rooms:
-        if notes.whole(kept, room.name):
-            minutes, by = float(kept.loc[kept["room"] == room.name, "minutes"].sum()), "when last measured"
-        else:
-            minutes, by = minutes_by_data(room), "at least, by the times in its data"
-        if minutes == minutes:
-            total += minutes
-            say(f"  {room.name:16}{minutes:6.0f} min {by}")
-        else:
-            unknown += 1
-            say(f"  {room.name:16}     ? min: not known yet")
-    more = f", and {unknown} of which it is not known" if unknown else ""
-    say(f"  {'in all':16}{total:6.0f} min{more}, if measured anew; less where data are there already")
+    """Print the expected time of the benchmarks: that of their last measurement."""
+    minutes = notes.read().groupby("room")["minutes"].sum().reindex([room.name for room in rooms])
+    for name, each in minutes.items():
+        say(f"  {name:16}{each:6.0f} min" if each == each else f"  {name:16}     ? min: not measured yet")
+    say(f"  {'in all':16}{minutes.sum():6.0f} min, if measured anew; less where data are there already")
 
 
 def command(arguments: Sequence[str]) -> int:

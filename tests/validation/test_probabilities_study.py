@@ -24,11 +24,11 @@ def room(monkeypatch: pytest.MonkeyPatch) -> dict[str, ModuleType]:
     monkeypatch.syspath_prepend(str(ROOM.parent))
     monkeypatch.syspath_prepend(str(ROOM))
     import errors
-    import page
+    import summary
     import walls
 
-    yield {"errors": errors, "page": page, "walls": walls}
-    for name in ("errors", "floors", "page", "pages", "walls"):  # other rooms have files of these names, too
+    yield {"errors": errors, "summary": summary, "walls": walls}
+    for name in ("errors", "floors", "pages", "summary", "walls"):  # other rooms have files of these names, too
         sys.modules.pop(name, None)
 
 
@@ -58,14 +58,14 @@ def test_errors_of_walls_with_a_known_answer(room: dict[str, ModuleType], monkey
     # of a lognormal's median: dispersion over the root of the number of walls
     for n in (64, 256, 1024):
         assert median.loc[("random", n), "error"] == pytest.approx(0.4 / math.sqrt(n), rel=0.2)
-    slope, _ = room["page"].order(median.xs("random").reset_index())
+    slope, _ = room["summary"].order(median.xs("random").reset_index())
     assert slope == pytest.approx(-0.5, abs=0.08)
     assert median.loc[("Sobol", 256), "error"] < 0.2 * median.loc[("random", 256), "error"]
     near = rows[rows["question"] == "probability near 0.1"].set_index(["method", "walls"])
     p = near["truth"].iloc[0]
     assert near.loc[("random", 256), "error"] == pytest.approx(math.sqrt((1 - p) / (256 * p)), rel=0.2)
     # a coarse wall at a tenth of the cost with nearly the same answer pays, its pilot counted
-    gains = room["page"].with_gain(rows.assign(wall="joints"))
+    gains = room["summary"].with_gain(rows.assign(wall="joints"))
     pays = gains[(gains["method"] == "two-level, two contacts") & (gains["question"] == "probability near 0.1")]
     assert pays["gain"].iloc[-1] > 1.3
     floors = pd.DataFrame(room["errors"].floors_of("joints", banks, room["errors"].questions(banks["random"])))
@@ -81,19 +81,6 @@ def test_bias_and_variance_are_separated(room: dict[str, ModuleType]) -> None:
     assert row["error"] == pytest.approx(math.hypot(0.1, 0.05), rel=0.03)
     assert row["bias"] == pytest.approx(0.1, rel=0.03)
     assert row["lower"] < math.hypot(0.1, 0.05) < row["upper"]
-
-
-def test_page_and_picture_come_from_the_data(room: dict[str, ModuleType], tmp_path: Path) -> None:
-    for file in (*ROOM.glob("*.csv"), ROOM / "README.md"):
-        (tmp_path / file.name).write_bytes(file.read_bytes())
-    room["page"].write(tmp_path)
-
-    def written(page: Path) -> list[str]:
-        text = page.read_text(encoding="utf-8").split("<!-- written by run.py -->")[1]
-        return [line for line in text.splitlines() if line.startswith("|")]
-
-    assert written(tmp_path / "README.md") == written(ROOM / "README.md")
-    assert (tmp_path / "errors.png").stat().st_size > 20_000
 
 
 @pytest.mark.slow

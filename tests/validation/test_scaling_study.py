@@ -1,4 +1,4 @@
-"""studies/benchmarks/scaling: exponents are found, cases measured, time-outs listed, the page shows the data."""
+"""studies/benchmarks/scaling: exponents are found, cases measured, time-outs listed."""
 
 import importlib
 from pathlib import Path
@@ -12,7 +12,7 @@ import pytest
 from studies.benchmarks.rooms import inside
 
 ROOM = Path(__file__).resolve().parents[2] / "studies" / "benchmarks" / "scaling"
-OURS = ("cases", "cholesky", "one", "page", "pages", "run", "samples")
+OURS = ("cases", "cholesky", "one", "pages", "run", "samples", "summary")
 
 
 @pytest.fixture(scope="module")
@@ -64,10 +64,10 @@ def test_exponents_of_made_up_times_are_found(room: dict[str, ModuleType]) -> No
         ]
     )
     both = pd.concat([rows, late], ignore_index=True)
-    line = room["page"].exponents(room["page"].medians(both)).iloc[0]
+    line = room["summary"].exponents(room["summary"].medians(both)).iloc[0]
     assert (line["time"], line["steps"], line["time of a step"], line["memory"]) == ("2.00", "0.50", "1.50", "1.50")
     assert line["fitted over"] == "400 to 3200"
-    assert room["page"].left_out(both) == [
+    assert room["summary"].left_out(both) == [
         "- blocks, quasi-static, dpc, 6400: time-out in increment 4 of 20 (more than 9 s)"
     ]
 
@@ -96,11 +96,3 @@ def test_what_takes_too_long_is_listed_and_what_is_larger_is_not_tried(
     rows = pd.read_csv(data)
     assert list(rows["end"]) == ["time-out", "not run"]
     assert room["run"].run_all([curve], data, rounds=2, limit=0.5, budget=-1.0)  # nothing is left to do
-
-
-def test_the_page_shows_the_data(room: dict[str, ModuleType]) -> None:
-    rows = pd.read_csv(ROOM / "data.csv")
-    whole = room["page"].text(rows, room["page"].medians(rows))
-    page = (ROOM / "README.md").read_text(encoding="utf-8")
-    without_machine = whole[whole.index("Exponents p:") :]
-    assert without_machine in page

@@ -1,16 +1,15 @@
-"""studies/benchmarks/skips: what is turned off is off, the answer stays, the page shows the data."""
+"""studies/benchmarks/skips: what is turned off is off, the answer stays."""
 
 import importlib
 from pathlib import Path
 from types import ModuleType
 
-import pandas as pd
 import pytest
 
 from studies.benchmarks.rooms import inside
 
 ROOM = Path(__file__).resolve().parents[2] / "studies" / "benchmarks" / "skips"
-OURS = ("measuring", "page", "pages", "run", "scenes", "skips", "studies")
+OURS = ("measuring", "pages", "run", "scenes", "skips", "studies")
 
 
 @pytest.fixture(scope="module")
@@ -61,11 +60,3 @@ def test_what_is_put_in_place_is_taken_away_again(room: dict[str, ModuleType]) -
             if skip.how == "patched":
                 assert picture() != before, name
         assert picture() == before, name
-
-
-def test_the_page_shows_the_data(room: dict[str, ModuleType]) -> None:
-    whole = room["page"].text(room["page"].medians(pd.read_csv(ROOM / "data.csv")))
-    page = (ROOM / "README.md").read_text(encoding="utf-8")
-    assert whole[whole.index("Runs with and without") :] in page
-    for skip in (*room["skips"].SKIPS.values(), *room["studies"].PARTS.values()):
-        assert f"| {skip.what} |" in page

@@ -1,4 +1,4 @@
-"""The model of studies on many workers: what it says where the answer is known, its page, and its small form."""
+"""The model of studies on many workers: what it says where the answer is known, and its small form."""
 
 import runpy
 import subprocess
@@ -39,22 +39,6 @@ def test_the_model_hands_out_as_much_as_the_program() -> None:
             batches.note(wall)
         costs = model["Costs"](wall, 0, 0, 0, 0, 0)
         assert model["batch_seconds"](costs, samples) == pytest.approx(batches.size() * wall, rel=0.05)
-
-
-def test_page_and_picture_come_from_the_data(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    for name in ("parts.csv", "runs.csv", "README.md"):
-        (tmp_path / name).write_bytes((ROOM / name).read_bytes())
-    monkeypatch.setattr(sys, "path", [*sys.path])
-    runpy.run_path(str(ROOM / "run.py"))["write_page"](tmp_path)
-    for name in ("model", "pages", "picture"):
-        sys.modules.pop(name, None)
-
-    def written(page: Path) -> list[str]:
-        text = page.read_text(encoding="utf-8").split("<!-- written by run.py -->")[1]
-        return [line for line in text.splitlines() if line.startswith("|")]
-
-    assert written(tmp_path / "README.md") == written(ROOM / "README.md")
-    assert (tmp_path / "workers.png").stat().st_size > 20_000
 
 
 @pytest.mark.slow

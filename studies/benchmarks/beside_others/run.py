@@ -3,7 +3,6 @@
     python studies/benchmarks/beside_others/run.py                  everything, in pieces (about an hour)
     python studies/benchmarks/beside_others/run.py --quick --output FOLDER     our side of the smallest wall, seconds
     python studies/benchmarks/beside_others/run.py --solvers pymunk --cases settling --sizes 5x6
-    python studies/benchmarks/beside_others/run.py --tables-only    only page and pictures, from the data
 
 The other solvers run in separate environments, which ``environments.py`` makes where they are missing. Runs that are in
 the data are not repeated, unless ``--again`` is given.
@@ -30,9 +29,8 @@ sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parents[2])]
 
 import environments  # noqa: E402
 import ours  # noqa: E402
-import tables  # noqa: E402
+import summary  # noqa: E402
 from cases import CASES, SIZES, SIZES_OF, Case  # noqa: E402
-from pages import machine, put_in  # noqa: E402
 from record import Wall  # noqa: E402
 from settings import OURS, WIDTH, described, our_solver, settings_of  # noqa: E402
 
@@ -113,21 +111,21 @@ def store(folder: Path, case: Case, solver: str, words: str, found: dict[str, An
     """Put a run into the data."""
     found = flat(found)
     key = {"case": case["name"], "size": case["size"], "solver": solver, "settings": words}
-    tables.keep(folder / RUNS, pd.DataFrame([tables.row_of(case, solver, words, found)]))
+    summary.keep(folder / RUNS, pd.DataFrame([summary.row_of(case, solver, words, found)]))
     if "displacement" not in found:
         return
     wall, moved = Wall(case), np.array(found["displacement"])
     rows = pd.DataFrame({"x": wall.centre[wall.lowest, 0], "force": found["base"]})
-    tables.keep(folder / BASE, rows.assign(**key)[[*key, *rows]])
+    summary.keep(folder / BASE, rows.assign(**key)[[*key, *rows]])
     if case["name"] == "gap":
         rows = pd.DataFrame(np.round(np.column_stack((1e3 * moved[:, :2], moved[:, 2])), 6), columns=["x", "y", "turn"])
         rows.insert(0, "block", range(len(rows)))
-        tables.keep(folder / MOVED, rows.assign(**key)[[*key, *rows]])
+        summary.keep(folder / MOVED, rows.assign(**key)[[*key, *rows]])
 
 
 def known(folder: Path) -> set[tuple[str, ...]]:
     path = folder / RUNS
-    return set(pd.read_csv(path)[tables.KEY].itertuples(index=False, name=None)) if path.exists() else set()
+    return set(pd.read_csv(path)[summary.KEY].itertuples(index=False, name=None)) if path.exists() else set()
 
 
 def push_ours(solver: Solver, case: Case, top: float) -> dict[str, Any]:
@@ -206,29 +204,15 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--again", action="store_true", help="repeat runs that are in the data")
     parser.add_argument("--quick", action="store_true", help="only our solvers, the smallest wall, not pushed")
     parser.add_argument("--environments", type=Path, default=environments.default_folder(), help="where they are kept")
-    parser.add_argument("--output", type=Path, default=HERE, help="folder of data, page and pictures")
-    parser.add_argument("--tables-only", action="store_true", help="only page and pictures, from the data")
+    parser.add_argument("--output", type=Path, default=HERE, help="folder of the data")
     options = parser.parse_args(arguments)
     if options.quick:
         options.solvers, options.cases, options.sizes, options.repeats = list(OURS), ["settling", "gap"], ["5x6"], 1
     options.output.mkdir(parents=True, exist_ok=True)
-    if not options.tables_only:
-        for solver in set(options.solvers) & set(environments.SOLVERS):
-            if not environments.works(solver, options.environments):
-                environments.create(solver, options.environments)
-        run(options)
-    runs = pd.read_csv(options.output / RUNS)
-    page = options.output / "README.md"
-    if page.exists():
-        written = tables.text(runs)
-        if not options.tables_only:
-            (options.output / "machine.txt").write_text(machine() + "\n", encoding="utf-8")
-        put_in(page, (options.output / "machine.txt").read_text(encoding="utf-8") + "\n" + written)
-        from picture import draw
-
-        draw(options.output)
-    else:
-        print(tables.text(runs))
+    for solver in set(options.solvers) & set(environments.SOLVERS):
+        if not environments.works(solver, options.environments):
+            environments.create(solver, options.environments)
+    run(options)
 
 
 if __name__ == "__main__":

@@ -1,15 +1,132 @@
-"""Summary of this benchmark for RESULTS.md."""
+"""Files of the runs, and the section of this benchmark on RESULTS.md."""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from pages import markdown
-from tables import RUNS_OF, compared, fastest
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent)]
+
+from cases import LEVELS, Case  # noqa: E402
+from pages import markdown  # noqa: E402
+from record import Wall  # noqa: E402
 
 TITLE = "The same dry wall in other public solvers"
+KEY = ["case", "size", "solver", "settings"]
+NAMES = {
+    "quasi_static": "damagepred, quasi-static",
+    "explicit": "damagepred, explicit",
+    "pymunk": "pymunk",
+    "lmgc90": "LMGC90",
+    "openseespy": "OpenSees",
+    "exudyn": "Exudyn",
+}
+RUNS_OF = (("settling", "under its own weight"), ("gap", "the ground dropped under the middle"))
+"""Cases that are timed to equilibrium, in words."""
+COLUMNS = [f"s at {level:g}" for level in LEVELS]
+
+
+def keep(path: Path, rows: pd.DataFrame) -> None:
+    """Put rows into a file of comma-separated values in place of those with the same case, size, solver, settings."""
+    if path.exists():
+        old = pd.read_csv(path)
+        new = pd.MultiIndex.from_frame(rows[KEY])
+        rows = pd.concat([old[~pd.MultiIndex.from_frame(old[KEY]).isin(new)], rows])
+    rows.sort_values(KEY, kind="stable").to_csv(path, index=False, float_format="%.6g")
+
+
+def row_of(case: Case, solver: str, settings: str, found: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of one run in ``runs.csv``."""
+    row: dict[str, Any] = {"case": case["name"], "size": case["size"], "solver": solver, "settings": settings}
+    row |= {"blocks": len(case["blocks"]), "version": found.get("version", ""), "note": found.get("note", "")}
+    row |= {name: found.get(name, np.nan) for name in ("build", "seconds", "steps", "residual", "low", "high")}
+    seconds = found.get("settled", [None] * len(LEVELS))
+    row |= dict(zip(COLUMNS, (np.nan if s is None else s for s in seconds), strict=True))
+    if "displacement" not in found:
+        return row
+    wall, moved, base = Wall(case), np.array(found["displacement"]), np.array(found["base"])
+    row["weight on the ground"] = base.sum() / wall.weight.sum()
+    row["largest base force"] = base.max() / base.mean()
+    row["top settles mm"] = -1e3 * moved[wall.centre[:, 1] > wall.centre[:, 1].max() - 1e-6, 1].mean()
+    row["drift mm"] = 1e3 * np.abs(moved[:, 0]).max()
+    drop = max(case["drop"])
+    if drop:
+        row["blocks down"] = int((moved[:, 1] < -drop / 2).sum())
+        row["weight on what dropped"] = base[on_dropped(case, wall)].sum() / wall.weight.sum()
+        row["thrust opening mm"] = 1e3 * (moved[:, 0].max() - moved[:, 0].min())
+    return row
+
+
+def on_dropped(case: Case, wall: Wall) -> np.ndarray:
+    """Return which of the lowest blocks stand on a piece of ground that drops."""
+    x = wall.centre[wall.lowest, 0]
+    inside = np.zeros(len(x), dtype=bool)
+    for corners, drop in zip(case["ground"], case["drop"], strict=True):
+        ends = np.array(corners)[:, 0]
+        inside |= bool(drop) & (x > ends.min()) & (x < ends.max())
+    return inside
+
+
+def fastest(runs: pd.DataFrame, case: str) -> pd.DataFrame:
+    """Return, for each size and solver, the least time at each residual, over all settings tried."""
+    part = runs[runs["case"] == case]
+    # without the symmetry reduction, which others could use, too; and not in a single increment, which is not a path
+    part = part[~part["settings"].isin(["symmetric_half False", "increments 1"])]
+    return part.groupby(["blocks", "solver"], sort=False)[COLUMNS].min().reset_index()
+
+
+def ratios(runs: pd.DataFrame, case: str, ours: str = "quasi_static") -> pd.DataFrame:
+    """Return the times of the others over ours at each residual."""
+    best = fastest(runs, case)
+    own = best[best["solver"] == ours].set_index("blocks")[COLUMNS]
+    rows = best[~best["solver"].isin(["quasi_static", "explicit"])].copy()
+    rows[COLUMNS] = rows[COLUMNS].to_numpy() / own.reindex(rows["blocks"]).to_numpy()
+    return rows.rename(columns={c: c.replace("s at", "times at") for c in COLUMNS})
+
+
+def spent(runs: pd.DataFrame, case: str) -> pd.Series:
+    """Return the time of the longest run of each size and solver, converged or not."""
+    part = runs[runs["case"] == case]
+    return part.groupby(["blocks", "solver"])["seconds"].max()
+
+
+def at_least(rows: pd.DataFrame, longest: pd.Series) -> pd.DataFrame:
+    """Fill empty cells with the longest time that was tried, as a lower bound."""
+    filled = rows.astype(dict.fromkeys(rows.columns[2:], object))
+    for i, row in rows.iterrows():
+        for column in rows.columns[2:]:
+            if np.isnan(row[column]):
+                filled.at[i, column] = f"> {longest[row['blocks'], row['solver']]:.2g}"
+    return filled
+
+
+def named(rows: pd.DataFrame) -> pd.DataFrame:
+    return rows.assign(solver=[NAMES[s] for s in rows["solver"]])
+
+
+def order(rows: pd.DataFrame) -> pd.DataFrame:
+    """Sort by size, our solvers first."""
+    place = {name: i for i, name in enumerate(NAMES)}
+    return rows.sort_values(["blocks", "solver"], key=lambda c: c.map(place) if c.name == "solver" else c)
+
+
+def collapse(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the bracket of the collapse load, in shares of the weight."""
+    part = order(runs[runs["case"] == "tilt"])[["blocks", "solver", "settings", "low", "high", "seconds"]]
+    return part.assign(solver=[NAMES.get(s, "limit analysis") for s in part["solver"]])
+
+
+def compared(runs: pd.DataFrame, case: str) -> pd.DataFrame:
+    """Return the times of the others over ours, as lower bounds where they did not converge."""
+    longest = spent(runs, case)
+    own = fastest(runs, case).query("solver == 'quasi_static'").set_index("blocks")[COLUMNS[0]]
+    own = longest.index.get_level_values("blocks").map(own).to_numpy()
+    return named(order(at_least(ratios(runs, case), longest / own)))
 
 
 def text(folder: Path) -> str:
@@ -23,10 +140,5 @@ def text(folder: Path) -> str:
         own = fastest(runs, case).query("solver == 'quasi_static'").sort_values("blocks")
         took = ", ".join(f"{1e3 * s:.3g} ms ({n} blocks)" for n, s in zip(own["blocks"], own["s at 0.0001"]))
         parts += [f"*{words[0].upper()}{words[1:]}*; quasi-static to 0.0001 in {took}.", markdown(compared(runs, case))]
+    parts += ["*Pushed*: the collapse load as a share of the weight.", markdown(collapse(runs))]
     return "\n\n".join(parts)
-
-
-def minutes(folder: Path) -> float:
-    """Return the minutes of the runs; short ones are repeated for about half a second."""
-    runs = pd.read_csv(folder / "runs.csv")
-    return float(np.maximum(runs["seconds"].fillna(0.0), 1.0).sum()) / 60

@@ -1,10 +1,9 @@
 """Error of a fragility median and of a small probability over computing time, measured by repetition.
 
-    python studies/benchmarks/probabilities/run.py [--wall joints window] [--seconds 240] [--quick] [--from-data]
+    python studies/benchmarks/probabilities/run.py [--wall joints window] [--seconds 240] [--quick]
 
 Sets of walls are solved and kept in the output folder; a call stops after ``--seconds``, and the same call resumes. All
-sets of both walls take about 25 minutes on one core. When all are done, or with ``--page``, it writes data.csv, the
-picture and the tables of README.md. ``--from-data`` writes page and picture from data.csv alone.
+sets of both walls take about 25 minutes on one core. At the end of each call it writes data.csv, the errors so far.
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 import costs  # noqa: E402
 import errors  # noqa: E402
-import page  # noqa: E402
 import rare  # noqa: E402
 import walls  # noqa: E402
 from walls import Plan  # noqa: E402
@@ -69,25 +67,18 @@ def main() -> None:
     parser.add_argument("--wall", nargs="+", choices=("joints", "window"), default=["window", "joints"])
     parser.add_argument("--seconds", type=float, default=1e9, help="stop after this wall-clock time (s)")
     parser.add_argument("--quick", action="store_true", help="a few walls of each set, to check that it runs")
-    parser.add_argument("--page", action="store_true", help="compute errors from the sets so far")
-    parser.add_argument("--from-data", action="store_true", help="only write page and picture")
     parser.add_argument("--output", type=Path, default=HERE / "results", help="folder of the sets")
-    parser.add_argument("--into", type=Path, default=HERE, help="folder of data.csv, picture and page")
+    parser.add_argument("--into", type=Path, default=HERE, help="folder of data.csv")
     options = parser.parse_args()
-    if options.from_data:
-        page.write(options.into)
-        return
     stop = time.monotonic() + max(options.seconds - 45, 0.7 * options.seconds)  # the rest is for reading the sets
     complete = True
-    if not options.page:
-        for stage in range(len(STAGES)):
-            for wall in options.wall:
-                complete = complete and solve_stage(options, stage, wall, lambda: time.monotonic() > stop)
+    for stage in range(len(STAGES)):
+        for wall in options.wall:
+            complete = complete and solve_stage(options, stage, wall, lambda: time.monotonic() > stop)
     if not complete:
         print("not complete; the same call resumes")
     sets = [(wall, curve_plans(wall, options.quick), rare_plans(wall, options.quick)) for wall in options.wall]
     errors.write(options.into, options.output, sets)
-    page.write(options.into)
 
 
 def solve_stage(options: argparse.Namespace, stage: int, wall: str, over: Callable[[], bool]) -> bool:

@@ -1,12 +1,11 @@
 """Growth of time and memory of a path and a study with blocks, contacts, zones, increments and samples.
 
     python studies/benchmarks/scaling/run.py [--grows blocks ...] [--rounds 1] [--limit 200] [--budget 3000]
-    python studies/benchmarks/scaling/run.py --from-data
 
 Each case runs in a separate process that ends after ``--limit`` seconds of processor time. Cases larger than one that
 exceeded the limit are not run, and both are listed. Every run is a row of ``data.csv``, written at once: the same
 command resumes an interrupted one. ``--rounds 2`` runs every case once more, after all others, so that medians are over
-different times of day. ``--from-data`` only writes page and pictures.
+different times of day.
 """
 
 from __future__ import annotations
@@ -18,8 +17,6 @@ import sys
 import time
 from pathlib import Path
 from typing import Any
-
-import pandas as pd
 
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
@@ -84,15 +81,14 @@ def run_all(curves: list[list[Case]], data: Path, rounds: int, limit: float, bud
 
 
 def main() -> int:
-    """Run cases, and write page and pictures; or run one case."""
+    """Run cases, or one case."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--grows", nargs="+", choices=tuple(GROWING), help="quantities that grow (all)")
     parser.add_argument("--rounds", type=int, default=1, help="runs of each case (1)")
     parser.add_argument("--limit", type=float, default=LIMIT, help="processor time of a case (200 s)")
     parser.add_argument("--budget", type=float, default=1e6, help="start no case after this time (s)")
     parser.add_argument("--quick", action="store_true", help="a few small cases")
-    parser.add_argument("--from-data", action="store_true", help="run nothing; write page and pictures")
-    parser.add_argument("--output", type=Path, default=HERE, help="folder of data, page and pictures")
+    parser.add_argument("--output", type=Path, default=HERE, help="folder of the data")
     parser.add_argument("--one", nargs=3, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.one:
@@ -101,14 +97,10 @@ def main() -> int:
         return 0
     options.output.mkdir(parents=True, exist_ok=True)
     data = options.output / "data.csv"
-    if not options.from_data:
-        curves = [[case] for case in QUICK] if options.quick else all_cases(options.grows)
-        print(f"{sum(map(len, curves))} cases, {options.rounds} times; hours if all of them", file=sys.stderr)
-        if not run_all(curves, data, options.rounds, options.limit, options.budget):
-            print("the budget is spent; the same command resumes", file=sys.stderr)
-    from page import write
-
-    write(pd.read_csv(data), options.output)
+    curves = [[case] for case in QUICK] if options.quick else all_cases(options.grows)
+    print(f"{sum(map(len, curves))} cases, {options.rounds} times; hours if all of them", file=sys.stderr)
+    if not run_all(curves, data, options.rounds, options.limit, options.budget):
+        print("the budget is spent; the same command resumes", file=sys.stderr)
     return 0
 
 

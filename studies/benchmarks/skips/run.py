@@ -1,11 +1,10 @@
 """Measure the time that each skip of the program saves, and the differences it makes.
 
     python studies/benchmarks/skips/run.py [--rounds 3] [--only condense half ...] [--budget 3000]
-    python studies/benchmarks/skips/run.py --from-data
 
 Each is turned off while the others stay at their defaults. Runs with and without alternate; times are processor times.
 Every pair of runs is a row of ``data.csv``, written at once: the same command resumes an interrupted one. A round takes
-some minutes. Page and picture are made from the data, by ``--from-data`` alone.
+some minutes.
 """
 
 from __future__ import annotations
@@ -17,8 +16,6 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
-
-import pandas as pd
 
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
@@ -75,24 +72,19 @@ def run_all(data: Path, rounds: int, only: list[str] | None, quick: bool, budget
 
 
 def main() -> int:
-    """Measure, and make page and picture."""
+    """Measure the cases of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=3, help="pairs of runs with and without (3)")
     parser.add_argument("--only", nargs="+", choices=(*SKIPS, *PARTS), help="of these skips (all)")
     parser.add_argument("--budget", type=float, default=1e6, help="start no pair of runs after this time (s)")
     parser.add_argument("--quick", action="store_true", help="a few skips on small walls")
-    parser.add_argument("--from-data", action="store_true", help="run nothing; write page and picture")
-    parser.add_argument("--output", type=Path, default=HERE, help="folder of data, page and picture")
+    parser.add_argument("--output", type=Path, default=HERE, help="folder of the data")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
-    data = options.output / "data.csv"
-    if not options.from_data:
-        only = list(QUICK) if options.quick and options.only is None else options.only
-        if not run_all(data, 1 if options.quick else options.rounds, only, options.quick, options.budget):
-            print("the budget is spent; the same command resumes", file=sys.stderr)
-    from page import write
-
-    write(pd.read_csv(data), options.output)
+    only = list(QUICK) if options.quick and options.only is None else options.only
+    data, rounds = options.output / "data.csv", 1 if options.quick else options.rounds
+    if not run_all(data, rounds, only, options.quick, options.budget):
+        print("the budget is spent; the same command resumes", file=sys.stderr)
     return 0
 
 

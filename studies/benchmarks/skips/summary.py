@@ -1,35 +1,47 @@
-"""Summary of this benchmark for RESULTS.md."""
+"""Section of this benchmark on RESULTS.md."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
-from page import medians, told
 from pages import markdown
 from skips import NOT_TURNED_OFF, SKIPS
 
 from studies import PARTS
 
 TITLE = "Time saved and differences made by skipped computations"
-ROUNDS = 3
-"""Default of run.py."""
+CHANGES = ["upwards", "sideways", "otherwise"]
+"""Differences of which the largest of all rounds counts."""
+
+
+def medians(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each skip and wall: rounds, median ratio of time or size, largest differences."""
+    rows = rows.reindex(columns=["skip", "wall", "seconds_on", "seconds_off", "bytes_on", "bytes_off", *CHANGES])
+    sizes, times = rows["bytes_off"] / rows["bytes_on"], rows["seconds_off"] / rows["seconds_on"]
+    cases = rows.assign(ratio=np.where(times.isna(), sizes, times)).groupby(["skip", "wall"], sort=False)
+    found = cases[CHANGES].max().assign(ratio=cases["ratio"].median(), rounds=cases.size()).reset_index()
+    order = {name: k for k, name in enumerate((*SKIPS, *PARTS))}
+    return found.sort_values("skip", key=lambda s: s.map(order), kind="stable")
 
 
 def text(folder: Path) -> str:
     """Return for each skip and wall the ratio of times and the differences; and the unmeasured skips."""
     found = medians(pd.read_csv(folder / "data.csv"))
-    lines, unmeasured = [], []
-    for skip in (*SKIPS, *PARTS):
-        own, (what, _) = found[found["skip"] == skip], told(skip)
+    lines: list[dict[str, Any]] = []
+    unmeasured = []
+    for skip, one in {**SKIPS, **PARTS}.items():
+        own = found[found["skip"] == skip]
         if own.empty:
-            unmeasured.append(f"{what} ({skip})")
+            unmeasured.append(f"{one.what} ({skip})")
             continue
         changes = own[["upwards", "sideways"]].max(axis=1)
         lines.append(
             {
                 "skip": skip,
-                "skipped": what,
+                "skipped": one.what,
                 "times as fast, or as small": "; ".join(f"{r['wall']} {r['ratio']:.2f}" for _, r in own.iterrows()),
                 "saved of the time, or size": "; ".join(f"{1 - 1 / r['ratio']:.0%}" for _, r in own.iterrows()),
                 "displacements differ by, over the movement": "; ".join(
@@ -50,10 +62,3 @@ def text(folder: Path) -> str:
     return "\n\n".join(
         (*parts, "Not turned off there:", "\n".join(f"- {what}: {why}" for what, why in NOT_TURNED_OFF.items()))
     )
-
-
-def minutes(folder: Path) -> float:
-    """Return the minutes of the default number of rounds."""
-    rows = pd.read_csv(folder / "data.csv")
-    both = rows.reindex(columns=["seconds_on", "seconds_off"]).sum(axis=1)
-    return float(both.sum() / rows["round"].max()) * ROUNDS / 60

@@ -1,10 +1,10 @@
 """Run all solvers with extreme input and count the outcomes.
 
-    python studies/benchmarks/stress/run.py [--family NAME] [--way NAME] [--fresh] [--from-data] [-j N]
+    python studies/benchmarks/stress/run.py [--family NAME] [--way NAME] [--fresh] [-j N]
 
 Every case is solved in a separate process, within ``--limit`` seconds. Finished cases are stored in ``cases.csv`` and
 not repeated, unless with ``--fresh``: the same command resumes an interrupted run. ``--quick`` runs every twentieth
-case and stores nothing; ``--from-data`` writes the page from the stored rows.
+case and stores nothing.
 """
 
 from __future__ import annotations
@@ -18,12 +18,11 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parents[2])]
 
 import pandas as pd  # noqa: E402
-from pages import machine, markdown, put_in  # noqa: E402
 from stressed import page  # noqa: E402
 from stressed.campaign import jobs, run  # noqa: E402
-from stressed.time_steps import SHARES, cracking, longer_steps, refused_words  # noqa: E402
+from stressed.time_steps import SHARES, cracking, longer_steps  # noqa: E402
 
-CASES, STEPS, CRACKS, MACHINE = (HERE / name for name in ("cases.csv", "time_steps.csv", "cracking.csv", "machine.txt"))
+CASES, STEPS, CRACKS = (HERE / name for name in ("cases.csv", "time_steps.csv", "cracking.csv"))
 EVERY = 20
 """The quick form runs every twentieth case."""
 
@@ -39,40 +38,6 @@ def time_steps() -> None:
     pd.DataFrame(cracking()).to_csv(CRACKS, index=False, float_format="%.3g")
 
 
-def tables() -> str:
-    """Return all tables, from the stored rows."""
-    rows = page.read(CASES)
-    whole = len(jobs())
-    left = [f"**So far {len(rows)} of {whole} runs are done; the same command resumes.**"]
-    parts = (left if len(rows) < whole else []) + [
-        page.in_a_word(rows),
-        page.summary(rows),
-        "![Share of the runs of each solver](verdicts.png)",
-        f"Measured on {MACHINE.read_text(encoding='utf-8').strip()}.",
-        "### Second answers",
-        page.second_answers(rows),
-    ]
-    for verdict, title in (
-        ("FAILED", "Failed"),
-        ("WRONG", "Wrong"),
-        ("gave up", "Gave up, with these messages"),
-        ("fell", "Collapsed, not proven by statics"),
-        ("refused", "Refused, with these messages"),
-    ):
-        parts += [f"### {title}", page.listed(rows, verdict)]
-    steps = pd.read_csv(STEPS)
-    steps["cell"] = [r.verdict if r.verdict != "right" else f"{r.off:.0e}" for r in steps.itertuples()]
-    wide = steps.pivot(index="share", columns="solver", values="cell")[steps["solver"].drop_duplicates()]
-    wide = wide.reset_index().rename(columns={"share": "share of the limit"})
-    parts += ["### Time steps", "Error where it is right, over the largest displacement.", markdown(wide)]
-    parts += ["Time steps set by the user:", "\n".join(f"- {words}" for words in refused_words())]
-    parts += [
-        "### A wall that cracks, far away and at other time steps",
-        markdown(pd.read_csv(CRACKS).astype(object).fillna("")),
-    ]
-    return "\n\n".join(parts)
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--family", action="append", default=[], help="only this family (repeat for more)")
@@ -82,7 +47,6 @@ def main() -> int:
     parser.add_argument("--csv", type=Path, default=CASES, help="file of the rows")
     parser.add_argument("--fresh", action="store_true", help="delete the stored rows")
     parser.add_argument("--quick", action="store_true", help=f"every {EVERY}th case, storing nothing")
-    parser.add_argument("--from-data", action="store_true", help="only write the page, from the stored rows")
     options = parser.parse_args()
     wanted = jobs(options.family, options.way)
     if options.quick:
@@ -92,19 +56,13 @@ def main() -> int:
             rows = page.read(file)
         print(page.in_a_word(rows))
         return int(rows["verdict"].isin(["WRONG", "FAILED"]).any())
-    if not options.from_data:
-        if options.fresh:
-            options.csv.unlink(missing_ok=True)
-        if options.fresh or not MACHINE.exists():  # the machine is written last
-            time_steps()
-            MACHINE.write_text(machine() + "\n", encoding="utf-8")
-        print(f"{len(wanted)} runs, about half a second each", file=sys.stderr)
-        run(wanted, options.csv, options.limit, options.processes)
-        if options.csv != CASES or options.family or options.way:
-            print(page.in_a_word(page.read(options.csv)))
-            return 0
-    page.draw(page.read(CASES)).figure.savefig(HERE / "verdicts.png")
-    put_in(HERE / "README.md", tables())
+    if options.fresh:
+        options.csv.unlink(missing_ok=True)
+    if options.fresh or not CRACKS.exists():  # written last
+        time_steps()
+    print(f"{len(wanted)} runs, about half a second each", file=sys.stderr)
+    run(wanted, options.csv, options.limit, options.processes)
+    print(page.in_a_word(page.read(options.csv)))
     return 0
 
 

@@ -1,4 +1,4 @@
-"""Errors of every choice against a reference of known error; observed orders; the Pareto front of a diagram."""
+"""Errors of every choice against a reference of known error; observed orders."""
 
 from __future__ import annotations
 
@@ -171,24 +171,6 @@ def with_errors(rows: pd.DataFrame) -> pd.DataFrame:
                     line |= {name: error, f"{name}_floor": floor}
                 lines.append(line)
     return pd.DataFrame(lines)
-
-
-def edge(lines: pd.DataFrame, error: str) -> pd.DataFrame:
-    """Return the Pareto front of time and error, the fastest choice first.
-
-    Parameters
-    ----------
-    lines : DataFrame
-        Of one wall and quantity.
-    error : {"solution", "model"}
-        Which.
-    """
-    found, best = [], np.inf
-    for _, line in lines.dropna(subset=[error]).sort_values(["seconds", error]).iterrows():
-        if line[error] < best:
-            found.append(line)
-            best = line[error]
-    return pd.DataFrame(found)
 
 
 def worst(lines: pd.DataFrame, error: str, limit: float = FINE_ENOUGH) -> pd.DataFrame:

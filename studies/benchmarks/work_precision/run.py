@@ -6,8 +6,9 @@
     python studies/benchmarks/work_precision/run.py --axes NAME ... --data FILE
 
 Each wall is solved with each choice in a separate process, with a limit of processor time, and written to data.csv at
-once: the same command resumes. ``--from-data`` writes page and pictures from data.csv alone. ``--quick`` solves the
-smallest wall with a few choices, in seconds, and prints their errors; ``--data`` writes another file and prints its.
+once: the same command resumes. ``--from-data`` only writes data/accuracy.csv, the errors of the presets. ``--quick``
+solves the smallest wall with a few choices, in seconds, and prints their errors; ``--data`` writes another file and
+prints its.
 """
 
 from __future__ import annotations
@@ -172,14 +173,14 @@ def print_errors(data: Path) -> None:
 
 
 def main() -> None:
-    """Read the command line, solve, write the page."""
+    """Read the command line, solve, write the errors of the presets."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", nargs="+", default=list(scenes()), choices=list(scenes()), metavar="NAME")
     parser.add_argument("--axes", nargs="+", default=[], help="only these")
     parser.add_argument("--seconds", type=float, default=1e9, help="begin nothing new after these")
     parser.add_argument("--limit", type=float, default=60.0, help="processor time for one wall in one way (s)")
     parser.add_argument("--data", type=Path, default=DATA)
-    parser.add_argument("--from-data", action="store_true", help="only make page and pictures")
+    parser.add_argument("--from-data", action="store_true", help="only write the errors of the presets")
     parser.add_argument("--quick", action="store_true", help="only the smallest wall, in a few ways")
     asked = parser.parse_args()
     if asked.quick:
@@ -191,9 +192,9 @@ def main() -> None:
         print_errors(asked.data)
         return
     sys.path.append(str(HERE.parent))  # the folder of the shared modules
-    from page import write
+    from summary import write_presets
 
-    write(asked.data, HERE / "README.md", HERE, HERE.parents[2] / "data" / "accuracy.csv")
+    write_presets(asked.data, HERE.parents[2] / "data" / "accuracy.csv")
 
 
 if __name__ == "__main__":

@@ -1,49 +1,73 @@
-"""Summary of this benchmark for RESULTS.md."""
+"""Section of this benchmark on RESULTS.md; the errors of the presets, for ``damagepred check``."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
-from errors import FINE_ENOUGH, load, with_errors
-from page import at_default, observed, percent, preset_errors, summary, unfinished
+from choices import PRESET
+from errors import FINE_ENOUGH, load, orders, with_errors, worst
 from pages import markdown
 from quantities import QUANTITIES
-from run import REPEATS, SHORT
+from scenes import scenes
+
+from damagepred.archive.files import write_whole
+from damagepred.scene.accuracy import PRESETS
 
 TITLE = "Error of a wall over computing time"
-BY_WALL = "wall", "time, s"
+BY_WALL = ["wall", "time, s"]
 
 
 def text(folder: Path) -> str:
     """Return the accuracy of the default, the fastest choices within 1 %, presets, and orders."""
     rows = load(folder / "data.csv")
     lines = with_errors(rows)
-    left = unfinished(rows)
+    left = rows[rows["status"] != "complete"]
+    ends = "".join(f"; {r.scene}, {r.axis} {r.value}: {r.status}" for r in left.itertuples())
     return "\n\n".join(
         (
             "*The default, error in %*: against the same equations solved closely / against the finest model "
-            "(in brackets "
-            "its error, where it is more than 1 %; - where there is none).",
+            "(in brackets its error, where it is more than 1 %; - where there is none).",
             markdown(both(lines)),
             "*The fastest choice within 1 %* in all quantities whose reference is accurate to 1 %.",
             markdown(soonest(lines)),
             "*Presets*: worst error against the finest model, in % of quantities that are known to 1 %, x time "
-            "over that of "
-            "`standard`.",
+            "over that of `standard`.",
             markdown(presets(lines)),
             "*Observed orders of convergence*, over walls and quantities whose last differences decrease.",
-            markdown(orders(rows)),
-            f"Paths that did not end regularly: {len(left)} of {len(rows)}"
-            + "".join(f"; {r.wall}, {r.axis} {r.value}: {what}" for r, what in zip(left.itertuples(), left.iloc[:, -1]))
-            + ".",
+            markdown(observed(rows)),
+            f"Paths that did not end regularly: {len(left)} of {len(rows)}{ends}.",
         )
     )
 
 
+def percent(value: float) -> str:
+    """Return a share in per cent, two digits."""
+    if value != value:
+        return ""
+    return "0" if value < 5e-7 else f"{100 * value:.2g}"
+
+
+def at_default(lines: pd.DataFrame, error: str) -> pd.DataFrame:
+    """Return the errors of the default, a row for each wall, a column for each quantity, in per cent with floors."""
+    rows = []
+    for scene, part in lines[lines["axis"] == "default"].groupby("scene", sort=False):
+        row: dict[str, object] = {"wall": scene, "time, s": float(part["seconds"].iloc[0])}
+        for quantity, name in QUANTITIES.items():
+            cell = part[part["quantity"] == quantity]
+            if not len(cell):
+                continue
+            found, floor = float(cell[error].iloc[0]), float(cell[f"{error}_floor"].iloc[0])
+            text = percent(found)
+            row[name] = f"{text} ({percent(floor)})" if text and floor > FINE_ENOUGH else text
+        rows.append(row)
+    return pd.DataFrame(rows).fillna("")
+
+
 def both(lines: pd.DataFrame) -> pd.DataFrame:
     """Return the errors of the default against both references, a row for each wall."""
-    same, model = (at_default(lines, error).set_index(list(BY_WALL)) for error in ("solution", "model"))
+    same, model = (at_default(lines, error).set_index(BY_WALL) for error in ("solution", "model"))
     found = same.copy().astype(object)
     for name in found.columns:
         pairs = zip(same[name], model[name], strict=True)
@@ -52,14 +76,30 @@ def both(lines: pd.DataFrame) -> pd.DataFrame:
 
 
 def soonest(lines: pd.DataFrame) -> pd.DataFrame:
-    """Return, wall by wall, the fastest choice within 1 % of each reference."""
+    """Return, wall by wall, the accuracy of the default and the fastest choice within 1 % of each reference."""
+    few = lines["axis"].isin(("increments", "explicit increments")) & lines["value"].isin(("4", "8"))
+    lines = lines[~(few | lines["axis"].str.startswith("in time"))]  # as many points of the path as the default
     found = []
     for error, name in (("solution", "same equations"), ("model", "finest model")):
-        own = summary(lines, error).set_index(["wall", "default, s"])
-        own = own[["within 1 %", "fastest with all within 1 %", "its time, s"]]
-        found.append(own.rename(columns=lambda c, name=name: f"{c.replace('with all within 1 %', '')} ({name})"))
-    table = pd.concat(found, axis=1).reset_index()
-    return table.rename(columns=lambda c: c.replace("within 1 % (", "default within 1 % (").replace("  ", " "))
+        known = lines.dropna(subset=[error])
+        varies = known.groupby(["scene", "quantity"])[error].transform("max") >= 1e-6
+        default, worse = known[varies & (known["axis"] == "default")], worst(lines, error)
+        rows = []
+        for scene, own in default.groupby("scene", sort=False):
+            told = own[own[f"{error}_floor"] <= FINE_ENOUGH]
+            fine = worse[(worse["scene"] == scene) & (worse["worst"] <= FINE_ENOUGH)].sort_values("seconds")
+            best = fine.iloc[0] if len(fine) else {"axis": "", "value": "none", "seconds": np.nan}
+            rows.append(
+                {
+                    "wall": scene,
+                    "default, s": own["seconds"].iloc[0],
+                    f"default within 1 % ({name})": f"{(told[error] <= FINE_ENOUGH).sum()} of {len(told)}",
+                    f"fastest ({name})": f"{best['axis']}: {best['value']}".removeprefix(": "),
+                    f"its time, s ({name})": best["seconds"],
+                }
+            )
+        found.append(pd.DataFrame(rows).set_index(["wall", "default, s"]))
+    return pd.concat(found, axis=1).reset_index()
 
 
 def presets(lines: pd.DataFrame) -> pd.DataFrame:
@@ -76,28 +116,57 @@ def presets(lines: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows).fillna("")
 
 
-def orders(rows: pd.DataFrame) -> pd.DataFrame:
+def observed(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the median of the observed orders of each refinement, and their range."""
-    table = observed(rows)
-    names = [name for name in QUANTITIES.values() if name in table]
-    found = []
-    for refinement, own in table.groupby("refinement", sort=False) if len(table) else ():
-        orders = pd.to_numeric(own[names].stack(), errors="coerce").dropna()
-        found.append(
-            {
-                "refinement": refinement,
-                "median": orders.median(),
-                "from": orders.min(),
-                "to": orders.max(),
-                "found in": len(orders),
-            }
-        )
-    return pd.DataFrame(found)
+    found = orders(rows)
+    each = found["order"].round(1).groupby(found["refinement"], sort=False)
+    columns = {"median": "median", "from": "min", "to": "max", "found in": "size"}
+    return each.agg([*columns.values()]).set_axis([*columns], axis=1).reset_index()
 
 
-def minutes(folder: Path) -> float:
-    """Return the minutes of building and solving, with the repetitions of short paths."""
-    rows = pd.read_csv(folder / "data.csv")
-    seconds = pd.to_numeric(rows["seconds"], errors="coerce").fillna(0.0)
-    short = seconds < SHORT
-    return float((seconds * (1 + (REPEATS - 1) * short)).sum() + rows["build_seconds"].sum()) / 60
+TOLD = 0.25
+"""Error of a reference up to which it is used for a preset."""
+STATICALLY_DETERMINATE = ("base_reaction",)
+"""Quantities that follow from the weights alone: they do not depend on a preset."""
+
+
+def preset_errors(lines: pd.DataFrame) -> pd.DataFrame:
+    """Return the errors of the presets against the finest model, and their times over those of the default.
+
+    Left out are quantities on which the finest models do not agree to ``TOLD``, quantities that a wall does not have
+    (no crack, and so no width and no category), and those that follow from the weights alone.
+    """
+    known, rows = scenes(), []
+    for method in ("quasi_static", "explicit"):
+        told = lines[lines["model"].notna() & (lines["model_floor"] <= TOLD)]
+        told = told[~told["quantity"].isin(STATICALLY_DETERMINATE)]
+        own = told[told["axis"] == "preset, explicit"]
+        if method == "quasi_static":
+            parts = [told[(told["axis"] == a) & (told["value"] == v)].assign(value=p) for p, (a, v) in PRESET.items()]
+            own = pd.concat(parts)
+        usual = own[own["value"] == "standard"].groupby("scene")["seconds"].first()
+        for accuracy in PRESETS:
+            for _, line in own[own["value"] == accuracy].iterrows():
+                if line["scene"] not in usual:
+                    continue
+                scene = known[line["scene"]].scene
+                rows.append(
+                    {
+                        "accuracy": accuracy,
+                        "method": method,
+                        "wall": line["scene"].replace(",", ""),
+                        "dpc": int(scene.dpc is not None),
+                        "opening": int(bool(scene.opening)),
+                        "quantity": QUANTITIES[line["quantity"]],
+                        "error": f"{line['model']:.3g}",
+                        "floor": f"{line['model_floor']:.3g}",
+                        "times": f"{line['seconds'] / usual[line['scene']]:.3g}",
+                    }
+                )
+    return pd.DataFrame(rows)
+
+
+def write_presets(data: Path, file: Path) -> None:
+    """Write the errors of the presets."""
+    table = preset_errors(with_errors(load(data)))
+    write_whole(file, lambda path: table.to_csv(path, index=False, lineterminator="\n"))

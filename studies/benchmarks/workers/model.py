@@ -92,25 +92,13 @@ def costs_of(table: pd.DataFrame, wall: str) -> Costs:
     return Costs(**table[table["wall of"] == wall].iloc[0][list(Costs._fields)])
 
 
-def expected(measured: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the times of large studies on few and on many workers, a row for each."""
-    table = []
+def expected(measured: pd.DataFrame) -> pd.DataFrame:
+    """Return the hours of large studies on few and on many workers."""
+    rows = []
     for wall in measured["wall of"]:
-        costs = costs_of(measured, wall)
         for samples in (100_000, 1_000_000):
+            row: dict[str, Any] = {"study": wall, "walls": f"{samples:.0e}".replace("+0", "")}
             for workers in (2, 16, 128, 1024):
-                found = predicted(costs, samples, workers)
-                table.append(
-                    {
-                        "study": wall,
-                        "walls": f"{samples:.0e}".replace("+0", ""),
-                        "workers": workers,
-                        "hours": found.total / 3600,
-                        "of that before the first wall": f"{found.once / found.total:.0%}",
-                        "merging": f"{found.merging / found.total:.0%}",
-                        "efficiency": f"{found.efficiency:.0%}",
-                        "GB": samples * costs.bytes / 1e9,
-                        "waits for": "handing out" if found.bound else "walls",
-                    }
-                )
-    return table
+                row[f"{workers} workers"] = predicted(costs_of(measured, wall), samples, workers).total / 3600
+            rows.append(row)
+    return pd.DataFrame(rows).sort_values(["study", "walls"])

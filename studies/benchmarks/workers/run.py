@@ -1,18 +1,16 @@
 """Time of 100 000 or a million walls by number of workers: a model of measured parts, and runs to check it.
 
-    python studies/benchmarks/workers/run.py [--part parts runs] [--wall window solid] [--quick] [--from-data]
+    python studies/benchmarks/workers/run.py [--part parts runs] [--wall window solid] [--quick]
 
 ``parts`` measures the parts of a study: one worker's time for a wall, sampling, dispatch, merging, bytes. ``runs`` runs
 whole studies on the program's own worker processes and on a local Dask cluster. About three minutes in all; on a
-machine with other load the runs take longer than the model predicts. parts.csv and runs.csv hold both, README.md the
-results.
+machine with other load the runs take longer than the model predicts. parts.csv and runs.csv hold both.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import sys
 import tempfile
 import time
 from concurrent.futures import Executor, Future
@@ -22,19 +20,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from damagepred.archive.files import write_whole
+from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.archive.parts import joined, read_part, write_part
+from damagepred.study import Study
+from damagepred.study.campaign.sample import Outcome, run_batch
+from damagepred.study.campaign.warm_up import warm_up
+from damagepred.study.settings import StudySettings
+
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
-
-from model import costs_of, expected, most_workers, predicted  # noqa: E402
-from pages import machine, markdown, put_in  # noqa: E402
-
-from damagepred.archive.files import write_whole  # noqa: E402
-from damagepred.archive.folder import StudyFolder, open_study  # noqa: E402
-from damagepred.archive.parts import joined, read_part, write_part  # noqa: E402
-from damagepred.study import Study  # noqa: E402
-from damagepred.study.campaign.sample import Outcome, run_batch  # noqa: E402
-from damagepred.study.campaign.warm_up import warm_up  # noqa: E402
-from damagepred.study.settings import StudySettings  # noqa: E402
 
 
 def settings_of(wall: str) -> StudySettings:
@@ -174,80 +168,27 @@ def _on_dask(study: Study, out: Path, samples: int, workers: int) -> tuple[float
         return time.perf_counter() - began, started
 
 
-# -- the page ---------------------------------------------------------------------------------------------------------
-
-
-def write_page(folder: Path) -> None:
-    """Write tables into README.md, and the picture, from parts.csv and runs.csv."""
-    from picture import draw
-
-    measured, checked = pd.read_csv(folder / "parts.csv"), pd.read_csv(folder / "runs.csv")
-    said = [f"Measured on {machine()}."]
-    shown = measured.rename(
-        columns={
-            "wall of": "study",
-            "wall": "s a wall",
-            "start": "start s",
-            "drawing": "drawing ms",
-            "parent": "handing out ms",
-            "merging": "merging ms",
-            "bytes": "kB a wall",
-        }
-    )
-    for name in ("drawing ms", "handing out ms", "merging ms"):
-        shown[name] *= 1e3
-    shown["kB a wall"] /= 1e3
-    shown["workers at most"] = [round(most_workers(costs_of(measured, wall))) for wall in measured["wall of"]]
-    said += ["### Parts of a study", markdown(shown)]
-    rows = []
-    for run in checked.itertuples():
-        costs = costs_of(measured, run.wall)
-        found = predicted(costs, run.walls, run.workers).total
-        rows.append(
-            {
-                "study": run.wall,
-                "way": run.way,
-                "walls": run.walls,
-                "seconds": run.seconds,
-                "model": found,
-                "model / measured": found / run.seconds,
-                "share of workers' time": run.busy,
-                "load average": run.load,
-            }
-        )
-    said += ["### Comparison of the model with runs", markdown(pd.DataFrame(rows)), "### Predictions"]
-    said.append(markdown(pd.DataFrame(expected(measured))))
-    draw({wall: costs_of(measured, wall) for wall in measured["wall of"]}, checked, folder / "workers.png")
-    if (folder / "README.md").is_file():
-        put_in(folder / "README.md", "\n\n".join(said))
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--part", nargs="+", choices=("parts", "runs"), default=["parts", "runs"])
     parser.add_argument("--wall", nargs="+", choices=("window", "solid"), default=["window", "solid"])
     parser.add_argument("--quick", action="store_true", help="a few walls, to check that it runs")
-    parser.add_argument("--from-data", action="store_true", help="only write page and picture")
-    parser.add_argument("--into", type=Path, default=HERE, help="folder of data, picture and page")
+    parser.add_argument("--into", type=Path, default=HERE, help="folder of the data")
     options = parser.parse_args()
     quick = options.quick
-    if not options.from_data:
-        for wall in options.wall:
-            if "parts" in options.part:
-                solved, copied = (20, 200) if quick else (33 if wall == "solid" else 201, 10_000)
-                found = parts(wall, solved, copied)
-                print(wall, found, flush=True)
-                put_rows(options.into / "parts.csv", pd.DataFrame([{"wall of": wall, **found}]), "wall of", wall)
-            if "runs" in options.part:
-                ways = (
-                    ("own pool, 2 workers",)
-                    if quick
-                    else ("own pool, 1 worker", "own pool, 2 workers", "Dask, 2 workers")
-                )
-                samples = 24 if quick else (60 if wall == "solid" else 400)
-                rows = runs(wall, samples, ways)
-                put_rows(options.into / "runs.csv", pd.DataFrame(rows), "wall", wall)
-    write_page(options.into)
+    for wall in options.wall:
+        if "parts" in options.part:
+            solved, copied = (20, 200) if quick else (33 if wall == "solid" else 201, 10_000)
+            found = parts(wall, solved, copied)
+            print(wall, found, flush=True)
+            put_rows(options.into / "parts.csv", pd.DataFrame([{"wall of": wall, **found}]), "wall of", wall)
+        if "runs" in options.part:
+            ways = (
+                ("own pool, 2 workers",) if quick else ("own pool, 1 worker", "own pool, 2 workers", "Dask, 2 workers")
+            )
+            samples = 24 if quick else (60 if wall == "solid" else 400)
+            rows = runs(wall, samples, ways)
+            put_rows(options.into / "runs.csv", pd.DataFrame(rows), "wall", wall)
 
 
 def put_rows(file: Path, rows: pd.DataFrame, key: str, value: str) -> None:

@@ -9,15 +9,11 @@ from model import costs_of, expected, predicted
 from pages import markdown
 
 TITLE = "Time of large studies by number of workers"
-SECONDS = 180
-"""Time of run.py without the runs: the data do not contain copying and merging."""
 
 
 def text(folder: Path) -> str:
     """Return hours of large studies, and the ratio of measured times to the model."""
     measured, checked = pd.read_csv(folder / "parts.csv"), pd.read_csv(folder / "runs.csv")
-    table = pd.DataFrame(expected(measured)).pivot_table(index=["study", "walls"], columns="workers", values="hours")
-    table = table.rename(columns=lambda n: f"{n} workers").reset_index()
     over = [
         row.seconds / predicted(costs_of(measured, row.wall), row.walls, row.workers).total
         for row in checked.itertuples()
@@ -26,14 +22,9 @@ def text(folder: Path) -> str:
     return "\n\n".join(
         (
             f"Hours, by a model of measured parts (a wall takes one worker: {walls}):",
-            markdown(table),
+            markdown(expected(measured)),
             f"{len(checked)} runs, to which the model is not fitted, took {min(over):.2g} to {max(over):.2g} "
             "times the "
             f"predicted time, at load averages of {checked['load'].min():.1f} to {checked['load'].max():.1f}.",
         )
     )
-
-
-def minutes(folder: Path) -> float:
-    """Return the minutes of the runs and of measuring the parts."""
-    return float(pd.read_csv(folder / "runs.csv")["seconds"].sum() + SECONDS) / 60

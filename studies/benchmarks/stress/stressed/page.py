@@ -1,16 +1,15 @@
-"""The page: outcomes of all cases, counted and listed."""
+"""Section of this benchmark on RESULTS.md: outcomes of all cases, counted and listed."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
+from pages import markdown
 
-from damagepred.plotting.sheet import legend_below, new_figure, text_size
 from stressed.case import VERDICTS, WAYS
 
+TITLE = "Robustness of the solvers"
 WORDS = {
     "right": "right",
     "fell, rightly": "collapsed, rightly",
@@ -22,18 +21,6 @@ WORDS = {
     "WRONG": "**wrong**",
     "FAILED": "**failed**",
 }
-COLOURS = {
-    "right": "#2b6a4d",
-    "fell, rightly": "#7fb69a",
-    "solved": "#4477aa",
-    "fell": "#a8c4de",
-    "refused": "#cccccc",
-    "gave up": "#e0a030",
-    "not tried": "#f0f0f0",
-    "WRONG": "#b03030",
-    "FAILED": "#000000",
-}
-SECOND = ("by", "right", "fell, rightly")
 
 
 def read(file: Path) -> pd.DataFrame:
@@ -50,15 +37,6 @@ def cell(verdicts: pd.Series) -> str:
     return ", ".join(f"{count[v]} {WORDS[v]}" for v in VERDICTS if v in count)
 
 
-def summary(rows: pd.DataFrame) -> str:
-    """Return the table of all families and solvers."""
-    lines = ["| family | " + " | ".join(WAYS) + " |", "|---" * (len(WAYS) + 1) + "|"]
-    for name, part in [*rows.groupby("family", sort=False), ("**all**", rows)]:
-        cells = [cell(part.loc[part["way"] == way, "verdict"]) for way in WAYS]
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
-
-
 def in_a_word(rows: pd.DataFrame) -> str:
     """Return the results in one line."""
     answered = rows["verdict"].isin(["right", "fell, rightly"]).sum()
@@ -70,17 +48,6 @@ def in_a_word(rows: pd.DataFrame) -> str:
         f"{rows['seconds'].sum() / 60:.0f} minutes of one core, the longest {longest['seconds']:.0f} s "
         f"({longest['family']}, {longest['case']}, {longest['way']})."
     )
-
-
-def second_answers(rows: pd.DataFrame) -> str:
-    """Return the table of second answers."""
-    good = rows[rows["verdict"].isin(["right", "fell, rightly"])]
-    lines = ["| second answer | runs | farthest from it |", "|---|---|---|"]
-    for by, part in good.groupby("by"):
-        off = part["off"].max()
-        unit = " tolerances" if by == "statics" else ""
-        lines.append(f"| {by} | {len(part)} | {'' if np.isnan(off) else f'{off:.1g}{unit}'} |")
-    return "\n".join(lines)
 
 
 def listed(rows: pd.DataFrame, verdict: str, most: int = 60) -> str:
@@ -97,21 +64,20 @@ def listed(rows: pd.DataFrame, verdict: str, most: int = 60) -> str:
     return "\n".join(lines)
 
 
-def draw(rows: pd.DataFrame, ax: Axes | None = None) -> Axes:
-    """Draw the outcomes of the cases of each solver."""
-    ax = new_figure(8.0, 3.6).add_subplot() if ax is None else ax
-    tried = rows[rows["verdict"] != "not tried"]
-    left = np.zeros(len(WAYS))
-    for verdict in (v for v in VERDICTS if v in set(tried["verdict"])):
-        share = np.array([(tried.loc[tried["way"] == way, "verdict"] == verdict).mean() for way in WAYS])
-        ax.barh(
-            WAYS, 100 * np.nan_to_num(share), left=100 * left, color=COLOURS[verdict], label=WORDS[verdict].strip("*")
-        )
-        left += np.nan_to_num(share)
-    ax.set_yticks(range(len(WAYS)), [way.replace("in time", "dynamic") for way in WAYS])
-    ax.invert_yaxis()
-    ax.set_xlabel("share of the runs (%)")
-    ax.set_xlim(0, 100)
-    legend_below(ax, ax.get_legend_handles_labels()[0], 4)
-    ax.set_title("Outcomes by solver", fontsize=text_size(ax), loc="left")
-    return ax
+def text(folder: Path) -> str:
+    """Return counts by verdict and solver, the wrong and failed runs with their messages, and the time steps."""
+    rows = read(folder / "cases.csv")
+    counts = pd.crosstab(rows["verdict"], rows["way"]).reindex(index=VERDICTS, columns=WAYS, fill_value=0)
+    counts["all"] = counts.sum(axis=1)
+    counts.index = [WORDS[v] for v in VERDICTS]
+    parts = [in_a_word(rows), markdown(counts[counts["all"] > 0].rename_axis("verdict").reset_index())]
+    parts += ["Wrong:", listed(rows, "WRONG"), "Failed:", listed(rows, "FAILED")]
+    if (folder / "time_steps.csv").exists():
+        steps = pd.read_csv(folder / "time_steps.csv")
+        steps["cell"] = [r.verdict if r.verdict != "right" else f"{r.off:.0e}" for r in steps.itertuples()]
+        wide = steps.pivot(index="share", columns="solver", values="cell")[steps["solver"].drop_duplicates()]
+        wide = wide.reset_index().rename(columns={"share": "time step over the limit"})
+        parts += ["Error over the largest displacement, by time step:", markdown(wide)]
+        parts += ["A wall that cracks, far away and at other time steps:"]
+        parts += [markdown(pd.read_csv(folder / "cracking.csv").astype(object).fillna(""))]
+    return "\n\n".join(parts)

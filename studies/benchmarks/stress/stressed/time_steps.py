@@ -18,7 +18,7 @@ from damagepred.assembly import Model
 from damagepred.enumerations import ContactState
 from damagepred.errors import DamagepredError
 from damagepred.pipeline import dynamic_run
-from damagepred.scene import Dynamics, Scene, Solver
+from damagepred.scene import Dynamics, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics import run as in_time
 from damagepred.solvers.explicit.stepper import explicit_path
@@ -91,20 +91,6 @@ def longer_steps(share: float) -> dict[str, Outcome]:
 
 
 SHARES = (0.1, 0.5, 0.9, 1.0, 1.05, 1.2, 1.5, 2.0)
-
-
-def refused_words() -> list[str]:
-    """Return the message that refuses a time step beyond the limit."""
-    said = []
-    for part in ("solver", "dynamics"):
-        asked = f"`[{part}] time_step_safety = 1.2`"
-        try:
-            Scene.from_dict({part: {"time_step_safety": 1.2}})
-        except DamagepredError as error:
-            said.append(f"{asked}: {' '.join(str(error).split())}")
-        else:
-            said.append(f"{asked}: **WRONG** accepted without a message")
-    return said
 
 
 def cracked(model: Model, own: Solver) -> tuple[int, float, float]:
