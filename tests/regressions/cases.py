@@ -27,10 +27,8 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.study import Study
 from damagepred.study.campaign.sample import run_batch
 from damagepred.study.settings import StudySettings
-from studies.benchmarks import dynamic_step as step_script
-from studies.benchmarks import explicit_cycle as cycle_script
-from studies.benchmarks import zone_cycle as zone_script
 from tests.conftest import ROOT, SMALL_STUDY
+from tests.regressions import walls
 from tests.synthetic_studies import synthetic_study
 
 
@@ -73,7 +71,7 @@ def explicit_cycle(wall: str) -> Callable[[Path], Ready]:
     """Cycles of the explicit solver, the paper's wall of rigid blocks."""
 
     def prepare(folder: Path) -> Ready:
-        run, cycles = getattr(cycle_script, wall)(), 150
+        run, cycles = getattr(walls, wall)(), 150
         return Ready(
             lambda: run._cycle(cycles, run.load_share, run.load_factor, 0.0), cycles * run.model.n_contacts * 1e-9
         )
@@ -85,8 +83,8 @@ def zone_cycle(material: str, size: Wall | None, cycles: int, alone: bool) -> Ca
     """Cycles of the explicit solver with deformable blocks, or of their zones alone."""
 
     def prepare(folder: Path) -> Ready:
-        run = zone_script.bent(getattr(zone_script, material), size)
-        work = zone_script.alone(run)[0] if alone else zone_script.whole(run)
+        run = walls.bent(getattr(walls, material), size)
+        work = walls.alone(run) if alone else walls.whole(run)
         return Ready(lambda: work(cycles), cycles * len(run.model.mesh.zones) * 1e-9)
 
     return prepare
@@ -94,8 +92,8 @@ def zone_cycle(material: str, size: Wall | None, cycles: int, alone: bool) -> Ca
 
 def dynamic_step(folder: Path) -> Ready:
     """Steps of a run in time: the wall at rest with its mortar, as every stretch is then the same."""
-    scene = step_script.at_rest()
-    model = wall_model(replace(scene, wall=PIECE))
+    scene = Scene(wall=PIECE, dynamics=Dynamics(duration=0.2, outputs=100))
+    model = wall_model(scene)
     run = dynamic_run(model, scene.solver, Dynamics(duration=10.0, outputs=10_000))
     return Ready(run.advance, run.steps_each * len(run.bodies.points) * 1e-9)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import resource
-import sys
 import tempfile
 import time
 from dataclasses import replace
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from cases import Case
 from one import Say, memory_now, memory_peak
 
@@ -19,6 +19,9 @@ from damagepred.study import Study, open_study
 from damagepred.study.settings import StudySettings
 
 STUDIES = Path(__file__).resolve().parents[2]
+INCREMENTS, MOVEMENT, RATE, SCATTER = 20, 0.02, 0.3, 0.6
+GROUPS = [2, 3, 4, 5]
+"""Cracks in a group whose width the archive stores."""
 FIRST = 4
 """Walls for the first loading of compiled code and libraries."""
 
@@ -62,14 +65,39 @@ def solved(walls: int, say: Say) -> None:
 
 def made_up(walls: int, say: Say) -> None:
     """Judge synthetic walls again and fit curves to them."""
-    sys.path.insert(0, str(STUDIES / "benchmarks"))
-    from million_walls import archive
-
     read(archive(FIRST * 10, own_movement=False), lambda **_: None)
     say(memory_before=memory_now(), zones=0)
     ds = archive(walls, own_movement=True)
     took = read(ds, say)
     say(seconds=took, samples=walls, end="complete", runs=1, memory=memory_peak(), archive=ds.nbytes / 2**20)
+
+
+def archive(walls: int, own_movement: bool, seed: int = 1) -> xr.Dataset:
+    """Return a synthetic study: cracks grow with the movement, at a rate that is lognormal from wall to wall.
+
+    The movement is the same for all walls, or the final one of each is random.
+    """
+    random = np.random.default_rng(seed)
+    end = random.uniform(0.75, 1.25, walls) if own_movement else np.ones(walls)
+    movement = (MOVEMENT * end)[:, None] * np.linspace(0.0, 1.0, INCREMENTS + 1)
+    width = movement * (RATE * np.exp(SCATTER * random.standard_normal(walls)))[:, None]
+    category = np.zeros(width.shape, dtype=np.int8)
+    for limit in (0.1e-3, 1e-3, 5e-3, 15e-3):
+        category += width >= limit
+    both = ("sample", "increment")
+    names = "negligible very_slight slight moderate severe"
+    group = np.repeat(0.2 * width[..., None], len(GROUPS), axis=2)
+    return xr.Dataset(
+        {
+            "damage_category": (both, category, {"flag_meanings": names}),
+            "crack_width_max": (both, width, {"units": "m"}),
+            "crack_group_width": ((*both, "group_count"), group, {"units": "m"}),
+            "group_count": ("group_count", GROUPS),
+            "status": ("sample", np.zeros(walls, dtype=np.int8)),
+            "central_deflection": (both, movement, {"units": "m"}),
+        },
+        attrs={"title": f"{walls} walls made up", "highest_category": 4},
+    )
 
 
 def read(ds: Any, say: Say) -> float:

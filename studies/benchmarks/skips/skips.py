@@ -16,7 +16,6 @@ from damagepred.solvers.options import DEFAULTS
 
 QUASI_STATIC = ("dishing", "doming", "window", "no dpc", "random joints", "deformable")
 RIGID = QUASI_STATIC[:5]
-IN_QS = "damagepred.solvers.quasi_static"
 STRONG = 1e12
 """Strength (Pa) that no zone reaches."""
 
@@ -303,10 +302,10 @@ NOT_TURNED_OFF = {
         "measured with `restart`: the compiled sums have no separate switch"
     ),
     "zones are mapped back only where beyond the yield surface (`within_yield_surface`)": (
-        "compiled into the law; the study `zone_return` beside the table measures it on the kernel alone"
+        "compiled into the law; `return` measures it on the kernel alone"
     ),
     "no footing, no jacks, no dpc, no concrete, no sections, no mesh: their loops are not entered": (
-        "without them the loops are empty; their times are measured by studies/benchmarks/footing_path.py"
+        "without them the loops are empty"
     ),
     "the history of cracking footing sections is updated every 8th cycle (`section_commit_interval`)": (
         "`[solver.advanced.time_stepping]`; a footing on jacks takes minutes"
