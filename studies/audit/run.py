@@ -15,16 +15,12 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [
-    str(HERE),
-    str(HERE.parent / "benchmarks"),
-    str(HERE.parent / "benchmarks" / "stress"),
-    str(HERE.parents[1]),
-]
+sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 
 from audited import page  # noqa: E402
 from audited.campaign import METHODS, jobs, kept, run  # noqa: E402
-from pages import machine, put_in  # noqa: E402
+
+from studies.benchmarks.pages import machine, put_in  # noqa: E402
 
 ROWS = HERE / "scenes.csv"
 SECONDS = {"quasi_static": 0.4, "explicit": 0.9}

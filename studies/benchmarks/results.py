@@ -5,13 +5,13 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-import notes
 import pandas as pd
-from pages import markdown
-from rooms import HERE, ROOMS, ROOT, Room, said
 
 from damagepred.archive.files import write_whole
 from damagepred.plotting.sheet import DPI, new_figure, small
+from studies.benchmarks import notes
+from studies.benchmarks.pages import markdown
+from studies.benchmarks.rooms import HERE, ROOMS, ROOT, Room, said
 
 PAGE, PICTURE = HERE / "RESULTS.md", HERE / "RESULTS.png"
 ALL = "python studies/benchmarks/run.py"

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import importlib
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -78,37 +75,10 @@ SEPARATE = ("regressions",)
 """Benchmarks whose data are never moved aside."""
 
 
-@contextmanager
-def inside(folder: Path) -> Iterator[None]:
-    """Import modules of a benchmark by their plain names, and unload them again: benchmarks use the same names."""
-    names = {p.stem for at in (folder, HERE) for p in at.glob("*.py")}
-    names |= {p.name for p in folder.iterdir() if p.is_dir()}
-
-    def of_a_room(name: str) -> bool:
-        file = getattr(sys.modules.get(name), "__file__", None)
-        return file is not None and HERE in Path(file).parents
-
-    def taken() -> list[str]:
-        roots = {name: name.partition(".")[0] for name in sys.modules}
-        return [name for name, root in roots.items() if root in names or of_a_room(root)]
-
-    before, path = {name: sys.modules.pop(name) for name in taken()}, [*sys.path]
-    others = [place for place in path if HERE not in Path(place).parents]
-    sys.path[:] = [str(folder), str(HERE), str(ROOT), *others]
-    try:
-        yield
-    finally:
-        sys.path[:] = path
-        for name in taken():
-            del sys.modules[name]
-        sys.modules.update(before)
-
-
 def said(room: Room, folder: Path | None = None) -> tuple[str, str]:
     """Return title and text of a benchmark's summary, from the data in its own or another folder."""
-    with inside(room.folder):
-        summary = importlib.import_module("summary")
-        return summary.TITLE, summary.text(folder or room.folder)
+    summary = importlib.import_module(".".join((*room.folder.relative_to(ROOT).parts, "summary")))
+    return summary.TITLE, summary.text(folder or room.folder)
 
 
 def fingerprint(room: Room) -> str:

@@ -24,13 +24,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parents[1])]
+from studies.benchmarks import notes, results
+from studies.benchmarks.pages import machine
+from studies.benchmarks.rooms import ROOMS, ROOT, SEPARATE, Room, fingerprint
 
-import notes  # noqa: E402
-import results  # noqa: E402
-from pages import machine  # noqa: E402
-from rooms import ROOMS, ROOT, SEPARATE, Room, fingerprint  # noqa: E402
+HERE = Path(__file__).resolve().parent
 
 PATIENCE = {signal.SIGINT: 30.0, signal.SIGTERM: 10.0, signal.SIGKILL: 10.0}
 """Signals that end a benchmark, and the time limit of each (s)."""

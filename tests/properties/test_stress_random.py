@@ -1,7 +1,5 @@
 """Any valid small wall, by any solver: finite results or a plain message, and no gain of energy."""
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,15 +12,6 @@ from damagepred.pipeline import model_of
 from damagepred.scene import Scene
 from damagepred.solvers import solve_path
 from tests.properties.strategies import number
-
-STRESS = Path(__file__).parents[2] / "studies" / "benchmarks" / "stress"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _stressed() -> Any:
-    sys.path.insert(0, str(STRESS))
-    yield
-    sys.path.remove(str(STRESS))
 
 
 def size(low: float, high: float) -> st.SearchStrategy[float]:
@@ -84,8 +73,8 @@ def answer(tables: dict[str, Any], method: str, blocks: str) -> tuple[list[Any],
 @settings(max_examples=15, deadline=None, derandomize=True)
 @given(tables=scenes())
 def test_any_wall_is_solved_or_refused_in_words(method: str, blocks: str, tables: dict[str, Any]) -> None:
-    from stressed.case import Found
-    from stressed.checks import energy_made, not_finite, statics
+    from studies.benchmarks.stress.case import Found
+    from studies.benchmarks.stress.checks import energy_made, not_finite, statics
 
     found, said = answer(tables, method, blocks)
     assert found or len(said) > 20

@@ -32,7 +32,7 @@ from damagepred.scene import (
 
 FOOTING_BED = ContactKind.FOOTING_INTERFACE
 STUDIES = Path(__file__).parents[2] / "studies"
-FOLDERS = [str(STUDIES / "audit"), str(STUDIES / "benchmarks"), str(STUDIES / "benchmarks" / "stress")]
+FOLDERS = [str(STUDIES / "audit")]
 WALL = Wall(length=1.2, height=0.6, block_length=0.3, block_height=0.15)
 
 

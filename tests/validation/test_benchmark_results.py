@@ -12,6 +12,7 @@ from types import ModuleType
 import pandas as pd
 import pytest
 
+from studies.benchmarks.probabilities.summary import seconds_to
 from tests.conftest import ROOT
 
 HERE = ROOT / "studies" / "benchmarks"
@@ -19,27 +20,18 @@ COMMAND = [sys.executable, str(HERE / "run.py")]
 
 
 @pytest.fixture(scope="module")
-def ours() -> Iterator[dict[str, ModuleType]]:
-    names, before, path = ("notes", "pages", "results", "rooms", "run"), {}, [*sys.path]
-    sys.path.insert(0, str(HERE))
-    before = {name: sys.modules.pop(name) for name in names if name in sys.modules}
-    yield {name: importlib.import_module(name) for name in names}
-    for name in names:
-        sys.modules.pop(name, None)
-    sys.modules.update(before)
-    sys.path[:] = path
+def ours() -> dict[str, ModuleType]:
+    return {
+        name: importlib.import_module(f"studies.benchmarks.{name}") for name in ("notes", "results", "rooms", "run")
+    }
 
 
 def test_the_page_agrees_with_the_data(ours: dict[str, ModuleType]) -> None:
-    before, path = set(sys.modules), [*sys.path]
     text = ours["results"].text(ours["notes"].read())
     again = f"{ours['results'].ALL} --from-data"
     assert text == (HERE / "RESULTS.md").read_text(encoding="utf-8"), f"the data have changed: {again}"
     for room in ours["rooms"].ROOMS.values():
         assert f"`{ours['results'].command_of(room)}`" in text
-    # rooms have modules of the same names: none is left behind
-    assert sys.path == path
-    assert not {"page", "cases", "summary", "errors"} & (set(sys.modules) - before)
 
 
 def test_a_changed_datum_changes_the_page(ours: dict[str, ModuleType], tmp_path: Path) -> None:
@@ -61,9 +53,7 @@ def test_every_benchmark_has_an_expected_time(ours: dict[str, ModuleType], capsy
     assert all(f"  {room.name} " in said for room in rooms)
 
 
-def test_seconds_to_an_error(ours: dict[str, ModuleType]) -> None:
-    with ours["rooms"].inside(HERE / "probabilities"):
-        seconds_to = importlib.import_module("summary").seconds_to
+def test_seconds_to_an_error() -> None:
     seconds, error = pd.Series([1.0, 4.0, 16.0, 64.0]), pd.Series([0.4, 0.2, 0.3, 0.05])
     assert seconds_to(seconds, 0.4 / seconds**0.5, 0.1) == "16"
     assert seconds_to(seconds, error, 0.3 / 6**0.5) == "32"  # halfway, and not the dip before
@@ -153,7 +143,7 @@ def test_a_benchmark_is_stopped_with_its_child_processes(tmp_path: Path) -> None
         "import subprocess, sys; subprocess.run([sys.executable, '-c', "
         "'import os, time; print(os.getpid(), flush=True); time.sleep(60)'])"
     )
-    call = f"import sys; sys.path.insert(0, {str(HERE)!r}); import run; run.command([{str(sleeper)!r}])"
+    call = f"from studies.benchmarks import run; run.command([{str(sleeper)!r}])"
     child = subprocess.Popen([sys.executable, "-c", call], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     innermost = int(child.stdout.readline())
     child.send_signal(signal.SIGINT)

@@ -2,33 +2,20 @@
 
 import json
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from studies.benchmarks.beside_others import run, summary
+
 ROOM = Path(__file__).resolve().parents[2] / "studies" / "benchmarks" / "beside_others"
 WEIGHT = 5 * 6 * 0.24 * 0.075 * 0.11 * 2000 * 9.81
 
 
-@pytest.fixture
-def room(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Let modules of the room be imported, and forgotten again."""
-    monkeypatch.syspath_prepend(str(ROOM.parent))
-    monkeypatch.syspath_prepend(str(ROOM))
-    before = set(sys.modules)
-    yield
-    for name in set(sys.modules) - before:
-        if str(ROOM.parent) in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
-
-
-@pytest.mark.usefixtures("room")
 def test_damagepred_in_the_comparison(tmp_path: Path) -> None:
-    import run
-    from settings import OURS, our_solver
+    from studies.benchmarks.beside_others.settings import OURS, our_solver
 
     run.main(["--quick", "--output", str(tmp_path)])
     runs = pd.read_csv(tmp_path / "runs.csv").set_index(["case", "solver", "settings"])
@@ -47,10 +34,9 @@ def test_damagepred_in_the_comparison(tmp_path: Path) -> None:
     assert ((carried > 0.09) & (carried < 0.25)).all()
 
 
-@pytest.mark.usefixtures("room")
 def test_convergence_of_a_run() -> None:
-    from cases import settling
-    from record import HOLD, Record, Wall
+    from studies.benchmarks.beside_others.cases import settling
+    from studies.benchmarks.beside_others.record import HOLD, Record, Wall
 
     case = settling("5x6") | {"levels": [1e-1, 1e-3]}
     record = Record(case, limit=1.0)
@@ -65,10 +51,7 @@ def test_convergence_of_a_run() -> None:
     assert wall.from_velocity(falling, 1e-3) == pytest.approx(wall.weight.max() / wall.weight.mean())
 
 
-@pytest.mark.usefixtures("room")
 def test_the_committed_data() -> None:
-    import summary
-
     runs = pd.read_csv(ROOM / "runs.csv")
     assert not runs.duplicated(summary.KEY).any()
     settled = runs[(runs["case"] == "settling") & (runs["residual"] < 1e-3)]
@@ -87,11 +70,12 @@ def test_the_committed_data() -> None:
                 assert solver == "quasi_static" or ours < 1.03 * iterated
 
 
-@pytest.mark.usefixtures("room")
 def test_pymunk_agrees(tmp_path: Path) -> None:
     pytest.importorskip("pymunk")
+    sys.path.insert(0, str(ROOM))  # as its own environment sees it
     import in_pymunk
-    from cases import settling
+
+    from studies.benchmarks.beside_others.cases import settling
 
     case = settling("5x6")
     found = in_pymunk.settle(case, {"dt": 1e-3, "iterations": 30}, limit=5.0)

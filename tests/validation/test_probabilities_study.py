@@ -12,6 +12,8 @@ import pytest
 from scipy import special
 
 from damagepred.uq.samplers import unit_points
+from studies.benchmarks.probabilities import errors, summary, walls
+from studies.benchmarks.probabilities import floors as model_floors
 from tests.conftest import ROOT
 
 ROOM = ROOT / "studies" / "benchmarks" / "probabilities"
@@ -19,17 +21,8 @@ STEP = 0.05e-3
 
 
 @pytest.fixture
-def room(monkeypatch: pytest.MonkeyPatch) -> dict[str, ModuleType]:
-    """Import the room's files, and forget them again."""
-    monkeypatch.syspath_prepend(str(ROOM.parent))
-    monkeypatch.syspath_prepend(str(ROOM))
-    import errors
-    import summary
-    import walls
-
-    yield {"errors": errors, "summary": summary, "walls": walls}
-    for name in ("errors", "floors", "pages", "summary", "walls"):  # other rooms have files of these names, too
-        sys.modules.pop(name, None)
+def room() -> dict[str, ModuleType]:
+    return {"errors": errors, "summary": summary, "walls": walls}
 
 
 def effective_reached(room: dict[str, ModuleType], normal: np.ndarray, factor: float = 1.0) -> object:
@@ -41,7 +34,7 @@ def effective_reached(room: dict[str, ModuleType], normal: np.ndarray, factor: f
 
 def test_errors_of_walls_with_a_known_answer(room: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(room["errors"], "DRAWS", 120)
-    monkeypatch.setattr(sys.modules["floors"], "AGAIN", 40)
+    monkeypatch.setattr(model_floors, "AGAIN", 40)
     monkeypatch.setattr(room["errors"], "powers", lambda a, b: [n for n in (64, 256, 1024) if n <= b])
     random = np.random.default_rng(1).standard_normal((1, 8192))
     points = np.array([unit_points("sobol", 1, 256, seed)[:, 0] for seed in range(16)])

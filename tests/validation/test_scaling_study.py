@@ -9,16 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from studies.benchmarks.rooms import inside
-
-ROOM = Path(__file__).resolve().parents[2] / "studies" / "benchmarks" / "scaling"
-OURS = ("cases", "cholesky", "one", "pages", "run", "samples", "summary")
+OURS = ("cases", "cholesky", "one", "run", "samples", "summary")
 
 
 @pytest.fixture(scope="module")
 def room() -> dict[str, ModuleType]:
-    with inside(ROOM):
-        return {name: importlib.import_module(name) for name in OURS}
+    return {name: importlib.import_module(f"studies.benchmarks.scaling.{name}") for name in OURS}
 
 
 def measured(room: dict[str, ModuleType], what: str, curve: str, size: float) -> dict[str, Any]:

@@ -1,21 +1,16 @@
 """studies/benchmarks/skips: what is turned off is off, the answer stays."""
 
 import importlib
-from pathlib import Path
 from types import ModuleType
 
 import pytest
 
-from studies.benchmarks.rooms import inside
-
-ROOM = Path(__file__).resolve().parents[2] / "studies" / "benchmarks" / "skips"
-OURS = ("measuring", "pages", "run", "scenes", "skips", "studies")
+OURS = ("measuring", "run", "scenes", "skips", "study_skips")
 
 
 @pytest.fixture(scope="module")
 def room() -> dict[str, ModuleType]:
-    with inside(ROOM):
-        return {name: importlib.import_module(name) for name in OURS}
+    return {name: importlib.import_module(f"studies.benchmarks.skips.{name}") for name in OURS}
 
 
 MORE = {"correct": "factorisations", "direct": "steps", "predictor": "steps", "elastic start": "steps"}

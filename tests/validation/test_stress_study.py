@@ -1,7 +1,5 @@
 """The study of what the solvers bear: a few cases of every family, right, fallen rightly, or refused with words."""
 
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,18 +10,9 @@ STATIC = ("quasi-static, rigid", "quasi-static, deformable", "explicit, rigid", 
 GOOD = ("right", "fell, rightly")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _stressed() -> Iterator[None]:
-    folders = [str(FOLDER), str(FOLDER.parent)]
-    sys.path[:0] = folders
-    yield
-    for folder in folders:
-        sys.path.remove(folder)
-
-
 def judged(family: str, name: str, way: str) -> dict[str, Any]:
-    from stressed.families import all_cases
-    from stressed.judging import judge
+    from studies.benchmarks.stress.families import all_cases
+    from studies.benchmarks.stress.judging import judge
 
     return judge(all_cases()[family, name], way)
 
@@ -82,9 +71,10 @@ def test_judging_sees_what_is_wrong() -> None:
     from dataclasses import replace
 
     import numpy as np
-    from stressed.case import found
-    from stressed.families import all_cases
-    from stressed.judging import verdict
+
+    from studies.benchmarks.stress.case import found
+    from studies.benchmarks.stress.families import all_cases
+    from studies.benchmarks.stress.judging import verdict
 
     case, way = all_cases()["near-mechanisms", "tower of 5, 0.9 of the overhang"], "quasi-static, rigid"
     result = found(case, way)
@@ -108,9 +98,9 @@ def test_limit_analysis_of_a_model_is_that_of_the_polygons() -> None:
     """The program that works on models, for joints of any strength, against that of the verification manual."""
     from dataclasses import replace
 
-    from stressed.case import built, found
-    from stressed.families import all_cases
-    from stressed.limit import cannot_stand
+    from studies.benchmarks.stress.case import built, found
+    from studies.benchmarks.stress.families import all_cases
+    from studies.benchmarks.stress.limit import cannot_stand
 
     for share, falls in (("0.9", False), ("0.99", False), ("1.01", True)):
         case = all_cases()["near-mechanisms", f"tower of 2, {share} of the overhang"]
@@ -120,7 +110,7 @@ def test_limit_analysis_of_a_model_is_that_of_the_polygons() -> None:
 
 @pytest.mark.parametrize(("share", "verdicts"), [(0.1, {"right"}), (1.0, {"right"}), (2.0, {"refused"})])
 def test_a_time_step_holds_or_is_refused(share: float, verdicts: set[str]) -> None:
-    from stressed.time_steps import longer_steps
+    from studies.benchmarks.stress.time_steps import longer_steps
 
     found = longer_steps(share)
     assert {o.verdict for o in found.values()} == verdicts, found
@@ -128,10 +118,9 @@ def test_a_time_step_holds_or_is_refused(share: float, verdicts: set[str]) -> No
 
 
 def test_a_far_away_wall_cracks_alike() -> None:
-    from stressed.proportion import cracking_wall
-    from stressed.time_steps import cracked
-
     from damagepred.scene import Solver
+    from studies.benchmarks.stress.proportion import cracking_wall
+    from studies.benchmarks.stress.time_steps import cracked
 
     own = Solver(method="explicit", tolerance=1e-4, symmetric_half=False)
     near, far = (cracked(cracking_wall(False, at).build(own), own) for at in (0.0, 1e4))
@@ -141,20 +130,20 @@ def test_a_far_away_wall_cracks_alike() -> None:
 
 
 def test_a_case_that_hangs_or_dies_is_counted_and_what_is_done_is_kept(tmp_path: Path, monkeypatch: Any) -> None:
-    from stressed import campaign, page
+    from studies.benchmarks.stress import campaign, summary
 
     jobs = [job for job in campaign.jobs(["near-mechanisms"], ["quasi-static, rigid"]) if "tower of 2" in job[1]]
     monkeypatch.setattr(campaign, "warm_up", lambda: None)
     monkeypatch.setattr(campaign, "one", _hangs_or_dies)
     campaign.run(jobs[:2], tmp_path / "rows.csv", limit=1.0)
-    rows = page.read(tmp_path / "rows.csv")
+    rows = summary.read(tmp_path / "rows.csv")
     assert list(rows["verdict"]) == ["FAILED", "FAILED"]
     assert "longer than 1 s" in rows["message"][0]
     assert "died" in rows["message"][1]
     monkeypatch.undo()
     monkeypatch.setattr(campaign, "warm_up", lambda: None)
     campaign.run(jobs, tmp_path / "rows.csv", limit=60.0)
-    rows = page.read(tmp_path / "rows.csv")
+    rows = summary.read(tmp_path / "rows.csv")
     assert len(rows) == len(jobs)
     assert set(rows["verdict"][2:]) <= set(GOOD)
 
@@ -164,7 +153,7 @@ def test_who_interrupts_it_does_not_wait_for_what_is_left(tmp_path: Path, monkey
     import signal
     import threading
 
-    from stressed import campaign
+    from studies.benchmarks.stress import campaign
 
     monkeypatch.setattr(campaign, "warm_up", lambda: None)
     monkeypatch.setattr(campaign, "one", _hangs_or_dies)

@@ -1,55 +1,33 @@
 """The work-precision diagrams: what is read, measured and told; and what their data say of the defaults."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from damagepred.scene import Movement, Solver
-
-ROOM = Path(__file__).resolve().parents[2] / "studies" / "benchmarks" / "work_precision"
-NAMES = ("choices", "errors", "quantities", "run", "scenes")
+from studies.benchmarks.work_precision import choices, errors, run
 
 
-@pytest.fixture(scope="module")
-def room():
-    before = {name: sys.modules.pop(name, None) for name in NAMES}
-    sys.path[:0] = [str(ROOM), str(ROOM.parent)]
-    try:
-        import errors
-        import run
-
-        yield type("Room", (), {"errors": errors, "run": run})
-    finally:
-        sys.path.remove(str(ROOM))
-        sys.path.remove(str(ROOM.parent))
-        for name in NAMES:
-            sys.modules.pop(name, None)
-            if before[name] is not None:
-                sys.modules[name] = before[name]
-
-
-def test_observed_orders_are_those_of_known_sequences(room):
+def test_observed_orders_are_those_of_known_sequences():
     for order in (0.5, 1.0, 2.0):
         sizes = (60.0, 40.0, 30.0)
         values = [3.0 + 1e-3 * h**order for h in sizes]
-        assert room.errors.observed_order(values, sizes) == pytest.approx(order, rel=1e-3)
-    assert np.isnan(room.errors.observed_order([1.0, 2.0, 0.0], (4.0, 2.0, 1.0)))  # they do not shrink
-    assert np.isnan(room.errors.observed_order([1.0, 1.0, 1.0], (4.0, 2.0, 1.0), 1e-9))
+        assert errors.observed_order(values, sizes) == pytest.approx(order, rel=1e-3)
+    assert np.isnan(errors.observed_order([1.0, 2.0, 0.0], (4.0, 2.0, 1.0)))  # they do not shrink
+    assert np.isnan(errors.observed_order([1.0, 1.0, 1.0], (4.0, 2.0, 1.0), 1e-9))
 
 
-def test_a_wall_is_solved_noted_and_compared(room, tmp_path):
+def test_a_wall_is_solved_noted_and_compared(tmp_path):
     data = tmp_path / "data.csv"
     names = ("default", "same model", "explicit increments")
-    todo = [c for c in room.run.for_scene("stack") if c.axis in names and c.value != "80"]
+    todo = [c for c in run.for_scene("stack") if c.axis in names and c.value != "80"]
     for choice in todo:
-        room.run.solve_one(data, "stack", choice, 60.0)
-    assert room.run.known(data) == {("stack", c.axis, c.value) for c in todo}
-    rows = room.errors.load(data)
+        run.solve_one(data, "stack", choice, 60.0)
+    assert run.known(data) == {("stack", c.axis, c.value) for c in todo}
+    rows = errors.load(data)
     assert (rows["status"] == "complete").all()
-    lines = room.errors.with_errors(rows).set_index(["axis", "quantity"])["solution"]
+    lines = errors.with_errors(rows).set_index(["axis", "quantity"])["solution"]
     # where nothing breaks, 20 increments are as good as 320, and the other solver comes to the same, less closely
     assert lines["default", "dpc_opening"] < 1e-6 < lines["explicit increments", "block_compression"] < 0.01
     assert lines["explicit increments", "dpc_opening"] < 0.01
@@ -58,31 +36,29 @@ def test_a_wall_is_solved_noted_and_compared(room, tmp_path):
     assert (rows["block_compression@1"] > rows["base_reaction@1"] / (0.96 * 0.11)).all()
 
 
-def test_what_takes_too_long_is_listed(room, tmp_path):
-    scene = room.run.scenes()["stack"].scene
+def test_what_takes_too_long_is_listed(tmp_path):
+    scene = run.scenes()["stack"].scene
     slow = replace(
         scene,
         solver=Solver(method="explicit", ramp_cycles=100_000_000, maximum_cycles=100_000_000),
         movement=Movement(central_deflection=1e-3, increments=1),
     )
-    row = room.run.in_process(slow, 0.5)
+    row = run.in_process(slow, 0.5)
     assert row["status"] == "over 0.5 s"
-    room.run.note(tmp_path / "data.csv", {"scene": "stack", "axis": "a", "value": "b", **row})
-    assert list(room.errors.load(tmp_path / "data.csv")["status"]) == ["over 0.5 s"]
+    run.note(tmp_path / "data.csv", {"scene": "stack", "axis": "a", "value": "b", **row})
+    assert list(errors.load(tmp_path / "data.csv")["status"]) == ["over 0.5 s"]
 
 
-def test_defaults_solve_their_equations_to_one_percent(room):
+def test_defaults_solve_their_equations_to_one_percent():
     """What the page concludes, of walls with one answer: held against its data."""
-    lines = room.errors.with_errors(room.errors.load(room.run.DATA))
+    lines = errors.with_errors(errors.load(run.DATA))
     for scene in ("dishing", "doming", "window, strong", "stack", "large"):
         own = lines[(lines["scene"] == scene) & (lines["axis"] == "default") & (lines["solution_floor"] < 0.01)]
         assert len(own) >= 4, scene
         assert own["solution"].max() < 0.01, scene
 
 
-def test_presets_are_the_choices_they_are_said_to_be(room):
-    import choices
-
+def test_presets_are_the_choices_they_are_said_to_be():
     known = {(c.axis, c.value): c for c in choices.choices()}
     for accuracy, which in choices.PRESET.items():
         assert Solver(**known[which].solver) == replace(Solver(accuracy=accuracy), accuracy="standard")

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from stressed.campaign import in_processes
 
 import damagepred
 from audited.checks import Violation, check
@@ -21,6 +20,7 @@ from audited.scenes import scene_of
 from audited.wall import ArchivedWall
 from damagepred.errors import DamagepredError
 from damagepred.scene import Scene
+from studies.benchmarks.stress.campaign import in_processes
 
 WARM_UP, SMALL = 60, 9
 """Number of scenes of which the small ones are solved beforehand, so that no run includes compiling."""

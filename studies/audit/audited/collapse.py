@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from stressed.limit import Statics, out_of_reach
 
 from audited.wall import CONTROL, CRACKED, SECTION, ArchivedWall
+from studies.benchmarks.stress.limit import Statics, out_of_reach
 
 UNBROKEN = 1e4
 """Force in mean block weights that represents an unlimited strength."""

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from pages import markdown
 
 from audited.campaign import METHODS
 from audited.tolerances import Tolerances
+from studies.benchmarks.pages import markdown
 
 OUTCOMES = ("solved", "limit", "collapsed, confirmed", "collapsed", "gave up", "time", "traceback", "died")
 """Outcomes of a run; the page explains them."""

@@ -1,7 +1,8 @@
 """Random scenes of all joint laws, movements and footings; scene i of a seed depends on (seed, i) alone.
 
-Sizes, bond, openings and the materials of wide range are those of the stress campaign (``stressed.scenes``). Here the
-materials of most scenes are drawn again from the range of masonry, and laws, grounds and settings are added.
+Sizes, bond, openings and the materials of wide range are those of the stress campaign
+(``studies.benchmarks.stress.scenes``). Here the materials of most scenes are drawn again from the range of masonry, and
+laws, grounds and settings are added.
 """
 
 from __future__ import annotations
@@ -9,11 +10,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from stressed.scenes import tables as stress_tables
 
 from damagepred.assembly import wall_model
 from damagepred.errors import InputError
 from damagepred.scene import Scene
+from studies.benchmarks.stress.scenes import tables as stress_tables
 
 LARGEST = (8, 16, 30, 60, 120)
 """Numbers of bricks that bound a scene, about; each is drawn as often as ``SHARES`` says."""

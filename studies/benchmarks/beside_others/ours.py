@@ -6,12 +6,12 @@ import time
 from typing import Any
 
 import numpy as np
-from record import Wall
 
 from damagepred import Assembly, SolverError
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
+from studies.benchmarks.beside_others.record import Wall
 
 Case = dict[str, Any]
 

@@ -24,17 +24,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from damagepred.scene import Solver
+from studies.benchmarks.beside_others import environments, ours, summary
+from studies.benchmarks.beside_others.cases import CASES, SIZES, SIZES_OF, Case
+from studies.benchmarks.beside_others.record import Wall
+from studies.benchmarks.beside_others.settings import OURS, WIDTH, described, our_solver, settings_of
+
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parents[2])]
-
-import environments  # noqa: E402
-import ours  # noqa: E402
-import summary  # noqa: E402
-from cases import CASES, SIZES, SIZES_OF, Case  # noqa: E402
-from record import Wall  # noqa: E402
-from settings import OURS, WIDTH, described, our_solver, settings_of  # noqa: E402
-
-from damagepred.scene import Solver  # noqa: E402
 
 RUNS, BASE, MOVED = "runs.csv", "base.csv", "moved.csv"
 

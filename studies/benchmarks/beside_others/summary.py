@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
+from studies.benchmarks.beside_others.cases import LEVELS, Case
+from studies.benchmarks.beside_others.record import Wall
+from studies.benchmarks.pages import markdown
 
-from cases import LEVELS, Case  # noqa: E402
-from pages import markdown  # noqa: E402
-from record import Wall  # noqa: E402
+HERE = Path(__file__).resolve().parent
 
 TITLE = "The same dry wall in other public solvers"
 KEY = ["case", "size", "solver", "settings"]

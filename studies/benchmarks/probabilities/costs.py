@@ -8,12 +8,23 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from walls import CATEGORY, RARE_AT, SHIFTS, VARIANTS, Plan, capacity, hit, planned, rare_settings, settings_of
 
 from damagepred.archive.files import write_whole
 from damagepred.study.analyses.limit_state import Question, margin, study_for_limit_state
 from damagepred.study.campaign.sample import sampled_wall
 from damagepred.study.campaign.warm_up import warm_up
+from studies.benchmarks.probabilities.walls import (
+    CATEGORY,
+    RARE_AT,
+    SHIFTS,
+    VARIANTS,
+    Plan,
+    capacity,
+    hit,
+    planned,
+    rare_settings,
+    settings_of,
+)
 
 
 def measure(folder: Path, wall: str, quick: bool, say: Callable[[str], None]) -> None:

@@ -7,10 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-import walls
-from floors import floors_of
 from scipy import stats
-from walls import Bank, Plan
 
 from damagepred.archive.files import write_whole
 from damagepred.arrays import FloatArray
@@ -18,6 +15,9 @@ from damagepred.uq.capacity import probability_reached
 from damagepred.uq.control_variate import read_pilot, two_level
 from damagepred.uq.fragility.grouped_data import group_intervals
 from damagepred.uq.fragility.models import fit_grouped
+from studies.benchmarks.probabilities import walls
+from studies.benchmarks.probabilities.floors import floors_of
+from studies.benchmarks.probabilities.walls import Bank, Plan
 
 DRAWS = 200
 """Replicates resampled from a random set with replacement: the whole set is then the true population."""

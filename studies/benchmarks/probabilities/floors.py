@@ -5,17 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import walls
-from walls import Bank
 
 from damagepred.arrays import FloatArray, IntArray
+from studies.benchmarks.probabilities import walls
+from studies.benchmarks.probabilities.walls import Bank
 
 AGAIN = 200
 
 
 def floors_of(wall: str, banks: dict[str, Bank], asked: list[Any]) -> list[dict[str, object]]:
     """Return relative differences of the variants from the wall itself, with standard errors."""
-    from errors import estimate, pooled
+    from studies.benchmarks.probabilities.errors import estimate, pooled
 
     random = np.random.default_rng(2)
     fine = banks["random"]
@@ -45,7 +45,7 @@ def floors_of(wall: str, banks: dict[str, Bank], asked: list[Any]) -> list[dict[
 
 def _form(lower: FloatArray, upper: FloatArray) -> float:
     """Return the difference of the lognormal's median from the empirical one, interpolated linearly in increments."""
-    from errors import median
+    from studies.benchmarks.probabilities.errors import median
 
     marks = np.unique(np.concatenate((lower, upper[np.isfinite(upper)])))
     share = np.array([(upper <= m).mean() for m in marks])

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from walls import CATEGORY, RARE_AT, rare_settings, settings_of
 
 from damagepred.archive.files import write_whole
 from damagepred.study.analyses.limit_state import Question, margin, study_for_limit_state
@@ -16,6 +15,7 @@ from damagepred.study.analyses.rare_event_samples import normals_to_wall
 from damagepred.study.campaign.sample import joint_places
 from damagepred.study.campaign.warm_up import warm_up
 from damagepred.uq.subset import subset_simulation
+from studies.benchmarks.probabilities.walls import CATEGORY, RARE_AT, rare_settings, settings_of
 
 RUNS = {"window": {50: 12, 100: 6}, "joints": {50: 8}}
 """Number of runs, by the number of walls of a level."""

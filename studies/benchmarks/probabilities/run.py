@@ -9,19 +9,14 @@ sets of both walls take about 25 minutes on one core. At the end of each call it
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
+from studies.benchmarks.probabilities import costs, errors, rare, walls
+from studies.benchmarks.probabilities.walls import Plan
 
-import costs  # noqa: E402
-import errors  # noqa: E402
-import rare  # noqa: E402
-import walls  # noqa: E402
-from walls import Plan  # noqa: E402
+HERE = Path(__file__).resolve().parent
 
 STAGES = ("costs", "curves", "small probabilities", "curves, more", "subset simulation", "small probabilities, more")
 """Groups of sets that are solved for all walls in this order: an incomplete study then includes every wall."""

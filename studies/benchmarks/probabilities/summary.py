@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from pages import markdown
+
+from studies.benchmarks.pages import markdown
 
 TITLE = "Error of a median and of a small probability over computing time"
 WALLS = ("window", "joints")

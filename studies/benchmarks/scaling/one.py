@@ -14,14 +14,13 @@ from pathlib import Path
 from threading import Thread
 from typing import Any
 
-from cases import Case, Curve, curve_of, scene_of
-from cholesky import factorise
-
 from damagepred.assembly import Model, wall_model
 from damagepred.enumerations import ContactState, ZoneState
 from damagepred.errors import DamagepredError
 from damagepred.scene import Scene
 from damagepred.solvers import Increment, solve_path
+from studies.benchmarks.scaling.cases import Case, Curve, curve_of, scene_of
+from studies.benchmarks.scaling.cholesky import factorise
 
 ENOUGH, REPEATS = 3.0, 5
 """A path is timed 5 times or for 3 s in all, whichever is shorter; the median counts."""
@@ -34,7 +33,7 @@ Say = Callable[..., None]
 def measure(case: Case, say: Say) -> None:
     """Solve a case; report each measurement at once."""
     if case.grows == "samples":
-        import samples
+        from studies.benchmarks.scaling import samples
 
         samples.measure(case, say)
         return

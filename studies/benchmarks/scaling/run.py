@@ -18,12 +18,11 @@ import time
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
+from studies.benchmarks.pages import keep_rows, kept_rows
+from studies.benchmarks.scaling.cases import GROWING, QUICK, Case, all_cases
+from studies.benchmarks.scaling.one import alone
 
-from cases import GROWING, QUICK, Case, all_cases  # noqa: E402
-from one import alone  # noqa: E402
-from pages import keep_rows, kept_rows  # noqa: E402
+HERE = Path(__file__).resolve().parent
 
 LIMIT = 200.0
 """Limit of processor time of a case (s)."""

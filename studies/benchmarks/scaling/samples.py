@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from cases import Case
-from one import Say, memory_now, memory_peak
 
 from damagepred import fit_fragility, judge_again
 from damagepred.study import Study, open_study
 from damagepred.study.settings import StudySettings
+from studies.benchmarks.scaling.cases import Case
+from studies.benchmarks.scaling.one import Say, memory_now, memory_peak
 
 STUDIES = Path(__file__).resolve().parents[2]
 INCREMENTS, MOVEMENT, RATE, SCATTER = 20, 0.02, 0.3, 0.6

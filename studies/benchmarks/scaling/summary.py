@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from cases import GROWING
-from pages import markdown
+
+from studies.benchmarks.pages import markdown
+from studies.benchmarks.scaling.cases import GROWING
 
 TITLE = "Growth of time and memory with the size of walls and studies"
 FINE = ("complete", "collapsed")

@@ -7,8 +7,6 @@ from dataclasses import asdict
 from typing import Any, NamedTuple
 
 import numpy as np
-from scenes import Known
-from skips import Skip
 
 from damagepred.assembly import Model
 from damagepred.damage import Rules, judge
@@ -17,6 +15,8 @@ from damagepred.errors import SolverError
 from damagepred.pipeline import dynamic_run, joint_map, model_of
 from damagepred.scene import Scene
 from damagepred.solvers import Increment, solve_path
+from studies.benchmarks.skips.scenes import Known
+from studies.benchmarks.skips.skips import Skip
 
 REPEATS, ENOUGH = 5, 2.0
 """Pairs of runs are repeated, to 5 at most, until they took 2 s; the fastest of each way counts: other load on the

@@ -17,15 +17,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from studies.benchmarks.pages import keep_rows, kept_rows
+from studies.benchmarks.skips.measuring import compare
+from studies.benchmarks.skips.scenes import SCENES, Known, smaller
+from studies.benchmarks.skips.skips import SKIPS, Skip
+from studies.benchmarks.skips.study_skips import PARTS
+
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
-
-from measuring import compare  # noqa: E402
-from pages import keep_rows, kept_rows  # noqa: E402
-from scenes import SCENES, Known, smaller  # noqa: E402
-from skips import SKIPS, Skip  # noqa: E402
-
-from studies import PARTS  # noqa: E402
 
 Row = dict[str, Any]
 QUICK = ("condense", "half", "correct", "restart", "keep", "elastic start", "stop")

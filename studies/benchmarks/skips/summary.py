@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from pages import markdown
-from skips import NOT_TURNED_OFF, SKIPS
 
-from studies import PARTS
+from studies.benchmarks.pages import markdown
+from studies.benchmarks.skips.skips import NOT_TURNED_OFF, SKIPS
+from studies.benchmarks.skips.study_skips import PARTS
 
 TITLE = "Time saved and differences made by skipped computations"
 CHANGES = ["upwards", "sideways", "otherwise"]

@@ -14,13 +14,13 @@ import sys
 import tempfile
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parents[2])]
+import pandas as pd
 
-import pandas as pd  # noqa: E402
-from stressed import page  # noqa: E402
-from stressed.campaign import jobs, run  # noqa: E402
-from stressed.time_steps import SHARES, cracking, longer_steps  # noqa: E402
+from studies.benchmarks.stress import summary
+from studies.benchmarks.stress.campaign import jobs, run
+from studies.benchmarks.stress.time_steps import SHARES, cracking, longer_steps
+
+HERE = Path(__file__).resolve().parent
 
 CASES, STEPS, CRACKS = (HERE / name for name in ("cases.csv", "time_steps.csv", "cracking.csv"))
 EVERY = 20
@@ -53,8 +53,8 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "cases.csv"
             run(wanted[::EVERY], file, options.limit, options.processes)
-            rows = page.read(file)
-        print(page.in_a_word(rows))
+            rows = summary.read(file)
+        print(summary.in_a_word(rows))
         return int(rows["verdict"].isin(["WRONG", "FAILED"]).any())
     if options.fresh:
         options.csv.unlink(missing_ok=True)
@@ -62,7 +62,7 @@ def main() -> int:
         time_steps()
     print(f"{len(wanted)} runs, about half a second each", file=sys.stderr)
     run(wanted, options.csv, options.limit, options.processes)
-    print(page.in_a_word(page.read(options.csv)))
+    print(summary.in_a_word(summary.read(options.csv)))
     return 0
 
 

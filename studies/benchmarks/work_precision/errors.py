@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from choices import FINEST, SOLID, choices
-from quantities import QUANTITIES, SHARES
 
 from damagepred.arrays import FloatArray
+from studies.benchmarks.work_precision.choices import FINEST, SOLID, choices
+from studies.benchmarks.work_precision.quantities import QUANTITIES, SHARES
 
 LEAST = {
     "dpc_opening": 1e-4,

@@ -18,20 +18,18 @@ import csv
 import multiprocessing
 import resource
 import signal
-import sys
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
-from choices import Choice, for_scene
-from quantities import QUANTITIES, SHARES, read
-from scenes import scenes
-
 from damagepred.errors import DamagepredError
 from damagepred.pipeline import model_of, solve
 from damagepred.scene import Scene
 from damagepred.study.campaign.warm_up import warm_up
+from studies.benchmarks.work_precision.choices import Choice, for_scene
+from studies.benchmarks.work_precision.quantities import QUANTITIES, SHARES, read
+from studies.benchmarks.work_precision.scenes import scenes
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE / "data.csv"
@@ -163,7 +161,7 @@ def quick() -> None:
 
 def print_errors(data: Path) -> None:
     """Print the errors of a file of results, by wall and way, against the finest model and the finest solution."""
-    from errors import load, with_errors
+    from studies.benchmarks.work_precision.errors import load, with_errors
 
     lines = with_errors(load(data))
     for against in ("model", "solution"):
@@ -191,8 +189,7 @@ def main() -> None:
     if asked.data != DATA:
         print_errors(asked.data)
         return
-    sys.path.append(str(HERE.parent))  # the folder of the shared modules
-    from summary import write_presets
+    from studies.benchmarks.work_precision.summary import write_presets
 
     write_presets(asked.data, HERE.parents[2] / "data" / "accuracy.csv")
 

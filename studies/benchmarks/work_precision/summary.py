@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from choices import PRESET
-from errors import FINE_ENOUGH, load, orders, with_errors, worst
-from pages import markdown
-from quantities import QUANTITIES
-from scenes import scenes
 
 from damagepred.archive.files import write_whole
 from damagepred.scene.accuracy import PRESETS
+from studies.benchmarks.pages import markdown
+from studies.benchmarks.work_precision.choices import PRESET
+from studies.benchmarks.work_precision.errors import FINE_ENOUGH, load, orders, with_errors, worst
+from studies.benchmarks.work_precision.quantities import QUANTITIES
+from studies.benchmarks.work_precision.scenes import scenes
 
 TITLE = "Error of a wall over computing time"
 BY_WALL = ["wall", "time, s"]

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pandas as pd
-from model import costs_of, expected, predicted
-from pages import markdown
+
+from studies.benchmarks.pages import markdown
+from studies.benchmarks.workers.model import costs_of, expected, predicted
 
 TITLE = "Time of large studies by number of workers"
 

@@ -4,8 +4,18 @@ from __future__ import annotations
 
 from functools import cache
 
-from stressed import collapse, geometry, joints, long_runs, movements, proportion, scenes, six_laws, sizes
-from stressed.case import Case
+from studies.benchmarks.stress import (
+    collapse,
+    geometry,
+    joints,
+    long_runs,
+    movements,
+    proportion,
+    scenes,
+    six_laws,
+    sizes,
+)
+from studies.benchmarks.stress.case import Case
 
 
 @cache

@@ -23,8 +23,8 @@ from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics import run as in_time
 from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.solvers.time_stepping import scheme as explicit
-from stressed.case import PERIODS, slowest
-from stressed.proportion import cracking_wall, reference, stack
+from studies.benchmarks.stress.case import PERIODS, slowest
+from studies.benchmarks.stress.proportion import cracking_wall, reference, stack
 
 RIGHT = 1e-2
 """Largest error, over the largest displacement, of a right answer."""

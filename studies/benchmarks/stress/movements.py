@@ -11,8 +11,8 @@ from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene
 from damagepred.solvers.system.deformable_blocks import transformation_matrix
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from stressed.case import RIGID, WAYS, Case, Check, Found
-from stressed.joints import FOOT, moved
+from studies.benchmarks.stress.case import RIGID, WAYS, Case, Check, Found
+from studies.benchmarks.stress.joints import FOOT, moved
 
 
 def wall(deflection: float, kind: str, unbreakable: bool, **more: object) -> Scene:

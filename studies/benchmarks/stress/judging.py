@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from damagepred.errors import DamagepredError, InputError, SolverError
-from stressed.case import STATIC, Case, Found, NotTriedError, found, solver_of
-from stressed.checks import energy_made, not_finite, statics
-from stressed.limit import cannot_stand
+from studies.benchmarks.stress.case import STATIC, Case, Found, NotTriedError, found, solver_of
+from studies.benchmarks.stress.checks import energy_made, not_finite, statics
+from studies.benchmarks.stress.limit import cannot_stand
 
 SLACK = 3.0
 """Factor on a solver's tolerance within which independently summed forces must balance."""

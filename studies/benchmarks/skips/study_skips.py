@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scenes import DATA, deformable, explicit_deformable
 
 from damagepred import pipeline as path
 from damagepred import solve
@@ -21,6 +20,7 @@ from damagepred.pipeline import Step, follow
 from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
+from studies.benchmarks.skips.scenes import DATA, deformable, explicit_deformable
 
 Row = dict[str, Any]
 STOP_AT = 3

@@ -7,7 +7,7 @@ from functools import partial
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dpc, Dynamics, Joint, Loads, Movement, Scene, Wall
-from stressed.case import IN_TIME, STATIC, Case, Check, Found
+from studies.benchmarks.stress.case import IN_TIME, STATIC, Case, Check, Found
 
 LENGTH, HEIGHT = 0.24, 0.075
 MOST = {

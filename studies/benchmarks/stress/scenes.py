@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from damagepred.scene import Scene
-from stressed.case import WAYS, Case
-from stressed.joints import moved
+from studies.benchmarks.stress.case import WAYS, Case
+from studies.benchmarks.stress.joints import moved
 
 SEED = 2026
 

@@ -7,7 +7,7 @@ import itertools
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Movement, Scene, Wall
-from stressed.case import RIGID, WAYS, Case
+from studies.benchmarks.stress.case import RIGID, WAYS, Case
 
 LEFT = {"residual_tensile_strength": 1e4, "residual_cohesion": 1e4}
 FOOT = Wall(length=1.2, height=0.6, block_length=0.24, block_height=0.1)

@@ -16,7 +16,7 @@ from damagepred.scene import Dynamics, Joint, Solver
 from damagepred.solvers.driver import Outcome
 from damagepred.solvers.dynamics.time_step import highest_frequency, time_step
 from damagepred.solvers.explicit.stepper import ExplicitStepper
-from stressed.case import Case, Check, Found
+from studies.benchmarks.stress.case import Case, Check, Found
 
 STEPS = 1_000_000
 BOND = Joint(tensile_strength=1e15, cohesion=1e15)

@@ -14,7 +14,7 @@ import numpy as np
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model, wall_geometry, wall_model
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
-from stressed.case import Case
+from studies.benchmarks.stress.case import Case
 
 LAWS: dict[str, dict[str, Any]] = {
     "paper": {},

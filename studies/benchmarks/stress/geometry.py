@@ -10,7 +10,7 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
-from stressed.case import STATIC, Case, Check, Found
+from studies.benchmarks.stress.case import STATIC, Case, Check, Found
 
 Corners = Sequence[tuple[float, float]]
 A, B = 0.24, 0.075

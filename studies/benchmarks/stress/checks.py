@@ -14,7 +14,7 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.enumerations import ContactState
 from damagepred.solvers import Increment
-from stressed.case import Found
+from studies.benchmarks.stress.case import Found
 
 MADE = 1e-3
 """Allowed gain of energy, as a share of the energy exchanged: steps are of finite length."""

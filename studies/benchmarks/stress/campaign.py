@@ -14,9 +14,9 @@ from typing import Any, TypeVar
 import numpy as np
 from pebble import ProcessExpired, ProcessPool
 
-from stressed.case import WAYS
-from stressed.families import all_cases
-from stressed.judging import judge
+from studies.benchmarks.stress.case import WAYS
+from studies.benchmarks.stress.families import all_cases
+from studies.benchmarks.stress.judging import judge
 
 Job = tuple[str, str, str]
 J = TypeVar("J")

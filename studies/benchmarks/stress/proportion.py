@@ -18,7 +18,7 @@ from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Joint
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from stressed.case import Case, Check, Found
+from studies.benchmarks.stress.case import Case, Check, Found
 
 Pair = tuple[float, float]
 LENGTH, HEIGHT, COUNT = 0.24, 0.075, 4

@@ -17,7 +17,7 @@ import numpy as np
 
 from damagepred.assembly import Assembly, Model
 from damagepred.scene import BlockMaterial, Dynamics, Joint
-from stressed.case import RIGID, STATIC, WAYS, Case
+from studies.benchmarks.stress.case import RIGID, STATIC, WAYS, Case
 from tests.verification.dry_walls import DryWall, arch, box, leaning, portal, running_bond, tipping_slope
 from tests.verification.limit_analysis import collapse_factor
 

@@ -1,1 +1,0 @@
-"""The extreme cases, how their results are judged, and how they are run and counted."""
