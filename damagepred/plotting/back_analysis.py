@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from damagepred.arguments import checked
 from damagepred.plotting.colours import CURVE_STYLES, OPENING_STYLES
-from damagepred.plotting.sheet import MM, legend_below, require, set_title, several_or_new, verbatim
+from damagepred.plotting.sheet import MM, legend_below, plain_number, require, set_title, several_or_new, verbatim
 
 
 @checked
@@ -74,7 +74,7 @@ def _draw_map(found: xr.Dataset, ax: Axes) -> None:
     ax.figure.colorbar(mesh, ax=ax, label="probability (1)")
     for x, y, width in zip(*(found[f"observed_{name}"].values for name in ("x", "y", "width"))):
         ax.plot(x, y, marker="o" if width else "x", color=OPENING_STYLES[0][0], fillstyle="none", markersize=9)
-        ax.annotate(f"{width * MM:g} mm" if width else "none", (x, y), (6, 6), textcoords="offset points")
+        ax.annotate(f"{plain_number(width * MM)} mm" if width else "none", (x, y), (6, 6), textcoords="offset points")
     ax.set_aspect("equal")
     ax.set_xlabel("along the wall (m)")
     ax.set_ylabel("height (m)")
