@@ -1,7 +1,6 @@
 """The comparison with other solvers: damagepred's part, the record of a run, and pymunk where it is installed."""
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -70,15 +69,16 @@ def test_the_committed_data() -> None:
                 assert solver == "quasi_static" or ours < 1.03 * iterated
 
 
-def test_pymunk_agrees(tmp_path: Path) -> None:
+def test_pymunk_agrees(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pymunk")
-    sys.path.insert(0, str(ROOM))  # as its own environment sees it
+    monkeypatch.syspath_prepend(str(ROOM))  # as its own environment sees it
     import in_pymunk
+    import record
 
     from studies.benchmarks.beside_others.cases import settling
 
     case = settling("5x6")
-    found = in_pymunk.settle(case, {"dt": 1e-3, "iterations": 30}, limit=5.0)
+    found = record.settle(case, 5.0, lambda: in_pymunk.Space(case, {"dt": 1e-3, "iterations": 30}))
     assert found["settled"]["seconds"][2] is not None
     assert np.sum(found["base"]) == pytest.approx(WEIGHT, rel=1e-3)
     json.dumps(found["looks"])

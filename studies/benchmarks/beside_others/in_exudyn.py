@@ -7,8 +7,6 @@ that carry friction creep. Ground plates, one under each of the lowest blocks, a
 
 from __future__ import annotations
 
-import time
-
 import exudyn as exu
 import numpy as np
 from exudyn.itemInterface import (
@@ -21,7 +19,7 @@ from exudyn.itemInterface import (
     NodeRigidBody2D,
     ObjectRigidBody2D,
 )
-from record import FALLEN, Record, Wall, answer, push, read_case, thinned
+from record import FALLEN, Record, Wall, run
 
 RADIUS = 2e-3
 """Radius of the spheres (m)."""
@@ -128,7 +126,7 @@ class System:
                 marker, radius=RADIUS, contactStiffness=STIFFNESS, contactDamping=DAMPING, frictionMaterialIndex=0
             )
 
-    def advance(self) -> None:
+    def integrate(self) -> None:
         """Integrate over an interval of time; the ground moves at its beginning."""
         first, last = self.case["drop_from"], self.case["drop_until"]
         if self.drops:
@@ -145,6 +143,18 @@ class System:
         )
         self.now += self.slab
 
+    def advance(self, record: Record) -> int:
+        """Integrate over an interval of time; return the number of steps."""
+        record.start()
+        self.integrate()
+        record.stop()
+        return round(self.slab / self.dt)
+
+    def check(self) -> tuple[float, np.ndarray]:
+        """Return the residual, and the vertical force of the ground on each of the lowest blocks (N)."""
+        force, base = self.forces()
+        return self.wall.residual(force), base
+
     def forces(self) -> tuple[np.ndarray, np.ndarray]:
         """Return unbalanced forces of the blocks (n, 3) and the forces of the ground on the lowest blocks (N)."""
         count, data = len(self.wall.mass), self.system.systemData
@@ -159,29 +169,6 @@ class System:
         return np.array(self.system.systemData.GetODE2Coordinates()).reshape(-1, 3)[: len(self.wall.mass)]
 
 
-def settle(case: dict, settings: dict, limit: float) -> dict:
-    began = time.process_time()
-    system = System(case, settings)
-    build = time.process_time() - began
-    record, go_on, steps = Record(case, limit), True, 0
-    while go_on:
-        record.start()
-        system.advance()
-        record.stop()
-        steps += round(system.slab / system.dt)
-        force, base = system.forces()
-        go_on = record.look(system.now, system.wall.residual(force), float(base.sum()))
-    return {
-        "build": build,
-        "steps": steps,
-        "settled": record.settled(),
-        "looks": thinned(record.looks),
-        "base": base,
-        "displacement": system.displacement(),
-        "version": exu.__version__,
-    }
-
-
 def stands(case: dict, settings: dict, factor: float) -> bool:
     """Return whether the wall stands under a push by a share of its weight: applied over 0.25 s, constant for 1.5 s."""
     system = System(case, settings)
@@ -189,20 +176,11 @@ def stands(case: dict, settings: dict, factor: float) -> bool:
         share = factor * min(1.0, system.now / 0.25) * case["gravity"]
         for load in system.loads:
             system.system.SetLoadParameter(load, "loadVector", [share, -case["gravity"], 0.0])
-        system.advance()
+        system.integrate()
         if np.abs(system.displacement()[:, :2]).max() > FALLEN:
             return False
     return True
 
 
-def main() -> None:
-    case, settings, path = read_case()
-    limit = settings.pop("limit")
-    if case["name"] == "tilt":
-        push(path, case, settings, limit, stands, exu.__version__)
-    else:
-        answer(path, **settle(case, settings, limit))
-
-
 if __name__ == "__main__":
-    main()
+    run(System, stands, exu.__version__)

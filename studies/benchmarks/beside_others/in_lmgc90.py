@@ -6,11 +6,9 @@ two, that moves in three dimensions. LMGC90 holds one simulation for each proces
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 from compas_lmgc90 import _lmgc90
-from record import FALLEN, Record, Wall, answer, push, read_case, thinned
+from record import FALLEN, Record, Wall, run
 
 ALERT = 1e-3
 """Distance below which contact of a pair of blocks is detected (m)."""
@@ -76,6 +74,18 @@ class Simulation:
         self.result = self.solver.compute_one_step()
         self.now += self.dt
 
+    def advance(self, record: Record) -> int:
+        """Integrate over a time step."""
+        record.start()
+        self.step()
+        record.stop()
+        return 1
+
+    def check(self) -> tuple[float, np.ndarray]:
+        """Return the residual, and the vertical force of the ground on each of the lowest blocks (N)."""
+        force, base = self.forces()
+        return self.wall.residual(force), base
+
     def forces(self) -> tuple[np.ndarray, np.ndarray]:
         """Return force x, z and moment on each block (n, 3), and the ground's force on each of the lowest blocks."""
         wall, result = self.wall, self.result
@@ -106,31 +116,6 @@ class Simulation:
         return np.column_stack((moved, np.arctan2(turn[:, 2, 0], turn[:, 0, 0])))
 
 
-def settle(case: dict, settings: dict, limit: float) -> dict:
-    began = time.process_time()
-    simulation = Simulation(case, settings)
-    build = time.process_time() - began
-    record, go_on, steps = Record(case, limit), True, 0
-    while go_on:
-        record.start()
-        simulation.step()
-        record.stop()
-        steps += 1
-        force, base = simulation.forces()
-        go_on = record.look(simulation.now, simulation.wall.residual(force), float(base.sum()))
-    gaps = np.array(simulation.result.interaction_gap)
-    return {
-        "build": build,
-        "steps": steps,
-        "settled": record.settled(),
-        "looks": thinned(record.looks),
-        "base": base,
-        "displacement": simulation.displacement(),
-        "penetration": float(-gaps.min()),
-        "version": "0.1.11",
-    }
-
-
 def stands(case: dict, settings: dict, factor: float) -> bool:
     """Return whether the wall stands under a push by a share of its weight: applied over 0.25 s, constant for 1.5 s."""
     simulation = Simulation(case, settings, factor)
@@ -141,14 +126,5 @@ def stands(case: dict, settings: dict, factor: float) -> bool:
     return True
 
 
-def main() -> None:
-    case, settings, path = read_case()
-    limit = settings.pop("limit")
-    if case["name"] == "tilt":
-        push(path, case, settings, limit, stands, "0.1.11")
-    else:
-        answer(path, **settle(case, settings, limit))
-
-
 if __name__ == "__main__":
-    main()
+    run(Simulation, stands, "0.1.11")

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pymunk
-from record import FALLEN, Record, Wall, answer, push, read_case, thinned
+from record import FALLEN, Record, Wall, run
 
 SLOP = 1e-5
 """Overlap that is not corrected (m); the default, 0.1, is meant for lengths in pixels."""
@@ -18,7 +17,7 @@ class Space:
 
     def __init__(self, case: dict, settings: dict) -> None:
         self.wall = Wall(case)
-        self.case, self.dt = case, settings["dt"]
+        self.case, self.dt, self.every = case, settings["dt"], settings.get("every", 5)
         self.space = pymunk.Space()
         self.space.iterations = settings["iterations"]
         self.space.collision_slop = SLOP
@@ -55,6 +54,25 @@ class Space:
             if drop:
                 body.velocity = (0.0, -drop / (last - first) if moving else 0.0)
 
+    def advance(self, record: Record) -> int:
+        """Integrate over some steps, and note the change of velocities in the last; return their number."""
+        record.start()
+        for _ in range(self.every - 1):
+            self.move_ground()
+            self.step()
+        self.move_ground()
+        record.stop()
+        before = self.velocity()
+        record.start()
+        self.step()
+        record.stop()
+        self.change = self.velocity() - before
+        return self.every
+
+    def check(self) -> tuple[float, np.ndarray]:
+        """Return the residual, and the vertical force of the ground on each of the lowest blocks (N)."""
+        return self.wall.from_velocity(self.change, self.dt), self.base()
+
     def velocity(self) -> np.ndarray:
         """Return the velocity of each block (n, 3)."""
         return np.array([(*b.velocity, b.angular_velocity) for b in self.bodies])
@@ -82,38 +100,6 @@ class Space:
         return force
 
 
-def settle(case: dict, settings: dict, limit: float) -> dict:
-    began = time.process_time()
-    space = Space(case, settings)
-    build = time.process_time() - began
-    record = Record(case, limit)
-    every, go_on, steps = settings.get("every", 5), True, 0
-    while go_on:
-        record.start()
-        for _ in range(every - 1):
-            space.move_ground()
-            space.step()
-        space.move_ground()
-        record.stop()
-        before = space.velocity()
-        record.start()
-        space.step()
-        record.stop()
-        steps += every
-        residual = space.wall.from_velocity(space.velocity() - before, space.dt)
-        go_on = record.look(space.now, residual, float(space.base().sum()))
-    base, moved = space.base(), space.displacement()
-    return {
-        "build": build,
-        "steps": steps,
-        "settled": record.settled(),
-        "looks": thinned(record.looks),
-        "base": base,
-        "displacement": moved,
-        "version": pymunk.version,
-    }
-
-
 def stands(case: dict, settings: dict, factor: float) -> bool:
     """Return whether the wall stands under a push by a share of its weight: applied over 0.25 s, constant for 1.5 s."""
     space = Space(case, settings)
@@ -124,14 +110,5 @@ def stands(case: dict, settings: dict, factor: float) -> bool:
     return bool(np.abs(space.displacement()[:, :2]).max() < FALLEN)
 
 
-def main() -> None:
-    case, settings, path = read_case()
-    limit = settings.pop("limit")
-    if case["name"] == "tilt":
-        push(path, case, settings, limit, stands, pymunk.version)
-    else:
-        answer(path, **settle(case, settings, limit))
-
-
 if __name__ == "__main__":
-    main()
+    run(Space, stands, pymunk.version)

@@ -104,6 +104,34 @@ def push(
     answer(path, seconds=time.process_time() - began, low=low, high=high, trials=trials, version=version)
 
 
+def settle(case: dict[str, Any], limit: float, build: Callable[[], Any]) -> dict[str, Any]:
+    """Integrate a wall in time until it stays in equilibrium, or for a limit of processor time (s).
+
+    A system that is built has its time ``now``, and functions ``advance(record)`` (integrate to the next check with the
+    clock running; return the number of steps), ``check`` (residual, forces of the ground) and ``displacement``.
+    """
+    began = time.process_time()
+    system = build()
+    found: dict[str, Any] = {"build": time.process_time() - began, "steps": 0}
+    record, go_on = Record(case, limit), True
+    while go_on:
+        found["steps"] += system.advance(record)
+        residual, base = system.check()
+        go_on = record.look(system.now, residual, float(base.sum()))
+    found |= {"settled": record.settled(), "looks": thinned(record.looks)}
+    return found | {"base": base, "displacement": system.displacement()}
+
+
+def run(build: Callable[..., Any], stands: Callable[..., bool], version: str) -> None:
+    """Solve the case of the command line, and write the results."""
+    case, settings, path = read_case()
+    limit = settings.pop("limit")
+    if case["name"] == "tilt":
+        push(path, case, settings, limit, stands, version)
+    else:
+        answer(path, **settle(case, limit, lambda: build(case, settings)), version=version)
+
+
 def read_case() -> tuple[dict[str, Any], dict[str, Any], Path]:
     """Return case, settings and the file for the answer, as the command line names them."""
     import sys
