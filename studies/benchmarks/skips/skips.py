@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import replace
@@ -73,95 +74,53 @@ def without_strength(scene: Scene) -> Scene:
 
 # -- patches ---------------------------------------------------------------------------------------------------------
 
-
-@contextmanager
-def always_factorise() -> Iterator[None]:
-    """Factorise after every change of stiffness."""
-    from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
-
-    with patch.object(BlockTridiagonalSystem, "_refactorisation_pays", lambda self, changed, new: len(changed) > 0):
-        yield
+SYSTEM = "damagepred.solvers.quasi_static.linear_system.BlockTridiagonalSystem"
+SUPERELEMENTS = "damagepred.solvers.quasi_static.superelements.Superelements"
 
 
-@contextmanager
-def factorise_all_levels() -> Iterator[None]:
-    """Begin every factorisation at the farthest active level."""
-    from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
-
-    known = BlockTridiagonalSystem._factorise
-
-    def whole(self: Any, changed: Any) -> None:
-        self._farthest_changed_level = self.active_levels - 1
-        known(self, changed)
-
-    with patch.object(BlockTridiagonalSystem, "_factorise", whole):
-        yield
+def replaced(method: str, by: Callable[..., Any]) -> Patch:
+    """Return a function that replaces a method, by its full name, in a context."""
+    return lambda: patch(method, by)
 
 
-@contextmanager
-def learn_again() -> Iterator[None]:
-    """Discard the unit-load responses of changed joints after each solution."""
-    from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
+def wrapped(method: str, by: Callable[..., Any]) -> Patch:
+    """Return the same with a function that takes the replaced method before its arguments."""
 
-    known = BlockTridiagonalSystem.solve
+    def put() -> AbstractContextManager[Any]:
+        known = pkgutil.resolve_name(method)
+        return patch(method, lambda *arguments: by(known, *arguments))
 
-    def forgetful(self: Any, force: Any) -> Any:
-        answer = known(self, force)
-        self.woodbury.discard_responses()
-        return answer
-
-    with patch.object(BlockTridiagonalSystem, "solve", forgetful):
-        yield
+    return put
 
 
-@contextmanager
-def frozen_first() -> Iterator[None]:
-    """Solve every equilibrium by the Tresca fixed point."""
-    from damagepred.solvers.quasi_static.equilibrium import Equilibrium
+def whole(known: Callable[..., Any], system: Any, changed: Any) -> None:
+    """Begin a factorisation at the farthest active level."""
+    system._farthest_changed_level = system.active_levels - 1
+    known(system, changed)
+
+
+def forgetful(known: Callable[..., Any], system: Any, force: Any) -> Any:
+    """Discard the unit-load responses of changed joints after a solution."""
+    answer = known(system, force)
+    system.woodbury.discard_responses()
+    return answer
+
+
+def opened(known: Callable[..., Any], superelements: Any, *arguments: Any) -> None:
+    """Treat the zones of all deformable blocks as active from the start."""
+    known(superelements, *arguments)
+    superelements._activate(np.arange(len(superelements.block)))
+
+
+def by_fixed_point(self: Any, state: Any, start: Any, near: bool) -> float:
+    """Solve an equilibrium by the Tresca fixed point."""
     from damagepred.solvers.quasi_static.tresca_fixed_point import coulomb_fixed_point
 
-    def find(self: Any, state: Any, start: Any, near: bool) -> float:
-        supports = self.model.supports
-        state.displacement[supports.prescribed] = supports.displacement(state.load_factor)
-        if self.jacks is not None:
-            state.jack = self.jacks.load_at(state.load_factor, state.jack)
-        return coulomb_fixed_point(self, state, False, self.options.coulomb.max_newton_iterations)
-
-    with patch.object(Equilibrium, "_find_active", find):
-        yield
-
-
-@contextmanager
-def blind() -> Iterator[None]:
-    """Follow the path without the tangent predictor of the next event."""
-    from damagepred.solvers.quasi_static.continuation import Continuation
-
-    with patch.object(Continuation, "predict_next_event", lambda self, state, target: (state.displacement, 1.0)):
-        yield
-
-
-@contextmanager
-def no_kin() -> Iterator[None]:
-    """Condense each deformable block separately."""
-    from damagepred.solvers.quasi_static.superelements import Superelements
-
-    with patch.object(Superelements, "_group_by_shape", lambda self: [np.array([d]) for d in range(len(self.block))]):
-        yield
-
-
-@contextmanager
-def all_open() -> Iterator[None]:
-    """Treat the zones of all deformable blocks as active from the start."""
-    from damagepred.solvers.quasi_static.superelements import Superelements
-
-    known = Superelements.__init__
-
-    def opened(self: Any, *arguments: Any) -> None:
-        known(self, *arguments)
-        self._activate(np.arange(len(self.block)))
-
-    with patch.object(Superelements, "__init__", opened):
-        yield
+    supports = self.model.supports
+    state.displacement[supports.prescribed] = supports.displacement(state.load_factor)
+    if self.jacks is not None:
+        state.jack = self.jacks.load_at(state.load_factor, state.jack)
+    return coulomb_fixed_point(self, state, False, self.options.coulomb.max_newton_iterations)
 
 
 @contextmanager
@@ -174,13 +133,19 @@ def whole_law() -> Iterator[None]:
         yield
 
 
-def cycled_start() -> AbstractContextManager[Any]:
-    """Start the explicit solver under dead load without the elastic solution."""
-    return patch(
-        "damagepred.solvers.time_stepping.scheme.DampedTimeStepping.start_from_elastic_solution", lambda self: False
-    )
-
-
+always_factorise = replaced(f"{SYSTEM}._refactorisation_pays", lambda self, changed, new: len(changed) > 0)
+factorise_all_levels = wrapped(f"{SYSTEM}._factorise", whole)
+learn_again = wrapped(f"{SYSTEM}.solve", forgetful)
+frozen_first = replaced("damagepred.solvers.quasi_static.equilibrium.Equilibrium._find_active", by_fixed_point)
+blind = replaced(
+    "damagepred.solvers.quasi_static.continuation.Continuation.predict_next_event",
+    lambda self, state, target: (state.displacement, 1.0),
+)
+no_kin = replaced(f"{SUPERELEMENTS}._group_by_shape", lambda self: [np.array([d]) for d in range(len(self.block))])
+all_open = wrapped(f"{SUPERELEMENTS}.__init__", opened)
+cycled_start = replaced(
+    "damagepred.solvers.time_stepping.scheme.DampedTimeStepping.start_from_elastic_solution", lambda self: False
+)
 SAME_REST = DEFAULTS.explicit.check_interval * (DEFAULTS.explicit.passed_checks - 1) + 1
 """Checks in a row after every cycle, over the same cycles as by default."""
 
