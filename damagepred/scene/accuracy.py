@@ -1,6 +1,6 @@
 """Presets of ``[solver]``: what a wanted accuracy sets, and the errors that were measured with it.
 
-They come from work-precision diagrams: ``studies/benchmarks/work_precision`` measures them and writes
+They come from errors over computing time: ``studies/benchmarks/work_precision`` measures them and writes
 ``data/accuracy.csv``. Increments are no part of them: the quasi-static path hardly depends on their number, which says
 at how many movements results are kept.
 """

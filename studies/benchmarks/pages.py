@@ -44,6 +44,15 @@ def keep_rows(rows: list[dict[str, Any]], file: Path) -> None:
     write_whole(file, lambda path: table.to_csv(path, index=False, float_format="%.5g"))
 
 
+def replace_rows(rows: pd.DataFrame, file: Path, key: list[str]) -> None:
+    """Write rows into a file in place of those with the same key, sorted by it."""
+    if file.exists():
+        old, new = pd.read_csv(file), pd.MultiIndex.from_frame(rows[key])
+        rows = pd.concat([old[~pd.MultiIndex.from_frame(old[key]).isin(new)], rows])
+    rows = rows.sort_values(key, kind="stable")
+    write_whole(file, lambda path: rows.to_csv(path, index=False, float_format="%.6g"))
+
+
 def processor_model() -> str:
     """Return the model of the processor, with its cache and whether it has AVX-512."""
     maker, cache = "", ""

@@ -29,6 +29,7 @@ from studies.benchmarks.beside_others import environments, ours, summary
 from studies.benchmarks.beside_others.cases import CASES, SIZES, SIZES_OF, Case
 from studies.benchmarks.beside_others.record import Wall
 from studies.benchmarks.beside_others.settings import OURS, WIDTH, described, our_solver, settings_of
+from studies.benchmarks.pages import replace_rows
 
 HERE = Path(__file__).resolve().parent
 
@@ -107,16 +108,16 @@ def store(folder: Path, case: Case, solver: str, words: str, found: dict[str, An
     """Put a run into the data."""
     found = flat(found)
     key = {"case": case["name"], "size": case["size"], "solver": solver, "settings": words}
-    summary.keep(folder / RUNS, pd.DataFrame([summary.row_of(case, solver, words, found)]))
+    replace_rows(pd.DataFrame([summary.row_of(case, solver, words, found)]), folder / RUNS, summary.KEY)
     if "displacement" not in found:
         return
     wall, moved = Wall(case), np.array(found["displacement"])
     rows = pd.DataFrame({"x": wall.centre[wall.lowest, 0], "force": found["base"]})
-    summary.keep(folder / BASE, rows.assign(**key)[[*key, *rows]])
+    replace_rows(rows.assign(**key)[[*key, *rows]], folder / BASE, summary.KEY)
     if case["name"] == "gap":
         rows = pd.DataFrame(np.round(np.column_stack((1e3 * moved[:, :2], moved[:, 2])), 6), columns=["x", "y", "turn"])
         rows.insert(0, "block", range(len(rows)))
-        summary.keep(folder / MOVED, rows.assign(**key)[[*key, *rows]])
+        replace_rows(rows.assign(**key)[[*key, *rows]], folder / MOVED, summary.KEY)
 
 
 def known(folder: Path) -> set[tuple[str, ...]]:

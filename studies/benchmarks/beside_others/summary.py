@@ -29,15 +29,6 @@ RUNS_OF = (("settling", "under its own weight"), ("gap", "the ground dropped und
 COLUMNS = [f"s at {level:g}" for level in LEVELS]
 
 
-def keep(path: Path, rows: pd.DataFrame) -> None:
-    """Put rows into a file of comma-separated values in place of those with the same case, size, solver, settings."""
-    if path.exists():
-        old = pd.read_csv(path)
-        new = pd.MultiIndex.from_frame(rows[KEY])
-        rows = pd.concat([old[~pd.MultiIndex.from_frame(old[KEY]).isin(new)], rows])
-    rows.sort_values(KEY, kind="stable").to_csv(path, index=False, float_format="%.6g")
-
-
 def row_of(case: Case, solver: str, settings: str, found: dict[str, Any]) -> dict[str, Any]:
     """Return the row of one run in ``runs.csv``."""
     row: dict[str, Any] = {"case": case["name"], "size": case["size"], "solver": solver, "settings": settings}

@@ -6,9 +6,9 @@
     python studies/benchmarks/work_precision/run.py --axes NAME ... --data FILE
 
 Each wall is solved with each choice in a separate process, with a limit of processor time, and written to data.csv at
-once: the same command resumes. ``--from-data`` only writes data/accuracy.csv, the errors of the presets. ``--quick``
-solves the smallest wall with a few choices, in seconds, and prints their errors; ``--data`` writes another file and
-prints its.
+once: the same command resumes. ``--from-data`` prints the errors of all choices, and writes data/accuracy.csv, the
+errors of the presets. ``--quick`` solves the smallest wall with a few choices, in seconds, and prints their errors;
+``--data`` writes another file and prints its.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=1e9, help="begin nothing new after these")
     parser.add_argument("--limit", type=float, default=60.0, help="processor time for one wall in one way (s)")
     parser.add_argument("--data", type=Path, default=DATA)
-    parser.add_argument("--from-data", action="store_true", help="only write the errors of the presets")
+    parser.add_argument("--from-data", action="store_true", help="print all errors; only write those of the presets")
     parser.add_argument("--quick", action="store_true", help="only the smallest wall, in a few ways")
     asked = parser.parse_args()
     if asked.quick:
@@ -186,12 +186,12 @@ def main() -> None:
         return
     if not asked.from_data:
         run(asked.data, asked.scenes, asked.axes, asked.seconds, asked.limit)
-    if asked.data != DATA:
+    if asked.data != DATA or asked.from_data:
         print_errors(asked.data)
-        return
-    from studies.benchmarks.work_precision.summary import write_presets
+    if asked.data == DATA:
+        from studies.benchmarks.work_precision.summary import write_presets
 
-    write_presets(asked.data, HERE.parents[2] / "data" / "accuracy.csv")
+        write_presets(asked.data, HERE.parents[2] / "data" / "accuracy.csv")
 
 
 if __name__ == "__main__":

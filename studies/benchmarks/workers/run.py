@@ -20,13 +20,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from damagepred.archive.files import write_whole
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.archive.parts import joined, read_part, write_part
 from damagepred.study import Study
 from damagepred.study.campaign.sample import Outcome, run_batch
 from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.settings import StudySettings
+from studies.benchmarks.pages import replace_rows
 
 HERE = Path(__file__).resolve().parent
 
@@ -181,22 +181,14 @@ def main() -> None:
             solved, copied = (20, 200) if quick else (33 if wall == "solid" else 201, 10_000)
             found = parts(wall, solved, copied)
             print(wall, found, flush=True)
-            put_rows(options.into / "parts.csv", pd.DataFrame([{"wall of": wall, **found}]), "wall of", wall)
+            replace_rows(pd.DataFrame([{"wall of": wall, **found}]), options.into / "parts.csv", ["wall of"])
         if "runs" in options.part:
             ways = (
                 ("own pool, 2 workers",) if quick else ("own pool, 1 worker", "own pool, 2 workers", "Dask, 2 workers")
             )
             samples = 24 if quick else (60 if wall == "solid" else 400)
             rows = runs(wall, samples, ways)
-            put_rows(options.into / "runs.csv", pd.DataFrame(rows), "wall", wall)
-
-
-def put_rows(file: Path, rows: pd.DataFrame, key: str, value: str) -> None:
-    """Put rows into a table in place of those of the same study."""
-    if file.is_file():
-        before = pd.read_csv(file)
-        rows = pd.concat([before[before[key] != value], rows])
-    write_whole(file, lambda path: rows.to_csv(path, index=False, float_format="%.5g"))
+            replace_rows(pd.DataFrame(rows), options.into / "runs.csv", ["wall"])
 
 
 if __name__ == "__main__":
