@@ -508,15 +508,18 @@ def design_command(
 ) -> None:
     """Search the cheapest alternative that keeps a probability of damage below a target; the same command resumes."""
     from damagepred.archive.files import check_writable
-    from damagepred.study.analyses.design_search import search_design
+    from damagepred.study.analyses.design_search import price_of_search, search_design
 
     check_writable(output, plot)
-    found = search_design(
-        file,
-        folder or file.with_suffix(".design"),
-        workers=workers,
-        on_round=lambda size, count: screen.note(f"{count} alternatives, {size} samples each"),
-    )
+    screen.note(price_of_search(file, workers))
+    with screen.ReplayBar("walls of an alternative") as bar:
+        found = search_design(
+            file,
+            folder or file.with_suffix(".design"),
+            workers=workers,
+            on_round=lambda size, count: screen.note(f"{count} alternatives, {size} samples each"),
+            on_walls=bar.walls,
+        )
     _keep_curves(found, output, plot)
     if json:
         screen.print_json(found)

@@ -432,10 +432,16 @@ class StudyBar(_Progress):
 
 
 class ReplayBar(_Progress):
-    """Progress of replays and of new walls, with the time that is left."""
+    """Progress of replays and of new walls, with the time that is left.
 
-    def __init__(self) -> None:
-        super().__init__("replays", "{task.fields[left]}", transient=True)
+    Parameters
+    ----------
+    label : str
+        What is counted.
+    """
+
+    def __init__(self, label: str = "replays") -> None:
+        super().__init__(label, "{task.fields[left]}", transient=True)
         self._task, self._began = self._progress.add_task("", total=None, left=""), time.monotonic()
 
     def update(self, done: int, total: int) -> None:

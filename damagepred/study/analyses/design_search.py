@@ -7,8 +7,10 @@ random numbers); where the fields are drawn on the study's own wall, also the jo
 from __future__ import annotations
 
 import itertools
+import time
 import tomllib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,14 +22,18 @@ from pydantic import Field
 from damagepred.archive.folder import open_study
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
-from damagepred.errors import InputError
+from damagepred.assembly import NO_LIMITS
+from damagepred.errors import InputError, SolverError
+from damagepred.formatting import duration
 from damagepred.input_files import read_toml
 from damagepred.one_thread import one_blas_thread
+from damagepred.pipeline import solve
 from damagepred.scene import Scene
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Pure
 from damagepred.scene.reading import build
-from damagepred.study.campaign.campaign import Campaign
+from damagepred.study.campaign.campaign import Campaign, Progress
+from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.settings import StudySettings
 from damagepred.uq.capacity import censored_before, probability_reached
 from damagepred.uq.exceedance import category_capacities
@@ -128,6 +134,7 @@ def search_design(
     *,
     workers: int = 1,
     on_round: Callable[[int, int], None] | None = None,
+    on_walls: Callable[[Progress], None] | None = None,
 ) -> xr.Dataset:
     """Search the cheapest alternative that keeps the probability of damage below the target.
 
@@ -141,6 +148,8 @@ def search_design(
         Processes.
     on_round : callable, optional
         Called before each round with the samples of an alternative, and the number of alternatives that get them.
+    on_walls : callable, optional
+        Called with the progress of the walls of an alternative.
 
     Returns
     -------
@@ -161,24 +170,14 @@ def search_design(
     >>> found.attrs["chosen"]
     'as it is'
     """
-    asked = build(Choices, read_toml(choices), str(choices))
-    base = StudySettings.from_toml(Path(choices).parent / asked.study)
-    if base.study.importance or base.study.sampler == "table" or base.study.movement == "sampled":
-        raise InputError(
-            f"{asked.study}: a design search draws its own samples; no importance, table or sampled movement."
-        )
-    options = SelectionOptions(asked.target.confidence, asked.target.first, max(asked.target.most, asked.target.first))
-    built = asked.alternatives()
-    names = [" + ".join(option.name for option in chosen) for chosen in built]
-    if len(set(names)) < len(names):
-        raise InputError(f"{choices}: two options of a choice have the same name.")
-    settings = [_settings_of(base, chosen, options.most, name) for chosen, name in zip(built, names)]
+    asked, built, names, settings = _read(choices)
+    options = _selection(asked)
     values: dict[int, FloatArray] = {}
 
     def hits(k: int, count: int) -> FloatArray:
         folder = Path(out) / f"alternative_{k + 1:03d}.dp"
         folder.parent.mkdir(exist_ok=True, parents=True)
-        if Campaign(settings[k]).run(folder, count, workers).interrupted:
+        if Campaign(settings[k]).run(folder, count, workers, on_progress=on_walls).interrupted:
             raise KeyboardInterrupt
         values[k] = damaged(open_study(folder), asked.target)[:count]
         return values[k]
@@ -209,6 +208,47 @@ def search_design(
             "confidence": asked.target.confidence,
         },
     )
+
+
+def price_of_search(choices: str | Path, workers: int) -> str:
+    """Return in a sentence what a search costs: its first round, and at most; one wall as it is is solved for it.
+
+    Parameters
+    ----------
+    choices, workers
+        As for ``search_design``.
+    """
+    asked, built, _, settings = _read(choices)
+    warm_up(settings[0].scene)
+    began = time.perf_counter()
+    with suppress(SolverError):
+        solve(settings[0].scene, limits=NO_LIMITS)
+    seconds, options = (time.perf_counter() - began) * len(built) / workers, _selection(asked)
+    return (
+        f"{len(built)} alternatives of walls like the first: {options.first} walls each to begin with, about "
+        f"{duration(seconds * options.first)}; {options.most} each at most, about {duration(seconds * options.most)}"
+    )
+
+
+def _read(choices: str | Path) -> tuple[Choices, list[tuple[Option, ...]], list[str], list[StudySettings]]:
+    """Return the choices, their combinations, and the name and the study of each."""
+    asked = build(Choices, read_toml(choices), str(choices))
+    base = StudySettings.from_toml(Path(choices).parent / asked.study)
+    if base.study.importance or base.study.sampler == "table" or base.study.movement == "sampled":
+        raise InputError(
+            f"{asked.study}: a design search draws its own samples; no importance, table or sampled movement."
+        )
+    built = asked.alternatives()
+    names = [" + ".join(option.name for option in chosen) for chosen in built]
+    if len(set(names)) < len(names):
+        raise InputError(f"{choices}: two options of a choice have the same name.")
+    most = _selection(asked).most
+    return asked, built, names, [_settings_of(base, chosen, most, name) for chosen, name in zip(built, names)]
+
+
+def _selection(asked: Choices) -> SelectionOptions:
+    target = asked.target
+    return SelectionOptions(target.confidence, target.first, max(target.most, target.first))
 
 
 def damaged(ds: xr.Dataset, target: Target) -> FloatArray:
