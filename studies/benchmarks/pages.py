@@ -1,34 +1,18 @@
-"""Functions of all benchmarks: machine, processor time, stored rows, tables of a page."""
+"""Functions of all benchmarks: machine, stored rows, tables of a page."""
 
 from __future__ import annotations
 
 import os
 import platform
-import time
-from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pandas as pd
 
 from damagepred.archive.files import write_whole
 
 BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"
-
-
-class Timed(NamedTuple):
-    """A result, and its processor time (s)."""
-
-    result: Any
-    seconds: float
-
-
-def timed(call: Callable[[], Any]) -> Timed:
-    """Call a function, and measure its processor time, which other load hardly affects."""
-    began = time.process_time()
-    result = call()
-    return Timed(result, time.process_time() - began)
 
 
 def kept_rows(file: Path) -> list[dict[str, Any]]:

@@ -37,7 +37,7 @@ def test_a_wall_is_solved_noted_and_compared(tmp_path):
 
 
 def test_what_takes_too_long_is_listed(tmp_path):
-    scene = run.scenes()["stack"].scene
+    scene = run.scenes()["stack"]
     slow = replace(
         scene,
         solver=Solver(method="explicit", ramp_cycles=100_000_000, maximum_cycles=100_000_000),

@@ -97,7 +97,7 @@ def row_of(
     runs: int,
     apart: float | None = None,
 ) -> dict[str, object]:
-    """Return one point of the diagram: the root mean square of relative errors, with a 90 % interval (of scatter).
+    """Return one row of data.csv: the root mean square of relative errors, with a 90 % interval (of scatter).
 
     Parameters
     ----------

@@ -144,7 +144,7 @@ def run(path: Path, names: list[str], only: list[str], seconds: float, limit: fl
 
 def solve_one(path: Path, name: str, choice: Choice, limit: float) -> None:
     """Solve one wall with one choice and write its row."""
-    scene = choice.scene(scenes()[name].scene)
+    scene = choice.scene(scenes()[name])
     make_ready(scene)
     row = in_process(scene, limit)
     note(path, {"scene": name, "axis": choice.axis, "value": choice.value, **row})

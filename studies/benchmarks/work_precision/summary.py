@@ -149,7 +149,7 @@ def preset_errors(lines: pd.DataFrame) -> pd.DataFrame:
             for _, line in own[own["value"] == accuracy].iterrows():
                 if line["scene"] not in usual:
                     continue
-                scene = known[line["scene"]].scene
+                scene = known[line["scene"]]
                 rows.append(
                     {
                         "accuracy": accuracy,

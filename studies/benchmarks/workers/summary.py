@@ -1,4 +1,4 @@
-"""Summary of this benchmark for RESULTS.md."""
+"""Section of this benchmark on RESULTS.md."""
 
 from __future__ import annotations
 
