@@ -47,12 +47,15 @@ def draw_design_search(found: xr.Dataset, axes: Sequence[Axes] | None = None) ->
     upper, lower = several_or_new(axes, 2, 1, 8.0, 7.5)
     for code, word in enumerate(_WORDS):
         own = found.isel(alternative=np.flatnonzero(found["decision"].values == code))
+        if not own.sizes["alternative"]:
+            continue
         middle = own["probability"].values
         bars = np.abs(np.array([own[f"probability_{end}"].values - middle for end in ("lower", "upper")]))
         colour, marker = OPENING_STYLES[code]
         upper.errorbar(own["cost"], middle, yerr=bars, fmt=marker, color=colour, capsize=3, label=word)
     upper.axhline(float(found.attrs["limit"]), color=OPENING_STYLES[4][0], linewidth=1.0)
-    upper.set_ylim(0.0, 1.0)
+    most = max(float(found["probability_upper"].max()), float(found.attrs["limit"]))
+    upper.set_ylim(0.0, min(1.3 * most, 1.0))
     upper.set_xlabel("cost")
     upper.set_ylabel("probability (1)")
     upper.legend()
@@ -61,5 +64,6 @@ def draw_design_search(found: xr.Dataset, axes: Sequence[Axes] | None = None) ->
     places = np.arange(found.sizes["measure"])
     lower.barh(places, found["value"].values, xerr=found["value_error"].values, color=OPENING_STYLES[0][0], capsize=3)
     lower.set_yticks(places, [verbatim(str(name)) for name in found["measure"].values])
-    lower.set_xlabel("change of the probability against the first option (1), with standard error")
+    lower.locator_params(axis="x", nbins=5)
+    lower.set_xlabel("change of the probability (1), with standard error")
     return [upper, lower]
