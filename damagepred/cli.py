@@ -477,14 +477,14 @@ def infer_command(
     """Infer movement and cause from observed cracks, levels and windows, and what further movement would bring."""
     from damagepred.archive.files import check_writable
     from damagepred.errors import InputError
-    from damagepred.study.analyses.back_analysis import InferenceOptions, infer, price_of_new_walls, sentences
+    from damagepred.study.analyses.back_analysis import InferenceOptions, infer, prices, sentences
 
     if len(files) < 2 or files[-1].suffix != ".toml":
         raise InputError("infer: give one study folder or more, and then the file of the observations (*.toml).")
     check_writable(output, plot)
     options = InferenceOptions(replays=replays, new_walls=new_walls)
-    if new_walls:
-        screen.note(price_of_new_walls(files[:-1], options, workers))
+    for price in prices(files[:-1], files[-1], options, workers):
+        screen.note(price)
     with screen.ReplayBar() as bar:
         found = infer(files[:-1], files[-1], workers=workers, options=options, on_replay=bar.update, on_walls=bar.walls)
     _keep_curves(found, output, plot)
@@ -506,7 +506,7 @@ def design_command(
     full: Full = False,
     quiet: Quiet = False,
 ) -> None:
-    """Search the cheapest alternative that keeps a probability of damage below a target; the same command resumes."""
+    """Search the cheapest alternative with unlikely damage, or the least expected cost; the same command resumes."""
     from damagepred.archive.files import check_writable
     from damagepred.study.analyses.design_search import price_of_search, search_design
 

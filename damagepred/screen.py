@@ -501,15 +501,18 @@ def design_search(found: xr.Dataset) -> None:
     """Print the alternatives of a design search, the cheapest first, what measures are worth, and what was chosen."""
     import numpy as np
 
-    words = ("dearer or undecided", "meets", "does not meet")
+    quantity = str(found.attrs["quantity"])
+    by_cost = quantity == "expected_cost"
+    words = ("undecided", "best", "dearer") if by_cost else ("dearer or undecided", "meets", "does not meet")
     order = np.argsort(found["cost"].values, kind="stable")
-    columns = ("alternative", "cost", "probability", "lower", "upper", "samples", "target")
-    names = ("probability", "probability_lower", "probability_upper")
+    what, digits = ("cost of repair", ".0f") if by_cost else ("probability", ".3f")
+    columns = ("alternative", "cost", quantity.replace("_", " "), "lower", "upper", "samples", "decision")
+    names = (quantity, f"{quantity}_lower", f"{quantity}_upper")
     rows = [
         [
             str(one["alternative"].values),
             f"{float(one['cost']):g}",
-            *(f"{float(one[name]):.3f}" for name in names),
+            *(f"{float(one[name]):{digits}}" for name in names),
             str(int(one["samples"])),
             words[int(one["decision"])],
         ]
@@ -519,21 +522,24 @@ def design_search(found: xr.Dataset) -> None:
     rows = [
         [
             str(m["measure"].values),
-            f"{float(m['value']):+.3f}",
-            f"{float(m['value_error']):.3f}",
+            f"{float(m['value']):+{digits}}",
+            f"{float(m['value_error']):{digits}}",
             f"{float(m['extra_cost']):g}",
         ]
         for m in (found.isel(measure=k) for k in range(found.sizes["measure"]))
     ]
-    table("Value of each measure", ("measure", "change of the probability", "standard error", "extra cost"), rows)
+    table("Value of each measure", ("measure", f"change of the {what}", "standard error", "extra cost"), rows)
     if not found.attrs["chosen"]:
         say("no alternative is known to meet the target")
     else:
         say(f"chosen: {found.attrs['chosen']}")
+    if by_cost:
+        say(f"its expected cost exceeds that of the best by {found.attrs['regret']:.0f} at most")
     if found.attrs["sure"]:
         say(f"this selection is right with a probability of {found.attrs['confidence']:.0%} or more")
     else:
-        say("a cheaper alternative is undecided; a larger target.most decides it")
+        better, keys = ("better", "target.most or target.tolerance") if by_cost else ("cheaper", "target.most")
+        say(f"a {better} alternative is undecided; a larger {keys} decides it")
 
 
 def wall_table(ds: xr.Dataset) -> None:

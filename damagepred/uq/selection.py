@@ -1,11 +1,17 @@
-"""Selection of the cheapest alternative whose probability of damage is low enough, by successive elimination.
+"""Selection of an alternative by successive elimination: the cheapest safe one, or that of least expected cost.
 
-In each round every alternative that may still be the answer gets more samples. One whose upper bound lies below the
-limit meets the target; then all dearer ones are eliminated. One whose lower bound lies above it does not meet it.
+**The cheapest whose probability of damage is low enough.** In each round every alternative that may still be the answer
+gets more samples. One whose upper bound lies below the limit meets the target; then all dearer ones are eliminated. One
+whose lower bound lies above it does not meet it.
 
-The bounds are those of Hoeffding (1963, theorem 1), n KL(mean, p) <= ln(1/alpha), which hold for the mean of
+Its bounds are those of Hoeffding (1963, theorem 1), n KL(mean, p) <= ln(1/alpha), which hold for the mean of
 independent values from 0 to 1. Each alternative and round has an equal part of the probability of error (Bonferroni).
 So all decisions are right with the stated probability, whether or not the alternatives share random numbers.
+
+**The least expected cost**, of building and repair. In each round the alternatives left are compared with the one of
+the least estimate, in pairs of the same samples. One that is dearer by its lower bound is eliminated. The bounds follow
+the spread of the differences (``betting_lower_bound``), which common random numbers keep small. They hold in all rounds
+at once; each pair has an equal part of the probability of error.
 """
 
 from __future__ import annotations
@@ -19,6 +25,8 @@ from scipy import optimize, special
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
+
+STAKES = np.geomspace(1e-3, 1.0, 16)  # shares of the capital that are bet; all of them are tried
 
 
 @dataclass(frozen=True)
@@ -63,6 +71,9 @@ class Selection(NamedTuple):
         Estimate and one-sided bounds.
     samples : array of int (alternatives,)
         Samples.
+    regret : float
+        Upper bound of the expected cost by which the chosen alternative exceeds the best one; NaN where costs were not
+        compared.
     """
 
     chosen: int | None
@@ -73,6 +84,7 @@ class Selection(NamedTuple):
     lower: FloatArray
     upper: FloatArray
     samples: IntArray
+    regret: float = np.nan
 
 
 def hoeffding_bounds(mean: float, count: int, error: float) -> tuple[float, float]:
@@ -143,3 +155,92 @@ def select_cheapest(
             break
     chosen = int(np.flatnonzero(meets)[np.argmin(costs[meets])]) if meets.any() else None
     return Selection(chosen, not len(active), meets, fails, mean, lower, upper, count)
+
+
+def betting_lower_bound(values: FloatArray, error: float) -> float:
+    """Return a lower bound of the mean of independent values from 0 to 1, by the capital of bets against each mean.
+
+    Parameters
+    ----------
+    values : array (samples,)
+        The values.
+    error : float
+        Probability with which the bound is ever wrong, as samples are added.
+
+    Notes
+    -----
+    If the mean is m, the product of 1 + c (x / m - 1) over the values x is a martingale for every stake c. So the mean
+    of these products over the stakes exceeds 1 / error with at most that probability (Ville's inequality; Waudby-Smith
+    and Ramdas 2024). The bound uses the spread of the values without being told it.
+    """
+
+    def excess(m: float) -> float:
+        with np.errstate(divide="ignore"):
+            capital = np.log1p(STAKES[:, None] * (values / m - 1.0)).sum(axis=1)
+        return float(special.logsumexp(capital) - np.log(len(STAKES)) + np.log(error))
+
+    tiny, mean = 1e-12, float(np.mean(values))
+    return 0.0 if mean <= tiny or excess(tiny) < 0 else float(optimize.brentq(excess, tiny, mean))
+
+
+def select_least_expected(
+    costs: FloatArray,
+    losses: Callable[[int, int], FloatArray],
+    largest: float,
+    options: SelectionOptions,
+    tolerance: float = 0.0,
+    on_round: Callable[[int, int], None] | None = None,
+) -> Selection:
+    """Select the alternative of the least expected cost: its own and its mean loss.
+
+    Parameters
+    ----------
+    costs : array (alternatives,)
+        Their costs.
+    losses : callable
+        Alternative, number of samples -> the loss of each; the first samples stay the same.
+    largest : float
+        Largest loss.
+    options : SelectionOptions
+        Confidence and samples.
+    tolerance : float
+        Difference of expected costs that does not matter.
+    on_round : callable, optional
+        Called before each round with the samples of an alternative, and the number of alternatives that get them.
+
+    Returns
+    -------
+    Selection
+        ``mean`` and its bounds are of the expected cost; ``fails`` are the dearer ones, ``meets`` is the chosen one if
+        it is surely the best within the tolerance.
+    """
+    if not (len(costs) and largest > 0 and 0 < options.confidence < 1):
+        raise InputError("design: needs an alternative, a positive repair cost, and a confidence between 0 and 1.")
+    total, rounds = len(costs), options.rounds()
+    error = (1.0 - options.confidence) / (total * (total + 1))  # ordered pairs, and two bounds of each
+    mean, lower, upper = np.full(total, np.nan), costs + 0.0, costs + largest
+    count, dearer = np.zeros(total, dtype=np.int64), np.zeros(total, dtype=bool)
+    active, best, regret = np.arange(total), 0, np.inf
+    for size in rounds:
+        if on_round is not None:
+            on_round(size, len(active))
+        values = {int(k): losses(int(k), size) for k in active}
+        for k, loss in values.items():
+            mean[k], count[k] = costs[k] + loss.mean(), len(loss)
+            share = loss / largest
+            lower[k] = costs[k] + largest * betting_lower_bound(share, error)
+            upper[k] = costs[k] + largest * (1.0 - betting_lower_bound(1.0 - share, error))
+        best = int(active[np.argmin(mean[active])])
+        others = [k for k in values if k != best]
+        # the difference of two losses lies between -largest and largest
+        shares = {k: 0.5 + 0.5 * (values[k] - values[best]) / largest for k in others}
+        bounds = {k: 2.0 * largest * (betting_lower_bound(share, error) - 0.5) for k, share in shares.items()}
+        excess = {k: costs[k] - costs[best] + bounds[k] for k in others}
+        dearer[[k for k in others if excess[k] > 0]] = True
+        regret = max(0.0, *(-excess[k] for k in others), 0.0)
+        active = np.flatnonzero(~dearer)
+        if regret <= tolerance:
+            break
+    sure = regret <= tolerance
+    meets = (np.arange(total) == best) & sure
+    return Selection(best, sure, meets, dearer, mean, lower, upper, count, regret)

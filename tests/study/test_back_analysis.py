@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
 
 from damagepred import InputError, infer
 from damagepred.study import Study
-from damagepred.study.analyses.back_analysis import InferenceOptions, chosen_samples, sentences
+from damagepred.study.analyses.back_analysis import InferenceOptions, chosen_samples, prices, sentences
 from damagepred.study.settings import StudySettings
 from damagepred.uq.observations import CrackObservation, LevelObservation, Observations, SlopeObservation, censored
 from tests.conftest import SMALL_STUDY
@@ -113,6 +114,20 @@ def test_new_walls_raise_the_effective_number(causes: list[Path]) -> None:
     assert after.identical(infer(causes[1], seen, options=options))  # the walls are kept
     for path in causes[1].parent.glob("doming.dp.near_*"):
         assert (path / "round_1.dp").is_dir()
+
+
+def test_the_price_counts_the_replays_that_are_missing(causes: list[Path], tmp_path: Path) -> None:
+    survey, options = tmp_path / "survey.toml", InferenceOptions(replays=10)
+    survey.write_text('[[crack]]\nwidth = "2 mm"\n')
+    assert prices(causes, survey, options, 1) == []  # the archive answers
+    both = [copytree(path, tmp_path / path.name) for path in causes]
+    survey.write_text('[[crack]]\nx = "0.7 m"\ny = "0.1 m"\nwidth = "2 mm"\n')
+    (price,) = prices(both, survey, options, 1)
+    assert "20 walls, about" in price
+    infer(both[0], survey, options=options)
+    (price,) = prices(both, survey, options, 1)
+    assert "10 walls, about" in price
+    assert len(prices(both, survey, InferenceOptions(replays=10, new_walls=5), 1)) == 2
 
 
 def test_limits_far_away_keep_their_probability() -> None:

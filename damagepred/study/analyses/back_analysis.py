@@ -427,19 +427,40 @@ def _with_new_walls(
     return StoredWalls(walls.path, more, tuple((effective / effective.sum()).tolist()))
 
 
-def price_of_new_walls(studies: Sequence[str | Path], options: InferenceOptions, workers: int) -> str:
-    """Return in a sentence what rounds of new walls cost at most.
+def prices(
+    studies: Sequence[str | Path], observations: str | Path, options: InferenceOptions, workers: int
+) -> list[str]:
+    """Return in sentences what replays and rounds of new walls cost at most.
 
     Parameters
     ----------
-    studies, options, workers
+    studies, observations, options, workers
         See ``infer``.
     """
-    seconds = [float(open_study(path)["run_time"].mean()) * options.new_walls / workers for path in studies]
-    return (
+    seen, said = Observations.from_toml(observations), []
+    opened = [open_study(path) for path in studies]
+    seconds = [float(ds["run_time"].mean()) / workers for ds in opened]
+    if _needs_replays(seen):
+        counts = [
+            max(0, min(options.replays, ds.sizes["sample"]) - ReplayStore(Path(path)).count())
+            for path, ds in zip(studies, opened)
+        ]
+        if any(counts):
+            took = duration(float(np.dot(counts, seconds)))
+            said.append(f"replays for cracks at places and for levels: {sum(counts)} walls, about {took}")
+    if not options.new_walls:
+        return said
+    took = duration(options.rounds * options.new_walls * sum(seconds))
+    said.append(
         f"new walls where fewer than {options.fewest_effective:g} samples are effective: at most {options.rounds} "
-        f"rounds of {options.new_walls} walls a study, {duration(options.rounds * sum(seconds))} in all, and replays"
+        f"rounds of {options.new_walls} walls a study, {took} in all, and replays"
     )
+    return said
+
+
+def _needs_replays(seen: Observations) -> bool:
+    """Return whether observations are of what archives do not hold: cracks at a place, and levels."""
+    return bool(seen.level) or any(crack.x is not None for crack in seen.crack)
 
 
 def _survey_name(seen: Observations) -> str:
@@ -499,7 +520,7 @@ def _state_weights(
     log = walls.log_prior(movement) + fit.log_likelihood
     log = np.where(np.isfinite(log), log, -np.inf)
     misfit, count = fit.misfit, 0
-    if seen.level or any(crack.x is not None for crack in seen.crack):
+    if _needs_replays(seen):
         if not np.isfinite(log).any():
             return log, np.inf, 0
         samples, chance = chosen_samples(np.exp(log - log.max()).sum(axis=1), options.replays)

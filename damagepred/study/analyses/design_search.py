@@ -1,4 +1,6 @@
-"""Design search: the cheapest combination of measures that keeps the probability of damage below a target.
+"""Design search: the combination of measures that keeps damage unlikely enough at least cost.
+
+The cheapest one with a probability of damage below a target, or the one of the least expected cost with repairs.
 
 Alternatives are the combinations of one option of each choice. Each is a study of its own, of the same samples (common
 random numbers); where the fields are drawn on the study's own wall, also the joints' values are the same.
@@ -39,7 +41,7 @@ from damagepred.uq.capacity import censored_before, probability_reached
 from damagepred.uq.exceedance import category_capacities
 from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
-from damagepred.uq.selection import SelectionOptions, select_cheapest
+from damagepred.uq.selection import SelectionOptions, select_cheapest, select_least_expected
 
 
 @described
@@ -79,28 +81,50 @@ class Choice:
 
 @described
 class Target:
-    """What is asked (``[target]``): P(category or worse) at the movement is at most ``probability``.
+    """What is asked (``[target]``): P(category or worse) is at most ``probability``, or the least expected cost.
 
     Attributes
     ----------
-    category : int
-        Category, or worse.
-    probability : float
-        Largest probability that is accepted.
     at : str
         Movement, site class or distribution.
+    category : int, optional
+        Category, or worse.
+    probability : float, optional
+        Largest probability that is accepted.
+    repair_costs : tuple of float, optional
+        Instead of both: costs of repair of category 1, 2, ..., in the money of the options; the last is that of all
+        worse ones, too.
+    tolerance : float
+        Difference of expected costs that does not matter.
     confidence : float
         Probability of a correct selection.
     first, most : int
         Samples of an alternative in the first round, and at most.
     """
 
-    category: Count = Field(ge=1)
-    probability: Pure = Field(gt=0, lt=1)
     at: str
+    category: Count | None = Field(default=None, ge=1)
+    probability: Pure | None = Field(default=None, gt=0, lt=1)
+    repair_costs: tuple[Pure, ...] = ()
+    tolerance: Pure = Field(default=0.0, ge=0)
     confidence: Pure = Field(default=0.95, gt=0, lt=1)
     first: Count = Field(default=32, ge=1)
     most: Count = Field(default=1024, ge=1)
+
+    def __post_init__(self) -> None:
+        """Refuse two targets, or half of one."""
+        given = (self.category is not None, self.probability is not None)
+        if any(given) == bool(self.repair_costs) or any(given) != all(given):
+            raise InputError("target: give category and probability, or repair_costs.")
+        steps = np.diff(self.repair_costs, prepend=0.0)
+        if self.repair_costs and (steps.min() < 0 or self.repair_costs[-1] <= 0):
+            raise InputError("target.repair_costs: must not be negative, nor fall from category to category.")
+
+    def __str__(self) -> str:
+        """Return the target in words."""
+        if self.repair_costs:
+            return f"expected cost with repairs at {self.at}"
+        return f"P(category >= {self.category} at {self.at}) <= {self.probability:g}"
 
 
 @described
@@ -136,7 +160,7 @@ def search_design(
     on_round: Callable[[int, int], None] | None = None,
     on_walls: Callable[[Progress], None] | None = None,
 ) -> xr.Dataset:
-    """Search the cheapest alternative that keeps the probability of damage below the target.
+    """Search the cheapest alternative that meets the target.
 
     Parameters
     ----------
@@ -156,7 +180,8 @@ def search_design(
     xarray.Dataset
         On (alternative,): cost, probability with bounds, samples and decision. On (measure,): the value of each option
         against the first of its choice, as the mean paired difference of the probability, with its standard error.
-        Attributes ``chosen`` and ``sure``.
+        With repair costs: ``expected_cost`` instead of the probability, and differences of the cost of repair.
+        Attributes ``chosen`` and ``sure``, and ``regret`` with repair costs.
 
     Raises
     ------
@@ -174,38 +199,51 @@ def search_design(
     options = _selection(asked)
     values: dict[int, FloatArray] = {}
 
-    def hits(k: int, count: int) -> FloatArray:
+    def losses(k: int, count: int) -> FloatArray:
         folder = Path(out) / f"alternative_{k + 1:03d}.dp"
         folder.parent.mkdir(exist_ok=True, parents=True)
         if Campaign(settings[k]).run(folder, count, workers, on_progress=on_walls).interrupted:
             raise KeyboardInterrupt
-        values[k] = damaged(open_study(folder), asked.target)[:count]
+        values[k] = loss(open_study(folder), asked.target)[:count]
         return values[k]
 
     costs = np.array([sum(option.cost for option in chosen) for chosen in built])
-    found = select_cheapest(costs, hits, asked.target.probability, options, on_round)
+    target = asked.target
+    if target.probability is not None:
+        found, quantity, unit = (
+            select_cheapest(costs, losses, target.probability, options, on_round),
+            "probability",
+            "1",
+        )
+        words = "undecided_or_dearer meets fails"
+    else:
+        found = select_least_expected(costs, losses, target.repair_costs[-1], options, target.tolerance, on_round)
+        quantity, unit, words = "expected_cost", "", "undecided best dearer"
+    units = {"units": unit} if unit else {}
     measures = list(_values_of_measures(asked, built, values))
     decision = np.where(found.meets, 1, np.where(found.fails, 2, 0)).astype(np.int8)
-    flags = {"flag_values": np.array([0, 1, 2], dtype=np.int8), "flag_meanings": "undecided_or_dearer meets fails"}
+    flags = {"flag_values": np.array([0, 1, 2], dtype=np.int8), "flag_meanings": words}
     return xr.Dataset(
         {
             "cost": ("alternative", costs),
-            "probability": ("alternative", found.mean, {"units": "1"}),
-            "probability_lower": ("alternative", found.lower, {"units": "1"}),
-            "probability_upper": ("alternative", found.upper, {"units": "1"}),
+            quantity: ("alternative", found.mean, units),
+            f"{quantity}_lower": ("alternative", found.lower, units),
+            f"{quantity}_upper": ("alternative", found.upper, units),
             "samples": ("alternative", found.samples),
             "decision": ("alternative", decision, flags),
-            "value": ("measure", np.array([m[1] for m in measures]), {"units": "1"}),
-            "value_error": ("measure", np.array([m[2] for m in measures]), {"units": "1"}),
+            "value": ("measure", np.array([m[1] for m in measures]), units),
+            "value_error": ("measure", np.array([m[2] for m in measures]), units),
             "extra_cost": ("measure", np.array([m[3] for m in measures])),
         },
         {"alternative": names, "measure": [m[0] for m in measures]},
         {
-            "title": f"P(category >= {asked.target.category} at {asked.target.at}) <= {asked.target.probability:g}",
+            "title": str(target),
+            "quantity": quantity,
             "chosen": "" if found.chosen is None else names[found.chosen],
             "sure": int(found.sure),
-            "limit": asked.target.probability,
-            "confidence": asked.target.confidence,
+            "limit": np.nan if target.probability is None else target.probability,
+            "regret": found.regret,
+            "confidence": target.confidence,
         },
     )
 
@@ -251,8 +289,25 @@ def _selection(asked: Choices) -> SelectionOptions:
     return SelectionOptions(target.confidence, target.first, max(target.most, target.first))
 
 
-def damaged(ds: xr.Dataset, target: Target) -> FloatArray:
-    """Return for each sample the probability that it reaches the category, over the movements of the target.
+def loss(ds: xr.Dataset, target: Target) -> FloatArray:
+    """Return for each sample the probability that it reaches the category, or the expected cost of its repair.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study.
+    target : Target
+        What is asked.
+    """
+    if target.category is not None:
+        return damaged(ds, target.category, target.at)
+    steps = np.diff(target.repair_costs, prepend=0.0)
+    each = [step * damaged(ds, k, target.at) for k, step in enumerate(steps, 1) if step]
+    return np.asarray(np.sum(each, axis=0))
+
+
+def damaged(ds: xr.Dataset, category: int, movement: str) -> FloatArray:
+    """Return for each sample the probability that it reaches a category, over the movements of the target.
 
     A sample that failed, or was not followed as far, counts as damaged.
 
@@ -260,13 +315,15 @@ def damaged(ds: xr.Dataset, target: Target) -> FloatArray:
     ----------
     ds : xarray.Dataset
         A study.
-    target : Target
-        Category and movement.
+    category : int
+        Category, or worse.
+    movement : str
+        Movement, site class or distribution.
     """
     measure = chosen_intensity(ds, None)
-    at: MovementDistribution = movement_distribution(target.at, str(attributes(ds, measure)["units"]), "target.at")
+    at: MovementDistribution = movement_distribution(movement, str(attributes(ds, measure)["units"]), "target.at")
     at.require_measure(measure)
-    known = category_capacities(ds, target.category, measure, keep_failed=True)
+    known = category_capacities(ds, category, measure, keep_failed=True)
     unknown = np.array([censored_before(known.lower, known.upper, m) for m in at.points])
     if unknown.mean() == 1.0:
         raise InputError(f"target.at = {at.name}: no wall was followed as far; let the study's movement be larger.")
@@ -302,7 +359,7 @@ def _merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
 def _values_of_measures(
     asked: Choices, built: list[tuple[Option, ...]], values: Mapping[int, FloatArray]
 ) -> list[tuple[str, float, float, float]]:
-    """Return name, mean difference of the probability to the first option, its standard error, and extra cost."""
+    """Return name, mean difference of probability or repair cost to the first option, standard error, extra cost."""
     found = []
     for place, choice in enumerate(asked.choice):
         for option in choice.option[1:]:

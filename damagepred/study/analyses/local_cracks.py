@@ -104,6 +104,10 @@ class ReplayStore:
     def _file(self, sample: int) -> Path:
         return self.folder.with_name(f"{self.folder.name}.replays") / f"{sample:06d}.npz"
 
+    def count(self) -> int:
+        """Return how many samples have been replayed."""
+        return len(list(self._file(0).parent.glob("*.npz")))
+
     def has(self, sample: int) -> bool:
         """Tell whether a sample has been replayed."""
         return self._file(sample).exists()
