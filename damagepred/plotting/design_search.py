@@ -46,8 +46,8 @@ def draw_design_search(found: xr.Dataset, axes: Sequence[Axes] | None = None) ->
     >>> len(axes)
     2
     """
-    require(found, ("cost", "decision", "value"), "a design search")
     quantity = str(found.attrs.get("quantity", "probability"))
+    require(found, ("cost", quantity, "decision", "value"), "a design search")
     by_cost = quantity == "expected_cost"
     upper, lower = several_or_new(axes, 2, 1, 8.0, 7.5)
     for code, word in enumerate(_WORDS[quantity]):

@@ -26,8 +26,6 @@ from scipy import optimize, special
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
 
-STAKES = np.geomspace(1e-3, 1.0, 16)  # shares of the capital that are bet; all of them are tried
-
 
 @dataclass(frozen=True)
 class SelectionOptions:
@@ -41,12 +39,18 @@ class SelectionOptions:
         Samples of an alternative in the first round, and at most.
     growth : float
         Factor on the samples from round to round.
+    stakes : int
+        Number of stakes of the bounds by betting, spaced evenly in logarithm.
+    smallest_stake : float
+        The smallest of them, as a share of the capital; the largest is 1.
     """
 
     confidence: float = 0.95
     first: int = 32
     most: int = 1024
     growth: float = 2.0
+    stakes: int = 16
+    smallest_stake: float = 1e-3
 
     def rounds(self) -> list[int]:
         """Return the number of samples of an alternative in each round."""
@@ -54,6 +58,9 @@ class SelectionOptions:
         while counts[-1] < self.most:
             counts.append(min(int(np.ceil(counts[-1] * self.growth)), self.most))
         return counts
+
+
+DEFAULT = SelectionOptions()
 
 
 class Selection(NamedTuple):
@@ -157,7 +164,7 @@ def select_cheapest(
     return Selection(chosen, not len(active), meets, fails, mean, lower, upper, count)
 
 
-def betting_lower_bound(values: FloatArray, error: float) -> float:
+def betting_lower_bound(values: FloatArray, error: float, options: SelectionOptions = DEFAULT) -> float:
     """Return a lower bound of the mean of independent values from 0 to 1, by the capital of bets against each mean.
 
     Parameters
@@ -166,18 +173,21 @@ def betting_lower_bound(values: FloatArray, error: float) -> float:
         The values.
     error : float
         Probability with which the bound is ever wrong, as samples are added.
+    options : SelectionOptions
+        Stakes.
 
     Notes
     -----
     If the mean is m, the product of 1 + c (x / m - 1) over the values x is a martingale for every stake c. So the mean
     of these products over the stakes exceeds 1 / error with at most that probability (Ville's inequality; Waudby-Smith
-    and Ramdas 2024). The bound uses the spread of the values without being told it.
+    and Ramdas 2024). The bound adapts to the spread of the values, which need not be known.
     """
+    stakes = np.geomspace(options.smallest_stake, 1.0, options.stakes)
 
     def excess(m: float) -> float:
         with np.errstate(divide="ignore"):
-            capital = np.log1p(STAKES[:, None] * (values / m - 1.0)).sum(axis=1)
-        return float(special.logsumexp(capital) - np.log(len(STAKES)) + np.log(error))
+            capital = np.log1p(stakes[:, None] * (values / m - 1.0)).sum(axis=1)
+        return float(special.logsumexp(capital) - np.log(len(stakes)) + np.log(error))
 
     tiny, mean = 1e-12, float(np.mean(values))
     return 0.0 if mean <= tiny or excess(tiny) < 0 else float(optimize.brentq(excess, tiny, mean))
@@ -216,28 +226,28 @@ def select_least_expected(
     """
     if not (len(costs) and largest > 0 and 0 < options.confidence < 1):
         raise InputError("design: needs an alternative, a positive repair cost, and a confidence between 0 and 1.")
-    total, rounds = len(costs), options.rounds()
+    total = len(costs)
     error = (1.0 - options.confidence) / (total * (total + 1))  # ordered pairs, and two bounds of each
     mean, lower, upper = np.full(total, np.nan), costs + 0.0, costs + largest
     count, dearer = np.zeros(total, dtype=np.int64), np.zeros(total, dtype=bool)
     active, best, regret = np.arange(total), 0, np.inf
-    for size in rounds:
+    for size in options.rounds():
         if on_round is not None:
             on_round(size, len(active))
         values = {int(k): losses(int(k), size) for k in active}
         for k, loss in values.items():
             mean[k], count[k] = costs[k] + loss.mean(), len(loss)
             share = loss / largest
-            lower[k] = costs[k] + largest * betting_lower_bound(share, error)
-            upper[k] = costs[k] + largest * (1.0 - betting_lower_bound(1.0 - share, error))
+            lower[k] = costs[k] + largest * betting_lower_bound(share, error, options)
+            upper[k] = costs[k] + largest * (1.0 - betting_lower_bound(1.0 - share, error, options))
         best = int(active[np.argmin(mean[active])])
         others = [k for k in values if k != best]
         # the difference of two losses lies between -largest and largest
         shares = {k: 0.5 + 0.5 * (values[k] - values[best]) / largest for k in others}
-        bounds = {k: 2.0 * largest * (betting_lower_bound(share, error) - 0.5) for k, share in shares.items()}
+        bounds = {k: 2.0 * largest * (betting_lower_bound(share, error, options) - 0.5) for k, share in shares.items()}
         excess = {k: costs[k] - costs[best] + bounds[k] for k in others}
         dearer[[k for k in others if excess[k] > 0]] = True
-        regret = max(0.0, *(-excess[k] for k in others), 0.0)
+        regret = max([0.0, *(-bound for bound in excess.values())])
         active = np.flatnonzero(~dearer)
         if regret <= tolerance:
             break

@@ -107,6 +107,7 @@ def test_the_least_expected_cost_is_chosen_with_what_it_may_exceed_the_best(
         ("scene.joint.friction", "scene.joint.frction", "unknown key"),
         ('name = "strong"', 'name = "weak"', "have the same name"),
         ("category = 1", "category = 9", "categories 1 to"),
+        ("category = 1\n", "category = 1\ntolerance = 5\n", "it needs repair_costs"),
         ("category = 1\n", "", "give category and probability, or repair_costs"),
         ("category = 1\n", "category = 1\nrepair_costs = [1]\n", "give category and probability, or repair_costs"),
         ("category = 1\nprobability = 0.6", "repair_costs = [5, 3]", "nor fall from category to category"),

@@ -130,6 +130,15 @@ def test_the_price_counts_the_replays_that_are_missing(causes: list[Path], tmp_p
     assert len(prices(both, survey, InferenceOptions(replays=10, new_walls=5), 1)) == 2
 
 
+def test_a_study_without_a_solved_wall_is_answered_by_a_sentence(causes: list[Path], tmp_path: Path) -> None:
+    empty, survey = copytree(causes[0], tmp_path / "empty.dp"), tmp_path / "survey.toml"
+    for results in (empty / "results.nc", *(empty / "parts").iterdir()):
+        results.unlink()
+    survey.write_text('[[crack]]\nx = "0.7 m"\ny = "0.1 m"\nwidth = "2 mm"\n')
+    with pytest.raises(InputError, match="has no variable 'central_deflection' with values"):
+        prices([empty], survey, InferenceOptions(), 1)
+
+
 def test_limits_far_away_keep_their_probability() -> None:
     fit = censored(np.array([0.0, 8.0, -8.0]), 0.0, np.inf, 1.0)
     assert fit.log_likelihood[0] == pytest.approx(np.log(0.5))

@@ -438,13 +438,10 @@ def prices(
         See ``infer``.
     """
     seen, said = Observations.from_toml(observations), []
-    opened = [open_study(path) for path in studies]
-    seconds = [float(ds["run_time"].mean()) / workers for ds in opened]
+    opened = [StoredWalls(Path(path)) for path in studies]  # refuses a study without walls
+    seconds = [float(walls.ds["run_time"].mean()) / workers for walls in opened]
     if _needs_replays(seen):
-        counts = [
-            max(0, min(options.replays, ds.sizes["sample"]) - ReplayStore(Path(path)).count())
-            for path, ds in zip(studies, opened)
-        ]
+        counts = [max(0, min(options.replays, walls.known.sum()) - walls.stores[0].count()) for walls in opened]
         if any(counts):
             took = duration(float(np.dot(counts, seconds)))
             said.append(f"replays for cracks at places and for levels: {sum(counts)} walls, about {took}")

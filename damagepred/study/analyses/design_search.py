@@ -116,6 +116,8 @@ class Target:
         given = (self.category is not None, self.probability is not None)
         if any(given) == bool(self.repair_costs) or any(given) != all(given):
             raise InputError("target: give category and probability, or repair_costs.")
+        if self.tolerance and not self.repair_costs:
+            raise InputError("target.tolerance: is of expected costs; it needs repair_costs.")
         steps = np.diff(self.repair_costs, prepend=0.0)
         if self.repair_costs and (steps.min() < 0 or self.repair_costs[-1] <= 0):
             raise InputError("target.repair_costs: must not be negative, nor fall from category to category.")
@@ -210,16 +212,11 @@ def search_design(
     costs = np.array([sum(option.cost for option in chosen) for chosen in built])
     target = asked.target
     if target.probability is not None:
-        found, quantity, unit = (
-            select_cheapest(costs, losses, target.probability, options, on_round),
-            "probability",
-            "1",
-        )
-        words = "undecided_or_dearer meets fails"
+        found = select_cheapest(costs, losses, target.probability, options, on_round)
+        quantity, units, words = "probability", {"units": "1"}, "undecided_or_dearer meets fails"
     else:
         found = select_least_expected(costs, losses, target.repair_costs[-1], options, target.tolerance, on_round)
-        quantity, unit, words = "expected_cost", "", "undecided best dearer"
-    units = {"units": unit} if unit else {}
+        quantity, units, words = "expected_cost", {}, "undecided best dearer"
     measures = list(_values_of_measures(asked, built, values))
     decision = np.where(found.meets, 1, np.where(found.fails, 2, 0)).astype(np.int8)
     flags = {"flag_values": np.array([0, 1, 2], dtype=np.int8), "flag_meanings": words}
