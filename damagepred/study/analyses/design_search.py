@@ -115,12 +115,12 @@ class Target:
         """Refuse two targets, or half of one."""
         given = (self.category is not None, self.probability is not None)
         if any(given) == bool(self.repair_costs) or any(given) != all(given):
-            raise InputError("target: give category and probability, or repair_costs.")
+            raise InputError("give category and probability, or repair_costs.")
         if self.tolerance and not self.repair_costs:
-            raise InputError("target.tolerance: is of expected costs; it needs repair_costs.")
+            raise InputError("tolerance: is of expected costs; it needs repair_costs.")
         steps = np.diff(self.repair_costs, prepend=0.0)
         if self.repair_costs and (steps.min() < 0 or self.repair_costs[-1] <= 0):
-            raise InputError("target.repair_costs: must not be negative, nor fall from category to category.")
+            raise InputError("repair_costs: must not be negative, nor fall from category to category.")
 
     def __str__(self) -> str:
         """Return the target in words."""
