@@ -61,11 +61,6 @@ def law(function):
     return numba.njit(forceinline=True, **UNCOUNTED)(function)
 
 
-def law_making_arrays(function):
-    """Compile a law that makes arrays of its own: for kernels that may."""
-    return numba.njit(forceinline=True, **FLAGS)(function)
-
-
 def rule(function):
     """Compile a law that is too long to be put wherever it is called: compiled once, called from many kernels."""
     return numba.njit(**UNCOUNTED)(function)

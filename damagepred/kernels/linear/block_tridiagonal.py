@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.kernels.jit import kernel, kernel_making_arrays, law, law_making_arrays
+from damagepred.kernels.jit import kernel, kernel_making_arrays, law
 
 
 class Levels(NamedTuple):
@@ -38,21 +38,6 @@ class Levels(NamedTuple):
     near_index: NDArray[np.int64]
     near_far: NDArray[np.float64]
     far_near: NDArray[np.float64]
-
-
-class EliminationOptions(NamedTuple):
-    """Options of forward elimination and back substitution.
-
-    Attributes
-    ----------
-    max_loop_rows : int
-        Right-hand sides up to which the loops here are faster than BLAS.
-    """
-
-    max_loop_rows: int = 8
-
-
-ELIMINATION = EliminationOptions()
 
 
 @kernel
@@ -130,29 +115,13 @@ def add_row(amount, row, total):
         total[j] += amount * row[j]
 
 
-@law_making_arrays
-def _multiply(inverses, at, size, force, from_start, displacement, to_start):
-    """Add the product of a level's inverse, ``inverses`` from ``at`` on, and its forces (r, ...) to displacements."""
-    inverse = inverses[at : at + size * size].reshape((size, size))
-    count = force.shape[0]
-    if count > ELIMINATION.max_loop_rows:
-        together = np.dot(np.ascontiguousarray(force[:, from_start : from_start + size]), inverse)
-        for j in range(count):
-            add_row(1.0, together[j], displacement[j][to_start : to_start + size])
-    elif count == 1:
-        add_row(
-            1.0, np.dot(force[0][from_start : from_start + size], inverse), displacement[0][to_start : to_start + size]
-        )
-    else:
-        _multiply_few(inverse, force, from_start, displacement, to_start)
-
-
 @law
-def _multiply_few(inverse, force, from_start, displacement, to_start):
-    """Multiply as ``_multiply``, for few rows: each part of the inverse is fetched once for all of them."""
-    size, rest = inverse.shape[0], inverse.shape[0] % 4
-    for i in range(0, size - rest, 4):
-        first, second, third, fourth = inverse[i], inverse[i + 1], inverse[i + 2], inverse[i + 3]
+def _multiply(inverses, at, size, force, from_start, displacement, to_start):
+    """Add the product of a level's inverse, ``inverses`` from ``at`` on, and its forces to displacements, all rows."""
+    rest = size % 4
+    for i in range(0, size - rest, 4):  # four rows of the inverse at a time
+        first, second = inverses[at + i * size :], inverses[at + (i + 1) * size :]
+        third, fourth = inverses[at + (i + 2) * size :], inverses[at + (i + 3) * size :]
         for j in range(force.shape[0]):
             a, b = force[j, from_start + i], force[j, from_start + i + 1]
             c, d = force[j, from_start + i + 2], force[j, from_start + i + 3]
@@ -161,23 +130,17 @@ def _multiply_few(inverse, force, from_start, displacement, to_start):
                 total[k] += a * first[k] + b * second[k] + c * third[k] + d * fourth[k]
     for i in range(size - rest, size):
         for j in range(force.shape[0]):
-            add_row(force[j, from_start + i], inverse[i], displacement[j][to_start : to_start + size])
+            add_row(
+                force[j, from_start + i],
+                inverses[at + i * size : at + (i + 1) * size],
+                displacement[j][to_start : to_start + size],
+            )
 
 
 @law
 def _subtract_coupling(first, last, at_here, at_there, coupling, displacement, there, force, here):
     """Subtract the product of a coupling block and the displacements of a neighbour level from forces."""
-    if at_here.shape[1] == 3:  # a constant when compiling: the loops are unrolled
-        _subtract_coupling_sides(3, first, last, at_here, at_there, coupling, displacement, there, force, here)
-    else:
-        _subtract_coupling_sides(
-            at_here.shape[1], first, last, at_here, at_there, coupling, displacement, there, force, here
-        )
-
-
-@law
-def _subtract_coupling_sides(side, first, last, at_here, at_there, coupling, displacement, there, force, here):
-    """Subtract as ``_subtract_coupling``, with the degrees of freedom of a side known at compile time."""
+    side = at_here.shape[1]
     for e in range(first, last):
         for r in range(side):
             if at_here[e, r] < 0:
@@ -189,7 +152,7 @@ def _subtract_coupling_sides(side, first, last, at_here, at_there, coupling, dis
                     force[j, here + at_here[e, r]] -= coupling[e, r, c] * displacement[j, there + at_there[e, c]]
 
 
-@kernel_making_arrays
+@kernel
 def forward_elimination(levels, farthest, last, force, particular):
     """Eliminate levels from the farthest to ``last``: condense their forces, and solve with nearer levels fixed.
 
@@ -222,28 +185,28 @@ def back_substitution(levels, first, active, particular, displacement):
     levels : Levels
         All levels.
     first, active : int
-        First level to recover, and number of levels.
+        First level to recover, and number of levels; the ground, nearer than level 0, does not move.
     particular, displacement : array (r, degrees of freedom)
         In the order of the levels.
     """
     start, coupling = levels.start, levels.first_coupling
     far_index, near_index, far_near = levels.far_index, levels.near_index, levels.far_near
-    pull = np.empty_like(displacement)
+    pull = np.zeros_like(displacement)
     for k in range(first, active):
         a, b = start[k], start[k + 1]
         for j in range(displacement.shape[0]):
             for i in range(a, b):
                 displacement[j, i] = particular[j, i]
-                pull[j, i] = 0.0
-        _subtract_coupling(
-            coupling[k], coupling[k + 1], far_index, near_index, far_near, displacement, start[k - 1], pull, a
-        )
-        _multiply(levels.inverses, levels.inverse_start[k], b - a, pull, a, displacement, a)
+        if k > 0:
+            _subtract_coupling(
+                coupling[k], coupling[k + 1], far_index, near_index, far_near, displacement, start[k - 1], pull, a
+            )
+            _multiply(levels.inverses, levels.inverse_start[k], b - a, pull, a, displacement, a)
 
 
 @kernel_making_arrays
-def solve_rows(levels, active, farthest, force, particular):
-    """Solve for rows of forces: forward elimination, then back substitution.
+def solve_columns(levels, active, farthest, force, particular):
+    """Solve for many columns of forces by matrix products: forward elimination and back substitution.
 
     Parameters
     ----------
@@ -251,24 +214,6 @@ def solve_rows(levels, active, farthest, force, particular):
         All levels.
     active, farthest : int
         Number of active levels, and level beyond which there are no forces.
-    force, particular : array (r, degrees of freedom)
-        Forces, which become displacements; zeros, used as scratch.
-    """
-    forward_elimination(levels, farthest, 0, force, particular)
-    for j in range(force.shape[0]):
-        for i in range(levels.start[1]):
-            force[j, i] = particular[j, i]
-    back_substitution(levels, 1, active, particular, force)
-
-
-@kernel_making_arrays
-def solve_columns(levels, active, farthest, force, particular):
-    """Solve for many columns of forces by matrix products, as ``solve_rows`` for few rows.
-
-    Parameters
-    ----------
-    levels, active, farthest
-        As ``solve_rows``.
     force, particular : array (degrees of freedom, r)
         Forces, which become displacements; scratch of the same shape.
     """

@@ -10,7 +10,7 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.kernels.linear.assembly import assemble_couplings, assemble_level, farthest_unsymmetric
-from damagepred.kernels.linear.block_tridiagonal import Levels, schur_complement, solve_rows
+from damagepred.kernels.linear.block_tridiagonal import Levels, back_substitution, forward_elimination, schur_complement
 from damagepred.solvers.quasi_static.dense_inverse import invert
 from damagepred.solvers.quasi_static.level_layout import LevelLayout
 from damagepred.solvers.quasi_static.options import LinearSystemOptions
@@ -75,7 +75,9 @@ class BlockTridiagonalFactors:
         farthest : int
             Level beyond which there are no forces.
         """
-        solve_rows(self.levels, levels, farthest, force, np.zeros_like(force))
+        particular = np.zeros_like(force)
+        forward_elimination(self.levels, farthest, 0, force, particular)
+        back_substitution(self.levels, 0, levels, particular, force)
         return force
 
     def update_superelements(self) -> int:

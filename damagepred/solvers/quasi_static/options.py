@@ -376,6 +376,8 @@ class LinearSystemOptions:
         Interfaces that a Woodbury correction may have; the unit-load responses of as many take memory.
     inversion_panel : int
         Columns that LAPACK inverts at a time; with the workspace that SciPy gives by itself these are three.
+    max_loop_rows : int
+        Right-hand sides up to which loops are faster than matrix products of BLAS.
     woodbury_tolerance : float
         Residual of the correction forces over their largest, beyond which the system is refactorised (1).
     call_overhead : float
@@ -397,6 +399,7 @@ class LinearSystemOptions:
     max_memory: Pure = Field(default=6.0, gt=0)
     max_changed_interfaces: Count = Field(default=100, ge=1)
     inversion_panel: Count = Field(default=64, ge=1)
+    max_loop_rows: Count = Field(default=8, ge=1)
     woodbury_tolerance: Pure = Field(default=1e-6, gt=0)
     call_overhead: Pure = Field(default=6e5, ge=0)
     inversion_weight: Pure = Field(default=10.0, gt=0)

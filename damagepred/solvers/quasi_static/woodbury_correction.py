@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.kernels.linear.block_tridiagonal import ELIMINATION, solve_columns
+from damagepred.kernels.linear.block_tridiagonal import solve_columns
 from damagepred.kernels.linear.woodbury import (
     capacitance_matrix,
     correction_agrees,
@@ -93,7 +93,7 @@ class WoodburyCorrection:
         response = self._unit_load_response[3 * before : 3 * after]
         force = np.zeros((self._unit_load_response.shape[1], 3 * len(new)))
         unit_loads(new, kinematics, self._index, force)
-        if 3 * len(new) <= ELIMINATION.max_loop_rows:
+        if 3 * len(new) <= factors.options.max_loop_rows:
             response[:] = force.T
             factors.solve(response, self._levels, farthest)
         else:
