@@ -19,12 +19,12 @@ from damagepred.solvers.explicit.options import ExplicitOptions
 from damagepred.solvers.quasi_static.options import (
     ContinuationOptions,
     CoulombOptions,
-    DampedNewtonOptions,
     DynamicRelaxationOptions,
     EnergyOptions,
     JackOptions,
     LinearSystemOptions,
     LineSearchOptions,
+    NewtonLineSearchOptions,
     NewtonOptions,
     ReturnMappingOptions,
 )
@@ -75,13 +75,14 @@ class SolverOptions:
 
     Attributes
     ----------
-    newton, damped_newton, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, return_mapping, \
-    linear_system, elastic_solution, symmetry, zone_selection, time_stepping, jack_servo, mechanism, explicit, dynamics
+    newton, newton_with_line_search, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, \
+    return_mapping, linear_system, elastic_solution, symmetry, zone_selection, time_stepping, jack_servo, mechanism, \
+    explicit, dynamics
         The tables ``[solver.advanced.newton]`` and so on; see their classes.
     """
 
     newton: NewtonOptions = Field(default_factory=NewtonOptions)
-    damped_newton: DampedNewtonOptions = Field(default_factory=DampedNewtonOptions)
+    newton_with_line_search: NewtonLineSearchOptions = Field(default_factory=NewtonLineSearchOptions)
     line_search: LineSearchOptions = Field(default_factory=LineSearchOptions)
     coulomb: CoulombOptions = Field(default_factory=CoulombOptions)
     jacks: JackOptions = Field(default_factory=JackOptions)

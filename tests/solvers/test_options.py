@@ -60,7 +60,7 @@ def test_options_are_set_by_the_scene_file_and_written_back(tmp_path: Path) -> N
         ({"newton": {"max_iterations": 0}}, "[solver.advanced.newton] max_iterations = 0: must be at least 1."),
         ({"newton": {"max_iterations": "many"}}, "[solver.advanced.newton] max_iterations = 'many': .*integer.*"),
         ({"energy": {"safety": 2.5}}, "[solver.advanced.energy] safety = 2.5: must be at most 1."),
-        ({"coulomb": {"forcing_sequence": [1, -np.inf]}}, "[solver.advanced.coulomb] forcing_sequence, item 2 .*"),
+        ({"coulomb": {"relaxation_factors": [1, -np.inf]}}, "[solver.advanced.coulomb] relaxation_factors, item 2 .*"),
     ],
 )
 def test_a_wrong_option_is_refused_in_one_sentence_before_anything_is_solved(
@@ -90,7 +90,7 @@ def test_all_values_are_recorded_with_a_wall() -> None:
     ds = damagepred.solve(replace(small_scene(), solver=advanced(newton={"max_iterations": 17})))
     recorded = json.loads(ds.attrs["solver_options"])
     assert recorded["newton"]["max_iterations"] == 17
-    assert recorded["coulomb"]["forcing_sequence"] == list(DEFAULTS.coulomb.forcing_sequence)
+    assert recorded["coulomb"]["relaxation_factors"] == list(DEFAULTS.coulomb.relaxation_factors)
     assert recorded.keys() == option_classes().keys()
 
 

@@ -5,37 +5,47 @@ freedom of its two sides: three of a rigid block, or x and y of the two gridpoin
 D is a 3 x 3 matrix, unsymmetric where the flow rule is not associated. Matrices of a level are stored transposed.
 """
 
-import numpy as np
-
-from damagepred.kernels.jit import kernel, kernel_making_arrays, law
+from damagepred.kernels.jit import kernel
 
 
-@law
-def _interface_stiffness(rows, stiffness, matrix):
-    """Compute the stiffness matrix B^T D B of an interface between the degrees of freedom of its sides."""
-    for r in range(rows.shape[1]):
-        for j in range(3):
-            left = rows[0, r] * stiffness[j] + rows[1, r] * stiffness[3 + j] + rows[2, r] * stiffness[6 + j]
-            if j == 0:
+@kernel
+def interface_stiffness(listed, kinematics, stiffness, matrices):
+    """Compute the stiffness matrix B^T D B of interfaces between the degrees of freedom of their sides.
+
+    Parameters
+    ----------
+    listed : array of int
+        The interfaces.
+    kinematics : NamedTuple of arrays
+        Strain-displacement matrices; see ``damagepred.solvers.system.interface_kinematics``.
+    stiffness : array (m, 9)
+        Of each interface.
+    matrices : array (m, w, w)
+        Filled for the listed interfaces.
+    """
+    for i in listed:
+        rows, d = kinematics.rows[i], stiffness[i]
+        for r in range(rows.shape[1]):
+            for c in range(rows.shape[1]):
+                matrices[i, r, c] = 0.0
+            for j in range(3):
+                left = rows[0, r] * d[j] + rows[1, r] * d[3 + j] + rows[2, r] * d[6 + j]
                 for c in range(rows.shape[1]):
-                    matrix[r, c] = left * rows[0, c]
-            else:
-                for c in range(rows.shape[1]):
-                    matrix[r, c] += left * rows[j, c]
+                    matrices[i, r, c] += left * rows[j, c]
 
 
-@kernel_making_arrays
-def assemble_level(listed, kinematics, stiffness, index_in_level, level, k, matrix):
+@kernel
+def assemble_level(listed, dofs, matrices, index_in_level, level, k, matrix):
     """Add the stiffness of interfaces to the diagonal block of level k.
 
     Parameters
     ----------
     listed : array of int
         The interfaces; their degrees of freedom in other levels are left out.
-    kinematics : NamedTuple of arrays
-        Strain-displacement matrices; see ``damagepred.solvers.system.interface_kinematics``.
-    stiffness : array (m, 9)
-        Of each interface.
+    dofs : array of int (m, w)
+        Degrees of freedom of the sides of each interface.
+    matrices : array (m, w, w)
+        See ``interface_stiffness``.
     index_in_level : array of int (size,)
         Index of each degree of freedom in its level, -1 if prescribed.
     level : array of int (size,)
@@ -45,22 +55,20 @@ def assemble_level(listed, kinematics, stiffness, index_in_level, level, k, matr
     matrix : array
         Of the level, added to, transposed.
     """
-    width = kinematics.dof.shape[1]
-    whole = np.empty((width, width))
+    width = dofs.shape[1]
     for i in listed:
-        _interface_stiffness(kinematics.rows[i], stiffness[i], whole)
         for r in range(width):
-            row = kinematics.dof[i, r]
+            row = dofs[i, r]
             if row < 0 or level[row] != k or index_in_level[row] < 0:
                 continue
             for c in range(width):
-                column = kinematics.dof[i, c]
+                column = dofs[i, c]
                 if column >= 0 and level[column] == k and index_in_level[column] >= 0:
-                    matrix[index_in_level[column], index_in_level[row]] += whole[r, c]
+                    matrix[index_in_level[column], index_in_level[row]] += matrices[i, r, c]
 
 
-@kernel_making_arrays
-def assemble_couplings(couplings, pair, far_is_b, kinematics, stiffness, near_far, far_near):
+@kernel
+def assemble_couplings(couplings, pair, far_is_b, matrices, near_far, far_near):
     """Compute the off-diagonal blocks: the stiffness between the sides of couplings.
 
     Parameters
@@ -71,18 +79,19 @@ def assemble_couplings(couplings, pair, far_is_b, kinematics, stiffness, near_fa
         Pair of sides that each couples.
     far_is_b : array of bool (b,)
         Whether block b is the one farther from the ground, or a.
-    kinematics, stiffness
-        As ``assemble_level``.
+    matrices : array (m, w, w)
+        See ``interface_stiffness``.
     near_far, far_near : array (pairs, w / 2, w / 2)
         Filled: force on the nearer side for displacements of the farther, and the other way round.
     """
-    width = kinematics.dof.shape[1]
-    side, whole = width // 2, np.empty((width, width))
-    near_far[:] = 0.0
-    far_near[:] = 0.0
+    side = matrices.shape[1] // 2
+    for e in range(near_far.shape[0]):
+        for r in range(side):
+            for c in range(side):
+                near_far[e, r, c] = 0.0
+                far_near[e, r, c] = 0.0
     for e in range(couplings.size):
-        i = couplings[e]
-        _interface_stiffness(kinematics.rows[i], stiffness[i], whole)
+        whole = matrices[couplings[e]]
         far_start, near_start = (side, 0) if far_is_b[e] else (0, side)
         for r in range(side):
             for c in range(side):

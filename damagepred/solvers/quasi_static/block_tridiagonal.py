@@ -9,7 +9,12 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
-from damagepred.kernels.linear.assembly import assemble_couplings, assemble_level, farthest_unsymmetric
+from damagepred.kernels.linear.assembly import (
+    assemble_couplings,
+    assemble_level,
+    farthest_unsymmetric,
+    interface_stiffness,
+)
 from damagepred.kernels.linear.block_tridiagonal import Levels, back_substitution, forward_elimination, schur_complement
 from damagepred.solvers.quasi_static.dense_inverse import invert
 from damagepred.solvers.quasi_static.level_layout import LevelLayout
@@ -27,6 +32,8 @@ class BlockTridiagonalFactors:
     ----------
     stiffness : array (m, 9)
         Factorised stiffness of the interfaces.
+    interface_matrices : array (m, w, w)
+        The same between the degrees of freedom of their sides.
     schur_complements : list of array (s, s)
         What the elimination of the next level subtracts from the stiffness of each level, transposed.
     levels : Levels
@@ -53,15 +60,31 @@ class BlockTridiagonalFactors:
                 f"method = 'explicit'."
             )
         self.stiffness = elastic.copy()
+        width = layout.kinematics.dof.shape[1]
+        self.interface_matrices = np.empty((len(elastic), width, width))
+        self.set_stiffness(np.arange(len(elastic)), elastic)
         side = layout.far_index.shape[1]
         indices, couplings = (layout.far_index, layout.near_index), np.zeros((2, len(layout.far_index), side, side))
         inverses = np.zeros(inverse_start[-1])
         self.levels = Levels(layout.start, inverses, inverse_start, layout.first_pair, *indices, *couplings)
         self.schur_complements = [np.zeros((s, s)) for s in layout.size]
-        diagonals = [self._level_stiffness(k, elastic).diagonal() for k in range(layout.levels)]
+        diagonals = [self._level_stiffness(k, elastic=True).diagonal() for k in range(layout.levels)]
         # a block without joints keeps its place
         typical_diagonal = max((float(values.max(initial=0.0)) for values in diagonals), default=0.0) or 1.0
         self._regularisation = [options.regularisation * np.where(d > 0.0, d, typical_diagonal) for d in diagonals]
+
+    def set_stiffness(self, listed: IntArray, stiffness: FloatArray) -> None:
+        """Set the stiffness of some interfaces for the next factorisation.
+
+        Parameters
+        ----------
+        listed : array of int
+            The interfaces.
+        stiffness : array (m, 9)
+            Of all interfaces.
+        """
+        self.stiffness[listed] = stiffness[listed]
+        interface_stiffness(listed, self.layout.kinematics, self.stiffness, self.interface_matrices)
 
     def solve(self, force: FloatArray, levels: int, farthest: int) -> FloatArray:
         """Solve for rows of forces, which become displacements.
@@ -100,7 +123,7 @@ class BlockTridiagonalFactors:
         active : array of int
             Interfaces that may be unsymmetric.
         """
-        self._assemble_couplings(farthest, self.stiffness)
+        self._assemble_couplings(farthest)
         # Schur complements inherit symmetry from farther levels; tangents of yielding blocks need not have it
         yielding = [] if self._superelements is None else list(self._superelements.tangent)
         yields = int(self.layout.superelement_level[yielding].max(initial=-1))
@@ -116,17 +139,17 @@ class BlockTridiagonalFactors:
         They are not regularised, which would hold them in space.
         """
         at = self.layout
-        self.stiffness[at.interface_level >= nearest] = self.elastic[at.interface_level >= nearest]
-        self._assemble_couplings(at.levels - 1, self.elastic)
+        self.set_stiffness(np.flatnonzero(at.interface_level >= nearest), self.elastic)
+        self._assemble_couplings(at.levels - 1)
         return all(self._eliminate(k, regularised=False) for k in range(at.levels - 1, nearest - 1, -1))
 
-    def _assemble_couplings(self, farthest: int, stiffness: FloatArray) -> None:
+    def _assemble_couplings(self, farthest: int) -> None:
         """Assemble the couplings of all levels up to a farthest one with their nearer neighbours."""
         at = self.layout
         last, pairs = at.first_coupling[farthest + 1], at.first_pair[farthest + 1]
         couplings, pair, far_is_b = at.couplings[:last], at.pair[:last], at.far_is_b[:last]
         near_far, far_near = self.levels.near_far[:pairs], self.levels.far_near[:pairs]
-        assemble_couplings(couplings, pair, far_is_b, at.kinematics, stiffness, near_far, far_near)
+        assemble_couplings(couplings, pair, far_is_b, self.interface_matrices, near_far, far_near)
 
     def _eliminate(self, k: int, regularised: bool = True, symmetric: bool = True) -> bool:
         """Invert a level, farther ones eliminated, and compute its Schur complement; False if nothing holds it."""
@@ -135,7 +158,7 @@ class BlockTridiagonalFactors:
             if k > 0:
                 self.schur_complements[k - 1][:] = 0.0
             return True
-        matrix = self._level_stiffness(k, self.stiffness if regularised else self.elastic)
+        matrix = self._level_stiffness(k, elastic=not regularised)
         if regularised:
             matrix.ravel()[:: len(matrix) + 1] += self._regularisation[k]
         if k + 1 < at.levels:
@@ -150,20 +173,22 @@ class BlockTridiagonalFactors:
             schur_complement(self.levels, k, inverse, work, self.schur_complements[k - 1])
         return True
 
-    def _level_stiffness(self, k: int, stiffness: FloatArray) -> FloatArray:
-        """Return the stiffness within a level, transposed, the displacements of all others held."""
+    def assemble_level(self, k: int, interfaces: IntArray) -> FloatArray:
+        """Return the stiffness of some interfaces within a level, transposed, the displacements of all others held."""
+        at, matrix = self.layout, np.zeros((self.layout.size[k], self.layout.size[k]))
+        dofs = at.kinematics.dof
+        assemble_level(interfaces, dofs, self.interface_matrices, at.index_in_level, at.level_of_dof, k, matrix)
+        return matrix
+
+    def _level_stiffness(self, k: int, elastic: bool) -> FloatArray:
+        """Return the stiffness within a level, transposed, with deformable blocks elastic or as they are."""
         at = self.layout
-        matrix = np.zeros((at.size[k], at.size[k]))
-        interfaces = at.interfaces_of_level[k]
-        if k + 1 < at.levels:
-            interfaces = np.concatenate((interfaces, at.couplings_of(k + 1)))
-        assemble_level(interfaces, at.kinematics, stiffness, at.index_in_level, at.level_of_dof, k, matrix)
+        matrix = self.assemble_level(k, at.interfaces_at_level[k])
         if len(self._strain_stiffness):
             strain = at.dofs[at.start[k] : at.start[k + 1]] - self._first_strain
             strains = np.flatnonzero(strain >= 0)
             matrix[strains, strains] += self._strain_stiffness[strain[strains]]
         for d, free, index in at.superelements_of_level[k]:
-            elastic = stiffness is self.elastic
             block = self._superelements.elastic[d] if elastic else self._superelement_stiffness[d]  # type: ignore[union-attr]
             matrix[index[:, None], index] += block.T if len(free) == len(block) else block[free[:, None], free].T
         return matrix

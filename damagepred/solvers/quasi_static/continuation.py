@@ -61,6 +61,7 @@ class Continuation:
         control = self.options.continuation
         self.equilibrium = Equilibrium(model, self.tolerance, self.options)
         self.last_stable_load_factor, self._locates_collapse = np.nan, bool(model.supports.live_load.any())
+        self._longest_step = np.inf  # allowed by the energy balance at the end of the last increment
         self.events, self._allowed_halvings = 0, control.max_halvings + 1  # the first that are in vain do not count
         # largest residual since the last report of accepted states that are no equilibria
         self.largest_accepted_residual = 0.0
@@ -265,7 +266,8 @@ class Continuation:
             Shares of dead load and of movement (1).
         """
         state = self.state
-        control = StepControl.start(state, (load, load_factor), self.options, self._locates_collapse)
+        longest = self._longest_step if load == state.load else np.inf
+        control = StepControl.start(state, (load, load_factor), self.options, self._locates_collapse, longest)
         while True:
             check_time()
             if control.has_located_collapse(state) and control.collapsed_state is not None:
@@ -395,7 +397,9 @@ class Continuation:
             self.never_opened, self.balance, self.broken_at = before
             control.refine_step(length)
             return False
-        control.longest_step = length if control.longest_step < np.inf else np.inf
+        control.allow_step(length, step)
+        # dead load and movement are measured by different load factors
+        self._longest_step = control.longest_step if self.state.load == control.goal[0] else np.inf
         return True
 
     def _interpolate_event(self, state: State, loaded: FloatArray, aim: float) -> float:

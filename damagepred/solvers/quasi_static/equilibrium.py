@@ -1,16 +1,13 @@
-"""Equilibrium at a given load and movement: Newton's method, damped in dry walls, then the fixed point of friction."""
+"""Equilibrium at a given load and movement: Newton's method, then the fixed point of friction."""
 
 from __future__ import annotations
-
-import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.solvers.options import DEFAULTS, SolverOptions
-from damagepred.solvers.quasi_static.newton import damped_newton, newton
+from damagepred.solvers.quasi_static.newton import newton, newton_with_line_search
 from damagepred.solvers.quasi_static.residual import Residual
 from damagepred.solvers.quasi_static.tresca_fixed_point import coulomb_fixed_point
-from damagepred.solvers.state.joint_history import without_bond
 from damagepred.solvers.state.wall_state import State
 
 
@@ -30,7 +27,6 @@ class Equilibrium(Residual):
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         super().__init__(model, tolerance, options)
         self._failures = self._searches_to_skip = 0
-        self._dry = bool(without_bond(model).all())
 
     def find(self, state: State, start: FloatArray | None = None, near: bool = False) -> float:
         """Find the equilibrium of a state; condensed courses are uncondensed where they would slide or yield.
@@ -74,11 +70,8 @@ class Equilibrium(Residual):
             if self._searches_to_skip > 0:
                 self._searches_to_skip -= 1
                 return ratio
-            # in bonded walls fewer joints slide: the fixed point is found sooner
-            if self._dry and self.options.damped_newton.max_iterations:
-                if ratio == np.inf:
-                    found, state.jack = first, load
-                found, ratio = damped_newton(self, state, found)
+            state.jack = load
+            found, ratio = newton_with_line_search(self, state, first)
         if ratio < self.tolerance:
             state.displacement[:] = found
             return ratio

@@ -92,7 +92,9 @@ class LevelLayout:
         self.far_index, self.near_index = map(np.ascontiguousarray, np.hsplit(sides[:, 1:], 2))
         order = np.argsort(self.interface_level, kind="stable")
         edges = np.searchsorted(self.interface_level[order], levels)
-        self.interfaces_of_level = [order[first:last] for first, last in pairwise(edges)]
+        of_level = [order[first:last] for first, last in pairwise(edges)]
+        self.interfaces_at_level = [np.append(i, self.couplings_of(k + 1)) for k, i in enumerate(of_level[:-1])]
+        self.interfaces_at_level.append(of_level[-1])
 
     def couplings_of(self, k: int) -> IntArray:
         """Return the interfaces between levels k and k - 1."""

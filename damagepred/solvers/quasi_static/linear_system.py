@@ -150,7 +150,7 @@ class BlockTridiagonalSystem:
 
     def _factorise(self, changed: IntArray) -> None:
         farthest = max(int(self.layout.interface_level[changed].max(initial=-1)), self._farthest_changed_level)
-        self.factors.stiffness[self.active] = self.target_stiffness[self.active]
+        self.factors.set_stiffness(changed, self.target_stiffness)
         self.woodbury.discard_responses()
         self.refactorisation.spent = 0.0
         self._farthest_changed_level = -1

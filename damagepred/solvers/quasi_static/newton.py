@@ -1,6 +1,6 @@
 """Newton's method on the Coulomb law: from a nearby equilibrium it converges in a few iterations.
 
-Loose blocks make the tangent nearly singular, and its step far too long. Damping by the elastic stiffness bounds it.
+Loose blocks make the tangent nearly singular, and its step far too long. A line search shortens it.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from damagepred.arrays import FloatArray
+from damagepred.solvers.quasi_static.line_search import SearchDirection, line_search
 from damagepred.solvers.quasi_static.residual import Residual
 from damagepred.solvers.state.wall_state import State
 from damagepred.time_limit import check_time
@@ -67,51 +68,43 @@ def newton(problem: Residual, state: State, start: FloatArray) -> tuple[FloatArr
     return best, least
 
 
-def damped_newton(problem: Residual, state: State, start: FloatArray) -> tuple[FloatArray, float]:
-    """Damped Newton's method on the Coulomb law; return the best iterate and its unbalanced force ratio.
+def newton_with_line_search(problem: Residual, state: State, start: FloatArray) -> tuple[FloatArray, float]:
+    """Newton's method with line search on the Coulomb law; return the best iterate and its unbalanced force ratio.
 
-    The matrix is (1 - s) K + s K_e with the tangent K, the elastic stiffness K_e of the joints, and a share s that
-    adapts to the residual (Levenberg-Marquardt). With s = 0 this is Newton's method, with s = 1 the initial stress
-    method (Zienkiewicz, Valliappan and King 1969).
+    A step that does not halve the residual ends where the work of the residual along it vanishes (Crisfield 1991,
+    9.2.2). Joints that open far, or a loose block, would otherwise throw the iteration away.
 
     Parameters
     ----------
     problem, state, start
         As ``newton``.
     """
-    options, elastic = problem.options.damped_newton, problem.equations.factors.elastic
+    options = problem.options.newton_with_line_search
     u = best = start
     load = state.jack
     force, ratio = problem.residual(state, u)
-    tangent = problem.stiffness.copy()
-    least, damping, stagnating = ratio, options.initial_damping, 0
-    for _ in range(options.max_iterations):
-        check_time()
-        damped = tangent + damping * (elastic - tangent)
-        step, jack_step = problem.solve(damped, force, problem.missing_deflection(state, u))
-        before, last = ratio, state.jack
-        state.jack = last + jack_step
-        trial_force, ratio = problem.residual(state, u + step)
-        if not ratio <= options.residual_growth * before:
-            # step rejected
-            ratio, state.jack = before, last
-            damping = max(options.damping_growth * damping, options.initial_damping)
-            if damping > 1.0:
-                break
-            continue
-        u, force, tangent = u + step, trial_force, problem.stiffness.copy()
-        stagnating = 0 if ratio < options.stagnation_ratio * least else stagnating + 1
-        if ratio < least:
-            best, least, load = u, ratio, state.jack
+    least, stagnating = ratio, 0
+    for taken in range(options.max_iterations + 1):
         if ratio < problem.tolerance:
             problem.store_tangent(state, u)
             break
-        if stagnating > options.stagnation_limit:
+        if taken == options.max_iterations or stagnating > options.stagnation_limit:
             break
-        if ratio < 0.5 * before:
-            damping = options.damping_decay * damping if damping > options.minimum_damping else 0.0
-        elif ratio > before:
-            damping = min(max(options.damping_growth * damping, options.initial_damping), 1.0)
+        check_time()
+        step, jack_step = problem.solve(problem.stiffness, force, problem.missing_deflection(state, u))
+        direction = SearchDirection(u, step, state.jack, jack_step, float(force @ step), coulomb=True)
+        before, step_length = ratio, 1.0
+        force, ratio = direction.residual(problem, state, 1.0)
+        if not ratio < options.full_step_reduction * before and direction.slope > 0.0:
+            step_length, force, ratio = line_search(
+                problem, state, direction, (force, ratio), options.slope_tolerance, 1.0
+            )
+        if ratio == np.inf:
+            break
+        u = u + step_length * step
+        stagnating = 0 if ratio < options.stagnation_ratio * least else stagnating + 1
+        if ratio < least:
+            best, least, load = u, ratio, state.jack
     state.jack = load
     if problem.has_diverged(state, best):
         least = np.inf

@@ -51,52 +51,42 @@ class NewtonOptions:
 
 
 @described
-class DampedNewtonOptions:
-    """Newton's method on the Coulomb law, damped by a share of the joints' elastic stiffness.
+class NewtonLineSearchOptions:
+    """Newton's method with line search on the Coulomb law, where Newton's method alone finds no equilibrium.
 
     Attributes
     ----------
     max_iterations : int
-        Iterations of one attempt, rejected steps included; 0: none. With 40, dry walls take a third to four fifths of
-        the time, but the half of a symmetric wall then ends in another of the equilibria that friction admits.
-    initial_damping : float
-        First share of the elastic stiffness (1).
-    damping_growth : float
-        Factor on the share where the residual grows (1).
-    damping_decay : float
-        Factor on the share where the residual halves (1).
-    minimum_damping : float
-        Share below which the step is Newton's (1).
-    residual_growth : float
-        Growth of the residual up to which a step is accepted (1).
+        Iterations of one attempt.
+    full_step_reduction : float
+        Residual over that before the step, below which no line search is needed (1).
+    slope_tolerance : float
+        Work of the residual along a step over that at its start, at which the line search ends (1).
     stagnation_ratio : float
         Residual over the least so far from which an iteration counts as stagnation (1).
     stagnation_limit : int
-        Such iterations in a row that end the attempt.
+        Such iterations in a row that are allowed.
     """
 
-    max_iterations: Count = Field(default=0, ge=0)
-    initial_damping: Pure = Field(default=1e-2, gt=0, le=1)
-    damping_growth: Pure = Field(default=4.0, gt=1)
-    damping_decay: Pure = Field(default=0.2, gt=0, lt=1)
-    minimum_damping: Pure = Field(default=1e-6, ge=0)
-    residual_growth: Pure = Field(default=10.0, ge=1)
+    max_iterations: Count = Field(default=40, ge=1)
+    full_step_reduction: Pure = Field(default=0.5, gt=0, le=1)
+    slope_tolerance: Pure = Field(default=0.5, gt=0, lt=1)
     stagnation_ratio: Pure = Field(default=0.9, gt=0, le=1)
     stagnation_limit: Count = Field(default=8, ge=0)
 
 
 @described
 class LineSearchOptions:
-    """Line search along a Newton step to the minimum of a convex energy: root of its slope by regula falsi.
+    """Line search along a step: root of the work of the residual, by regula falsi.
 
     Attributes
     ----------
     max_iterations : int
         Trial steps.
     slope_tolerance : float
-        Slope over that at the start of the step, at which the search ends (1).
+        Work over that at the start of the step, at which the search ends in a Tresca problem (1).
     maximum_step : float
-        Largest multiple of the Newton step (1).
+        Largest multiple of a step in a Tresca problem (1).
     safeguard : float
         Least distance of a trial step from the ends of its bracket, over the bracket's length (1).
     """
@@ -128,8 +118,10 @@ class CoulombOptions:
         Failures that count.
     stagnation_limit : int
         Iterations in a row that do not halve the least residual, after which the search ends.
-    forcing_sequence : tuple of float
-        Residual tolerances of the successive Tresca problems; the last one holds from there on (mean block weights).
+    first_forcing : float
+        Largest residual tolerance of a Tresca problem, and that of the first (mean block weights).
+    forcing_share : float
+        Residual tolerance of a Tresca problem over the residual of the Coulomb law with its bounds (1).
     warm_start_residual : float
         Residual of the Newton iterate below which its Tresca bounds start the first search (mean block weights).
     warm_start_iterations : int
@@ -147,7 +139,8 @@ class CoulombOptions:
     max_minimisation_iterations: Count = Field(default=100, ge=1)
     max_failures: Count = Field(default=4, ge=1)
     stagnation_limit: Count = Field(default=8, ge=0)
-    forcing_sequence: tuple[Pure, ...] = Field(default=(3.0, 1e-3, 1e-6), min_length=1)
+    first_forcing: Pure = Field(default=3.0, gt=0)
+    forcing_share: Pure = Field(default=0.01, gt=0, lt=1)
     warm_start_residual: Pure = Field(default=30.0, ge=0)
     warm_start_iterations: Count = Field(default=6, ge=1)
     full_updates: Count = Field(default=6, ge=0)
@@ -198,6 +191,9 @@ class ContinuationOptions:
         Growth of the shortest step to an event when a bond that fails in a longer step holds in shorter ones (1).
     minimum_event_step : float
         Step, over the increment, within which all bonds fail at its end (1).
+    clipped_step : float
+        Difference from the longest step, over that step, from which a step ended sooner than the energy balance asked
+        for (1).
     max_halvings : int
         Halvings of a step without equilibrium.
     least_halvings : int
@@ -235,6 +231,7 @@ class ContinuationOptions:
     weak_bond_group: Pure = Field(default=0.5, gt=0, le=1)
     event_step_growth: Pure = Field(default=4.0, ge=1)
     minimum_event_step: Pure = Field(default=1e-5, gt=0, lt=1)
+    clipped_step: Pure = Field(default=1e-3, ge=0, lt=1)
     max_halvings: Count = Field(default=5, ge=0, le=50)
     least_halvings: Count = Field(default=1, ge=0)
     max_event_cuts: Count = Field(default=4, ge=0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.kernels.linear.assembly import assemble_level
 from damagepred.kernels.linear.block_tridiagonal import back_substitution, forward_elimination
 from damagepred.solvers.quasi_static.block_tridiagonal import BlockTridiagonalFactors
 
@@ -42,9 +41,7 @@ class StaticCondensation:
         boundary = slice(at.start[level], at.start[active_levels])
         self.boundary_dofs = at.dofs[boundary]
         self._load = reduced[:, boundary] - loads[:, self.boundary_dofs]
-        stiffness = np.zeros((at.size[level], at.size[level]))
-        couplings = at.couplings_of(active_levels)
-        assemble_level(couplings, at.kinematics, factors.elastic, at.index_in_level, at.level_of_dof, level, stiffness)
+        stiffness = factors.assemble_level(level, at.couplings_of(active_levels))
         self._stiffness = (stiffness - factors.schur_complements[level]).T
 
     def load(self, load: float, live: float) -> FloatArray:

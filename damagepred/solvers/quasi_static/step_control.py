@@ -105,7 +105,9 @@ class StepControl:
     accepted_steps: int = 0
 
     @classmethod
-    def start(cls, state: State, goal: Point, options: SolverOptions, locates_collapse: bool) -> StepControl:
+    def start(
+        cls, state: State, goal: Point, options: SolverOptions, locates_collapse: bool, longest_step: float = np.inf
+    ) -> StepControl:
         """Return the step control at the start of an increment.
 
         Parameters
@@ -118,6 +120,8 @@ class StepControl:
             Of continuation and energy balance.
         locates_collapse : bool
             Whether collapse is bracketed to ``options.continuation.collapse_bracket``; otherwise to the minimum step.
+        longest_step : float
+            That of the last increment.
         """
         control, length = options.continuation, state.distance(goal)
         minimum_step = max(control.collapse_bracket, length / 2**control.max_halvings)
@@ -129,6 +133,7 @@ class StepControl:
             1.5 * length / 2**control.max_halvings,
             length / 2**options.energy.refinements,
             control.minimum_event_step * length,
+            longest_step,
         )
 
     def target(self, state: State) -> Point:
@@ -199,6 +204,22 @@ class StepControl:
         self.collapsed_state = replace(collapsed, load=target[0], load_factor=target[1])
         self.minimum_step = self.options.collapse_bracket
         self.rejected_target = self.next_point = None
+
+    def allow_step(self, length: float, step: float) -> None:
+        """Set the longest step after a step within the energy error.
+
+        A step that ended sooner than it was allowed to, at an event or at the end of the increment, shortens nothing.
+
+        Parameters
+        ----------
+        length : float
+            Step length that the energy balance allows.
+        step : float
+            Length of the last step.
+        """
+        if step < self.longest_step * (1.0 - self.options.clipped_step):
+            length = max(length, self.longest_step)
+        self.longest_step = length if self.longest_step < np.inf else np.inf
 
     def refine_step(self, length: float) -> None:
         """Shorten the step to a length that the energy balance asks for."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.kernels.joint.limits import NO_LIMIT
+from damagepred.solvers.quasi_static.line_search import SearchDirection, line_search
 from damagepred.solvers.quasi_static.newton import newton
 from damagepred.solvers.quasi_static.residual import Residual
 from damagepred.solvers.state.wall_state import State
@@ -19,9 +20,10 @@ from damagepred.time_limit import check_time
 def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_iterations: int) -> float:
     """Coulomb friction by Tresca fixed-point iteration; return the unbalanced force ratio.
 
-    Each iteration minimises the potential with fixed bounds to the tolerance of the forcing sequence, updates the
-    bounds, under-relaxed after the first updates, and tries Newton's method on the Coulomb law from there. A warm
-    start takes the first bounds from the present displacements.
+    Each iteration minimises the potential with fixed bounds, updates these, under-relaxed after the first updates, and
+    tries Newton's method on the Coulomb law from there. The minimisation is inexact: its tolerance is a share of the
+    residual of the Coulomb law, which the bounds leave anyhow (Dembo, Eisenstat and Steihaug 1982). A warm start takes
+    the first bounds from the present displacements.
 
     Parameters
     ----------
@@ -40,8 +42,9 @@ def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_
     if warm:
         problem.update_tresca_bounds(state, 1.0)
     ratio, least, since, begun = np.inf, np.inf, 0, problem.newton_iterations
+    forcing = _forcing(problem, state) if warm else options.first_forcing
     for attempt in range(options.warm_start_iterations if warm else options.max_iterations):
-        _minimise(problem, state, max(problem.tolerance, _at_or_last(options.forcing_sequence, attempt)))
+        _minimise(problem, state, forcing)
         if problem.has_diverged(state):
             break
         relaxation = 1.0
@@ -54,6 +57,7 @@ def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_
         if ratio < problem.tolerance:
             state.displacement[:] = found
             break
+        forcing = _forcing(problem, state)
         since = 0 if ratio < 0.5 * least else since + 1
         least = min(least, ratio)
         if since > options.stagnation_limit or problem.newton_iterations - begun > max_newton_iterations:
@@ -66,9 +70,15 @@ def _at_or_last(values: tuple[float, ...], index: int) -> float:
     return values[min(index, len(values) - 1)]
 
 
+def _forcing(problem: Residual, state: State) -> float:
+    """Return the residual tolerance of the next Tresca problem (mean block weights)."""
+    options, (_, ratio) = problem.options.coulomb, problem.residual(state, state.displacement)
+    return max(problem.tolerance, min(options.forcing_share * ratio, options.first_forcing))
+
+
 def _minimise(problem: Residual, state: State, tolerance: float) -> None:
     """Minimise the potential of a Tresca problem by Newton with line search."""
-    u = state.displacement
+    u, search = state.displacement, problem.options.line_search
     force, ratio = problem.residual(state, u, coulomb=False)
     _correct_jack_load(problem, state, force, u)
     for taken in range(problem.options.coulomb.max_minimisation_iterations):
@@ -86,7 +96,11 @@ def _minimise(problem: Residual, state: State, tolerance: float) -> None:
         slope = float(force @ step)
         if not slope > 0:
             break
-        step_length, force, ratio = _line_search(problem, state, u, step, slope)
+        direction = SearchDirection(u, step, state.jack, 0.0, slope, coulomb=False)
+        whole = direction.residual(problem, state, 1.0)
+        step_length, force, ratio = line_search(
+            problem, state, direction, whole, search.slope_tolerance, search.maximum_step
+        )
         u += step_length * step
         if problem.has_diverged(state):
             break
@@ -102,30 +116,3 @@ def _correct_jack_load(problem: Residual, state: State, force: FloatArray, u: Fl
     _, jack_step = problem.solve(problem.stiffness, force, problem.missing_deflection(state, u))
     state.jack += jack_step
     force += np.where(problem.free, jack_step * problem.jacks.push, 0.0)
-
-
-def _line_search(
-    problem: Residual, state: State, u: FloatArray, step: FloatArray, slope: float
-) -> tuple[float, FloatArray, float]:
-    """Line search: root of the slope of the potential along a step, by safeguarded regula falsi."""
-    options = problem.options.line_search
-    low, high, slope_low, slope_high = 0.0, 1.0, slope, np.nan
-    step_length = 1.0
-    for _ in range(options.max_iterations):
-        force, ratio = problem.residual(state, u + step_length * step, coulomb=False)
-        slope_here = float(force @ step)
-        if abs(slope_here) <= options.slope_tolerance * slope or (
-            slope_here > 0 and step_length >= options.maximum_step
-        ):
-            break
-        if slope_here > 0:
-            low, slope_low = step_length, slope_here
-            if np.isnan(slope_high):
-                step_length *= 2.0
-                continue
-        else:
-            high, slope_high = step_length, slope_here
-        # false position, kept away from the ends
-        root = slope_low / (slope_low - slope_high)
-        step_length = low + (high - low) * min(max(root, options.safeguard), 1.0 - options.safeguard)
-    return step_length, force, ratio
