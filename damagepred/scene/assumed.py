@@ -10,6 +10,7 @@ from damagepred.scene.scene import Scene
 from damagepred.scene.seasons import Seasons
 from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import Suction
+from damagepred.scene.strain import Creep, Strain
 
 
 def _ground_values(scene: Scene, sampled: Collection[str] = ()) -> dict[str, str]:
@@ -82,6 +83,35 @@ def assumed_seasons(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         for key, said in words.items()
         if getattr(seasons, key) == getattr(usual, key) and f"movement.seasons.{key}" not in sampled
     ]
+
+
+def assumed_slow_strains(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
+    """Return those of the numbers that shape slow strains over time, in words, that are the defaults.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall.
+    sampled : Collection[str]
+        Places of the numbers that a study samples; these are left out.
+    """
+    strain, creep, usual = scene.strain, scene.creep, Strain()
+    values: dict[str, tuple[bool, str]] = {}
+    if strain is not None and strain.growth and scene.movement.stage:
+        values["strain.growth_years"] = (
+            strain.growth_years == usual.growth_years,
+            f"growth reached in {usual.growth_years:g} years",
+        )
+        values["strain.growth_time"] = (
+            strain.growth_time == usual.growth_time,
+            f"a time constant of growth of {usual.growth_time:g} years",
+        )
+    if creep is not None:
+        values["creep.coefficient"] = (
+            creep.coefficient == Creep().coefficient,
+            f"a creep coefficient of {Creep().coefficient:g}",
+        )
+    return [words for place, (default, words) in values.items() if default and place not in sampled]
 
 
 def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
