@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.cautions import work_done
-from damagepred.archive.schema import category_label, is_dynamic
+from damagepred.archive.schema import WORST_CATEGORY, category_label, is_dynamic
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import SOLVED, SampleStatus
@@ -102,7 +102,7 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
     if "crack_count" in ds.variables:
         columns.append(Column("cracks", shown("crack_count", ".0f", 1.0)))
     if "worst_crack_width" in ds.variables:
-        so_far = [str(c) for c in np.maximum.accumulate(ds["damage_category"].values)]
+        so_far = [str(c) for c in worst_so_far(ds)]
         widest = shown("worst_crack_width", ".3f")
         both = [f"{width} ({category})" for width, category in zip(widest, so_far)]
         columns += [Column("widest so far", widest, "mm"), Column("worst category so far", so_far)]
@@ -200,6 +200,18 @@ def worst_category_columns(judged: Mapping[str, xr.Dataset]) -> list[Column]:
     ]
 
 
+def worst_so_far(ds: xr.Dataset) -> IntArray:
+    """Return the worst category so far of each increment; older archives hold the present one alone.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of a wall or a study.
+    """
+    name = WORST_CATEGORY if WORST_CATEGORY in ds else "damage_category"
+    return np.asarray(np.maximum.accumulate(ds[name].values, axis=-1))  # -1 where a wall was not followed
+
+
 def year_columns(ds: xr.Dataset, confidence: float = 0.9) -> list[Column]:
     """Return the probability of each category by the worst so far, and by now, with intervals, a row a year.
 
@@ -217,7 +229,7 @@ def year_columns(ds: xr.Dataset, confidence: float = 0.9) -> list[Column]:
     unknown = (category < 0) | np.isnan(ds["crack_width_max"].values)
     unknown &= (ds["status"].values != SampleStatus.COLLAPSED)[:, None]
     weight = ds["weight"].values if "weight" in ds else None
-    so_far, last = np.maximum.accumulate(category, axis=1), float(time.max())
+    so_far, last = worst_so_far(ds), float(time.max())
     years = sorted({year for year in YEARS if year < last} | {last})
     walls = np.arange(len(category))
 

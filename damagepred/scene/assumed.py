@@ -8,6 +8,7 @@ from typing import Any
 from damagepred.scene.mound import Mound
 from damagepred.scene.scene import Scene
 from damagepred.scene.seasons import Seasons
+from damagepred.scene.site import suction_depth
 from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import Suction
 from damagepred.scene.strain import Creep, Strain
@@ -73,11 +74,13 @@ def assumed_seasons(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         return []
     words = {
         "swing": f"a mean swing of {1e3 * usual.swing:g} mm",
+        "swing_share": f"a mean swing of {usual.swing_share:g} y_s",
         "swing_cov": f"a coefficient of variation of the swing of {usual.swing_cov:g}",
         "correlation": f"a correlation of {usual.correlation:g} with the year before",
         "trend": "no trend",
         "shift": "the same mean in wet years and dry years",
     }
+    words.pop("swing" if scene.soil_layer else "swing_share")
     return [
         said
         for key, said in words.items()
@@ -125,6 +128,12 @@ def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
         Places of the numbers that a study samples; these are left out.
     """
     assumed = assumed_ground(scene, sampled)
+    zone = None if scene.suction is None else scene.suction.climate_zone
+    if zone is not None and "mound.suction_depth" not in sampled and scene.mound.suction_depth == suction_depth(zone):
+        assumed = [
+            *(said for said in assumed if not said.startswith("H_s")),
+            f"H_s of climatic zone {zone} (secondary)",
+        ]
     if not assumed:
         return None
     tables = "[suction], [mound] and [soil]" if scene.soil_layer else "[mound] and [soil]"

@@ -28,7 +28,7 @@ from damagepred.scene.movement import Movement
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.soil import Soil
-from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement
+from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement, with_climate_zone
 from damagepred.scene.strain import Creep, Strain
 from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall
 from damagepred.text import check_title
@@ -97,10 +97,10 @@ class Scene:
 
     @model_validator(mode="before")
     @classmethod
-    def _take_material(cls, given: Any) -> Any:
+    def _take_tables(cls, given: Any) -> Any:
         if isinstance(given, ArgsKwargs):
-            return ArgsKwargs(given.args, with_material(given.kwargs or {}))
-        return with_material(given) if isinstance(given, Mapping) else given
+            return ArgsKwargs(given.args, with_climate_zone(with_material(given.kwargs or {})))
+        return with_climate_zone(with_material(given)) if isinstance(given, Mapping) else given
 
     @model_validator(mode="after")
     def _fits_together(self) -> Scene:
@@ -159,16 +159,20 @@ class Scene:
     def _take_surface_movement(self) -> None:
         """Set the surface movement of the mound where a soil log or seasons give it."""
         on_mound, seasons = self.movement.shape == "mound", self.movement.seasons
-        if self.soil_layer and (not on_mound or self.movement.stage):
+        if self.soil_layer and (not on_mound or (self.movement.stage and seasons is None)):
             raise ValueError(
-                "soil_layer: gives one growing surface movement; needs movement.shape = 'mound', no stages"
+                "soil_layer: gives the surface movement; needs movement.shape = 'mound', and seasons in place of stages"
             )
         if self.suction is not None and not self.soil_layer:
             raise ValueError("suction: only read with [[soil_layer]]")
         if on_mound and (self.soil_layer or seasons is not None):
-            found = self.movement.largest
             if self.soil_layer:
                 found = surface_movement(self.soil_layer, self.suction or Suction(), self.mound.suction_depth)
+            if self.soil_layer and seasons is not None:
+                swinging = replace(seasons, swing=seasons.swing_share * found)
+                object.__setattr__(self, "movement", replace(self.movement, seasons=swinging))
+            if seasons is not None:
+                found = self.movement.largest
             object.__setattr__(self, "mound", replace(self.mound, surface_movement=found))
 
     def _outlives_the_gauge(self, name: str, hole: Opening) -> None:
@@ -347,6 +351,11 @@ class Scene:
         """
         scene = cls.from_dict(with_profile_files(tables, folder), source=source)
         object.__setattr__(scene, "given", frozenset(_places(tables, "")))
+        own = tables.get("movement", {}).get("seasons", {}).get("swing")
+        if scene.soil_layer and own is not None and own != getattr(scene.movement.seasons, "swing", None):
+            raise InputError(
+                f"{source}: movement.seasons.swing = {own}: follows from [[soil_layer]]; give swing_share."
+            )
         return scene
 
     @classmethod
@@ -440,7 +449,7 @@ class Scene:
         if self.movement.seasons is not None:
             fixed = [place for place in values if place == full or place.startswith("movement.stage.")]
         if self.soil_layer:
-            fixed += [place for place in values if place == full]
+            fixed += [place for place in values if place in (full, "movement.seasons.swing")]
         if fixed:
             by = "soil_layer.0.shrink_swell_index" if self.soil_layer else "movement.seasons.swing"
             raise InputError(f"'{fixed[0]}': follows from other keys; sample these, such as {by}.")

@@ -185,6 +185,7 @@ Seasons
   years = 30 whole [1 200]
   trend = 0 m [-10000 10000]
   swing = 0.01 m [0 10000]
+  swing_share = 0.6 1 [0 1e+15]
   swing_cov = 0.3 1 [0 1e+15]
   shift = 0 m [0 10000]
   correlation = 0.3 1 [0 1)
@@ -201,6 +202,7 @@ SoilLayer
   thickness = required m (0 10000]
   shrink_swell_index = required 1 [0 0.3]
 Suction
+  climate_zone = None whole [1 6]
   change = 1.2 1 (0 5]
   cracked_share = 0.5 1 [0 1]
   restraint = 2 1 [1 1e+15]

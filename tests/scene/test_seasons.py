@@ -1,5 +1,6 @@
 """Seasons: the movements against closed forms, stages that follow, seeds, and studies that replay."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -7,8 +8,10 @@ import pytest
 import xarray as xr
 
 from damagepred import Scene, Study, open_study
+from damagepred.damage import load_table
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
+from damagepred.rejudge import judge_again
 from damagepred.report.caveats import model_caveats
 from damagepred.scene import Movement, Seasons, SeasonStep
 from damagepred.study.campaign.replay import replay
@@ -127,6 +130,15 @@ def test_each_sample_of_a_study_has_seasons_of_its_own_and_replays(tmp_path: Pat
     first, again = open_study(tmp_path / "a.dp"), open_study(tmp_path / "b.dp")
     np.testing.assert_array_equal(first["central_deflection"], again["central_deflection"])
     assert len(np.unique(first["central_deflection"].values[:, 2])) == 3  # the ends of the first half year
+    worst = first["worst_damage_category"].values
+    assert worst.dtype == np.int8
+    assert (worst == np.maximum.accumulate(first["damage_category"].values, axis=1)).all()
+    finer = dataclasses.replace(load_table("as2870"), limits=(1e-6, 2e-6, 3e-6, 4e-6))
+    judged = judge_again(first, table=finer)
+    expected = np.maximum.accumulate(judged["damage_category"].values, axis=1)
+    known = judged["damage_category"].values >= 0
+    assert (judged["worst_damage_category"].values == np.where(known, expected, -1)).all()
+    assert judged["worst_damage_category"].values.max() > worst.max()
     ds, comparison = replay(tmp_path / "a.dp", 1)
     assert comparison.startswith("bit for bit")
     np.testing.assert_array_equal(ds["central_deflection"], first["central_deflection"].values[1])
