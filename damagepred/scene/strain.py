@@ -19,10 +19,11 @@ class Strain:
     Under one movement it grows in proportion to it, from nothing under the dead load. In a history of stages with times
     it is a function of the time t (years) ::
 
-        growth g(t) / g(growth_years) + thermal_expansion temperature(t)
-        g(t) = ln(1 + t / growth_time)  or  1 - exp(-t / growth_time)
-        temperature(t) = temperature_change t / t_end
-                         + (temperature_swing / 2) (cos 2 pi (t - warmest) - cos 2 pi warmest)
+        growth g(t) / g(growth_years) + thermal_expansion T(t)
+
+    The course of growth g(t) is ln(1 + t / growth_time) or 1 - exp(-t / growth_time). The temperature is ::
+
+        T(t) = temperature_change t / t_end + (temperature_swing / 2) (cos 2 pi (t - warmest) - cos 2 pi warmest)
 
     Bricks expand in all directions alike, and the footing does not. Where joints, ground and footing hold them,
     stresses come of it.
@@ -102,8 +103,8 @@ class Creep:
     """Creep of the mortar joints (``[creep]``): in beds and heads, on a dpc and on the footing.
 
     Without ``relaxation_time`` the joints are soft from the start: k / (1 + coefficient). With it a joint is a spring
-    of that stiffness beside a Maxwell branch (standard linear solid): stiff under quick movements, and its stress at a
-    constant opening decays with e^(-t / relaxation_time). Cracks, slip and friction follow the stress that is left.
+    of that stiffness beside a Maxwell branch (standard linear solid). It is stiff under quick movements, and its stress
+    at constant opening decays with e^(-t / relaxation_time). Cracks, slip and friction follow the stress that is left.
 
     Attributes
     ----------
