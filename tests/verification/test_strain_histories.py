@@ -110,6 +110,28 @@ def test_both_solvers_agree_on_a_wall_that_grows_through_the_seasons() -> None:
         assert (np.diff(one[name]) >= -np.diff(error) - 1e-9).all()
 
 
+@pytest.mark.parametrize("shape", ["mitchell", "walsh"])
+def test_both_solvers_agree_on_soil_with_strain_and_creep(shape: str) -> None:
+    size = 20e-3
+    stages = [
+        {"kind": "dishing", "surface_movement": share * size, "increments": 3, "time": time}
+        for share, time in ((1.0, 0.5), (0.0, 1.0), (0.5, 1.5))
+    ]
+    tables = {
+        "wall": {"length": 1.92, "height": 0.6},
+        "dpc": {"course": 2},
+        "footing": {"width": 0.3, "depth": 0.3},
+        "movement": {"shape": "mound", "stage": stages},
+        "mound": {"shape": shape, "surface_movement": size},
+        "strain": {"growth": 5e-4, "temperature_swing": 20},
+        "creep": {"relaxation_time": 1.0},
+    }
+    one, other = (solve(Scene.from_dict({**tables, "solver": {"method": method}})) for method in SOLVERS)
+    assert one["progress"].values[[3, 6, 9]].tolist() == [1.0, 0.0, 0.5]
+    for name in ("dpc_opening_max", "central_deflection"):
+        np.testing.assert_allclose(other[name], one[name], rtol=0, atol=2e-6)
+
+
 def test_the_course_of_growth_and_temperature() -> None:
     time = np.array([0.0, 0.5, 1.0, 4.0, 30.0])
     clay = Strain(growth=7e-4, growth_years=15, growth_time=2).over(time)
