@@ -659,6 +659,11 @@ def fragility(
 
         write_csv(curves_frame(curves), csv)
         screen.note(f"wrote {csv}")
+        if intensity == "time":
+            from damagepred.year_tables import year_frame
+
+            write_csv(year_frame(study, confidence), by_year := csv.with_stem(f"{csv.stem}_years"))
+            screen.note(f"wrote {by_year}")
     if export is not None:
         from damagepred.exports import export_curves
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausible, snap_through_share
 from damagepred.archive.provenance import given_values, provenance
-from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, is_dynamic, name_categories
+from damagepred.archive.schema import CATEGORY_VARIABLES, WORST_CATEGORY, dataset, is_dynamic, name_categories
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Assembly, Limits, Model, wall_cost, wall_model
@@ -406,6 +406,8 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         values["worst_crack_width"] = np.maximum.accumulate(values["crack_width_max"])
     for name in CATEGORY_VARIABLES:
         values[name] = values[name].astype(np.int8)
+    if model.history is not None:
+        values[WORST_CATEGORY] = np.maximum.accumulate(values["damage_category"])
     return values
 
 

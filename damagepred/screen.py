@@ -704,7 +704,7 @@ def year_table(ds: xr.Dataset, confidence: float) -> None:
     confidence : float
         Of the bands.
     """
-    from damagepred.tables import year_columns
+    from damagepred.year_tables import year_columns
 
     table_of(f"{ds.attrs['title']}: share of walls by year", year_columns(ds, confidence))
 

@@ -146,6 +146,23 @@ def lump_block_elasticity(
     return properties._replace(normal_stiffness=1.0 / soft_n, shear_stiffness=1.0 / soft_s)
 
 
+def softened(properties: JointProperties, which: BoolArray, creep: float) -> JointProperties:
+    """Return joints with their stiffness after a long time, k / (1 + creep).
+
+    Parameters
+    ----------
+    properties : JointProperties
+        Of the joints alone.
+    which : array of bool (m,)
+        Interfaces that creep.
+    creep : float
+        Creep coefficient (1).
+    """
+    share = np.where(which, 1.0 / (1.0 + creep), 1.0)
+    names = ("normal_stiffness", "shear_stiffness")
+    return properties._replace(**{name: share * getattr(properties, name) for name in names})
+
+
 def brittle_where_soft(
     properties: JointProperties, joint: IntArray, snap_back_ratio: float = 1.1
 ) -> tuple[JointProperties, int]:

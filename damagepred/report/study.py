@@ -27,9 +27,10 @@ from damagepred.report.summary import answers, influences, study_summary
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.study.settings import StudySettings, read_frozen
-from damagepred.tables import curve_columns, worst_category_columns, year_columns
+from damagepred.tables import curve_columns, worst_category_columns
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.options import DEFAULT
+from damagepred.year_tables import year_columns
 
 if TYPE_CHECKING:
     from damagepred.pipeline import Step
