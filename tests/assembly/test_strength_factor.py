@@ -51,7 +51,7 @@ def test_a_brittle_wall_of_twice_the_strength_cracks_at_twice_the_movement() -> 
         int(np.argmax((solve(factored(weightless, factor))["contact_state"].values == 1).any(axis=1)))
         for factor in (1.0, 2.0)
     ]
-    assert 0 < first[0]
+    assert first[0] > 0
     assert abs(first[1] - 2 * first[0]) <= 1
 
 
