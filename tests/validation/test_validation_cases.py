@@ -10,6 +10,7 @@ from types import ModuleType
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 from damagepred.study.settings import StudySettings
 
@@ -145,3 +146,26 @@ def test_two_bricks_on_each_other_vibrate_as_their_closed_form(paths: None) -> N
     upright = np.sqrt(2.0 * case.MODULUS / case.GAP / (case.DENSITY * 0.055)) / (2.0 * np.pi)
     assert len(found) == 3
     assert np.abs(found / upright - 1.0).min() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("halfway", "end", "stages", "share"), [(2.6, 9.0, 1, 1.0), (2.4, 2.6, 2, 0.5), (1.0, 2.4, 2, 0.0)]
+)
+def test_facades_are_followed_until_all_are_beyond_the_level(
+    paths: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, halfway: float, end: float, stages: int, share: float
+) -> None:
+    case = module("validation_facades", CASES / "facades" / "run.py")
+    asked = []
+
+    def run_study(settings: StudySettings, folder: Path, samples: int, workers: int) -> xr.Dataset:
+        movement = settings.scene.movement
+        asked.append((movement.central_deflection, movement.increments))
+        last = halfway if len(asked) == 1 else end
+        first = last if share == 1.0 else 0.0  # one wall of two is never damaged
+        psi = np.array([[0.0, first, np.nan], [0.0, 0.5 * last, last]])  # the first path ends early
+        return xr.Dataset({"psi": (("sample", "increment"), psi)})
+
+    monkeypatch.setattr(case, "run_study", run_study)
+    assert case.share_beyond(case.FACADES[1], "dishing", tmp_path, 2, 1) == share
+    whole = case.DISTORTION * case.FACADES[1].length / 2.0
+    assert np.array(asked) == pytest.approx(np.array([(0.5 * whole, 4), (whole, 8)][:stages]))
