@@ -576,17 +576,19 @@ def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None:
         Rows of a summary at most.
     """
     from damagepred.tables import crack_columns
+    from damagepred.uq.intensity import movement_measure
 
-    end = 1e3 * float(found["central_deflection"][-1])
+    measure = movement_measure(found)
+    at = f"a {measure.replace('_', ' ')} of {1e3 * float(found[measure][-1]):.3g} mm"
     if frame.empty:
         say(
             f"{found.attrs['title']}: nothing has opened or slid by more than "
-            f"{1e3 * found.attrs['hairline']:g} mm at {end:.3g} mm"
+            f"{1e3 * found.attrs['hairline']:g} mm at {at}"
         )
         return
     widest = frame.nlargest(most, "crack_width", keep="first").index
     shown = frame if FORM.full else frame.loc[sorted(widest)]
-    table_of(f"{found.attrs['title']}: cracks at a central deflection of {end:.3g} mm", crack_columns(shown))
+    table_of(f"{found.attrs['title']}: cracks at {at}", crack_columns(shown))
     if (shown["crack_length_through_blocks"] > 0).any():
         say("* runs through bricks, too")
     if len(frame) > len(shown):

@@ -165,7 +165,10 @@ def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
         ),
     ]
     if not in_time:
-        columns.append(in_mm("began at a deflection of", "first_central_deflection", "began\nat mm"))
+        what, name = "deflection", "first_central_deflection"
+        if "first_load_displacement" in frame:
+            what, name = "load displacement", "first_load_displacement"
+        columns.append(in_mm(f"began at a {what} of", name, "began\nat mm"))
     return columns
 
 

@@ -87,9 +87,6 @@ def study_page(
     question, found = answers(ds, settings, at, confidence)
     influence, influences_section = influences(ds, found, confidence)
     curves = _fitted(ds, None, confidence, bootstrap)
-    at_limits = curves
-    if curves.attrs["intensity_measure"] != "central_deflection":
-        at_limits = _fitted(ds, "central_deflection", confidence, bootstrap)
     moved = common_movement(ds)
     paths = ds["damage_category"].ndim == 2
     if paths:
@@ -98,7 +95,6 @@ def study_page(
         certainty = [
             Text(["The study keeps the end of each wall's movement alone: the error of its curves is their band."])
         ]
-    deflected = common_movement(ds.drop_vars("surface_movement", errors="ignore"))
     sections = [
         input_section(settings.scene, settings, given_of(ds)),
         Section("run", "What was run", _run_parts(folder, ds, settings, written)),
@@ -106,7 +102,7 @@ def study_page(
         Section("damage", "Damage", _damage(folder, ds, replay, on_step) if paths else [_no_paths()]),
         Section("fragility", "How likely is which damage", _fragility(curves)),
         *([] if influences_section is None else [influences_section]),
-        study_limits(ds, at_limits, deflected, confidence),
+        *([] if "load_force" in ds else [_at_limits(ds, curves, confidence, bootstrap)]),
         study_caveats(ds, curves, settings, moved),
         Section(
             "files",
@@ -123,6 +119,14 @@ def study_page(
         facts=_facts(ds, curves),
         sections=sections,
     )
+
+
+def _at_limits(ds: xr.Dataset, curves: xr.Dataset, confidence: float, bootstrap: int) -> Section:
+    """Return the section on the design deflections of a code."""
+    if curves.attrs["intensity_measure"] != "central_deflection":
+        curves = _fitted(ds, "central_deflection", confidence, bootstrap)
+    deflected = common_movement(ds.drop_vars("surface_movement", errors="ignore"))
+    return study_limits(ds, curves, deflected, confidence)
 
 
 def _fitted(ds: xr.Dataset, intensity: str | None, confidence: float, bootstrap: int) -> xr.Dataset:

@@ -108,6 +108,7 @@ Joint
   shear_fracture_energy = None N/m (0 1e+12]
   compressive_strength = None Pa (0 1e+16]
   cap_shear = 9 1 (0 1e+15]
+  strength_factor = 1 1 (0 1e+15]
 HeadJoint
   factor = None
   normal_stiffness = None Pa/m [0.001 1e+18]
@@ -125,6 +126,7 @@ HeadJoint
   softening = None | linear exponential
   compressive_strength = None Pa (0 1e+16]
   cap_shear = None 1 (0 1e+15]
+  strength_factor = None 1 (0 1e+15]
 HeadJointFactors
   normal_stiffness = 1 1 (0 1e+15]
   shear_stiffness = 1 1 (0 1e+15]
