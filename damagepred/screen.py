@@ -470,7 +470,7 @@ def back_analysis(found: xr.Dataset) -> None:
     found : xarray.Dataset
         As ``damagepred.infer`` returns it.
     """
-    from damagepred.study.analyses.back_analysis import cause_odds
+    from damagepred.study.analyses.back_analysis import cause_odds, discrepancy_rows
 
     metres = found["movement"].attrs["units"] == "m"
     factor, unit = (1e3, "mm") if metres else (1.0, "")
@@ -495,6 +495,8 @@ def back_analysis(found: xr.Dataset) -> None:
     ]
     columns = ["study", f"further ({unit})", *(f"P(>= {int(c)})" for c in found["category"].values), "known"]
     table("Damage after further movement", columns, rows)
+    columns = ["of", "standard deviation", "90 % interval", "confidence"]
+    table("Model discrepancy (SI)", columns, discrepancy_rows(found))
 
 
 def design_search(found: xr.Dataset) -> None:

@@ -15,12 +15,18 @@ def test_infer_prints_and_keeps_the_posterior(command: Run, tmp_path: Path) -> N
     weak = synthetic_study(tmp_path / "weak.dp", 80, medians=(2e-3, 4e-3))
     strong = synthetic_study(tmp_path / "strong.dp", 80, medians=(4e-3, 8e-3))
     survey, kept, picture = (tmp_path / name for name in ("survey.toml", "posterior.nc", "posterior.png"))
-    survey.write_text('[[crack]]\nwidth = "2 mm"\nerror = "0.5 mm"\n[prior_odds]\nweak = 2.0\n')
+    survey.write_text(
+        '[[crack]]\nwidth = "2 mm"\nerror = "0.5 mm"\n[prior_odds]\nweak = 2.0\n[discrepancy]\nlevel = "2 mm"\n'
+    )
     said = command("infer", weak, strong, survey, "-o", kept, "--plot", picture)
     assert said.code == 0, said.err
     assert "Cause and movement" in said.out
     assert "Damage after further movement" in said.out
-    assert "model discrepancy" in said.out + said.err
+    (line,) = [row for row in said.out.splitlines() if row.lstrip("│ ").startswith("width share")]
+    assert " to " in line
+    assert "derived" in line
+    (line,) = [row for row in said.out.splitlines() if row.lstrip("│ ").startswith("level")]
+    assert "given" in line
     assert picture.stat().st_size > 10_000
     with xr.open_dataset(kept) as ds:
         assert abs(float(ds["posterior"].sum()) - 1) < 1e-9

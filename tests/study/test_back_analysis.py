@@ -13,7 +13,14 @@ from damagepred import InputError, infer
 from damagepred.study import Study
 from damagepred.study.analyses.back_analysis import InferenceOptions, chosen_samples, prices, sentences
 from damagepred.study.settings import StudySettings
-from damagepred.uq.observations import CrackObservation, LevelObservation, Observations, SlopeObservation, censored
+from damagepred.uq.observations import (
+    CrackObservation,
+    Discrepancy,
+    LevelObservation,
+    Observations,
+    SlopeObservation,
+    censored,
+)
 from tests.conftest import SMALL_STUDY
 
 FIXED = SMALL_STUDY.partition('[variables."movement')[0]
@@ -41,7 +48,8 @@ def test_local_cracks_tell_the_cause_and_the_movement(causes: list[Path]) -> Non
         crack=(
             CrackObservation(x=x, y=y, within=0.2, width=width),
             CrackObservation(x=0.72, y=0.1, within=0.15, none=True),
-        )
+        ),
+        discrepancy=Discrepancy(width_share=0.3),
     )
     done: list[int] = []
     first = infer(causes, seen, on_replay=lambda number, total: done.append(total))

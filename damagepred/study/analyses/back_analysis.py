@@ -602,7 +602,7 @@ def _dataset(
         known.append(share_known)
     effective = [effective_samples(weight.sum(axis=1)) for weight in own]
     far = special.chdtrc(seen.count, np.array(misfits)) < options.resemblance
-    state = ("sample", "increment")
+    state, origins = ("sample", "increment"), seen.discrepancy.origins()
     ds = xr.Dataset(
         {
             "posterior": (state, np.concatenate(values["posterior"]), {"units": "1"}),
@@ -634,7 +634,9 @@ def _dataset(
             "title": "back-analysis",
             "measure": studies[0].measure,
             "observations": seen.count,
-            **{f"discrepancy_{name}": value for name, value in vars(seen.discrepancy).items() if name[0] != "_"},
+            **{f"discrepancy_{name}": getattr(seen.discrepancy, name) for name in origins},
+            **{f"discrepancy_interval_{name}": interval for name, (interval, _) in origins.items()},
+            **{f"discrepancy_confidence_{name}": confidence for name, (_, confidence) in origins.items()},
         },
     )
     if any(replayed):
@@ -689,9 +691,28 @@ def sentences(found: xr.Dataset, options: InferenceOptions = DEFAULT) -> list[st
                 f"{name}: only {row:.1f} effective samples, fewer than {options.fewest_effective:g}; more samples or "
                 "replays make the posterior surer."
             )
-    shares = ", ".join(f"{n.removeprefix('discrepancy_')} {v:g}" for n, v in found.attrs.items() if "discrepancy" in n)
-    said.append(f"model discrepancy (standard deviations, assumed; SI): {shares}")
     return said
+
+
+def discrepancy_rows(found: xr.Dataset) -> list[list[str]]:
+    """Return each term of the model's discrepancy in words: name, standard deviation, interval, confidence.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        As ``infer`` returns it.
+    """
+    start = "discrepancy_interval_"
+    names = [name.removeprefix(start) for name in map(str, found.attrs) if name.startswith(start)]
+    return [
+        [
+            name.replace("_", " "),
+            f"{found.attrs[f'discrepancy_{name}']:.2g}",
+            found.attrs[start + name],
+            found.attrs[f"discrepancy_confidence_{name}"],
+        ]
+        for name in names
+    ]
 
 
 def cause_odds(found: xr.Dataset) -> Mapping[str, tuple[float, float]]:
