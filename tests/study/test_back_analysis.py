@@ -11,7 +11,8 @@ import pytest
 
 from damagepred import InputError, infer
 from damagepred.study import Study
-from damagepred.study.analyses.back_analysis import InferenceOptions, chosen_samples, prices, sentences
+from damagepred.study.analyses.back_analysis import InferenceOptions, chosen_samples, prices
+from damagepred.study.analyses.posterior_tables import sentences
 from damagepred.study.settings import StudySettings
 from damagepred.uq.observations import (
     CrackObservation,
@@ -64,6 +65,13 @@ def test_local_cracks_tell_the_cause_and_the_movement(causes: list[Path]) -> Non
     assert first.identical(again)
     worse = first["future_probability"].sel(study="doming")
     assert (np.diff(worse.sel(category=1).dropna("further").values) >= -0.05).all()
+    lower, upper = (first[f"future_probability_{end}"] for end in ("lower", "upper"))
+    assert (lower.diff("further") >= -1e-12).all()  # what is not followed is not left out
+    assert (upper.diff("further") >= -1e-12).all()
+    assert (lower <= first["future_probability"] + 1e-12).isel(further=0).all()
+    unknown = 1.0 - first["future_known"]
+    assert (upper - lower <= unknown + 1e-9).all()
+    assert float((upper - lower).max()) > 0.1
     assert "crack_probability" in first
     with pytest.raises(InputError, match="prior_odds: 'domin': is none of the studies"):
         infer(causes, Observations(crack=seen.crack, prior_odds={"domin": 2.0}))
