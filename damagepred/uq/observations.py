@@ -152,18 +152,24 @@ class SlopeObservation:
 
 @described
 class WindowObservation:
-    """Whether a door or window sticks (``[[window]]``).
+    """Whether a door or window sticks, or how its width has changed (``[[window]]``).
 
     Attributes
     ----------
     opening : int
         Number of the opening in the scene, from 1.
-    sticks : bool
+    sticks : bool, optional
         Whether it does, be it slightly.
+    width_change : float, optional
+        Instead: change of its width at the top (m); negative where it has closed.
+    error : float
+        Standard error of the change (m).
     """
 
     opening: Count = Field(ge=1)
-    sticks: bool
+    sticks: bool | None = None
+    width_change: Length | None = None
+    error: Length = Field(default=5e-4, gt=0)
 
 
 @described
@@ -206,6 +212,9 @@ class Observations:
                 raise InputError(f"{where}: wider_than must be less than narrower_than.")
             if crack.direction is not None and crack.none:
                 raise InputError(f"{where}: what is not there has no direction; leave it out.")
+        for number, window in enumerate(self.window, 1):
+            if (window.sticks is None) == (window.width_change is None):
+                raise InputError(f"window {number}: give one of sticks and width_change.")
         if not self.count:
             raise InputError(
                 "observations: there are none; give a [[crack]], [[level]], [[slope]], [[tilt]], [[window]]."

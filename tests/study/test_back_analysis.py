@@ -13,6 +13,7 @@ from damagepred import InputError, infer
 from damagepred.study import Study
 from damagepred.study.analyses.back_analysis import InferenceOptions, chosen_samples, prices
 from damagepred.study.analyses.posterior_tables import sentences
+from damagepred.study.analyses.stored_walls import StoredWalls
 from damagepred.study.settings import StudySettings
 from damagepred.uq.observations import (
     CrackObservation,
@@ -20,6 +21,7 @@ from damagepred.uq.observations import (
     LevelObservation,
     Observations,
     SlopeObservation,
+    WindowObservation,
     censored,
 )
 from tests.conftest import SMALL_STUDY
@@ -95,6 +97,25 @@ def test_what_no_wall_resembles_is_said_loudly(causes: list[Path]) -> None:
     found = infer(causes, Observations(crack=(CrackObservation(width="30 mm"), CrackObservation(width="5 mm"))))
     assert sentences(found)[0].startswith("NO STORED WALL RESEMBLES THE OBSERVATIONS")
     assert any("effective samples, fewer than 50" in line for line in sentences(found))
+
+
+def test_a_window_that_has_closed_tells_the_movement(tmp_path: Path) -> None:
+    text = FIXED.replace("stop_at_category = 4", "").replace(
+        "[scene.joint]", "[[scene.opening]]\nx = 0.48\ny = 0.15\nwidth = 0.48\nheight = 0.3\n\n[scene.joint]"
+    )
+    Study(StudySettings.from_dict(tomllib.loads(text))).run(tmp_path / "window.dp", samples=6)
+    walls = StoredWalls(tmp_path / "window.dp")
+    change = walls.ds["opening_width_change"].values[2, :, 0]
+    seen = Observations(window=(WindowObservation(opening=1, width_change=change[4], error="0.05 mm"),))
+    model = seen.discrepancy
+    fit = walls.fit_of_archive(seen)
+    assert fit.misfit[2, 4] == 0.0
+    expected = (change[5] - change[4]) ** 2 / (5e-5**2 + (model.distortion_share * change[5]) ** 2)
+    assert fit.misfit[2, 5] == pytest.approx(expected)
+    found = infer(tmp_path / "window.dp", seen)
+    low, high = (float(found["movement_quantile"].sel(quantile=q)[0]) for q in (0.05, 0.95))
+    assert low < walls.movement[2, 4] < high
+    assert high - low < 0.9 * walls.largest  # the prior's interval
 
 
 def test_samples_that_are_replayed_stand_for_all() -> None:
@@ -174,6 +195,8 @@ def test_limits_far_away_keep_their_probability() -> None:
         ('[[crack]]\nwidht = "2 mm"', "Did you mean 'width'?"),
         ('movement = "H1"\n[[tilt]]\nvalue = 0.01', "is of the surface movement"),
         ("[[window]]\nopening = 1\nsticks = true", "have 0 openings"),
+        ("[[window]]\nopening = 1", "window 1: give one of sticks and width_change"),
+        ('[[window]]\nopening = 1\nsticks = true\nwidth_change = "1 mm"', "give one of sticks and width_change"),
     ],
 )
 def test_wrong_observations_are_answered_by_a_sentence(

@@ -107,6 +107,11 @@ class StoredWalls:
             count = self.ds.sizes.get("opening", 0)
             if window.opening > count or "opening_distortion" not in self.ds:
                 raise InputError(f"window.opening = {window.opening}: the walls of {self.path} have {count} openings.")
+            if window.width_change is not None:
+                value = self.ds["opening_width_change"].values[..., window.opening - 1]
+                deviation = np.hypot(window.error, model.distortion_share * value)
+                total = total + measured(value, window.width_change, deviation)
+                continue
             limit = sticking_limits().angle[0]
             value = self.ds["opening_distortion"].values[..., window.opening - 1]
             deviation = np.maximum(model.distortion_share * value, model.distortion_share * limit)
