@@ -508,6 +508,11 @@ def design_search(found: xr.Dataset) -> None:
         for m in (found.isel(measure=k) for k in range(found.sizes["measure"]))
     ]
     table("Value of each measure", ("measure", f"change of the {what}", "standard error", "extra cost"), rows)
+    doubt = found[f"{quantity}_unfollowed"].values
+    if np.nanmax(doubt) > 0:
+        worst, largest = str(found["alternative"].values[np.nanargmax(doubt)]), f"{np.nanmax(doubt):{digits}}"
+        count_as = "need the dearest repair" if by_cost else "be damaged"
+        say(f"walls that failed, or were not followed as far, are taken to {count_as}: {largest} of '{worst}' at most")
     if not found.attrs["chosen"]:
         say("no alternative is known to meet the target")
     else:
