@@ -477,7 +477,8 @@ def infer_command(
     """Infer movement and cause from observed cracks, levels and windows, and what further movement would bring."""
     from damagepred.archive.files import check_writable
     from damagepred.errors import InputError
-    from damagepred.study.analyses.back_analysis import InferenceOptions, infer, prices, sentences
+    from damagepred.study.analyses.back_analysis import InferenceOptions, infer, prices
+    from damagepred.study.analyses.posterior_tables import sentences
 
     if len(files) < 2 or files[-1].suffix != ".toml":
         raise InputError("infer: give one study folder or more, and then the file of the observations (*.toml).")
@@ -955,6 +956,9 @@ def report(
     no_replay: Annotated[
         bool, typer.Option("--no-replay", help="Do not solve a typical wall of a study again to draw it.")
     ] = False,
+    posterior: Annotated[
+        Path | None, typer.Option("--posterior", help="Back-analysis of the study (infer -o), which gets a section.")
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Write one self-contained page about a solved wall or a study."""
@@ -969,6 +973,7 @@ def report(
             confidence=confidence,
             bootstrap=bootstrap,
             at=None if at is None else movement_distribution(at, option="--at"),
+            posterior=posterior,
             on_step=bar.step,
         )
     screen.note(f"wrote {place}")

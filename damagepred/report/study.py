@@ -6,6 +6,7 @@ import contextlib
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import DamagepredError, InputError
 from damagepred.formatting import duration, named, number
 from damagepred.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
+from damagepred.report.back_analysis import back_analysis_section
 from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import given_of, input_section
@@ -54,6 +56,7 @@ def study_page(
     confidence: float = 0.9,
     bootstrap: int = 1000,
     at: float | str | MovementDistribution | None = None,
+    posterior: Path | None = None,
     on_step: Callable[[Step], None] | None = None,
 ) -> Page:
     """Return the report of a study, finished or not.
@@ -72,6 +75,8 @@ def study_page(
         Resamples of walls for the bands of curves.
     at : float, str or MovementDistribution, optional
         What the summary answers for; see ``damagepred.report.summary.answers``.
+    posterior : Path, optional
+        File of a back-analysis with the study.
     on_step : callable, optional
         Called with each increment of the wall that is solved again.
 
@@ -82,6 +87,7 @@ def study_page(
     """
     ds = folder.results()
     settings = read_frozen(folder.study_text())
+    inferred = [] if posterior is None else [back_analysis_section(posterior, folder.path)]
     if not np.isin(ds["status"].values, SOLVED).any():
         raise InputError(f"{folder.path}: the study has no finished sample yet; run `damagepred study` first.")
     question, found = answers(ds, settings, at, confidence)
@@ -101,6 +107,7 @@ def study_page(
         Section("quality", "How good the solutions are, and how many walls are enough", study_quality(ds) + certainty),
         Section("damage", "Damage", _damage(folder, ds, replay, on_step) if paths else [_no_paths()]),
         Section("fragility", "How likely is which damage", _fragility(curves)),
+        *inferred,
         *([] if influences_section is None else [influences_section]),
         *([] if "load_force" in ds else [_at_limits(ds, curves, confidence, bootstrap)]),
         study_caveats(ds, curves, settings, moved),

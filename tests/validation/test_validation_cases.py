@@ -14,6 +14,9 @@ import xarray as xr
 
 from damagepred.study.settings import StudySettings
 
+from damagepred.data_files import data_file
+from damagepred.uq.observations import Discrepancy
+
 ROOT = Path(__file__).resolve().parents[2]
 CASES = ROOT / "studies" / "validation"
 JUDGED = ("spandrels", "shear_wall", "window_wall", "ramsgate", "bryant", "shear_panel")
@@ -169,3 +172,34 @@ def test_facades_are_followed_until_all_are_beyond_the_level(
     assert case.share_beyond(case.FACADES[1], "dishing", tmp_path, 2, 1) == share
     whole = case.DISTORTION * case.FACADES[1].length / 2.0
     assert np.array(asked) == pytest.approx(np.array([(0.5 * whole, 4), (whole, 8)][:stages]))
+def test_the_discrepancy_of_widths_is_what_the_cases_say(paths: None) -> None:
+    """The shipped data, the page and the defaults are those of a new fit."""
+    fitting = module("validation_discrepancy", CASES / "discrepancy.py")
+    seen = fitting.widths(fitting.Prior())
+    found = fitting.fit(seen, fitting.Prior())
+    assert fitting.data_text(found) == data_file("statistics", "discrepancy.toml").read_text(encoding="utf-8")
+    assert fitting.page_text(seen, found) in (CASES / "README.md").read_text(encoding="utf-8")
+    assert Discrepancy().width == pytest.approx(found.width[1], rel=0.05)
+    assert Discrepancy().width_share == pytest.approx(found.share[1], rel=0.05)
+    origins = Discrepancy(width_share=0.1).origins()
+    assert origins["width_share"] == ("-", "given")
+    assert origins["level"] == ("-", "assumed")
+    assert origins["width"][1] == "derived"
+    assert " to " in origins["width"][0]
+
+
+def test_the_fit_finds_a_known_discrepancy(paths: None) -> None:
+    fitting = module("validation_discrepancy", CASES / "discrepancy.py")
+    random = np.random.default_rng(4)
+    true = np.concatenate((np.full(60, 5e-5), np.geomspace(2e-3, 9e-3, 60)))
+    spread = np.hypot(3e-4, 0.4 * true)
+    seen = [
+        fitting.Width(str(k), "", value, 0.0, np.array([w]))
+        for k, (w, value) in enumerate(zip(true, np.abs(true + spread * random.standard_normal(120))))
+    ]
+    found = fitting.fit(seen, fitting.Prior(points=25))
+    assert found.width[0] < 3e-4 < found.width[2]
+    assert found.share[0] < 0.4 < found.share[2]
+    assert found.share[2] < 0.6
+    half = fitting.fit(seen + seen, fitting.Prior(points=25))  # twice the same widths of a case count once
+    assert half.share == pytest.approx(found.share)
