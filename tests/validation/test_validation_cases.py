@@ -12,9 +12,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from damagepred.study.settings import StudySettings
-
 from damagepred.data_files import data_file
+from damagepred.study.settings import StudySettings
 from damagepred.uq.observations import Discrepancy
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -172,6 +171,8 @@ def test_facades_are_followed_until_all_are_beyond_the_level(
     assert case.share_beyond(case.FACADES[1], "dishing", tmp_path, 2, 1) == share
     whole = case.DISTORTION * case.FACADES[1].length / 2.0
     assert np.array(asked) == pytest.approx(np.array([(0.5 * whole, 4), (whole, 8)][:stages]))
+
+
 def test_the_discrepancy_of_widths_is_what_the_cases_say(paths: None) -> None:
     """The shipped data, the page and the defaults are those of a new fit."""
     fitting = module("validation_discrepancy", CASES / "discrepancy.py")
