@@ -403,7 +403,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         values[name] = np.array([getattr(s.verdict, name) for s in steps])
     if model.history is not None:
         values |= history_values(model.history, len(steps))
-        values["worst_crack_width"] = np.maximum.accumulate(values["crack_width_max"])
+        values["crack_width_worst"] = np.maximum.accumulate(values["crack_width_max"])
     for name in CATEGORY_VARIABLES:
         values[name] = values[name].astype(np.int8)
     if model.history is not None:

@@ -197,8 +197,8 @@ def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
         variable = VARIABLES[name]
         if name in ds or variable.dims == ("increment",):  # archives of older versions lack some, contacts hold them
             ds[name] = (variable.dims, value, ds[name].attrs if name in ds else variable.attributes())
-    if "worst_crack_width" in ds:
-        ds["worst_crack_width"].values[:] = np.maximum.accumulate(ds["crack_width_max"].values)
+    if "crack_width_worst" in ds:
+        ds["crack_width_worst"].values[:] = np.maximum.accumulate(ds["crack_width_max"].values)
     for name, more in rules.attributes().items():
         if name in ds:
             ds[name].attrs.update(more)

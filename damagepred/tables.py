@@ -95,9 +95,9 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
     columns.append(Column("widest crack", shown("crack_width_max", ".3f"), "mm", "widest\ncrack\nmm"))
     if "crack_count" in ds.variables:
         columns.append(Column("cracks", shown("crack_count", ".0f", 1.0)))
-    if "worst_crack_width" in ds.variables:
+    if "crack_width_worst" in ds.variables:
         so_far = [str(c) for c in worst_so_far(ds)]
-        widest = shown("worst_crack_width", ".3f")
+        widest = shown("crack_width_worst", ".3f")
         both = [f"{width} ({category})" for width, category in zip(widest, so_far)]
         columns += [Column("widest so far", widest, "mm"), Column("worst category so far", so_far)]
         columns.append(Column("", both, short="so far, mm\nand worst\ncategory"))

@@ -85,15 +85,15 @@ def test_groups_of_more_cracks_are_narrower():
 
 def test_the_worst_category_so_far_follows_the_new_limits():
     ds = study([[0.2, 4.0, 0.05], [0.2, 0.05, np.nan]], [[0.0] * 3] * 2)
-    ds["worst_damage_category"] = ds["damage_category"].copy(data=np.array([[1, 2, 2], [1, 1, 1]], dtype=np.int8))
+    ds["damage_category_worst"] = ds["damage_category"].copy(data=np.array([[1, 2, 2], [1, 1, 1]], dtype=np.int8))
     finer = dataclasses.replace(load_table("as2870"), limits=(0.04e-3, 0.1e-3, 3e-3, 5e-3))
     judged = damagepred.judge_again(ds, table=finer)
     assert judged["damage_category"].values.tolist() == [[2, 3, 1], [2, 1, -1]]
-    assert judged["worst_damage_category"].values.tolist() == [[2, 3, 3], [2, 2, -1]]
-    at_end = ds.drop_vars("worst_damage_category").assign(worst_damage_category=("sample", np.int8([2, 1])))
+    assert judged["damage_category_worst"].values.tolist() == [[2, 3, 3], [2, 2, -1]]
+    at_end = ds.drop_vars("damage_category_worst").assign(damage_category_worst=("sample", np.int8([2, 1])))
     left = damagepred.judge_again(at_end, table=finer)
-    assert "worst_damage_category" not in left
-    assert "worst_damage_category is left out" in left.attrs["judgement"]
+    assert "damage_category_worst" not in left
+    assert "damage_category_worst is left out" in left.attrs["judgement"]
 
 
 def test_a_group_never_makes_it_less():

@@ -12,7 +12,7 @@ import xarray as xr
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import ContactKind, ContactState, SampleStatus, ZoneState, flag_meanings
 
-SCHEMA_VERSION = 6
+SCHEMA_VERSION = 7
 """Raised when names, meanings or files change; ``damagepred.archive.versions`` reads all versions up to it."""
 
 
@@ -74,7 +74,7 @@ GROWING_GROUND = {"ground_states": "each that of the surface movement reached"}
 CATEGORIES = ("negligible", "very_slight", "slight", "moderate", "severe", "very_severe")
 CATEGORY_VARIABLES = ("damage_category", "damage_category_band")
 """Categories by the measure that was chosen, and by the width of the widest crack band."""
-WORST_CATEGORY = "worst_damage_category"
+WORST_CATEGORY = "damage_category_worst"
 """Of a history: the largest category so far."""
 
 VARIABLES: dict[str, Variable] = {
@@ -110,10 +110,10 @@ VARIABLES: dict[str, Variable] = {
         _STEP, None, "damage category of the wall proper by its widest crack band", CATEGORIES
     ),
     "crack_width_max": Variable(_STEP, "m", "widest single joint of the wall proper, above any dpc"),
-    "worst_crack_width": Variable(
+    "crack_width_worst": Variable(
         _STEP, "m", "of a movement in stages: largest crack_width_max so far; cracks that close again keep it"
     ),
-    "worst_damage_category": Variable(
+    "damage_category_worst": Variable(
         _STEP, None, "of a movement in stages: largest damage_category so far; cracks that close keep it", CATEGORIES
     ),
     "crack_band_width_max": Variable(

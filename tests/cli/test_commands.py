@@ -187,7 +187,7 @@ def test_fragility_by_time_writes_the_table_of_years(command: Run, tmp_path: Pat
     assert written.code == 0, written.err
     assert "t_years.csv" in written.out
     table = pd.read_csv(tmp_path / "t_years.csv").set_index(["category", "year"])
-    worst = open_study(folder)["worst_damage_category"].values
+    worst = open_study(folder)["damage_category_worst"].values
     assert worst.max() > 0
     for category, year in table.index:
         share = (worst[:, int(4 * year)] >= category).mean()

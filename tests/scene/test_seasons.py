@@ -128,7 +128,7 @@ def test_each_sample_of_a_study_has_seasons_of_its_own_and_replays(tmp_path: Pat
     first, again = open_study(tmp_path / "a.dp"), open_study(tmp_path / "b.dp")
     np.testing.assert_array_equal(first["central_deflection"], again["central_deflection"])
     assert len(np.unique(first["central_deflection"].values[:, 2])) == 3  # the ends of the first half year
-    worst = first["worst_damage_category"].values
+    worst = first["damage_category_worst"].values
     assert worst.dtype == np.int8
     assert (worst == np.maximum.accumulate(first["damage_category"].values, axis=1)).all()
     ds, comparison = replay(tmp_path / "a.dp", 1)

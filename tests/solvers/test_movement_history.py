@@ -55,7 +55,7 @@ def test_a_closed_cycle_makes_no_energy(joint: dict[str, float]) -> None:
 def test_the_worst_width_stays_and_the_present_one_remains_after_the_cycle() -> None:
     path = solved(stage("dishing", 4e-3, 4), stage("dishing", 0.0, 4), joint=DRY)
     widths = path["crack_width_max"].values
-    assert (path["worst_crack_width"].values == np.maximum.accumulate(widths)).all()
+    assert (path["crack_width_worst"].values == np.maximum.accumulate(widths)).all()
     ax = draw_history(path)
     assert ax.get_xlabel().startswith("increment")
     turns = [
@@ -70,12 +70,12 @@ def test_the_worst_category_stays_and_is_judged_anew() -> None:
     category = path["damage_category"].values
     assert category.max() == 3
     assert category[-1] == 1
-    assert (path["worst_damage_category"].values == np.maximum.accumulate(category)).all()
-    assert path["worst_damage_category"].attrs["flag_meanings"] == path["damage_category"].attrs["flag_meanings"]
+    assert (path["damage_category_worst"].values == np.maximum.accumulate(category)).all()
+    assert path["damage_category_worst"].attrs["flag_meanings"] == path["damage_category"].attrs["flag_meanings"]
     finer = dataclasses.replace(load_table("as2870"), limits=(1e-5, 2e-5, 3e-5, 4e-5))
     judged = judge_again(path, table=finer)
-    assert judged["worst_damage_category"].values[-1] == 4
-    assert (judged["worst_damage_category"].values == np.maximum.accumulate(judged["damage_category"].values)).all()
+    assert judged["damage_category_worst"].values[-1] == 4
+    assert (judged["damage_category_worst"].values == np.maximum.accumulate(judged["damage_category"].values)).all()
 
 
 @pytest.mark.parametrize("joint", [{}, DRY], ids=["bonded", "dry"])
