@@ -477,7 +477,8 @@ def infer_command(
     """Infer movement and cause from observed cracks, levels and windows, and what further movement would bring."""
     from damagepred.archive.files import check_writable
     from damagepred.errors import InputError
-    from damagepred.study.analyses.back_analysis import InferenceOptions, infer, prices, sentences
+    from damagepred.study.analyses.back_analysis import InferenceOptions, infer, prices
+    from damagepred.study.analyses.posterior_tables import sentences
 
     if len(files) < 2 or files[-1].suffix != ".toml":
         raise InputError("infer: give one study folder or more, and then the file of the observations (*.toml).")
@@ -659,6 +660,11 @@ def fragility(
 
         write_csv(curves_frame(curves), csv)
         screen.note(f"wrote {csv}")
+        if intensity == "time":
+            from damagepred.year_tables import year_frame
+
+            write_csv(year_frame(study, confidence), by_year := csv.with_stem(f"{csv.stem}_years"))
+            screen.note(f"wrote {by_year}")
     if export is not None:
         from damagepred.exports import export_curves
 
@@ -950,6 +956,9 @@ def report(
     no_replay: Annotated[
         bool, typer.Option("--no-replay", help="Do not solve a typical wall of a study again to draw it.")
     ] = False,
+    posterior: Annotated[
+        Path | None, typer.Option("--posterior", help="Back-analysis of the study (infer -o), which gets a section.")
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Write one self-contained page about a solved wall or a study."""
@@ -964,6 +973,7 @@ def report(
             confidence=confidence,
             bootstrap=bootstrap,
             at=None if at is None else movement_distribution(at, option="--at"),
+            posterior=posterior,
             on_step=bar.step,
         )
     screen.note(f"wrote {place}")

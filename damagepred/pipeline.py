@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausible, snap_through_share
 from damagepred.archive.provenance import given_values, provenance
-from damagepred.archive.schema import CATEGORY_VARIABLES, dataset, is_dynamic, name_categories
+from damagepred.archive.schema import CATEGORY_VARIABLES, WORST_CATEGORY, dataset, is_dynamic, name_categories
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Assembly, Limits, Model, wall_cost, wall_model
@@ -403,9 +403,11 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         values[name] = np.array([getattr(s.verdict, name) for s in steps])
     if model.history is not None:
         values |= history_values(model.history, len(steps))
-        values["worst_crack_width"] = np.maximum.accumulate(values["crack_width_max"])
+        values["crack_width_worst"] = np.maximum.accumulate(values["crack_width_max"])
     for name in CATEGORY_VARIABLES:
         values[name] = values[name].astype(np.int8)
+    if model.history is not None:
+        values[WORST_CATEGORY] = np.maximum.accumulate(values["damage_category"])
     return values
 
 

@@ -15,6 +15,7 @@ from damagepred.archive.schema import (
     CATEGORY_VARIABLES,
     FLAG_FILL,
     VARIABLES,
+    WORST_CATEGORY,
     category_attributes,
 )
 from damagepred.arguments import checked
@@ -196,13 +197,29 @@ def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
         variable = VARIABLES[name]
         if name in ds or variable.dims == ("increment",):  # archives of older versions lack some, contacts hold them
             ds[name] = (variable.dims, value, ds[name].attrs if name in ds else variable.attributes())
-    if "worst_crack_width" in ds:
-        ds["worst_crack_width"].values[:] = np.maximum.accumulate(ds["crack_width_max"].values)
+    if "crack_width_worst" in ds:
+        ds["crack_width_worst"].values[:] = np.maximum.accumulate(ds["crack_width_max"].values)
     for name, more in rules.attributes().items():
         if name in ds:
             ds[name].attrs.update(more)
+    _worst_so_far(ds)
     for name in CATEGORY_VARIABLES:
         _name(ds, name, rules.table)
+    if WORST_CATEGORY in ds:
+        _name(ds, WORST_CATEGORY, rules.table)
+    return []
+
+
+def _worst_so_far(ds: xr.Dataset) -> list[str]:
+    """Set the worst category so far of a history from the categories of its increments; return what is left out."""
+    if WORST_CATEGORY not in ds:
+        return []
+    if "increment" not in ds[WORST_CATEGORY].dims:
+        del ds[WORST_CATEGORY]
+        return [f"{WORST_CATEGORY} is left out: the archive holds the end of each movement alone"]
+    was, category = ds[WORST_CATEGORY], ds["damage_category"].values
+    found = np.where(category < 0, FLAG_FILL, np.maximum.accumulate(category, axis=-1))
+    ds[WORST_CATEGORY] = (was.dims, found.astype(np.int8), was.attrs)
     return []
 
 
@@ -224,7 +241,9 @@ def _judge_numbers(ds: xr.Dataset, own: Rules, rules: Rules) -> list[str]:
             if f"{prefix}{name}" in ds and f"{prefix}crack_width_max" in ds:
                 found = _judge_columns(ds, before, prefix, name, own, rules)
                 notes += found if name == "damage_category" else []
-    for name in (f"{prefix}{name}" for prefix in ("", "end_") for name in CATEGORY_VARIABLES):
+    notes += _worst_so_far(ds)
+    judged = (f"{prefix}{name}" for prefix in ("", "end_") for name in CATEGORY_VARIABLES)
+    for name in (*judged, WORST_CATEGORY):
         if name in ds:
             _name(ds, name, rules.table)
     if "crack_band_width_max" not in ds:

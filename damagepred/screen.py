@@ -463,38 +463,17 @@ class ReplayBar(_Progress):
 
 
 def back_analysis(found: xr.Dataset) -> None:
-    """Print the posterior of causes, movement and future damage.
+    """Print the posterior of causes, movement and future damage, and the discrepancy of the model.
 
     Parameters
     ----------
     found : xarray.Dataset
         As ``damagepred.infer`` returns it.
     """
-    from damagepred.study.analyses.back_analysis import cause_odds
+    from damagepred.study.analyses.posterior_tables import posterior_tables
 
-    metres = found["movement"].attrs["units"] == "m"
-    factor, unit = (1e3, "mm") if metres else (1.0, "")
-    odds = cause_odds(found)
-    rows = []
-    for name, (prior, after) in odds.items():
-        one = found.sel(study=name)
-        low, *_, middle, _, high = (f"{factor * v:.3g}" for v in one["movement_quantile"].values)
-        alone = len(odds) == 1
-        shown = ["-", "-"] if alone else [f"{prior:.3g}", f"{after:.3g}"]
-        rows.append([name, *shown, middle, f"{low} to {high}", f"{float(one['effective_samples']):.1f}"])
-    measure = str(found.attrs["measure"]).replace("_", " ")
-    heads = ("study", "prior odds", "posterior odds", f"{measure} ({unit})", "90 % interval", "effective samples")
-    table("Cause and movement, given the observations", heads, rows)
-    rows = [
-        [name, f"{factor * float(further):.3g}", *(f"{p:.3f}" for p in at["future_probability"].values), f"{known:.0%}"]
-        for name in odds
-        for further, at, known in (
-            (float(d), found.sel(study=name).isel(further=k), float(found.sel(study=name)["future_known"][k]))
-            for k, d in enumerate(found["further"].values)
-        )
-    ]
-    columns = ["study", f"further ({unit})", *(f"P(>= {int(c)})" for c in found["category"].values), "known"]
-    table("Damage after further movement", columns, rows)
+    for title, columns, rows in posterior_tables(found):
+        table(title, columns, rows)
 
 
 def design_search(found: xr.Dataset) -> None:
@@ -529,6 +508,11 @@ def design_search(found: xr.Dataset) -> None:
         for m in (found.isel(measure=k) for k in range(found.sizes["measure"]))
     ]
     table("Value of each measure", ("measure", f"change of the {what}", "standard error", "extra cost"), rows)
+    doubt = found[f"{quantity}_unfollowed"].values
+    if np.nanmax(doubt) > 0:
+        worst, largest = str(found["alternative"].values[np.nanargmax(doubt)]), f"{np.nanmax(doubt):{digits}}"
+        count_as = "need the dearest repair" if by_cost else "be damaged"
+        say(f"walls that failed, or were not followed as far, are taken to {count_as}: {largest} of '{worst}' at most")
     if not found.attrs["chosen"]:
         say("no alternative is known to meet the target")
     else:
@@ -576,17 +560,19 @@ def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None:
         Rows of a summary at most.
     """
     from damagepred.tables import crack_columns
+    from damagepred.uq.intensity import movement_measure
 
-    end = 1e3 * float(found["central_deflection"][-1])
+    measure = movement_measure(found)
+    at = f"a {measure.replace('_', ' ')} of {1e3 * float(found[measure][-1]):.3g} mm"
     if frame.empty:
         say(
             f"{found.attrs['title']}: nothing has opened or slid by more than "
-            f"{1e3 * found.attrs['hairline']:g} mm at {end:.3g} mm"
+            f"{1e3 * found.attrs['hairline']:g} mm at {at}"
         )
         return
     widest = frame.nlargest(most, "crack_width", keep="first").index
     shown = frame if FORM.full else frame.loc[sorted(widest)]
-    table_of(f"{found.attrs['title']}: cracks at a central deflection of {end:.3g} mm", crack_columns(shown))
+    table_of(f"{found.attrs['title']}: cracks at {at}", crack_columns(shown))
     if (shown["crack_length_through_blocks"] > 0).any():
         say("* runs through bricks, too")
     if len(frame) > len(shown):
@@ -704,7 +690,7 @@ def year_table(ds: xr.Dataset, confidence: float) -> None:
     confidence : float
         Of the bands.
     """
-    from damagepred.tables import year_columns
+    from damagepred.year_tables import year_columns
 
     table_of(f"{ds.attrs['title']}: share of walls by year", year_columns(ds, confidence))
 

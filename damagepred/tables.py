@@ -10,14 +10,11 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.cautions import work_done
-from damagepred.archive.schema import category_label, is_dynamic
-from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.archive.schema import WORST_CATEGORY, category_label, is_dynamic
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.diagnostics import Counters, Energies, Residuals, described
-from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.formatting import chance, length, named, number, ratio, with_band
 from damagepred.rejudge import has_dpc, shares, shown_gaps
-from damagepred.uq.capacity import highest_category
-from damagepred.uq.estimate import probability
 from damagepred.uq.fragility.fit import EXTRAPOLATED
 
 if TYPE_CHECKING:
@@ -28,9 +25,6 @@ MM = 1e3
 
 DOUBTFUL = 0.05
 """Goodness of fit below which a curve is doubtful."""
-
-YEARS = (1, 2, 5, 10, 20, 30, 50, 100)
-"""Years of a history that have a row, besides its last."""
 
 _IN_TIME = ("contact_points", "contact points"), ("impacts", "impacts")
 
@@ -101,9 +95,9 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
     columns.append(Column("widest crack", shown("crack_width_max", ".3f"), "mm", "widest\ncrack\nmm"))
     if "crack_count" in ds.variables:
         columns.append(Column("cracks", shown("crack_count", ".0f", 1.0)))
-    if "worst_crack_width" in ds.variables:
-        so_far = [str(c) for c in np.maximum.accumulate(ds["damage_category"].values)]
-        widest = shown("worst_crack_width", ".3f")
+    if "crack_width_worst" in ds.variables:
+        so_far = [str(c) for c in worst_so_far(ds)]
+        widest = shown("crack_width_worst", ".3f")
         both = [f"{width} ({category})" for width, category in zip(widest, so_far)]
         columns += [Column("widest so far", widest, "mm"), Column("worst category so far", so_far)]
         columns.append(Column("", both, short="so far, mm\nand worst\ncategory"))
@@ -171,7 +165,10 @@ def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
         ),
     ]
     if not in_time:
-        columns.append(in_mm("began at a deflection of", "first_central_deflection", "began\nat mm"))
+        what, name = "deflection", "first_central_deflection"
+        if "first_load_displacement" in frame:
+            what, name = "load displacement", "first_load_displacement"
+        columns.append(in_mm(f"began at a {what} of", name, "began\nat mm"))
     return columns
 
 
@@ -200,46 +197,16 @@ def worst_category_columns(judged: Mapping[str, xr.Dataset]) -> list[Column]:
     ]
 
 
-def year_columns(ds: xr.Dataset, confidence: float = 0.9) -> list[Column]:
-    """Return the probability of each category by the worst so far, and by now, with intervals, a row a year.
-
-    That by now is unknown where some walls were not followed as far; that so far counts what these reached before.
+def worst_so_far(ds: xr.Dataset) -> IntArray:
+    """Return the worst category so far of each increment; older archives hold the present one alone.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        A study of a movement whose stages have times.
-    confidence : float
-        Of the intervals.
+        Of a wall or a study.
     """
-    ds = ds.isel(sample=np.isin(ds["status"].values, SOLVED))
-    time, category = np.atleast_2d(ds["time"].values), ds["damage_category"].values
-    unknown = (category < 0) | np.isnan(ds["crack_width_max"].values)
-    unknown &= (ds["status"].values != SampleStatus.COLLAPSED)[:, None]
-    weight = ds["weight"].values if "weight" in ds else None
-    so_far, last = np.maximum.accumulate(category, axis=1), float(time.max())
-    years = sorted({year for year in YEARS if year < last} | {last})
-    walls = np.arange(len(category))
-
-    def cells(values: IntArray, least: int, of: BoolArray) -> list[str]:
-        shown = []
-        for year in years:
-            at = (time <= year + 1e-9).sum(axis=1) - 1
-            if of[walls, at].any():
-                shown.append("–")
-                continue
-            found = probability(values[walls, at] >= least, weight=weight, confidence=confidence)
-            shown.append(with_band(*(chance(p) for p in (found.value, found.lower, found.upper))))
-        return shown
-
-    columns = [Column("year", [f"{year:g}" for year in years], short="year")]
-    for least in range(1, min(max(int(so_far.max(initial=1)), 1), highest_category(ds)) + 1):
-        for name, values, of in (("so far", so_far, unknown & False), ("now", category, unknown)):
-            found = cells(values, least, of)
-            brief = [cell.replace(" to ", "-") for cell in found] if name == "so far" else [c.split()[0] for c in found]
-            head = f"category {least} or worse {name}"
-            columns.append(Column(head, found, short=f"{least} or worse\n{name}", short_cells=brief))
-    return columns
+    name = WORST_CATEGORY if WORST_CATEGORY in ds else "damage_category"
+    return np.asarray(np.maximum.accumulate(ds[name].values, axis=-1))  # -1 where a wall was not followed
 
 
 # -- how well a wall is solved ---------------------------------------------------------------------------------------

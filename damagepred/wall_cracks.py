@@ -38,6 +38,7 @@ CRACK_VARIABLES: dict[str, Variable] = {
     "crack_y": Variable(_BOTH, "m", "height of that contact"),
     "first_increment": Variable(_CRACK, "1", "increment in which the crack's first bond broke, or it first slid"),
     "first_central_deflection": Variable(_CRACK, "m", "central deflection of that increment"),
+    "first_load_displacement": Variable(_CRACK, "m", "displacement of a laboratory test's loads in that increment"),
     "first_x": Variable(_CRACK, "m", "place along the wall where the crack began"),
     "first_y": Variable(_CRACK, "m", "height at which the crack began"),
     "merged_into": Variable(_CRACK, "1", "number of the older crack that it has become part of, 0 if it has not"),
@@ -197,21 +198,28 @@ class WallCracks:
                 for name, value in self._measures(one).items():
                     values[f"crack_{name}"][increment, row[one.number]] = value
         x, y = self.joints.contact_x.ravel(), self.joints.contact_y.ravel()
-        deflection = self.ds["central_deflection"].values
         began = [one.first_increment for one in first.values()]
         piece = np.array([one.first_piece for one in first.values()], dtype=np.int64)
         values |= {
             "increment": self.ds["increment"].values,
-            "central_deflection": deflection,
             "crack": np.array(list(first), dtype=np.int64),
             "crack_part": np.array([one.part for one in first.values()], dtype=np.int8),
             "first_increment": self.ds["increment"].values[began] if began else np.empty(0, dtype=np.int64),
-            "first_central_deflection": deflection[began] if began else np.empty(0),
             "first_x": x[piece],
             "first_y": y[piece],
             "merged_into": np.array([self.growth.merged.get(n, 0) for n in first], dtype=np.int64),
         }
+        for name in self._movements:
+            values |= {
+                name: self.ds[name].values,
+                f"first_{name}": self.ds[name].values[np.array(began, dtype=np.int64)],
+            }
         return dataset(values, self._attributes(), extra=CRACK_VARIABLES)
+
+    @property
+    def _movements(self) -> list[str]:
+        """Names of what has moved the wall: the ground, and in a laboratory test the loads."""
+        return ["central_deflection", *(name for name in ("load_displacement",) if name in self.ds)]
 
     def _attributes(self) -> dict[str, Any]:
         return {"title": self.ds.attrs.get("title", "wall"), "hairline": self.growth.hairline}
@@ -243,8 +251,8 @@ class WallCracks:
         for name in ("piece_crack", "piece_on_path"):
             columns[name] = columns[name].astype(np.int64)
         columns["piece_kind"] = columns["piece_kind"].astype(np.int8)
-        when = float(self.ds["central_deflection"].values[increment])
-        return dataset(columns, {**self._attributes(), "central_deflection": when}, extra=CRACK_VARIABLES)
+        when = {name: float(self.ds[name].values[increment]) for name in self._movements}
+        return dataset(columns, {**self._attributes(), **when}, extra=CRACK_VARIABLES)
 
     def _pieces_of(self, one: Numbered) -> dict[str, Any]:
         crack, pieces = one.crack, self.growth.pieces
@@ -308,7 +316,7 @@ def crack_frame(found: xr.Dataset, increment: int | None = -1) -> pd.DataFrame:
     for name in ("crack_part", "crack_orientation"):
         frame[name] = [CRACK_VARIABLES[name].flags[int(value)] for value in frame[name]]
     frame["crack_branches"] = frame["crack_branches"].astype(np.int64)
-    front = ["increment", "central_deflection", "crack"]
+    front = ["increment", "central_deflection", *(n for n in ("load_displacement",) if n in frame.columns), "crack"]
     frame = frame[front + [name for name in CRACK_VARIABLES if name in frame.columns and name not in front]]
     order = frame.assign(part=[PARTS.index(p) for p in frame["crack_part"]], width=-frame["crack_width"])
     return frame.loc[order.sort_values(["increment", "part", "width", "crack"]).index].reset_index(drop=True)

@@ -1,5 +1,6 @@
 """Archives judged again under other rules: what comes out is what solving again under these rules would give."""
 
+import dataclasses
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -80,6 +81,19 @@ def test_groups_of_more_cracks_are_narrower():
     assert [again(ds, group_count=n)[0][0] for n in (2, 3, 4, 5)] == [3, 3, 2, 2]
     with pytest.raises(InputError, match=r"group_count = 6: this archive holds groups of 2, 3, 4, 5 cracks"):
         again(ds, group_count=6)
+
+
+def test_the_worst_category_so_far_follows_the_new_limits():
+    ds = study([[0.2, 4.0, 0.05], [0.2, 0.05, np.nan]], [[0.0] * 3] * 2)
+    ds["damage_category_worst"] = ds["damage_category"].copy(data=np.array([[1, 2, 2], [1, 1, 1]], dtype=np.int8))
+    finer = dataclasses.replace(load_table("as2870"), limits=(0.04e-3, 0.1e-3, 3e-3, 5e-3))
+    judged = damagepred.judge_again(ds, table=finer)
+    assert judged["damage_category"].values.tolist() == [[2, 3, 1], [2, 1, -1]]
+    assert judged["damage_category_worst"].values.tolist() == [[2, 3, 3], [2, 2, -1]]
+    at_end = ds.drop_vars("damage_category_worst").assign(damage_category_worst=("sample", np.int8([2, 1])))
+    left = damagepred.judge_again(at_end, table=finer)
+    assert "damage_category_worst" not in left
+    assert "damage_category_worst is left out" in left.attrs["judgement"]
 
 
 def test_a_group_never_makes_it_less():

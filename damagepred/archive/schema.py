@@ -12,7 +12,7 @@ import xarray as xr
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import ContactKind, ContactState, SampleStatus, ZoneState, flag_meanings
 
-SCHEMA_VERSION = 6
+SCHEMA_VERSION = 7
 """Raised when names, meanings or files change; ``damagepred.archive.versions`` reads all versions up to it."""
 
 
@@ -74,6 +74,8 @@ GROWING_GROUND = {"ground_states": "each that of the surface movement reached"}
 CATEGORIES = ("negligible", "very_slight", "slight", "moderate", "severe", "very_severe")
 CATEGORY_VARIABLES = ("damage_category", "damage_category_band")
 """Categories by the measure that was chosen, and by the width of the widest crack band."""
+WORST_CATEGORY = "damage_category_worst"
+"""Of a history: the largest category so far."""
 
 VARIABLES: dict[str, Variable] = {
     # the path
@@ -108,8 +110,11 @@ VARIABLES: dict[str, Variable] = {
         _STEP, None, "damage category of the wall proper by its widest crack band", CATEGORIES
     ),
     "crack_width_max": Variable(_STEP, "m", "widest single joint of the wall proper, above any dpc"),
-    "worst_crack_width": Variable(
+    "crack_width_worst": Variable(
         _STEP, "m", "of a movement in stages: largest crack_width_max so far; cracks that close again keep it"
+    ),
+    "damage_category_worst": Variable(
+        _STEP, None, "of a movement in stages: largest damage_category so far; cracks that close keep it", CATEGORIES
     ),
     "crack_band_width_max": Variable(
         _STEP, "m", "widest crack band of the wall proper: openings of neighbouring joints along gauge_length, summed"
@@ -335,7 +340,7 @@ def name_categories(ds: xr.Dataset, names: tuple[str, ...], comment: str) -> Non
     comment : str
         Which table, and its source.
     """
-    for name in CATEGORY_VARIABLES:
+    for name in (*CATEGORY_VARIABLES, WORST_CATEGORY):
         if name in ds:
             ds[name].attrs = category_attributes(names, comment, name)
 

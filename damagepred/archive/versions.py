@@ -8,6 +8,7 @@ Version 4: each file of a study ends with a digest of its content and the hash o
 Version 5: ``newton_iterations`` of the quasi-static solver and ``cycles`` of the others; both were ``cycles`` before.
 Version 6: no dimension of length 0; flags have a ``valid_range`` and no ``_FillValue``; a study has the coordinates
 ``increment`` and ``movement``.
+Version 7: ``crack_width_worst`` of a movement in stages; it was ``worst_crack_width`` before.
 """
 
 from __future__ import annotations
@@ -60,12 +61,18 @@ def _without_empty_dimensions(ds: xr.Dataset) -> xr.Dataset:
     return with_shared_movement(ds)
 
 
+def _worst_width_named_as_others(ds: xr.Dataset) -> xr.Dataset:
+    """Return the widest crack so far under its name of today."""
+    return ds.rename(worst_crack_width="crack_width_worst") if "worst_crack_width" in ds else ds
+
+
 MIGRATIONS: dict[int, Migration] = {
     1: _unchanged,
     2: _unchanged,
     3: _unchanged,
     4: _split_cycles,
     5: _without_empty_dimensions,
+    6: _worst_width_named_as_others,
 }
 """What makes a dataset of one version one of the next."""
 

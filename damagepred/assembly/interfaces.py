@@ -291,20 +291,18 @@ def growing_ground(
     return GroundMovement.growing(state, reverses)
 
 
-def with_strain(movement: GroundMovement, geometry: Geometry, strain: FloatArray) -> GroundMovement:
-    """Return a movement of the ground with the strain of blocks besides: then it has a row for each interface.
+def displacement_by_strain(geometry: Geometry, strain: FloatArray) -> Ground:
+    """Return the displacement of all interfaces by a strain of blocks, as if the ground under them moved so.
 
     A block that grows by e moves a point of its side by e times the distance from its centroid. What the two sides of a
     contact part by if nothing holds them adds to its opening, as a movement of the ground under it does.
 
     Parameters
     ----------
-    movement : GroundMovement
-        Of the ground alone.
     geometry : Geometry
         With all blocks.
     strain : array (n,)
-        Of each block at load factor 1.
+        Of each block.
     """
     face, blocks = geometry.interfaces, geometry.blocks
     e, x, y = (np.append(values, 0.0) for values in (strain, blocks.x, blocks.y))
@@ -313,11 +311,23 @@ def with_strain(movement: GroundMovement, geometry: Geometry, strain: FloatArray
     a, b = face.block_a[:, None], face.block_b[:, None]
     apart_x, apart_y = (e[b] * (at - c[b]) - e[a] * (at - c[a]) for at, c in ((at_x, x), (at_y, y)))
     normal = apart_x * face.normal_x[:, None] + apart_y * face.normal_y[:, None]
-    shear = apart_x * tangent[0] + apart_y * tangent[1]
-    first = len(face.kind) - len(geometry.ground_x)
+    return Ground(-normal, -(apart_x * tangent[0] + apart_y * tangent[1]))
+
+
+def with_strain(movement: GroundMovement, by_strain: Ground) -> GroundMovement:
+    """Return a movement of the ground with the strain of blocks besides: then it has a row for each interface.
+
+    Parameters
+    ----------
+    movement : GroundMovement
+        Of the ground alone.
+    by_strain : Ground
+        Displacement of all interfaces by the strain of blocks at load factor 1.
+    """
+    first = len(by_strain.normal) - len(movement.full.normal)
 
     def state(factor: float) -> Ground:
-        ground, both = movement.at(factor), (-factor * normal, -factor * shear)
+        ground, both = movement.at(factor), (factor * by_strain.normal, factor * by_strain.shear)
         for values, own in zip(both, ground):
             values[first:] += own
         return Ground(*both)

@@ -11,6 +11,7 @@ import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.assembly.elastic_blocks import ElasticBlocks, ElasticSides
+from damagepred.assembly.joint_creep import JointCreep
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.section import Sections
 from damagepred.kernels.joint.parameters import joint_parameters
@@ -231,6 +232,10 @@ class GroundMovement:
             return self.full.largest()
         return max(self.at(factor).largest() / abs(factor) for factor in self._sampled_factors())
 
+    def largest_standing(self) -> float:
+        """Return the largest displacement that may stand all along the path (m); 0 where it begins with the path."""
+        return 0.0
+
     def _sampled_factors(self) -> list[float]:
         factors: list[float] = np.linspace(1.0, 0.0, self.sampled_states, endpoint=False).tolist()
         return [*factors, *(-factor for factor in factors)] if self.reverses else factors
@@ -420,6 +425,8 @@ class Model:
         Movement of the ground's surface at full movement that a site is classed by (m); None: it stays.
     history : History or None
         Increments of a movement history. None: equal increments to 1.
+    creep : JointCreep or None
+        Of the joints over the time of a history.
     test : LaboratoryTest or None
         Of a laboratory test under ``[[load]]``.
 
@@ -458,6 +465,7 @@ class Model:
     sections: Sections | None = None
     surface_movement: float | None = None
     history: History | None = None
+    creep: JointCreep | None = None
     test: LaboratoryTest | None = None
 
     @property

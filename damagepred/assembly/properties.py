@@ -38,7 +38,7 @@ def joint_properties(
         Values that vary from joint to joint, by material and field name.
     """
     columns: dict[str, FloatArray] = {}
-    for name in (*JointProperties._fields[:-3], "fracture_energy", "shear_fracture_energy"):
+    for name in (*JointProperties._fields[:-3], "fracture_energy", "shear_fracture_energy", "strength_factor"):
         values = np.array([_value(m, name) for m in materials])[material]
         for number, varied in fields.items():
             if name in varied:
@@ -46,6 +46,9 @@ def joint_properties(
             elif name == "residual_friction" and "friction" in varied and materials[number].residual_friction is None:
                 values = np.where(material == number, varied["friction"][joint], values)
         columns[name] = values
+    batch = columns.pop("strength_factor")
+    for name in ("tensile_strength", "cohesion", "residual_tensile_strength", "residual_cohesion"):
+        columns[name] = columns[name] * batch
     # drawn apart, what is left may come out above what there was
     for left, whole in (("residual_tensile_strength", "tensile_strength"), ("residual_cohesion", "cohesion")):
         columns[left] = np.minimum(columns[left], columns[whole])
@@ -144,6 +147,23 @@ def lump_block_elasticity(
         soft_n = soft_n + np.where(is_block, flexible, 0.0)
         soft_s = soft_s + np.where(is_block, slack, 0.0)
     return properties._replace(normal_stiffness=1.0 / soft_n, shear_stiffness=1.0 / soft_s)
+
+
+def softened(properties: JointProperties, which: BoolArray, creep: float) -> JointProperties:
+    """Return joints with their stiffness after a long time, k / (1 + creep).
+
+    Parameters
+    ----------
+    properties : JointProperties
+        Of the joints alone.
+    which : array of bool (m,)
+        Interfaces that creep.
+    creep : float
+        Creep coefficient (1).
+    """
+    share = np.where(which, 1.0 / (1.0 + creep), 1.0)
+    names = ("normal_stiffness", "shear_stiffness")
+    return properties._replace(**{name: share * getattr(properties, name) for name in names})
 
 
 def brittle_where_soft(

@@ -26,7 +26,15 @@ from damagepred.assembly.footing_beam import (
     support_joint,
     upward,
 )
-from damagepred.assembly.interfaces import Geometry, ground_movement, growing_ground, with_strain
+from damagepred.assembly.imposed_history import ImposedHistory
+from damagepred.assembly.interfaces import (
+    Geometry,
+    displacement_by_strain,
+    ground_movement,
+    growing_ground,
+    with_strain,
+)
+from damagepred.assembly.joint_creep import JointCreep
 from damagepred.assembly.loading import add_supports, bearing_joint, has_beam, under_loads
 from damagepred.assembly.mesh import default_zone_size
 from damagepred.assembly.model import Jambs, Model, Supports
@@ -37,6 +45,7 @@ from damagepred.assembly.properties import (
     joint_properties,
     lump_block_elasticity,
     no_tension_joint,
+    softened,
 )
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
@@ -70,6 +79,8 @@ ZONING = (
 """Settings that decide on zones and elastic blocks."""
 MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL, HEAD = range(8)
 """Numbers of the joint materials of a wall; BED is that between footing and first course."""
+CREEPING = (MORTAR, DPC, BED, HEAD)
+"""Joint materials that creep."""
 IN_KIND = np.array([MORTAR, HEAD, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL])
 """Which of them the interfaces of each kind have."""
 
@@ -274,11 +285,7 @@ def wall_model(
     109
     """
     known = _cached(scene, deformable)
-    model = _model(scene, known, fields or {}, 0.0)
-    if scene.strain is None:
-        return model
-    strain = np.where(np.arange(model.n_blocks) < len(known.bricks), scene.strain.total, 0.0)
-    return replace(model, ground=with_strain(model.ground, known.geometry, strain))
+    return _with_slow_strains(scene, _model(scene, known, fields or {}, 0.0), known)
 
 
 @checked
@@ -326,6 +333,10 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
     )
     substances = [scene.block, _concrete(scene.footing)]
     substance = (np.arange(len(blocks.x)) >= len(bricks)).astype(np.int64)
+    mortar = np.isin(material, CREEPING)
+    if scene.creep is not None and scene.creep.relaxation_time is None:
+        properties = softened(properties, mortar, scene.creep.coefficient)
+    joints_alone = properties
     if scene.solver.lump_block_elasticity:
         # a beam's cross-section keeps its shape: its elasticity is in the interfaces between its segments
         properties = lump_block_elasticity(
@@ -369,6 +380,7 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
         footing=footing if len(footing) else None,
         sections=sections,
         history=scene.movement.increments_of_history(),
+        creep=JointCreep.of(scene.creep, mortar, joints_alone, properties),
     )
     if scene.movement.shape == "jacks":
         return _on_jacks(scene, model, geometry, footing)
@@ -387,6 +399,20 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
         ground=ground,
         supports=held_too(model.supports, holds, geometry.mesh),
     )
+
+
+def _with_slow_strains(scene: Scene, model: Model, known: WallGeometry) -> Model:
+    """Return the model with the strain of the bricks and creep of the joints, which act on all interfaces."""
+    strains, history = scene.strain_of_increments, model.history
+    along = history is not None and not (strains is None and model.creep is None)
+    if scene.strain is None and not along:
+        return model
+    of_bricks = np.where(np.arange(model.n_blocks) < len(known.bricks), 1.0, 0.0)
+    if along and history is not None:
+        unit = displacement_by_strain(known.geometry, of_bricks)
+        return replace(model, ground=ImposedHistory.of(model.ground, unit, history, strains, model.creep))
+    total = 0.0 if scene.strain is None else scene.strain.total
+    return replace(model, ground=with_strain(model.ground, displacement_by_strain(known.geometry, total * of_bricks)))
 
 
 def _on_jacks(scene: Scene, model: Model, geometry: Geometry, footing: IntArray) -> Model:

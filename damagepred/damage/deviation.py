@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
+from damagepred.damage.levels import level_of
 from damagepred.damage.limits import read_levels
 
 
@@ -41,9 +42,7 @@ class DeviationLimits(NamedTuple):
         *deviation : array
             Slopes, all of one shape.
         """
-        worst = np.max(np.broadcast_arrays(*deviation), axis=0)
-        found = np.searchsorted(np.array(self.limits) * (1 - 1e-12), worst, side="right").astype(np.int8)
-        return np.where(np.isnan(worst), np.int8(-1), found)
+        return level_of(np.max(np.broadcast_arrays(*deviation), axis=0), self.limits)
 
 
 @lru_cache(maxsize=1)

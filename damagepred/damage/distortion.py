@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
+from damagepred.damage.levels import level_of
 from damagepred.damage.limits import read_levels
 
 OPPOSITE = ((0, 2), (1, 3))
@@ -109,10 +110,9 @@ class StickingLimits(NamedTuple):
         """
         measured = (distortion, -np.asarray(width_change), -np.asarray(diagonal_change))
         found = [
-            np.searchsorted(np.array(limits) * (1 - 1e-9), value, side="right")
-            for limits, value in zip((self.angle, self.narrowing, self.diagonal), measured)
+            level_of(value, limits) for limits, value in zip((self.angle, self.narrowing, self.diagonal), measured)
         ]
-        unknown = np.isnan(distortion) | np.isnan(width_change) | np.isnan(diagonal_change)
+        unknown = np.minimum.reduce(found) < 0
         return np.where(unknown, -1, np.maximum.reduce(found)).astype(np.int8)
 
 

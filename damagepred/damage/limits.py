@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from damagepred.arrays import Int8Array
+from damagepred.damage.levels import level_of
 from damagepred.data_files import data_file
 
 
@@ -40,10 +41,7 @@ class StrainTable:
 
     def by_strain(self, strain: ArrayLike) -> Int8Array:
         """Return the category of a tensile strain (1), element by element; -1 where it is NaN."""
-        given = np.asarray(strain, dtype=np.float64)
-        # a hair of tolerance: 0.05 % computed as 0.0500000000001 % is 0.05 %
-        found = np.searchsorted(np.array(self.limits) * (1 + 1e-12), given, side="left")
-        return np.where(np.isnan(given), -1, found).astype(np.int8)
+        return level_of(strain, self.limits, limit_is_below=True)
 
 
 @dataclass(frozen=True)
@@ -119,9 +117,7 @@ class Scale(NamedTuple):
 
     def level(self, values: ArrayLike) -> Int8Array:
         """Return the level of each value; -1 where it is NaN."""
-        given = np.asarray(values, dtype=np.float64)
-        found = np.searchsorted(np.array(self.limits) * (1 - 1e-12), given, side="right")
-        return np.where(np.isnan(given), -1, found).astype(np.int8)
+        return level_of(values, self.limits)
 
 
 def load_scale(name: str) -> Scale:

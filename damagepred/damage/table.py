@@ -12,6 +12,7 @@ import numpy as np
 
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, Int8Array
+from damagepred.damage.levels import level_of
 from damagepred.data_files import data_file
 from damagepred.errors import InputError, nearest, require_count, require_number
 from damagepred.input_files import read_toml
@@ -85,9 +86,8 @@ class DamageTable:
         )
 
     def by_width(self, width: FloatArray | float) -> Int8Array:
-        """Return the category of a crack of given width (m), element by element."""
-        # a hair of tolerance: 5 mm computed as 4.9999999999 mm is 5 mm
-        return np.searchsorted(np.array(self.limits) * (1 - 1e-12), np.asarray(width), side="right").astype(np.int8)
+        """Return the category of a crack of given width (m), element by element; -1 if NaN."""
+        return level_of(width, self.limits)
 
     def by_width_and_group(self, width: FloatArray | float, group_width: FloatArray | float) -> Int8Array:
         """Return the category by the widest crack and by a group of cracks, element by element.
@@ -100,7 +100,7 @@ class DamageTable:
             Width of the narrowest crack in the widest group (m), see ``group_widths``; 0 or NaN: groups do not count.
         """
         category = self.by_width(width)
-        grouped = np.asarray(group_width) >= self.group_width * (1 - 1e-12)
+        grouped = level_of(group_width, (self.group_width,)) > 0
         return np.where(grouped, np.maximum(category, self.group_category), category).astype(np.int8)
 
 

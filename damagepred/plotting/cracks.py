@@ -263,5 +263,5 @@ def _row(one: dict[Hashable, Any]) -> list[str]:
         f"{one['crack_length']:.2f}",
         runs + (", bricks" if one["crack_length_through_blocks"] > 0 else ""),
         f"{one['crack_x']:.2f}, {one['crack_y']:.2f}",
-        f"{one['first_central_deflection'] * MM:.2f}",
+        f"{one.get('first_load_displacement', one['first_central_deflection']) * MM:.2f}",
     ]

@@ -69,7 +69,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     in_time = is_dynamic(ds)
     measure = movement_measure(ds)
     x = ds["time"].values if in_time else ds[measure].values * MM
-    in_stages = "worst_crack_width" in ds.variables
+    in_stages = "crack_width_worst" in ds.variables
     if in_stages:
         by = "time" if "time" in ds.variables else "increment"
         x = ds[by].values
@@ -89,7 +89,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     thin: dict[str, Any] = {"linewidth": 1.2, "zorder": 3}
     drawn = [crack]
     if in_stages:
-        ax.plot(x, ds["worst_crack_width"].values * MM, label="widest so far", color="0.55", **thin)
+        ax.plot(x, ds["crack_width_worst"].values * MM, label="widest so far", color="0.55", **thin)
         for last in np.flatnonzero(np.diff(ds["progress"].values[:-1]) * np.diff(ds["progress"].values[1:]) < 0) + 1:
             ax.axvline(x[last], color="0.6", linewidth=0.8, linestyle=":")
     for width, shown, style, label in (
@@ -157,7 +157,7 @@ def draw_hysteresis(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     >>> damagepred.plotting.draw_hysteresis(damagepred.solve(wall)).get_xlabel()
     'central deflection, signed (mm)'
     """
-    require(ds, ("stage", "worst_crack_width"), "the result of one wall whose movement has stages")
+    require(ds, ("stage", "crack_width_worst"), "the result of one wall whose movement has stages")
     ax = axes_or_new(ax, 7.0, 5.0)
     measure = movement_measure(ds)
     x = np.sign(ds["progress"].values) * ds[measure].values * MM

@@ -11,12 +11,16 @@ from damagepred.errors import InputError
 from damagepred.plotting.colours import OPENING_STYLES
 from damagepred.plotting.sheet import MM, axes_or_new, require, say_nothing_to_draw, set_title, small, title_of
 
-AGAINST = {"central_deflection": "central deflection (mm)", "dpc_opening_max": "widest opening of the dpc (mm)"}
+AGAINST = {
+    "central_deflection": "central deflection (mm)",
+    "load_displacement": "load displacement (mm)",
+    "dpc_opening_max": "widest opening of the dpc (mm)",
+}
 """What the change can be drawn against."""
 
 
 @checked
-def draw_opening_width_change(ds: xr.Dataset, ax: Axes | None = None, against: str = "central_deflection") -> Axes:
+def draw_opening_width_change(ds: xr.Dataset, ax: Axes | None = None, against: str | None = None) -> Axes:
     """Draw how much wider (positive) or narrower each opening has become, at the upper end of its jambs.
 
     Parameters
@@ -25,8 +29,8 @@ def draw_opening_width_change(ds: xr.Dataset, ax: Axes | None = None, against: s
         Of one wall, as ``damagepred.solve`` returns it.
     ax : Axes, optional
         Where to draw; by default on a new figure.
-    against : {"central_deflection", "dpc_opening_max"}
-        What to draw it against.
+    against : {"central_deflection", "load_displacement", "dpc_opening_max"}, optional
+        What to draw it against. None: the displacement of the loads in a laboratory test, else the central deflection.
 
     Raises
     ------
@@ -40,6 +44,7 @@ def draw_opening_width_change(ds: xr.Dataset, ax: Axes | None = None, against: s
     >>> ax.get_xlabel()
     'central deflection (mm)'
     """
+    against = against or ("load_displacement" if "load_displacement" in ds.variables else "central_deflection")
     if against not in AGAINST:
         raise InputError(f"against = '{against}': must be one of {', '.join(AGAINST)}.")
     require(ds, ("block_x", against), "the result of one wall (`damagepred solve`)")

@@ -81,7 +81,7 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     if not is_dynamic(ds):
         sheets["cracks.png"] = cracks_sheet(ds)
     sheets["history.png"] = figure_of(draw_history(ds))
-    if "worst_crack_width" in ds.variables:
+    if "crack_width_worst" in ds.variables:
         sheets["hysteresis.png"] = figure_of(draw_hysteresis(ds))
     if "load_force" in ds.variables:
         sheets["load.png"] = figure_of(draw_load(ds))

@@ -13,7 +13,7 @@ from damagepred.formatting import length, number
 from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
 from damagepred.scene import Scene
-from damagepred.scene.assumed import assumed_ground, assumed_seasons
+from damagepred.scene.assumed import assumed_ground, assumed_seasons, assumed_slow_strains
 from damagepred.study.settings import StudySettings
 from damagepred.tables import curve_notes
 from damagepred.uq.capacity import sample_weights
@@ -35,11 +35,15 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         "of its plane, and torsion of the house are not in the model.",
     ]
     if scene.dynamics is None:
-        seasons = "" if scene.movement.stage else ", no repetition of wet and dry seasons"
-        said.append(
-            "Displacements are small and there is no time: no creep, shrinkage, moisture expansion or "
-            f"temperature{seasons}."
-        )
+        absent = [
+            *(["creep"] if scene.creep is None else []),
+            *(["shrinkage, moisture expansion, temperature"] if scene.strain is None else []),
+            *([] if scene.movement.stage else ["repetition of wet and dry seasons"]),
+        ]
+        left_out = f" There is no {', no '.join(absent)}." if absent else ""
+        said.append(f"Displacements are small, and nothing swings or falls in time.{left_out}")
+    if assumed := assumed_slow_strains(scene, sampled):
+        said.append(f"Slow strains have defaults, which are assumed: {', '.join(assumed)}.")
     if scene.solver.blocks in ("rigid", "elastic") and scene.solver.above_dpc in (None, "rigid", "elastic"):
         said.append("Bricks neither crack nor crush: cracks run through joints alone.")
     if scene.joint.fracture_energy is None:

@@ -123,6 +123,8 @@ def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
     for name, values in scene.to_dict().items():
         if unread.get(name):
             continue
+        if name == "movement" and shape == "loads":  # the ground stays
+            values = {key: value for key, value in values.items() if key not in ("kind", "central_deflection")}
         if name == "solver" and method != "explicit":
             values = {key: value for key, value in values.items() if key not in _EXPLICIT}
         if name == "solver" and scene.solver.blocks in ("rigid", "elastic"):

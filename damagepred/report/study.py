@@ -6,6 +6,7 @@ import contextlib
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import DamagepredError, InputError
 from damagepred.formatting import duration, named, number
 from damagepred.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
+from damagepred.report.back_analysis import back_analysis_section
 from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import given_of, input_section
@@ -27,9 +29,10 @@ from damagepred.report.summary import answers, influences, study_summary
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.study.settings import StudySettings, read_frozen
-from damagepred.tables import curve_columns, worst_category_columns, year_columns
+from damagepred.tables import curve_columns, worst_category_columns
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.options import DEFAULT
+from damagepred.year_tables import year_columns
 
 if TYPE_CHECKING:
     from damagepred.pipeline import Step
@@ -53,6 +56,7 @@ def study_page(
     confidence: float = 0.9,
     bootstrap: int = 1000,
     at: float | str | MovementDistribution | None = None,
+    posterior: Path | None = None,
     on_step: Callable[[Step], None] | None = None,
 ) -> Page:
     """Return the report of a study, finished or not.
@@ -71,6 +75,8 @@ def study_page(
         Resamples of walls for the bands of curves.
     at : float, str or MovementDistribution, optional
         What the summary answers for; see ``damagepred.report.summary.answers``.
+    posterior : Path, optional
+        File of a back-analysis with the study.
     on_step : callable, optional
         Called with each increment of the wall that is solved again.
 
@@ -81,14 +87,12 @@ def study_page(
     """
     ds = folder.results()
     settings = read_frozen(folder.study_text())
+    inferred = [] if posterior is None else [back_analysis_section(posterior, folder.path)]
     if not np.isin(ds["status"].values, SOLVED).any():
         raise InputError(f"{folder.path}: the study has no finished sample yet; run `damagepred study` first.")
     question, found = answers(ds, settings, at, confidence)
     influence, influences_section = influences(ds, found, confidence)
     curves = _fitted(ds, None, confidence, bootstrap)
-    at_limits = curves
-    if curves.attrs["intensity_measure"] != "central_deflection":
-        at_limits = _fitted(ds, "central_deflection", confidence, bootstrap)
     moved = common_movement(ds)
     paths = ds["damage_category"].ndim == 2
     if paths:
@@ -97,15 +101,15 @@ def study_page(
         certainty = [
             Text(["The study keeps the end of each wall's movement alone: the error of its curves is their band."])
         ]
-    deflected = common_movement(ds.drop_vars("surface_movement", errors="ignore"))
     sections = [
         input_section(settings.scene, settings, given_of(ds)),
         Section("run", "What was run", _run_parts(folder, ds, settings, written)),
         Section("quality", "How good the solutions are, and how many walls are enough", study_quality(ds) + certainty),
         Section("damage", "Damage", _damage(folder, ds, replay, on_step) if paths else [_no_paths()]),
         Section("fragility", "How likely is which damage", _fragility(curves)),
+        *inferred,
         *([] if influences_section is None else [influences_section]),
-        study_limits(ds, at_limits, deflected, confidence),
+        *([] if "load_force" in ds else [_at_limits(ds, curves, confidence, bootstrap)]),
         study_caveats(ds, curves, settings, moved),
         Section(
             "files",
@@ -122,6 +126,14 @@ def study_page(
         facts=_facts(ds, curves),
         sections=sections,
     )
+
+
+def _at_limits(ds: xr.Dataset, curves: xr.Dataset, confidence: float, bootstrap: int) -> Section:
+    """Return the section on the design deflections of a code."""
+    if curves.attrs["intensity_measure"] != "central_deflection":
+        curves = _fitted(ds, "central_deflection", confidence, bootstrap)
+    deflected = common_movement(ds.drop_vars("surface_movement", errors="ignore"))
+    return study_limits(ds, curves, deflected, confidence)
 
 
 def _fitted(ds: xr.Dataset, intensity: str | None, confidence: float, bootstrap: int) -> xr.Dataset:

@@ -41,7 +41,7 @@ def wall_summary(ds: xr.Dataset) -> list[str]:
     ds : xarray.Dataset
         Of one wall.
     """
-    measure = MOUND if MOUND in ds.variables else "central_deflection"
+    measure = movement_measure(ds)
     movement, category = ds[measure].values, ds["damage_category"].values
     said = []
     for one, name in categories(ds):

@@ -41,6 +41,7 @@ def write_report(
     confidence: float = 0.9,
     bootstrap: int = 1000,
     at: float | str | MovementDistribution | None = None,
+    posterior: str | Path | None = None,
     on_step: Callable[[Step], None] | None = None,
 ) -> Path:
     """Write the report of a solved wall or a study as one page of HTML.
@@ -60,6 +61,8 @@ def write_report(
     at : float, str or MovementDistribution, optional
         Of a study: the movement (m, or a text such as "60 mm"), site class ("H1") or distribution of the movement that
         the summary answers for; by default the study's own movement.
+    posterior : str or Path, optional
+        Of a study: file of a back-analysis with it, as ``damagepred infer -o`` writes it; it gets a section.
     on_step : callable, optional
         Called with each increment of the wall that is solved again.
 
@@ -96,8 +99,17 @@ def write_report(
         folder = StudyFolder(source)
         folder.require()
         page = study_page(
-            folder, written, replay=replay, confidence=confidence, bootstrap=bootstrap, at=at, on_step=on_step
+            folder,
+            written,
+            replay=replay,
+            confidence=confidence,
+            bootstrap=bootstrap,
+            at=at,
+            posterior=None if posterior is None else Path(posterior),
+            on_step=on_step,
         )
+    elif posterior is not None:
+        raise InputError(f"posterior = {posterior}: goes with a study; {source} is one wall.")
     elif at is not None:
         from damagepred.uq.movement_distribution import as_distribution
 

@@ -22,13 +22,14 @@ from damagepred.scene.site import (
 )
 from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement
-from damagepred.scene.strain import Strain
+from damagepred.scene.strain import Creep, Strain
 from damagepred.scene.wall import ControlJoint, Opening, Wall
 
 __all__ = [
     "BaseMotion",
     "BlockMaterial",
     "ControlJoint",
+    "Creep",
     "Damage",
     "Dpc",
     "Dynamics",

@@ -8,8 +8,10 @@ from typing import Any
 from damagepred.scene.mound import Mound
 from damagepred.scene.scene import Scene
 from damagepred.scene.seasons import Seasons
+from damagepred.scene.site import suction_depth
 from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import Suction
+from damagepred.scene.strain import Creep, Strain
 
 
 def _ground_values(scene: Scene, sampled: Collection[str] = ()) -> dict[str, str]:
@@ -72,16 +74,47 @@ def assumed_seasons(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         return []
     words = {
         "swing": f"a mean swing of {1e3 * usual.swing:g} mm",
+        "swing_share": f"a mean swing of {usual.swing_share:g} y_s",
         "swing_cov": f"a coefficient of variation of the swing of {usual.swing_cov:g}",
         "correlation": f"a correlation of {usual.correlation:g} with the year before",
         "trend": "no trend",
         "shift": "the same mean in wet years and dry years",
     }
+    words.pop("swing" if scene.soil_layer else "swing_share")
     return [
         said
         for key, said in words.items()
         if getattr(seasons, key) == getattr(usual, key) and f"movement.seasons.{key}" not in sampled
     ]
+
+
+def assumed_slow_strains(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
+    """Return those of the numbers that shape slow strains over time, in words, that are the defaults.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall.
+    sampled : Collection[str]
+        Places of the numbers that a study samples; these are left out.
+    """
+    strain, creep, usual = scene.strain, scene.creep, Strain()
+    values: dict[str, tuple[bool, str]] = {}
+    if strain is not None and strain.growth and scene.movement.stage:
+        values["strain.growth_years"] = (
+            strain.growth_years == usual.growth_years,
+            f"growth reached in {usual.growth_years:g} years",
+        )
+        values["strain.growth_time"] = (
+            strain.growth_time == usual.growth_time,
+            f"a time constant of growth of {usual.growth_time:g} years",
+        )
+    if creep is not None:
+        values["creep.coefficient"] = (
+            creep.coefficient == Creep().coefficient,
+            f"a creep coefficient of {Creep().coefficient:g}",
+        )
+    return [words for place, (default, words) in values.items() if default and place not in sampled]
 
 
 def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
@@ -95,6 +128,12 @@ def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
         Places of the numbers that a study samples; these are left out.
     """
     assumed = assumed_ground(scene, sampled)
+    zone = None if scene.suction is None else scene.suction.climate_zone
+    if zone is not None and "mound.suction_depth" not in sampled and scene.mound.suction_depth == suction_depth(zone):
+        assumed = [
+            *(said for said in assumed if not said.startswith("H_s")),
+            f"H_s of climatic zone {zone} (secondary)",
+        ]
     if not assumed:
         return None
     tables = "[suction], [mound] and [soil]" if scene.soil_layer else "[mound] and [soil]"

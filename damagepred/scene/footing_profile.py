@@ -96,7 +96,7 @@ def _with_history(movement: dict[str, Any], path: Path) -> dict[str, Any]:
     """Return the table of a movement with the stages of a CSV file, and by default their largest deflection."""
     lines = [line for line in read_text(path).splitlines() if line.strip() and not line.lstrip().startswith("#")]
     names = [name.strip() for name in next(csv.reader(lines[:1]), [])]
-    if not {"time", "movement"} <= set(names) <= {"time", "movement", "increments"} or len(lines) < 2:
+    if not {"time", "movement"} <= set(names) <= {"time", "movement", "increments", "strain"} or len(lines) < 2:
         raise InputError(f"{path}: needs the columns time (years) and movement (m, doming positive), and a line each.")
     size = "surface_movement" if movement.get("shape") == "mound" else "central_deflection"
     stages: list[dict[str, Any]] = []
@@ -105,6 +105,7 @@ def _with_history(movement: dict[str, Any], path: Path) -> dict[str, Any]:
             line = dict(zip(names, map(float, row), strict=True))
             stage = {"time": line["time"], size: abs(line["movement"])}
             stage |= {"increments": int(line["increments"])} if "increments" in line else {}
+            stage |= {"strain": line["strain"]} if "strain" in line else {}
         except (ValueError, OverflowError):
             raise InputError(f"{path}, line {number} of the table: must have {len(names)} finite numbers.") from None
         stages.append({"kind": "doming" if line["movement"] > 0 else "dishing", **stage})

@@ -117,6 +117,9 @@ class Joint:
         close the joint. None: no cap. It goes without dilation.
     cap_shear : float
         C_ss (1), how much shear counts in the cap; 9 as Lourenco and Rots have it.
+    strength_factor : float
+        Factor on tensile strength and cohesion and what is left of them (1), on top of values that vary from joint to
+        joint. Sampled without a field it is the batch: the strength of all joints of one wall.
 
     Examples
     --------
@@ -141,6 +144,7 @@ class Joint:
     softening: Literal["linear", "exponential"] = "linear"
     compressive_strength: Pressure | None = Field(default=None, gt=0)
     cap_shear: Pure = Field(default=9.0, gt=0)
+    strength_factor: Pure = Field(default=1.0, gt=0)
 
     @model_validator(mode="after")
     def _consistent(self) -> Joint:
@@ -234,6 +238,8 @@ class HeadJoint:
         f_c (Pa), the cap.
     cap_shear : float or None
         C_ss (1).
+    strength_factor : float or None
+        Factor on their strengths (1).
 
     Examples
     --------
@@ -259,6 +265,7 @@ class HeadJoint:
     softening: Literal["linear", "exponential"] | None = None
     compressive_strength: Pressure | None = Field(default=None, gt=0)
     cap_shear: Pure | None = Field(default=None, gt=0)
+    strength_factor: Pure | None = Field(default=None, gt=0)
 
     def joint(self, bed: Joint) -> Joint:
         """Return the head joints of a wall with such beds."""

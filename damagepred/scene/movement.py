@@ -38,6 +38,8 @@ class Stage:
         Number of equal increments.
     time : float or None
         When the stage ends (years). All stages have a time, or none.
+    strain : float or None
+        Strain of the bricks when the stage ends, that of ``[strain]`` left aside (1). None: as when the last one ended.
 
     Examples
     --------
@@ -52,6 +54,7 @@ class Stage:
     surface_movement: Length | None = Field(default=None, ge=0)
     increments: Count = Field(default=10, ge=1)
     time: Years | None = Field(default=None, gt=0)
+    strain: Pure | None = Field(default=None, ge=-0.01, le=0.01)
 
 
 class History(NamedTuple):
@@ -65,11 +68,14 @@ class History(NamedTuple):
         Number of the stage, from 1; 0 for the dead load.
     time : array (increments + 1,) or None
         Years since the dead load.
+    strain : array (increments + 1,) or None
+        Strain of the bricks that the stages give (1).
     """
 
     load_factors: FloatArray
     stage: IntArray
     time: FloatArray | None
+    strain: FloatArray | None = None
 
 
 @described
@@ -104,7 +110,8 @@ class Movement:
         with it. Jacks are controlled by deflection, and push one way.
     history : str or None
         In a scene file, in place of stages: name of a CSV file, each line the end of a stage. Its columns are time
-        (years), movement (m) and, if wanted, increments. Doming is positive; on a mound it is the surface movement.
+        (years), movement (m) and, if wanted, increments and strain (of the bricks). Doming is positive; on a mound it
+        is the surface movement.
     seasons : Seasons or None
         A history of some years, made of a trend, seasons and steps. The stages, and the largest movement, follow
         from it.
@@ -196,11 +203,10 @@ class Movement:
         ValueError
             If it is not.
         """
-        largest = self.largest
-        if largest == 0 or full != largest:
+        if full != self.largest:
             raise ValueError(
-                f"stage: {name} must be the largest of the stages and not 0; it is {full:g} m, and the largest of the "
-                f"stages is {largest:g} m"
+                f"stage: {name} must be the largest of the stages; it is {full:g} m, and the largest of the stages is "
+                f"{self.largest:g} m"
             )
 
     @model_validator(mode="after")
@@ -272,7 +278,7 @@ class Movement:
         if not self.stage:
             return None
         sizes = [s.surface_movement if s.central_deflection is None else s.central_deflection for s in self.stage]
-        full = self.largest
+        full = self.largest or 1.0
         sides = [1.0 if s.kind == self.kind else -1.0 for s in self.stage]
         counts = [s.increments for s in self.stage]
 
@@ -281,10 +287,14 @@ class Movement:
             return np.concatenate([[0.0], *parts])
 
         times = [s.time for s in self.stage if s.time is not None]
+        strains = [0.0]
+        for s in self.stage:
+            strains.append(strains[-1] if s.strain is None else s.strain)
         return History(
             stepwise([side * (size or 0.0) / full for side, size in zip(sides, sizes)]),
             np.repeat(np.arange(len(counts) + 1), [1, *counts]),
             stepwise(times) if times else None,
+            stepwise(strains[1:]) if any(strains) else None,
         )
 
     @property

@@ -10,9 +10,11 @@ from math import floor
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import ArgsKwargs
 
+from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, likely_unit, nearest
 from damagepred.input_files import read_toml
 from damagepred.scene.described import described
@@ -26,8 +28,8 @@ from damagepred.scene.movement import Movement
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.soil import Soil
-from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement
-from damagepred.scene.strain import Strain
+from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement, with_climate_zone
+from damagepred.scene.strain import Creep, Strain
 from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall
 from damagepred.text import check_title
 
@@ -50,7 +52,7 @@ class Scene:
         Masonry of the library, such as "clay brick, Dutch, 1940s"; ``damagepred materials`` lists it. Its values stand
         in place of the defaults of ``block`` and ``joint``; keys that are given win.
     wall, block, joint, head_joint, dpc, opening, control_joint, footing, movement, rig, soil, soil_layer, suction,
-    mound, loads, support, load, loading, strain, solver, damage, dynamics
+    mound, loads, support, load, loading, strain, creep, solver, damage, dynamics
         The tables of the scene file; see their classes.
 
     Examples
@@ -85,6 +87,7 @@ class Scene:
     load: tuple[Load, ...] = ()
     loading: Loading | None = None
     strain: Strain | None = None
+    creep: Creep | None = None
     solver: Solver = Field(default_factory=Solver)
     damage: Damage = Field(default_factory=Damage)
     dynamics: Dynamics | None = None
@@ -94,10 +97,10 @@ class Scene:
 
     @model_validator(mode="before")
     @classmethod
-    def _take_material(cls, given: Any) -> Any:
+    def _take_tables(cls, given: Any) -> Any:
         if isinstance(given, ArgsKwargs):
-            return ArgsKwargs(given.args, with_material(given.kwargs or {}))
-        return with_material(given) if isinstance(given, Mapping) else given
+            return ArgsKwargs(given.args, with_climate_zone(with_material(given.kwargs or {})))
+        return with_climate_zone(with_material(given)) if isinstance(given, Mapping) else given
 
     @model_validator(mode="after")
     def _fits_together(self) -> Scene:
@@ -142,8 +145,7 @@ class Scene:
         self._take_surface_movement()
         if self.movement.stage and self.movement.shape == "mound":
             self.movement.require_largest("surface_movement", self.mound.surface_movement)
-        if self.strain is not None and (self.movement.stage or self.dynamics is not None):
-            raise ValueError("strain: grows in proportion to one movement; leave out stages, seasons and [dynamics]")
+        self._slow_strains_fit()
         if self.movement.stage and self.dynamics is not None:
             raise ValueError("dynamics: a run in time reads no stages; leave out [dynamics], or [[movement.stage]]")
         if self._deflection_is_given and self.movement.central_deflection > 0.1 * wall.length:
@@ -157,16 +159,20 @@ class Scene:
     def _take_surface_movement(self) -> None:
         """Set the surface movement of the mound where a soil log or seasons give it."""
         on_mound, seasons = self.movement.shape == "mound", self.movement.seasons
-        if self.soil_layer and (not on_mound or self.movement.stage):
+        if self.soil_layer and (not on_mound or (self.movement.stage and seasons is None)):
             raise ValueError(
-                "soil_layer: gives one growing surface movement; needs movement.shape = 'mound', no stages"
+                "soil_layer: gives the surface movement; needs movement.shape = 'mound', and seasons in place of stages"
             )
         if self.suction is not None and not self.soil_layer:
             raise ValueError("suction: only read with [[soil_layer]]")
         if on_mound and (self.soil_layer or seasons is not None):
-            found = self.movement.largest
             if self.soil_layer:
                 found = surface_movement(self.soil_layer, self.suction or Suction(), self.mound.suction_depth)
+            if self.soil_layer and seasons is not None:
+                swinging = replace(seasons, swing=seasons.swing_share * found)
+                object.__setattr__(self, "movement", replace(self.movement, seasons=swinging))
+            if seasons is not None:
+                found = self.movement.largest
             object.__setattr__(self, "mound", replace(self.mound, surface_movement=found))
 
     def _outlives_the_gauge(self, name: str, hole: Opening) -> None:
@@ -260,6 +266,38 @@ class Scene:
             raise ValueError(f"loading.control = '{self.loading.control}': the explicit solver takes 'force' only")
         check_loading(self.support, self.load, self.wall.length, self.wall.height)
 
+    def _slow_strains_fit(self) -> None:
+        """Check strains of the bricks and creep of the joints against the movement."""
+        strain, creep, history = self.strain, self.creep, self.movement.increments_of_history()
+        by_time = creep is not None and creep.relaxation_time is not None
+        if self.dynamics is not None and (strain is not None or by_time):
+            raise ValueError("strain, creep.relaxation_time: a run in time has none; leave out [dynamics], or these")
+        timed = history is not None and history.time is not None
+        still = history is not None and self.movement.largest == 0.0
+        if still and not (by_time or self.strain_of_increments is not None):
+            raise ValueError("movement.stage: nothing moves; give a movement, a strain or creep.relaxation_time")
+        if history is not None and strain is not None and not timed:
+            raise ValueError("strain: in a history each stage needs a time (years); or give the stages a strain each")
+        if strain is not None and strain.temperature_swing and history is None:
+            raise ValueError("strain.temperature_swing: needs a history, [[movement.stage]] or [movement.seasons]")
+        if by_time and not timed:
+            raise ValueError("creep.relaxation_time: needs a history whose stages have times (years), or seasons")
+        moved = self.movement.shape == "jacks" or (self.movement.prescribed and self.footing_model != "none")
+        if moved and (by_time or self.strain_of_increments is not None):
+            raise ValueError(
+                "strain, creep.relaxation_time: in a history they go with a mound, or a prescribed shape without a "
+                "footing of its own; leave them out on jacks and under solver.footing = 'deformable'"
+            )
+
+    @property
+    def strain_of_increments(self) -> FloatArray | None:
+        """Strain of the bricks at each increment of a history (increments + 1,); None where there is none."""
+        history = self.movement.increments_of_history()
+        if history is None or (self.strain is None and history.strain is None):
+            return None
+        found = np.zeros_like(history.load_factors) if history.strain is None else history.strain
+        return found if self.strain is None or history.time is None else found + self.strain.over(history.time)
+
     @property
     def heads(self) -> Joint:
         """Head joints: the mortar, or what ``[head_joint]`` makes of it."""
@@ -313,6 +351,11 @@ class Scene:
         """
         scene = cls.from_dict(with_profile_files(tables, folder), source=source)
         object.__setattr__(scene, "given", frozenset(_places(tables, "")))
+        own = tables.get("movement", {}).get("seasons", {}).get("swing")
+        if scene.soil_layer and own is not None and own != getattr(scene.movement.seasons, "swing", None):
+            raise InputError(
+                f"{source}: movement.seasons.swing = {own}: follows from [[soil_layer]]; give swing_share."
+            )
         return scene
 
     @classmethod
@@ -406,7 +449,7 @@ class Scene:
         if self.movement.seasons is not None:
             fixed = [place for place in values if place == full or place.startswith("movement.stage.")]
         if self.soil_layer:
-            fixed += [place for place in values if place == full]
+            fixed += [place for place in values if place in (full, "movement.seasons.swing")]
         if fixed:
             by = "soil_layer.0.shrink_swell_index" if self.soil_layer else "movement.seasons.swing"
             raise InputError(f"'{fixed[0]}': follows from other keys; sample these, such as {by}.")

@@ -61,7 +61,10 @@ class Seasons:
     trend : float
         Change of the mean over all years (m); positive on the side of ``movement.kind``.
     swing : float
-        Mean movement from the wettest to the driest state of a year (m).
+        Mean movement from the wettest to the driest state of a year (m). With a soil log it follows from that.
+    swing_share : float
+        With ``[[soil_layer]]``: mean swing over the surface movement y_s of the log (1). Assumed: 0.6; the widest swing
+        of thirty years, with ``swing_cov`` of 0.3, is then y_s on average.
     swing_cov : float
         Coefficient of variation of the swing from year to year. Assumed.
     shift : float
@@ -86,6 +89,7 @@ class Seasons:
     years: Count = Field(default=30, ge=1, le=200)
     trend: Length = 0.0
     swing: Length = Field(default=10e-3, ge=0)
+    swing_share: Pure = Field(default=0.6, ge=0)
     swing_cov: Pure = Field(default=0.3, ge=0)
     shift: Length = Field(default=0.0, ge=0)
     correlation: Pure = Field(default=0.3, ge=0, lt=1)

@@ -131,10 +131,33 @@ def suction_depth(zone: int) -> float:
     >>> scene.suction_depth(3)
     2.3
     """
-    depths = _ground("site_classes")["suction_depth"]
-    if f"zone_{zone}" not in depths:
+    return _of_zone("suction_depth", zone)
+
+
+@checked
+def suction_change(zone: int) -> float:
+    """Return the design change of suction at the surface (pF) in a climatic zone, 1 (wettest) to 6. Assumed.
+
+    Raises
+    ------
+    InputError
+        If there is no such zone.
+
+    Examples
+    --------
+    >>> from damagepred.scene.site import suction_change
+    >>> suction_change(3)
+    1.2
+    """
+    return _of_zone("suction_change", zone)
+
+
+def _of_zone(table: str, zone: int) -> float:
+    """Return the value of a climatic zone from a table of data/ground/site_classes.toml."""
+    values = _ground("site_classes")[table]
+    if f"zone_{zone}" not in values:
         raise InputError(f"zone = {zone!r}: must be a climatic zone of AS 2870, 1 to 6.")
-    return float(depths[f"zone_{zone}"])
+    return float(values[f"zone_{zone}"])
 
 
 @cache

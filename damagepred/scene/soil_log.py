@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
+from pydantic_core import ArgsKwargs
 
 from damagepred.scene.described import described
-from damagepred.scene.quantity import Length, Pure
+from damagepred.scene.quantity import Count, Length, Pure
+from damagepred.scene.site import suction_change, suction_depth
+
+ZONES = tuple("123456")
+"""Climatic zones of AS 2870, the wettest first."""
 
 
 @described
@@ -43,6 +49,9 @@ class Suction:
 
     Attributes
     ----------
+    climate_zone : int or None
+        Climatic zone of AS 2870, 1 (wettest) to 6. It gives ``mound.suction_depth`` (secondary) and ``change``
+        (assumed) where the scene does not, from ``data/ground/site_classes.toml``.
     change : float
         At the surface (pF). Assumed: 1.2, of temperate climates in AS 2870.
     cracked_share : float
@@ -58,10 +67,40 @@ class Suction:
     0.5
     """
 
+    climate_zone: Count | None = Field(default=None, ge=1, le=6)
     change: Pure = Field(default=1.2, gt=0, le=5)
     cracked_share: Pure = Field(default=0.5, ge=0, le=1)
     restraint: Pure = Field(default=2.0, ge=1)
     restraint_depth: Length = Field(default=5.0, gt=0)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_zone(cls, given: Any) -> Any:
+        """Take the change of suction of the climatic zone, where none is given."""
+        values = given.kwargs if isinstance(given, ArgsKwargs) else given
+        if not isinstance(values, Mapping) or "change" in values or (zone := _zone(values)) is None:
+            return given
+        return {"change": suction_change(zone), **values}
+
+
+def with_climate_zone(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables of a scene with the suction depth of the climatic zone that they name; what they give wins.
+
+    Parameters
+    ----------
+    tables : mapping
+        Tables of the scene, or objects in their place, which stay as they are.
+    """
+    found, suction, mound = dict(tables), tables.get("suction"), tables.get("mound", {})
+    if isinstance(mound, Mapping) and (zone := _zone(suction)) is not None:
+        found["mound"] = {"suction_depth": suction_depth(zone), **mound}
+    return found
+
+
+def _zone(suction: Any) -> int | None:
+    """Return the climatic zone of a table or object; None if it has none, or one that will be refused."""
+    zone = suction.get("climate_zone") if isinstance(suction, Mapping) else getattr(suction, "climate_zone", None)
+    return int(str(zone)) if str(zone) in ZONES else None
 
 
 def surface_movement(layers: Sequence[SoilLayer], suction: Suction, suction_depth: float) -> float:

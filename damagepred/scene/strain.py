@@ -1,27 +1,51 @@
-"""Slow strains of the bricks: growth, shrinkage, temperature."""
+"""Slow strains: growth, shrinkage and temperature of the bricks, creep of the joints."""
 
 from __future__ import annotations
 
+from typing import Literal
+
+import numpy as np
 from pydantic import Field
 
+from damagepred.arrays import FloatArray
 from damagepred.scene.described import described
-from damagepred.scene.quantity import Pure
+from damagepred.scene.quantity import Pure, Years
 
 
 @described
 class Strain:
-    """Strain that bricks would have if nothing held them, at the end of the movement (``[strain]``).
+    """Strain that bricks would have if nothing held them (``[strain]``).
 
-    It grows in proportion to the movement, from nothing under the dead load. Bricks expand in all directions alike, and
-    the footing does not. Where joints, ground and footing hold them, stresses come of it.
+    Under one movement it grows in proportion to it, from nothing under the dead load. In a history of stages with times
+    it is a function of the time t (years) ::
+
+        growth g(t) / g(growth_years) + thermal_expansion T(t)
+
+    The course of growth g(t) is ln(1 + t / growth_time) or 1 - exp(-t / growth_time). The temperature is ::
+
+        T(t) = temperature_change t / t_end + (temperature_swing / 2) (cos 2 pi (t - warmest) - cos 2 pi warmest)
+
+    Bricks expand in all directions alike, and the footing does not. Where joints, ground and footing hold them,
+    stresses come of it.
 
     Attributes
     ----------
     growth : float
         Growth of clay bricks with moisture (1), such as ``"0.7 mm/m"``: mostly 0.5 to 1.0 mm/m over 15 years
         (secondary, ``data/statistics/masonry.toml``). Shrinkage of concrete and calcium silicate bricks is negative.
+    growth_law : {"logarithmic", "exponential"}
+        Course of the growth in a history. Assumed: fired clay grows with the logarithm of time, shrinkage comes to an
+        end.
+    growth_years : float
+        Time at which the growth is reached in a history (years). Secondary: 15.
+    growth_time : float
+        Time constant of the growth in a history (years). Assumed.
     temperature_change : float
-        Warmer by so many kelvin than when the wall was built.
+        Warmer by so many kelvin than when the wall was built; in a history at its end.
+    temperature_swing : float
+        From the coldest to the warmest day of a year (K), in a history.
+    warmest : float
+        Time of the warmest day (years after the dead load, 0 to 1), in a history. Assumed.
     thermal_expansion : float
         Strain per kelvin (1). Clay brickwork: 8e-6 (secondary).
 
@@ -33,10 +57,69 @@ class Strain:
     """
 
     growth: Pure = Field(default=0.0, ge=-0.01, le=0.01)
+    growth_law: Literal["logarithmic", "exponential"] = "logarithmic"
+    growth_years: Years = Field(default=15.0, gt=0)
+    growth_time: Years = Field(default=1.0, gt=0)
     temperature_change: Pure = Field(default=0.0, ge=-100.0, le=100.0)
+    temperature_swing: Pure = Field(default=0.0, ge=0.0, le=100.0)
+    warmest: Years = Field(default=0.5, ge=0, le=1)
     thermal_expansion: Pure = Field(default=8e-6, ge=0.0, le=1e-4)
 
     @property
     def total(self) -> float:
-        """All of it together (1)."""
+        """All of it together at the end of one movement (1)."""
         return self.growth + self.thermal_expansion * self.temperature_change
+
+    def over(self, time: FloatArray) -> FloatArray:
+        """Return the strain at the times of a history (1); 0 at time 0.
+
+        Parameters
+        ----------
+        time : array of float
+            Years since the dead load, from 0 to the end of the history.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from damagepred import scene
+        >>> clay = scene.Strain(growth="0.7 mm/m", growth_years=15)
+        >>> (1e3 * clay.over(np.array([0.0, 1.0, 15.0, 30.0]))).round(3).tolist()
+        [0.0, 0.175, 0.7, 0.867]
+        """
+
+        def course(t: FloatArray | float) -> FloatArray:
+            share = np.asarray(t) / self.growth_time
+            return np.log1p(share) if self.growth_law == "logarithmic" else -np.expm1(-share)
+
+        swing = 0.5 * self.temperature_swing
+        temperature = self.temperature_change * time / time[-1] + swing * (
+            np.cos(2.0 * np.pi * (time - self.warmest)) - np.cos(2.0 * np.pi * self.warmest)
+        )
+        return self.growth * course(time) / course(self.growth_years) + self.thermal_expansion * temperature
+
+
+@described
+class Creep:
+    """Creep of the mortar joints (``[creep]``): in beds and heads, on a dpc and on the footing.
+
+    Without ``relaxation_time`` the joints are soft from the start: k / (1 + coefficient). With it a joint is a spring
+    of that stiffness beside a Maxwell branch (standard linear solid). It is stiff under quick movements, and its stress
+    at constant opening decays with e^(-t / relaxation_time). Cracks, slip and friction follow the stress that is left.
+
+    Attributes
+    ----------
+    coefficient : float
+        Creep strain over elastic strain after a long time (1). Joints of clay bricks 0.5 to 1.5, of calcium silicate
+        bricks 1 to 2 (assumed, ``data/statistics/masonry.toml``).
+    relaxation_time : float or None
+        Of the Maxwell branch (years). Needs a history with times.
+
+    Examples
+    --------
+    >>> from damagepred import scene
+    >>> scene.Creep(coefficient=1.0, relaxation_time="18 months").relaxation_time
+    1.5
+    """
+
+    coefficient: Pure = Field(default=1.0, ge=0.0, le=20.0)
+    relaxation_time: Years | None = Field(default=None, gt=0)

@@ -15,7 +15,9 @@ import numpy as np
 from damagepred.assembly import Model
 from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
+from damagepred.solvers.load_path import LoadPath
 from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.system.options import DEFAULT_CREEP, CreepOptions
 from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi
 
 CheckpointT = TypeVar("CheckpointT")
@@ -91,7 +93,9 @@ class Stepper(Protocol[CheckpointT]):
         """Continue from the present state with the supports that act after the dead load."""
 
 
-def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int) -> Iterator[Increment]:
+def follow_movement(
+    stepper: Stepper[CheckpointT], model: Model, increments: int, creep: CreepOptions = DEFAULT_CREEP
+) -> Iterator[Increment]:
     """Follow the movement increment by increment.
 
     Parameters
@@ -102,6 +106,8 @@ def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int
         The wall with all its supports.
     increments : int
         Number of equal steps of the movement; not read where the model has the load factors of a history.
+    creep : CreepOptions
+        Steps of creep.
 
     Yields
     ------
@@ -118,14 +124,14 @@ def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int
     # where bonds break, the load of a test falls to nothing from above
     nothing = stepper.bracket.support_load if begins_later else 0.0
     bisects = stepper.bracket.collapse is not None and bool(model.supports.live_load.any())
-    load_factors = np.arange(increments + 1) / increments if model.history is None else model.history.load_factors
-    path = [float(load_factor) for load_factor in load_factors]
+    along = LoadPath.of(model, increments, creep)
+    path = along.coordinates
     for number, load_factor in enumerate(path):
         stepper.begin_increment(number)
         start = None
         if number > 0 and (stop or bisects):
             start = _Start(stepper.checkpoint(), path[number - 1], stepper.support_load())
-        outcome = stepper.step_to(load_factor)
+        outcome = _follow_increment(stepper, along, number)
         ended = bool(stop) and outcome.balanced and stepper.support_load() <= nothing
         if ended and start is not None:
             outcome = _locate_zero_support_load(stepper, start, load_factor, outcome)
@@ -136,12 +142,28 @@ def follow_movement(stepper: Stepper[CheckpointT], model: Model, increments: int
         elif outcome.collapsed:
             stable = path[max(number - 1, 0)]
             increment = _locate_collapse(stepper, start if bisects else None, increment, stable)
-        yield replace(increment, counters=stepper.counters())
+        yield along.in_load_factors(replace(increment, counters=stepper.counters()))
         if ended or outcome.collapsed:
             return
         stepper.end_increment()
         if number == 0 and (model.supports.after_load.any() or begins_later):
             stepper.support_after_load()
+
+
+def _follow_increment(stepper: Stepper[CheckpointT], along: LoadPath, number: int) -> Outcome:
+    """Go to the end of an increment, in several steps where joints creep faster than it."""
+    start, largest, outcome = along.coordinates[max(number - 1, 0)], 0.0, Outcome(0.0, balanced=True, collapsed=False)
+    for end in along.steps(number):
+        if along.creeps:
+            state = stepper.report(outcome)
+            largest = max(largest, state.unbalanced_force_ratio)
+            along.creep(number, (state.normal_stress, state.shear_stress), (start, end))
+        outcome = stepper.step_to(end)
+        largest = max(largest, outcome.unbalanced_force_ratio)
+        if not outcome.balanced:
+            return outcome
+        start = end
+    return outcome._replace(unbalanced_force_ratio=largest)
 
 
 def _locate_zero_support_load(

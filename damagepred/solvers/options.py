@@ -28,7 +28,7 @@ from damagepred.solvers.quasi_static.options import (
     NewtonOptions,
     ReturnMappingOptions,
 )
-from damagepred.solvers.system.options import ElasticSolutionOptions
+from damagepred.solvers.system.options import CreepOptions, ElasticSolutionOptions
 from damagepred.solvers.time_stepping.options import JackServoOptions, MechanismOptions, TimeSteppingOptions
 
 
@@ -76,8 +76,8 @@ class SolverOptions:
     Attributes
     ----------
     newton, newton_with_line_search, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, \
-    return_mapping, linear_system, elastic_solution, symmetry, zone_selection, time_stepping, jack_servo, mechanism, \
-    explicit, dynamics
+    return_mapping, linear_system, elastic_solution, creep, symmetry, zone_selection, time_stepping, jack_servo, \
+    mechanism, explicit, dynamics
         The tables ``[solver.advanced.newton]`` and so on; see their classes.
     """
 
@@ -92,6 +92,7 @@ class SolverOptions:
     return_mapping: ReturnMappingOptions = Field(default_factory=ReturnMappingOptions)
     linear_system: LinearSystemOptions = Field(default_factory=LinearSystemOptions)
     elastic_solution: ElasticSolutionOptions = Field(default_factory=ElasticSolutionOptions)
+    creep: CreepOptions = Field(default_factory=CreepOptions)
     symmetry: SymmetryOptions = Field(default_factory=SymmetryOptions)
     zone_selection: ZoneSelectionOptions = Field(default_factory=ZoneSelectionOptions)
     time_stepping: TimeSteppingOptions = Field(default_factory=TimeSteppingOptions)

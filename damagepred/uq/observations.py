@@ -7,15 +7,19 @@ the measurement lies there.
 
 from __future__ import annotations
 
+import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
 from scipy import special
 
 from damagepred.arrays import FloatArray
+from damagepred.data_files import data_file
 from damagepred.errors import InputError
 from damagepred.input_files import read_toml
 from damagepred.scene.described import described
@@ -25,9 +29,22 @@ from damagepred.scene.reading import build
 Direction = Literal["horizontal", "vertical", "stepped", "diagonal"]
 
 
+@cache
+def _shipped_terms() -> dict[str, dict[str, Any]]:
+    """Read value, interval, source and confidence of each term of the model's discrepancy."""
+    return tomllib.loads(data_file("statistics", "discrepancy.toml").read_text(encoding="utf-8"))
+
+
+def _shipped(name: str) -> Callable[[], float]:
+    return partial(lambda key: float(_shipped_terms()[key]["value"]), name)
+
+
 @described
 class Discrepancy:
-    """Standard deviations of the model against real walls (``[discrepancy]``): assumed, and shown with every result.
+    """Standard deviations of the model against real walls (``[discrepancy]``), shown with every result.
+
+    Those of crack widths are fitted on the cases of the validation; the others are assumed
+    (``data/statistics/discrepancy.toml``).
 
     Attributes
     ----------
@@ -43,12 +60,21 @@ class Discrepancy:
         Probability that a crack runs in another direction in the model.
     """
 
-    width: Length = Field(default=2e-4, gt=0)
-    width_share: Pure = Field(default=0.3, ge=0)
-    level: Length = Field(default=1e-3, gt=0)
-    slope: Pure = Field(default=5e-4, gt=0)
-    distortion_share: Pure = Field(default=0.3, gt=0)
-    direction: Pure = Field(default=0.1, gt=0, lt=1)
+    width: Length = Field(default_factory=_shipped("width"), gt=0)
+    width_share: Pure = Field(default_factory=_shipped("width_share"), ge=0)
+    level: Length = Field(default_factory=_shipped("level"), gt=0)
+    slope: Pure = Field(default_factory=_shipped("slope"), gt=0)
+    distortion_share: Pure = Field(default_factory=_shipped("distortion_share"), gt=0)
+    direction: Pure = Field(default_factory=_shipped("direction"), gt=0, lt=1)
+
+    def origins(self) -> dict[str, tuple[str, str]]:
+        """Return interval (90 %) and level of confidence of each term; what the user gave has neither."""
+        found = {}
+        for name, one in _shipped_terms().items():
+            interval = f"{one['low']:g} to {one['high']:g}" if "low" in one else "-"
+            shipped = getattr(self, name) == one["value"]
+            found[name] = (interval, str(one["confidence"])) if shipped else ("-", "given")
+        return found
 
 
 @described
@@ -126,18 +152,24 @@ class SlopeObservation:
 
 @described
 class WindowObservation:
-    """Whether a door or window sticks (``[[window]]``).
+    """Whether a door or window sticks, or how its width has changed (``[[window]]``).
 
     Attributes
     ----------
     opening : int
         Number of the opening in the scene, from 1.
-    sticks : bool
+    sticks : bool, optional
         Whether it does, be it slightly.
+    width_change : float, optional
+        Instead: change of its width at the top (m); negative where it has closed.
+    error : float
+        Standard error of the change (m).
     """
 
     opening: Count = Field(ge=1)
-    sticks: bool
+    sticks: bool | None = None
+    width_change: Length | None = None
+    error: Length = Field(default=5e-4, gt=0)
 
 
 @described
@@ -161,7 +193,7 @@ class Observations:
     slope: tuple[SlopeObservation, ...] = ()
     tilt: tuple[SlopeObservation, ...] = ()
     window: tuple[WindowObservation, ...] = ()
-    discrepancy: Discrepancy = Discrepancy()
+    discrepancy: Discrepancy = Field(default_factory=Discrepancy)
     movement: str | None = None
     prior_odds: dict[str, Pure] = Field(default_factory=dict)
 
@@ -180,6 +212,9 @@ class Observations:
                 raise InputError(f"{where}: wider_than must be less than narrower_than.")
             if crack.direction is not None and crack.none:
                 raise InputError(f"{where}: what is not there has no direction; leave it out.")
+        for number, window in enumerate(self.window, 1):
+            if (window.sticks is None) == (window.width_change is None):
+                raise InputError(f"window {number}: give one of sticks and width_change.")
         if not self.count:
             raise InputError(
                 "observations: there are none; give a [[crack]], [[level]], [[slope]], [[tilt]], [[window]]."

@@ -1,130 +1,127 @@
 """Back-analysis of synthetic cases: coverage, ranks and causes, on walls that the archives do not hold.
 
-    python studies/back_analysis/run.py [--samples 400] [--cases 200] [-j 2] [--folder results]
+    python studies/back_analysis/run.py [--samples 300] [--cases 200] [-j 2] [--folder results]
 
-Each case is a wall of a study with another seed, at an increment drawn from the prior. Four places are looked at,
-always the same: a crack's width is measured there with the survey's error and the model's discrepancy, or nothing is
-seen. The same command resumes.
+Each case is a wall of a study with another seed, at a movement drawn from the prior. Four places are looked at, always
+the same: a crack's width is measured there with the survey's error and the model's discrepancy, or nothing is seen.
+Every wall is surveyed many times, at other movements and with other errors. Fewer stored walls, and surveys of levels
+too, are tried with the first of these surveys. The same command resumes.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import sys
 import time
-import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy import stats
 
-from damagepred.study import Study
-from damagepred.study.analyses.back_analysis import InferenceOptions, StoredWalls, movement_cdf, posterior
-from damagepred.study.settings import StudySettings
-from damagepred.uq.observations import CrackObservation, Discrepancy, Observations
-
 HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
+from synthetic import Case, Survey, archives, area, infer_cases, promised_area, write_page  # noqa: E402
+
+KINDS = {kind: {"kind": kind} for kind in ("dishing", "doming")}
 PLACES = ((0.2, 0.1), (0.96, 0.1), (1.7, 0.1), (0.96, 0.5))
-WITHIN, ERROR, VISIBLE = 0.25, 2e-4, 3e-4
-KINDS = ("dishing", "doming")
+LEVELS = ((0.96, 0.0375), (0.12, 0.0375), (1.8, 0.0375))
 RANKS = 10
+MARKS = "<!-- written by run.py -->", "<!-- end of run -->"
 
 
-def archives(folder: Path, samples: int, seed: int, workers: int) -> list[StoredWalls]:
-    """Run the walls of both causes and replay them all."""
-    found = []
-    for kind in KINDS:
-        tables = tomllib.loads((HERE / "study.toml").read_text(encoding="utf-8"))
-        tables["scene"]["movement"]["kind"] = kind
-        tables["study"]["seed"] = seed
-        place = folder / f"{kind}.dp"
-        Study(StudySettings.from_dict(tables)).run(place, samples, workers)
-        walls = StoredWalls(place)
-        walls.replay(np.flatnonzero(walls.known), workers, None)
-        found.append(walls)
-    return found
+def scores(cases: list[Case], surveys: int) -> dict[str, Any]:
+    """Return coverage of intervals, uniformity of ranks, and areas under the curve."""
+    ranks, causes = np.array([c.rank for c in cases]), np.array([c.cause for c in cases])
+    doming, effective = np.array([c.probability[1] for c in cases]), np.array([c.effective for c in cases])
+    cracked, enough = np.array([c.cracked for c in cases]), effective >= 50
+    counts = np.histogram(ranks, bins=RANKS, range=(0, 1))[0]
+    covered = (ranks > 0.05) & (ranks < 0.95)
+    each = covered.reshape(surveys, -1).mean(axis=1)
+    return {
+        "cases": len(cases),
+        "coverage_90": float(covered.mean()),
+        "coverage_90_of_each_survey": each.tolist(),
+        "scatter_of_these": float(each.std(ddof=1)),
+        "scatter_of_independent_surveys": float(np.sqrt(covered.mean() * (1 - covered.mean()) * surveys / len(cases))),
+        "cases_of_50_effective_samples": int(enough.sum()),
+        "coverage_90_of_these": float(covered[enough].mean()),
+        "coverage_90_of_the_others": float(covered[~enough].mean()),
+        "rank_counts": counts.tolist(),
+        "rank_chi_square_p": float(stats.chisquare(counts).pvalue),
+        "area": area(doming, causes == 1),
+        "area_promised": promised_area(doming),
+        "cases_with_a_crack": int(cracked.sum()),
+        "area_of_these": area(doming[cracked], causes[cracked] == 1),
+        "area_of_the_others": area(doming[~cracked], causes[~cracked] == 1),
+        "effective_samples_median": float(np.median(effective)),
+        "resembled": float(np.mean([c.resembles for c in cases])),
+    }
 
 
-def survey(walls: StoredWalls, sample: int, increment: int, random: np.random.Generator) -> Observations:
-    """Look at the places of a wall; what is measured is drawn as the likelihood has it."""
-    model, seen = Discrepancy(), []
-    for x, y in PLACES:
-        place = {"x": x, "y": y, "within": WITHIN, "error": ERROR}
-        width = walls.replayed(sample).widest(CrackObservation(**place, none=True), walls.movement.shape[1])[0]
-        true = width[increment]
-        deviation = np.sqrt(ERROR**2 + model.width**2 + (model.width_share * true) ** 2)
-        value = true + deviation * random.standard_normal()
-        seen.append(
-            CrackObservation(**place, width=value)
-            if value > VISIBLE
-            else CrackObservation(**place, none=True, visible=VISIBLE)
+def page_text(result: dict[str, Any]) -> str:
+    """Return the tables of the page."""
+    found = result["cracks"]
+    each = found["coverage_90_of_each_survey"]
+    lines = [
+        f"| {found['cases']} cases: 200 walls, {len(each)} surveys each | measured | expected |",
+        "|---|---|---|",
+        f"| coverage of the intervals of 90 % | {found['coverage_90']:.3f} | 0.85 to 0.95 |",
+        f"| coverage of the first survey | {each[0]:.3f} | 0.85 to 0.95 |",
+        f"| coverage of each survey of 200 cases, least and most | {min(each):.3f}, {max(each):.3f} | |",
+        f"| standard deviation of these | {found['scatter_of_these']:.3f} | "
+        f"{found['scatter_of_independent_surveys']:.3f} by chance |",
+        f"| coverage with 50 effective samples or more ({found['cases_of_50_effective_samples']} cases) | "
+        f"{found['coverage_90_of_these']:.3f} | |",
+        f"| coverage with fewer | {found['coverage_90_of_the_others']:.3f} | |",
+        f"| chi-square test of the ranks, p | {found['rank_chi_square_p']:.2f} | above 0.01 |",
+        "",
+        "| survey | stored walls a kind | cases | area, all cases | area that the posteriors promise | with a crack |",
+        "|---|---|---|---|---|---|",
+    ]
+    stored = result["stored_walls"]
+    for (name, one), count in zip(
+        ((name, one) for name, one in result.items() if isinstance(one, dict)),
+        (stored, stored // 2, stored // 4, stored),
+    ):
+        lines.append(
+            f"| {name.split(',')[0]} | {count} | {one['cases']} | {one['area']:.3f} | {one['area_promised']:.3f} | "
+            f"{one['area_of_these']:.3f} ({one['cases_with_a_crack']}) |"
         )
-    return Observations(crack=tuple(seen))
-
-
-def area(score: np.ndarray, cause: np.ndarray) -> float:
-    """Return the area under the receiver operating characteristic."""
-    found = stats.mannwhitneyu(score[cause == 1], score[cause == 0])
-    return float(found.statistic / ((cause == 1).sum() * (cause == 0).sum()))
+    return "\n".join(lines)
 
 
 def main() -> None:
     """Run the cases and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--samples", type=int, default=400)
-    parser.add_argument("--cases", type=int, default=200)
-    parser.add_argument("--surveys", type=int, default=4, help="of each case, with other movements and errors")
+    parser.add_argument("--samples", type=int, default=300)
+    parser.add_argument("--cases", type=int, default=200, help="walls of both kinds")
+    parser.add_argument(
+        "--surveys", type=int, default=24, help="of each wall, at other movements and with other errors"
+    )
+    parser.add_argument("--few", type=int, default=4, help="surveys with fewer stored walls, and with levels")
     parser.add_argument("--folder", type=Path, default=HERE / "results")
     parser.add_argument("-j", "--workers", type=int, default=2)
     given = parser.parse_args()
+    study, seeds = HERE / "study.toml", [5 + k for k in range(given.surveys)]
     start = time.monotonic()
-    stored = archives(given.folder / "stored", given.samples, 1, given.workers)
-    unseen = archives(given.folder / "unseen", given.cases // 2, 2, given.workers)
-    solved = time.monotonic()
-    random = [np.random.default_rng(5 + k) for k in range(given.surveys)]
-    options = InferenceOptions(replays=given.samples, negligible=1.0)  # no maps are made
-    rank, own_cause, score, effective, misfit, seen_cracks = [], [], [], [], [], []
-    cases = [
-        (generator, cause, walls, int(sample))
-        for generator in random
-        for cause, walls in enumerate(unseen)
-        for sample in np.flatnonzero(walls.known)
-    ]
-    for generator, cause, walls, sample in cases:
-        # the movement is uniform over the study's; the state is that of the nearest increment
-        movement = generator.uniform(0.0, walls.largest)
-        increment = int(np.searchsorted(walls.edges[sample], movement, side="right")) - 1
-        seen = survey(walls, sample, increment, generator)
-        found = posterior(stored, seen, options=options)
-        count = len(stored[0].known)
-        weight = found["posterior"].values[cause * count : (cause + 1) * count]
-        rank.append(float(movement_cdf(stored[cause], weight, np.array([movement]))[0]))
-        own_cause.append(cause)
-        score.append(float(found["cause_posterior"].sel(study="doming")))
-        effective.append(float(found["effective_samples"][cause]))
-        misfit.append(bool(found["resembles"].values.any()))
-        seen_cracks.append(any(crack.width is not None for crack in seen.crack))
-    ranks, causes = np.array(rank), np.array(own_cause)
-    counts = np.histogram(ranks, bins=RANKS, range=(0, 1))[0]
-    scores, cracked, enough = np.array(score), np.array(seen_cracks), np.array(effective) >= 50
-    covered = (ranks > 0.05) & (ranks < 0.95)
-    result = {
-        "cases": len(ranks),
-        "coverage_90": float(covered.mean()),
-        "coverage_90_of_each_survey": [float(part.mean()) for part in np.split(covered, given.surveys)],
-        "cases_of_50_effective_samples": int(enough.sum()),
-        "coverage_90_of_these": float(covered[enough].mean()),
-        "rank_counts": counts.tolist(),
-        "rank_chi_square_p": float(stats.chisquare(counts).pvalue),
-        "auc_dishing_doming": area(scores, causes),
-        "cases_with_a_crack": int(cracked.sum()),
-        "auc_of_these": area(scores[cracked], causes[cracked]),
-        "effective_samples_median": float(np.median(effective)),
-        "resembled": float(np.mean(misfit)),
-        "seconds_walls_and_replays": solved - start,
-        "seconds_a_posterior": (time.monotonic() - solved) / len(ranks),
-    }
+    stored = archives(study, KINDS, given.folder / "stored", given.samples, 1, given.workers)
+    unseen = archives(study, KINDS, given.folder / "unseen", given.cases // 2, 2, given.workers)
+    result: dict[str, Any] = {"stored_walls": given.samples, "seconds_walls_and_replays": time.monotonic() - start}
+    cracks = Survey(PLACES)
+    for name, survey, samples, surveys in (
+        ("cracks", cracks, given.samples, given.surveys),
+        ("cracks, half of the stored walls", cracks, given.samples // 2, given.few),
+        ("cracks, a quarter of the stored walls", cracks, given.samples // 4, given.few),
+        ("cracks and levels", Survey(PLACES, LEVELS), given.samples, given.few),
+    ):
+        cases = list(infer_cases(stored, unseen, survey, samples, seeds[:surveys]))
+        result[name] = scores(cases, min(surveys, given.surveys))
     print(json.dumps(result, indent=1))
+    if given.folder == HERE / "results":
+        write_page(HERE / "README.md", page_text(result), MARKS)
     (given.folder / "result.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 
 

@@ -49,7 +49,7 @@ def facade(kind: str, deflection: float, repeats: int, increments: int) -> Scene
 def at_each_repeat(ds: xr.Dataset, increments: int) -> tuple[list[float], list[float]]:
     """Return Psi, and the widest crack so far (mm), each time the settlement is there."""
     there = slice(increments, None, 2 * increments)
-    return ds["psi"].values[there].tolist(), (1e3 * ds["worst_crack_width"].values[there]).tolist()
+    return ds["psi"].values[there].tolist(), (1e3 * ds["crack_width_worst"].values[there]).tolist()
 
 
 def main() -> None:

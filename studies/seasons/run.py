@@ -81,7 +81,7 @@ def row(kind: str, name: str, years: xr.Dataset, once: xr.Dataset) -> str:
     )
     reached = worst(once)[np.arange(len(largest)), np.searchsorted(passed, largest * (1 - 1e-9))]
     alone = " / ".join(f"{100 * (reached >= c).mean():.0f}" for c in (1, 2))
-    width = 1e3 * np.median(years["worst_crack_width"].values[:, -1])
+    width = 1e3 * np.median(years["crack_width_worst"].values[:, -1])
     left = 1e3 * np.median(years["crack_width_max"].values[:, -1])
     return (
         f"| {name} | {kind} | {1e3 * largest.mean():.0f} | " + " | ".join(shares) + f" | {end} | {alone} | "

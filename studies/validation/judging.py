@@ -84,10 +84,11 @@ def table(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def write_page(page: Path, text: str) -> None:
+def write_page(page: Path, text: str, marks: tuple[str, str] = (BEGIN, END)) -> None:
     """Put a text between the marks of a page."""
-    before, rest = page.read_text(encoding="utf-8").split(BEGIN)
-    page.write_text("\n\n".join((before + BEGIN, text, END + rest.split(END)[1])), encoding="utf-8")
+    begin, end = marks
+    before, rest = page.read_text(encoding="utf-8").split(begin)
+    page.write_text("\n\n".join((before + begin, text, end + rest.split(end)[1])), encoding="utf-8")
 
 
 def case_main(here: Path, samples: int, run: Callable[[Path, int, int], tuple[list[dict[str, Any]], str]]) -> None:

@@ -87,7 +87,7 @@ DIMENSION_BY_NAME = [
     (r"moment$", "N m"),
     (r"_(x|y)$", None),  # places and displacements, but normals are pure
     (
-        r"(width|thickness|width_max|width_change|diagonal_change|slip_max|length|opening|slip|sill|left|height|deflection|displacement|movement|opening_max|closing_max)$",
+        r"(width|thickness|width_max|width_worst|width_change|diagonal_change|slip_max|length|opening|slip|sill|left|height|deflection|displacement|movement|opening_max|closing_max)$",
         "m",
     ),
     (r"(ratio|friction|count|cycles|iterations|tilt_max|slope_max|distortion)$", "1"),

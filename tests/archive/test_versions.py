@@ -68,6 +68,15 @@ def test_cycles_of_version_4_are_split_by_the_solver(
     assert "Newton" not in now["cycles"].attrs["long_name"]
 
 
+@pytest.mark.parametrize("dims", [("increment",), ("sample", "increment")])
+def test_the_widest_crack_so_far_of_version_6_has_its_name_of_today(dims: tuple[str, ...]) -> None:
+    values = np.ones((2,) * len(dims))
+    now = brought_up_to_date(6, "old.nc", xr.Dataset({"worst_crack_width": (dims, values, {"units": "m"})}))
+    assert list(now.data_vars) == ["crack_width_worst"]
+    assert now["crack_width_worst"].values.tolist() == values.tolist()
+    assert now["crack_width_worst"].attrs["units"] == "m"
+
+
 def test_an_old_study_is_extended_and_its_parts_are_left(old: Path) -> None:
     before = {p.name: p.read_bytes() for p in (old / "parts").iterdir()}
     archived, mixed = open_study(old), study_status(old).lines

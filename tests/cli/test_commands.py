@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import get_args
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from damagepred.archive.files import read_dataset
@@ -172,6 +173,26 @@ def test_memory_of_the_full_scale_wall_is_what_its_matrices_take(
     factors = Equilibrium(half or model, 1e-6).equations.factors
     kept = factors.levels.inverses.nbytes + sum(matrix.nbytes for matrix in factors.schur_complements)
     assert told == pytest.approx(kept, rel=0.1)  # what a support or the axis holds takes nothing
+
+
+def test_fragility_by_time_writes_the_table_of_years(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "years.toml").write_text(
+        "[study]\nsamples = 4\nstop_at_category = 'none'\n[scene.wall]\nlength = 1.44\nheight = 0.6\n"
+        "[scene.movement.seasons]\nyears = 2\nswing = '6 mm'\nincrements = 2\n[variables.'joint.tensile_strength']\n"
+        "distribution = 'lognormal'\nmean = '0.3 MPa'\ncov = 0.5\n"
+    )
+    folder = tmp_path / "years.dp"
+    assert command("study", tmp_path / "years.toml").code == 0
+    written = command("fragility", folder, "--intensity", "time", "--csv", tmp_path / "t.csv", "--bootstrap", 20)
+    assert written.code == 0, written.err
+    assert "t_years.csv" in written.out
+    table = pd.read_csv(tmp_path / "t_years.csv").set_index(["category", "year"])
+    worst = open_study(folder)["damage_category_worst"].values
+    assert worst.max() > 0
+    for category, year in table.index:
+        share = (worst[:, int(4 * year)] >= category).mean()
+        assert table.loc[(category, year), "so_far"] == pytest.approx(share)
+    assert table["so_far"].between(table["so_far_lower"], table["so_far_upper"]).all()
 
 
 def test_the_road_from_study_to_fragility(command: Run, small_study_file: Path, tmp_path: Path) -> None:

@@ -9,8 +9,9 @@ import pytest
 import xarray as xr
 
 from damagepred import InputError, open_study
-from damagepred.study.analyses.design_search import search_design
+from damagepred.study.analyses.design_search import Target, damaged, loss, search_design
 from tests.cli.conftest import Run
+from tests.synthetic_studies import synthetic_study
 
 CHOICES = """
 study = "small.toml"
@@ -95,6 +96,23 @@ def test_the_least_expected_cost_is_chosen_with_what_it_may_exceed_the_best(
             assert price[after].mean() - price[before].mean() < 100
         assert float(ds["expected_cost"].min()) == float(ds["expected_cost"].sel(alternative=ds.attrs["chosen"]))
         assert ds.attrs["regret"] >= 0
+        part = ds["expected_cost_unfollowed"].values
+        assert ((part >= 0) & (part <= ds["expected_cost"].values - ds["cost"].values)).all()
+
+
+def test_walls_that_were_not_followed_as_far_are_told_apart(tmp_path: Path) -> None:
+    ds = open_study(synthetic_study(tmp_path / "house.dp", 40, failed=(3,)))
+    ends, worst = (np.nan_to_num(ds[n].values).max(axis=1) for n in ("central_deflection", "damage_category"))
+    movement = float(np.quantile(ends, 0.6))
+    difference = damaged(ds, 2, f"{movement} m") - damaged(ds, 2, f"{movement} m", unfollowed=0.0)
+    short = (ends < movement) & (worst < 2)
+    short[3] = True
+    assert difference.tolist() == short.astype(float).tolist()
+    assert 1 < short.sum() < 39
+    costs = Target(at=f"{movement} m", repair_costs=(100.0, 1000.0))
+    beyond = loss(ds, costs) - loss(ds, costs, unfollowed=0.0)
+    assert beyond[3] == 1000.0  # nothing of it is known
+    assert beyond[short & (worst == 1)].tolist() == [900.0] * int((short & (worst == 1)).sum())
 
 
 @pytest.mark.parametrize(

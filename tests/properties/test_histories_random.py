@@ -37,6 +37,19 @@ def random_scene(seed: int) -> Scene:
     return Scene.from_dict(tables)
 
 
+def with_slow_strains(scene: Scene, seed: int) -> Scene:
+    """Return the same scene with times, a random strain of the bricks, and random creep of the joints."""
+    rng = np.random.default_rng([seed, 1])
+    tables = scene.to_dict()
+    for stage, time in zip(tables["movement"]["stage"], np.cumsum(rng.uniform(0.1, 2.0, 5)).tolist()):
+        stage["time"] = time
+    tables["strain"] = {"growth": rng.uniform(-6e-4, 8e-4), "temperature_swing": rng.uniform(0.0, 40.0)}
+    tables["creep"] = {"coefficient": rng.uniform(0.0, 2.0)}
+    if rng.random() < 0.7:
+        tables["creep"]["relaxation_time"] = 10 ** rng.uniform(-1.0, 1.0)
+    return Scene.from_dict(tables)
+
+
 def check_energy(path: xr.Dataset) -> None:
     """Check that no part of the dissipation falls and that the balance closes, but for the energy error stated."""
     error = path["energy_error"].values
@@ -50,6 +63,21 @@ def check_energy(path: xr.Dataset) -> None:
 def check_histories(seeds: range) -> None:
     for seed in seeds:
         path = damagepred.solve(random_scene(seed))
+        assert path.attrs["status"] == "complete"
+        check_energy(path)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 5, 9])
+def test_strains_and_creep_make_no_energy(seed: int) -> None:
+    path = damagepred.solve(with_slow_strains(random_scene(seed), seed))
+    assert path.attrs["status"] == "complete"
+    check_energy(path)
+
+
+@pytest.mark.slow
+def test_strains_and_creep_of_many_random_histories_make_no_energy() -> None:
+    for seed in range(200):
+        path = damagepred.solve(with_slow_strains(random_scene(seed), seed))
         assert path.attrs["status"] == "complete"
         check_energy(path)
 

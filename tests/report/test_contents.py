@@ -316,7 +316,15 @@ def caveats(scene: dict) -> str:
 @pytest.mark.parametrize(
     ("words", "said", "not_said"),
     [
-        ("Displacements are small and there is no time", {}, {"dynamics": {}}),
+        ("Displacements are small, and nothing swings", {}, {"dynamics": {}}),
+        ("no creep", {}, {"creep": {}}),
+        ("no shrinkage", {}, {"strain": {"growth": 1e-4}}),
+        ("a creep coefficient of 1", {"creep": {}}, {"creep": {"coefficient": 0.7}}),
+        (
+            "a time constant of growth of 1 years",
+            {"strain": {"growth": 1e-4}, "movement": {"seasons": {"years": 1}}},
+            {"strain": {"growth": 1e-4, "growth_time": 2}, "movement": {"seasons": {"years": 1}}},
+        ),
         ("Bricks neither crack nor crush", {}, {"solver": {"method": "explicit", "blocks": "deformable"}}),
         (
             "Bricks neither crack nor crush",

@@ -23,7 +23,7 @@ from damagepred.scene.seasons import Seasons, SeasonStep
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import SoilLayer, Suction
-from damagepred.scene.strain import Strain
+from damagepred.scene.strain import Creep, Strain
 from damagepred.scene.wall import ControlJoint, Opening, Wall
 from damagepred.study.settings import Sampling
 from damagepred.uq.stopping import StopWhen
@@ -53,6 +53,7 @@ TABLES = (
     Load,
     Loading,
     Strain,
+    Creep,
     Solver,
     Damage,
     Dynamics,
@@ -107,6 +108,7 @@ Joint
   shear_fracture_energy = None N/m (0 1e+12]
   compressive_strength = None Pa (0 1e+16]
   cap_shear = 9 1 (0 1e+15]
+  strength_factor = 1 1 (0 1e+15]
 HeadJoint
   factor = None
   normal_stiffness = None Pa/m [0.001 1e+18]
@@ -124,6 +126,7 @@ HeadJoint
   softening = None | linear exponential
   compressive_strength = None Pa (0 1e+16]
   cap_shear = None 1 (0 1e+15]
+  strength_factor = None 1 (0 1e+15]
 HeadJointFactors
   normal_stiffness = 1 1 (0 1e+15]
   shear_stiffness = 1 1 (0 1e+15]
@@ -179,10 +182,12 @@ Stage
   surface_movement = None m [0 10000]
   increments = 10 whole [1 max]
   time = None year (0 10000]
+  strain = None 1 [-0.01 0.01]
 Seasons
   years = 30 whole [1 200]
   trend = 0 m [-10000 10000]
   swing = 0.01 m [0 10000]
+  swing_share = 0.6 1 [0 1e+15]
   swing_cov = 0.3 1 [0 1e+15]
   shift = 0 m [0 10000]
   correlation = 0.3 1 [0 1)
@@ -199,6 +204,7 @@ SoilLayer
   thickness = required m (0 10000]
   shrink_swell_index = required 1 [0 0.3]
 Suction
+  climate_zone = None whole [1 6]
   change = 1.2 1 (0 5]
   cracked_share = 0.5 1 [0 1]
   restraint = 2 1 [1 1e+15]
@@ -255,8 +261,16 @@ Loading
   bearing_friction = 0 1 [0 1e+15]
 Strain
   growth = 0 1 [-0.01 0.01]
+  growth_law = logarithmic | logarithmic exponential
+  growth_years = 15 year (0 10000]
+  growth_time = 1 year (0 10000]
   temperature_change = 0 1 [-100 100]
+  temperature_swing = 0 1 [0 100]
+  warmest = 0.5 year [0 1]
   thermal_expansion = 8e-06 1 [0 0.0001]
+Creep
+  coefficient = 1 1 [0 20]
+  relaxation_time = None year (0 10000]
 Solver
   method = quasi_static | quasi_static explicit
   accuracy = standard | draft standard fine reference

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from damagepred import Joint, Scene
+from damagepred import Joint, Scene, solve
 from damagepred.data_files import CONFIDENCE
 from damagepred.errors import InputError
 from damagepred.report.sources import source_of_value
@@ -91,3 +91,16 @@ def test_the_report_names_the_source() -> None:
     assert said == f"{DUTCH}, Korswagen, thesis, TU Delft 2024 (reported)"
     assert "library" not in str(source_of_value("joint", "cohesion", 0.3e6, ["joint.cohesion"], DUTCH))
     assert str(source_of_value("joint", "cohesion", 0.3e6, ["joint.cohesion"], DUTCH)) == "as given"
+
+
+def test_the_compressive_strength_of_the_library_acts_on_nothing_that_is_far_from_it() -> None:
+    wall = {"wall": {"length": 1.1, "height": 0.6, "block_length": 0.22, "block_height": 0.06}}
+    pushed = {"control": "displacement", "displacement": "0.6 mm", "beam": "level"}
+    test = {"movement": {"shape": "loads", "increments": 4}, "load": [{"direction": "along"}], "loading": pushed}
+    scene = Scene.from_dict({"material": DUTCH, "loads": {"roof": "30 kN"}, **wall, **test})
+    assert scene.joint.compressive_strength == 12.9e6
+    capped, free = solve(scene), solve(replace(scene, joint=replace(scene.joint, compressive_strength=None)))
+    assert capped["crack_width_max"].values[-1] > 1e-5
+    assert float(capped["contact_normal_stress"].min()) < 0.0
+    for name in ("crack_width_max", "contact_opening", "contact_normal_stress", "newton_iterations"):
+        np.testing.assert_array_equal(capped[name].values, free[name].values)

@@ -13,8 +13,9 @@ from damagepred.report.caveats import model_caveats
 from damagepred.scene import Movement, Seasons, SeasonStep
 from damagepred.study.campaign.replay import replay
 from damagepred.study.settings import StudySettings
-from damagepred.tables import path_columns, year_columns
+from damagepred.tables import path_columns
 from damagepred.uq.estimate import probability
+from damagepred.year_tables import year_columns, year_frame
 
 SMALL = {"wall": {"length": 1.44, "height": 0.6}, "dpc": {"course": 2}}
 
@@ -127,6 +128,9 @@ def test_each_sample_of_a_study_has_seasons_of_its_own_and_replays(tmp_path: Pat
     first, again = open_study(tmp_path / "a.dp"), open_study(tmp_path / "b.dp")
     np.testing.assert_array_equal(first["central_deflection"], again["central_deflection"])
     assert len(np.unique(first["central_deflection"].values[:, 2])) == 3  # the ends of the first half year
+    worst = first["damage_category_worst"].values
+    assert worst.dtype == np.int8
+    assert (worst == np.maximum.accumulate(first["damage_category"].values, axis=1)).all()
     ds, comparison = replay(tmp_path / "a.dp", 1)
     assert comparison.startswith("bit for bit")
     np.testing.assert_array_equal(ds["central_deflection"], first["central_deflection"].values[1])
@@ -158,6 +162,10 @@ def test_categories_by_year_so_far_and_now() -> None:
     assert rows["category 1 or worse so far"] == ["0.25", "0.50"]
     assert rows["category 1 or worse now"] == ["0.25", "0.25"]
     assert rows["category 2 or worse so far"] == ["0.00", "0.25"]
+    frame = year_frame(ds)
+    assert frame.loc[(1, 2.0)]["so_far"] == 0.5
+    assert frame.loc[(2, 2.0)]["now"] == 0.25
+    assert frame["so_far"].between(frame["so_far_lower"], frame["so_far_upper"]).all()
     band = probability(np.array([1.0, 1.0, 0.0, 0.0]))
     cell = next(c for c in year_columns(ds) if c.name == "category 1 or worse so far").cells[1]
     assert cell == f"0.50 ({band.lower:.2f} to {band.upper:.2f})"
@@ -168,6 +176,7 @@ def test_a_wall_that_was_not_followed_counts_by_what_it_reached() -> None:
     rows = {c.name: [cell.split()[0] for cell in c.cells] for c in year_columns(ds)}
     assert rows["category 1 or worse so far"] == ["0.50", "0.50"]
     assert rows["category 1 or worse now"] == ["0.50", "–"]
+    assert np.isnan(year_frame(ds).loc[(1, 2.0)]["now"])
     failed = of_years([[0, 4, -1]], SampleStatus.FAILED)
     both = xr.concat([ds, failed], "sample")
     assert [c.cells for c in year_columns(both)] == [c.cells for c in year_columns(ds)]

@@ -1,17 +1,25 @@
 """From soil log to surface movement: closed forms, site classes, and the mound that follows."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from damagepred import Scene
+from damagepred import Footing, Movement, Scene, Study, open_study
+from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
-from damagepred.scene import SoilLayer, Suction, surface_movement
-from damagepred.scene.assumed import ground_line
+from damagepred.scene import Seasons, SoilLayer, Suction, surface_movement
+from damagepred.scene.assumed import assumed_seasons, ground_line
+from damagepred.study.campaign.replay import replay
 from damagepred.study.campaign.site_classes import site_line, surface_movements
 from damagepred.study.settings import StudySettings
 
 FOOTED = {"footing": {"width": 0.3, "depth": 0.3}, "movement": {"shape": "mound"}}
+
+
+LOG = [{"thickness": "3 m", "shrink_swell_index": "4 %"}]
 
 
 def layer(thickness: float, index: float) -> SoilLayer:
@@ -79,6 +87,11 @@ def test_the_mound_follows_from_the_log() -> None:
         ({**FOOTED, "soil_layer": [{"thickness": 0, "shrink_swell_index": 0.04}]}, "thickness"),
         ({**FOOTED, "soil_layer": [{"thickness": 1, "shrink_swell_index": 4}]}, "shrink_swell_index"),
         ({**FOOTED, "suction": {"change": 1.0}}, "only read with"),
+        ({**FOOTED, "soil_layer": LOG, "suction": {"climate_zone": 7}}, "climate_zone = 7: must be at most 6"),
+        (
+            {"movement": {"shape": "mound", "stage": [{"surface_movement": 0.04}]}, "soil_layer": LOG},
+            "seasons in place of stages",
+        ),
     ],
 )
 def test_wrong_logs_are_named(tables: dict, words: str) -> None:
@@ -90,6 +103,85 @@ def test_what_follows_from_the_log_is_not_sampled() -> None:
     log = [{"thickness": "3 m", "shrink_swell_index": "4 %"}]
     with pytest.raises(InputError, match="follows from other keys"):
         Scene.from_dict({**FOOTED, "soil_layer": log}).with_values({"mound.surface_movement": 0.03})
+
+
+def test_the_climatic_zone_gives_depth_and_change_of_suction_where_they_are_not_given() -> None:
+    scene = Scene.from_dict({**FOOTED, "soil_layer": LOG, "suction": {"climate_zone": 3}})
+    assert (scene.mound.suction_depth, scene.suction.change) == (2.3, 1.2)
+    assert scene.mound.surface_movement == surface_movement([layer(3, 0.04)], Suction(change=1.2), 2.3)
+    assert "H_s of climatic zone 3 (secondary)" in ground_line(scene)
+    assert "change of suction 1.2 pF" in ground_line(scene)
+    assert Scene.from_dict(scene.to_dict()) == scene
+    own = {"suction": {"climate_zone": 3, "change": 1.5}, "mound": {"suction_depth": 3.0}}
+    scene = Scene.from_dict({**FOOTED, "soil_layer": LOG, **own})
+    assert (scene.mound.suction_depth, scene.suction.change) == (3.0, 1.5)
+    assert "climatic zone" not in ground_line(scene)
+    objects = Scene(
+        soil_layer=(layer(3, 0.04),),
+        suction=Suction(climate_zone=2),
+        movement=Movement(shape="mound"),
+        footing=Footing(width=0.3, depth=0.3),
+    )
+    assert objects.mound.suction_depth == 1.8
+
+
+def test_the_log_gives_the_size_of_the_seasons() -> None:
+    """The mean swing is a share of y_s, and the mound's movement the largest of the history."""
+    seasons = {"years": 2, "swing_cov": 0, "swing_share": 0.5, "trend": "4 mm"}
+    movement = {"shape": "mound", "seasons": seasons}
+    scene = Scene.from_dict({**FOOTED, "movement": movement, "soil_layer": LOG, "mound": {"suction_depth": 2.3}})
+    y_s = surface_movement([layer(3, 0.04)], Suction(), 2.3)
+    assert scene.movement.seasons.swing == pytest.approx(0.5 * y_s)
+    assert scene.mound.surface_movement == pytest.approx(0.25 * y_s + 3e-3)  # after 1.5 of 2 years
+    assert site_line(scene) == f"soil log: y_s = {1e3 * y_s:.0f} mm, site class H2"
+    assert Scene.from_dict(scene.to_dict()) == scene
+    softer = scene.with_values({"soil_layer.0.shrink_swell_index": 0.02})
+    assert softer.movement.seasons.swing == pytest.approx(0.25 * y_s)
+    assert softer.with_seed(1, 2).movement.seasons.swing == softer.movement.seasons.swing
+    with pytest.raises(InputError, match="follows from other keys"):
+        scene.with_values({"movement.seasons.swing": 0.03})
+    assert "a mean swing of 0.6 y_s" in assumed_seasons(
+        replace(scene, movement=Movement(shape="mound", seasons=Seasons()))
+    )
+
+
+def test_a_swing_beside_a_log_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(
+        "[movement]\nshape = 'mound'\n[movement.seasons]\nswing = 0.02\n"
+        "[[soil_layer]]\nthickness = 3\nshrink_swell_index = 0.04\n"
+    )
+    with pytest.raises(InputError, match=r"follows from .*soil_layer.*; give swing_share"):
+        Scene.from_toml(tmp_path / "wall.toml")
+
+
+def test_a_study_with_log_seasons_strain_and_creep_runs_and_replays(tmp_path: Path) -> None:
+    tables = {
+        "scene": {
+            **FOOTED,
+            "wall": {"length": 1.44, "height": 0.6},
+            "dpc": {"course": 2},
+            "movement": {"shape": "mound", "seasons": {"years": 1, "increments": 2}},
+            "mound": {"shape": "mitchell"},
+            "soil_layer": LOG,
+            "suction": {"climate_zone": 2},
+            "strain": {"growth": 5e-4, "temperature_swing": 20},
+            "creep": {"coefficient": 1.0, "relaxation_time": 1.0},
+        },
+        "study": {"samples": 2, "seed": 3},
+        "variables": {
+            place: {"distribution": "uniform", "lower": low, "upper": high}
+            for place, low, high in (
+                ("soil_layer.0.shrink_swell_index", 0.02, 0.05),
+                ("strain.growth", 2e-4, 8e-4),
+                ("creep.coefficient", 0.5, 1.5),
+            )
+        },
+    }
+    Study(StudySettings.from_dict(tables, source="study")).run(tmp_path / "a.dp", samples=2)
+    ds = open_study(tmp_path / "a.dp")
+    assert (ds["status"] == SampleStatus.COMPLETE).all()
+    assert len(np.unique(ds["surface_movement"].values.max(axis=1))) == 2
+    assert replay(tmp_path / "a.dp", 1)[1].startswith("bit for bit")
 
 
 def test_site_classes_have_the_probabilities_of_the_lognormal_index() -> None:

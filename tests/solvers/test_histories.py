@@ -168,7 +168,7 @@ def test_a_study_of_a_history_runs_resumes_and_replays(tmp_path: Path) -> None:
         for name, samples in (("a", 3), ("a", 6), ("b", 6)):
             study.run(tmp_path / name, samples=samples, executor=executor)
     first, second = (open_study(tmp_path / n) for n in ("a", "b"))
-    for name in ("crack_width_max", "worst_crack_width", "central_deflection", "time", "stage"):
+    for name in ("crack_width_max", "crack_width_worst", "central_deflection", "time", "stage"):
         np.testing.assert_array_equal(first[name], second[name])
     given = first["movement.central_deflection"].values
     np.testing.assert_allclose(first["central_deflection"].values[:, [2, 4]], given[:, None] * [1, 0.5])

@@ -1,5 +1,6 @@
 """Movement in stages: there and back, and from dishing to doming."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,10 @@ import xarray as xr
 
 import damagepred
 from damagepred import Scene
+from damagepred.damage import load_table
 from damagepred.errors import InputError
 from damagepred.plotting import draw_history
+from damagepred.rejudge import judge_again
 
 WALL = {"wall": {"length": 1.92, "height": 0.6}, "dpc": {"course": 2}}
 DRY = {"tensile_strength": 0.0, "cohesion": 0.0}
@@ -52,13 +55,27 @@ def test_a_closed_cycle_makes_no_energy(joint: dict[str, float]) -> None:
 def test_the_worst_width_stays_and_the_present_one_remains_after_the_cycle() -> None:
     path = solved(stage("dishing", 4e-3, 4), stage("dishing", 0.0, 4), joint=DRY)
     widths = path["crack_width_max"].values
-    assert (path["worst_crack_width"].values == np.maximum.accumulate(widths)).all()
+    assert (path["crack_width_worst"].values == np.maximum.accumulate(widths)).all()
     ax = draw_history(path)
     assert ax.get_xlabel().startswith("increment")
     turns = [
         line.get_xdata()[0] for line in ax.lines if line.get_linestyle() == ":" and len(set(line.get_xdata())) == 1
     ]
     assert turns == [4]
+
+
+def test_the_worst_category_stays_and_is_judged_anew() -> None:
+    movement = {"central_deflection": 8e-3, "stage": [stage("dishing", 8e-3, 4), stage("dishing", 0.0, 4)]}
+    path = damagepred.solve(Scene.from_dict({"wall": WALL["wall"], "movement": movement}))
+    category = path["damage_category"].values
+    assert category.max() == 3
+    assert category[-1] == 1
+    assert (path["damage_category_worst"].values == np.maximum.accumulate(category)).all()
+    assert path["damage_category_worst"].attrs["flag_meanings"] == path["damage_category"].attrs["flag_meanings"]
+    finer = dataclasses.replace(load_table("as2870"), limits=(1e-5, 2e-5, 3e-5, 4e-5))
+    judged = judge_again(path, table=finer)
+    assert judged["damage_category_worst"].values[-1] == 4
+    assert (judged["damage_category_worst"].values == np.maximum.accumulate(judged["damage_category"].values)).all()
 
 
 @pytest.mark.parametrize("joint", [{}, DRY], ids=["bonded", "dry"])

@@ -11,9 +11,19 @@ import pytest
 
 from damagepred import InputError, infer
 from damagepred.study import Study
-from damagepred.study.analyses.back_analysis import InferenceOptions, chosen_samples, prices, sentences
+from damagepred.study.analyses.back_analysis import InferenceOptions, chosen_samples, prices
+from damagepred.study.analyses.posterior_tables import sentences
+from damagepred.study.analyses.stored_walls import StoredWalls
 from damagepred.study.settings import StudySettings
-from damagepred.uq.observations import CrackObservation, LevelObservation, Observations, SlopeObservation, censored
+from damagepred.uq.observations import (
+    CrackObservation,
+    Discrepancy,
+    LevelObservation,
+    Observations,
+    SlopeObservation,
+    WindowObservation,
+    censored,
+)
 from tests.conftest import SMALL_STUDY
 
 FIXED = SMALL_STUDY.partition('[variables."movement')[0]
@@ -41,7 +51,8 @@ def test_local_cracks_tell_the_cause_and_the_movement(causes: list[Path]) -> Non
         crack=(
             CrackObservation(x=x, y=y, within=0.2, width=width),
             CrackObservation(x=0.72, y=0.1, within=0.15, none=True),
-        )
+        ),
+        discrepancy=Discrepancy(width_share=0.3),
     )
     done: list[int] = []
     first = infer(causes, seen, on_replay=lambda number, total: done.append(total))
@@ -56,6 +67,13 @@ def test_local_cracks_tell_the_cause_and_the_movement(causes: list[Path]) -> Non
     assert first.identical(again)
     worse = first["future_probability"].sel(study="doming")
     assert (np.diff(worse.sel(category=1).dropna("further").values) >= -0.05).all()
+    lower, upper = (first[f"future_probability_{end}"] for end in ("lower", "upper"))
+    assert (lower.diff("further") >= -1e-12).all()  # what is not followed is not left out
+    assert (upper.diff("further") >= -1e-12).all()
+    assert (lower <= first["future_probability"] + 1e-12).isel(further=0).all()
+    unknown = 1.0 - first["future_known"]
+    assert (upper - lower <= unknown + 1e-9).all()
+    assert float((upper - lower).max()) > 0.1
     assert "crack_probability" in first
     with pytest.raises(InputError, match="prior_odds: 'domin': is none of the studies"):
         infer(causes, Observations(crack=seen.crack, prior_odds={"domin": 2.0}))
@@ -79,6 +97,25 @@ def test_what_no_wall_resembles_is_said_loudly(causes: list[Path]) -> None:
     found = infer(causes, Observations(crack=(CrackObservation(width="30 mm"), CrackObservation(width="5 mm"))))
     assert sentences(found)[0].startswith("NO STORED WALL RESEMBLES THE OBSERVATIONS")
     assert any("effective samples, fewer than 50" in line for line in sentences(found))
+
+
+def test_a_window_that_has_closed_tells_the_movement(tmp_path: Path) -> None:
+    text = FIXED.replace("stop_at_category = 4", "").replace(
+        "[scene.joint]", "[[scene.opening]]\nx = 0.48\ny = 0.15\nwidth = 0.48\nheight = 0.3\n\n[scene.joint]"
+    )
+    Study(StudySettings.from_dict(tomllib.loads(text))).run(tmp_path / "window.dp", samples=6)
+    walls = StoredWalls(tmp_path / "window.dp")
+    change = walls.ds["opening_width_change"].values[2, :, 0]
+    seen = Observations(window=(WindowObservation(opening=1, width_change=change[4], error="0.05 mm"),))
+    model = seen.discrepancy
+    fit = walls.fit_of_archive(seen)
+    assert fit.misfit[2, 4] == 0.0
+    expected = (change[5] - change[4]) ** 2 / (5e-5**2 + (model.distortion_share * change[5]) ** 2)
+    assert fit.misfit[2, 5] == pytest.approx(expected)
+    found = infer(tmp_path / "window.dp", seen)
+    low, high = (float(found["movement_quantile"].sel(quantile=q)[0]) for q in (0.05, 0.95))
+    assert low < walls.movement[2, 4] < high
+    assert high - low < 0.9 * walls.largest  # the prior's interval
 
 
 def test_samples_that_are_replayed_stand_for_all() -> None:
@@ -158,6 +195,8 @@ def test_limits_far_away_keep_their_probability() -> None:
         ('[[crack]]\nwidht = "2 mm"', "Did you mean 'width'?"),
         ('movement = "H1"\n[[tilt]]\nvalue = 0.01', "is of the surface movement"),
         ("[[window]]\nopening = 1\nsticks = true", "have 0 openings"),
+        ("[[window]]\nopening = 1", "window 1: give one of sticks and width_change"),
+        ('[[window]]\nopening = 1\nsticks = true\nwidth_change = "1 mm"', "give one of sticks and width_change"),
     ],
 )
 def test_wrong_observations_are_answered_by_a_sentence(

@@ -10,10 +10,15 @@ from types import ModuleType
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
+
+from damagepred.data_files import data_file
+from damagepred.study.settings import StudySettings
+from damagepred.uq.observations import Discrepancy
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = ROOT / "studies" / "validation"
-JUDGED = ("spandrels", "shear_wall", "ramsgate", "bryant", "shear_panel")
+JUDGED = ("spandrels", "shear_wall", "window_wall", "ramsgate", "bryant", "shear_panel")
 
 
 def module(name: str, file: Path) -> ModuleType:
@@ -29,7 +34,7 @@ def module(name: str, file: Path) -> ModuleType:
 @pytest.fixture
 def paths(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the cases find what they share; modules of that name of other studies are put aside."""
-    for name in ("cases", "measures", "solving", "table", "judging"):
+    for name in ("cases", "measures", "solving", "table", "judging", "crossing"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setattr(sys, "path", [str(CASES), str(ROOT / "studies" / "bryant_1993"), *sys.path])
 
@@ -83,7 +88,7 @@ def test_a_case_runs_and_goes_on(paths: None, tmp_path: Path) -> None:
     assert again[0]["predicted_mean"] == rows[0]["predicted_mean"]
 
 
-@pytest.mark.parametrize("case", ["spandrels", "shear_wall", "bryant", "shear_panel", "ramsgate", "facades"])
+@pytest.mark.parametrize("case", [*JUDGED, "facades", "dry_walls", "vibration"])
 def test_every_case_can_be_read(paths: None, case: str) -> None:
     """Scenes of all cases are valid, and their pages name the command that makes them."""
     found = module(f"validation_{case}", CASES / case / "run.py")
@@ -91,3 +96,111 @@ def test_every_case_can_be_read(paths: None, case: str) -> None:
     text = (CASES / case / "README.md").read_text(encoding="utf-8")
     assert f"python studies/validation/{case}/run.py" in text
     assert "COMMIT" not in text
+
+
+def test_crossed_walls_share_the_variance_of_a_column_as_its_closed_form(paths: None, tmp_path: Path) -> None:
+    """The force that shortens an elastic column is the product of stiffness and thickness, so shares are known."""
+    crossing = module("crossing", CASES / "crossing.py")
+    first, second = 0.3, 0.2  # COV
+    study = StudySettings.from_dict(
+        {
+            "study": {"samples": 2, "seed": 5, "stop_at_category": "none"},
+            "scene": {
+                "wall": {"length": 0.3, "height": 0.3, "block_length": 0.3, "block_height": 0.1, "bond": "stack"},
+                "block": {"elastic_modulus": 1e15},
+                "movement": {"shape": "loads", "increments": 1},
+                "load": [{}],
+                "loading": {"control": "displacement", "displacement": "1 um"},
+            },
+            "variables": {
+                "joint.normal_stiffness": {"distribution": "lognormal", "mean": 82e9, "cov": first},
+                "wall.thickness": {"distribution": "lognormal", "mean": 0.1, "cov": second},
+                "joint.tensile_strength": {"distribution": "lognormal", "mean": 1e6, "cov": 0.2, "field": {}},
+            },
+        }
+    )
+    causes = {
+        "stiffness": ("joint.normal_stiffness",),
+        "thickness": ("wall.thickness",),
+        "nothing": (crossing.JOINTS, crossing.STUDIES),
+    }
+    shares = crossing.variance_shares([study, study], causes, ("load_force",), 128, tmp_path, 1)
+    whole = (1 + first**2) * (1 + second**2) - 1
+    expected = np.array([first**2, second**2, 0.0]) / whole
+    assert shares["first_order"].values == pytest.approx(expected, abs=0.06)
+    assert shares["total"].values[2] == pytest.approx(0.0, abs=1e-6)
+    assert shares.attrs["walls"] == 128 * 5
+    assert shares.attrs["cov"] == pytest.approx(np.sqrt(whole), rel=0.1)
+    again = crossing.variance_shares([study, study], causes, ("load_force",), 128, tmp_path, 1)
+    assert again["total"].values.tolist() == shares["total"].values.tolist()  # read, not solved again
+
+
+def test_the_dry_wall_of_the_source_falls_where_it_is_published(paths: None) -> None:
+    case = module("validation_dry_walls", CASES / "dry_walls" / "run.py")
+    found, limit = case.factors(case.WALLS[0])
+    assert [found, limit] == pytest.approx(case.PUBLISHED[case.WALLS[0].friction], abs=1e-3)
+
+
+def test_two_bricks_on_each_other_vibrate_as_their_closed_form(paths: None) -> None:
+    """Two free masses on a spring, up and down: omega^2 = 2 K/m; it is one of the three frequencies."""
+    case = module("validation_vibration", CASES / "vibration" / "run.py")
+    found = case.frequencies(0.25, 0.055, [(0, 0), (0, 1)], case.MODULUS / case.GAP)
+    upright = np.sqrt(2.0 * case.MODULUS / case.GAP / (case.DENSITY * 0.055)) / (2.0 * np.pi)
+    assert len(found) == 3
+    assert np.abs(found / upright - 1.0).min() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("halfway", "end", "stages", "share"), [(2.6, 9.0, 1, 1.0), (2.4, 2.6, 2, 0.5), (1.0, 2.4, 2, 0.0)]
+)
+def test_facades_are_followed_until_all_are_beyond_the_level(
+    paths: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, halfway: float, end: float, stages: int, share: float
+) -> None:
+    case = module("validation_facades", CASES / "facades" / "run.py")
+    asked = []
+
+    def run_study(settings: StudySettings, folder: Path, samples: int, workers: int) -> xr.Dataset:
+        movement = settings.scene.movement
+        asked.append((movement.central_deflection, movement.increments))
+        last = halfway if len(asked) == 1 else end
+        first = last if share == 1.0 else 0.0  # one wall of two is never damaged
+        psi = np.array([[0.0, first, np.nan], [0.0, 0.5 * last, last]])  # the first path ends early
+        return xr.Dataset({"psi": (("sample", "increment"), psi)})
+
+    monkeypatch.setattr(case, "run_study", run_study)
+    assert case.share_beyond(case.FACADES[1], "dishing", tmp_path, 2, 1) == share
+    whole = case.DISTORTION * case.FACADES[1].length / 2.0
+    assert np.array(asked) == pytest.approx(np.array([(0.5 * whole, 4), (whole, 8)][:stages]))
+
+
+def test_the_discrepancy_of_widths_is_what_the_cases_say(paths: None) -> None:
+    """The shipped data, the page and the defaults are those of a new fit."""
+    fitting = module("validation_discrepancy", CASES / "discrepancy.py")
+    seen = fitting.widths(fitting.Prior())
+    found = fitting.fit(seen, fitting.Prior())
+    assert fitting.data_text(found) == data_file("statistics", "discrepancy.toml").read_text(encoding="utf-8")
+    assert fitting.page_text(seen, found) in (CASES / "README.md").read_text(encoding="utf-8")
+    assert Discrepancy().width == pytest.approx(found.width[1], rel=0.05)
+    assert Discrepancy().width_share == pytest.approx(found.share[1], rel=0.05)
+    origins = Discrepancy(width_share=0.1).origins()
+    assert origins["width_share"] == ("-", "given")
+    assert origins["level"] == ("-", "assumed")
+    assert origins["width"][1] == "derived"
+    assert " to " in origins["width"][0]
+
+
+def test_the_fit_finds_a_known_discrepancy(paths: None) -> None:
+    fitting = module("validation_discrepancy", CASES / "discrepancy.py")
+    random = np.random.default_rng(4)
+    true = np.concatenate((np.full(60, 5e-5), np.geomspace(2e-3, 9e-3, 60)))
+    spread = np.hypot(3e-4, 0.4 * true)
+    seen = [
+        fitting.Width(str(k), "", value, 0.0, np.array([w]))
+        for k, (w, value) in enumerate(zip(true, np.abs(true + spread * random.standard_normal(120))))
+    ]
+    found = fitting.fit(seen, fitting.Prior(points=25))
+    assert found.width[0] < 3e-4 < found.width[2]
+    assert found.share[0] < 0.4 < found.share[2]
+    assert found.share[2] < 0.6
+    half = fitting.fit(seen + seen, fitting.Prior(points=25))  # twice the same widths of a case count once
+    assert half.share == pytest.approx(found.share)

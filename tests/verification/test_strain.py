@@ -122,10 +122,7 @@ def test_both_solvers_agree_on_a_strained_wall() -> None:
         np.testing.assert_allclose(other[name].values[-1], one[name].values[-1], atol=0.02 * largest)
 
 
-@pytest.mark.parametrize(
-    "wrong", [{"movement": Movement(seasons=scene.Seasons(years=1, swing=0.002))}, {"dynamics": scene.Dynamics()}]
-)
-def test_strains_with_a_history_are_refused(wrong: dict[str, object]) -> None:
-    """A strain grows with one movement."""
-    with pytest.raises(InputError, match="strain: grows in proportion"):
-        Scene(strain=Strain(growth=GROWTH), **wrong)  # type: ignore[arg-type]
+def test_strains_in_time_are_refused() -> None:
+    """A run in time has no slow strains."""
+    with pytest.raises(InputError, match="a run in time has none"):
+        Scene(strain=Strain(growth=GROWTH), dynamics=scene.Dynamics())

@@ -266,4 +266,5 @@ def explicit_path(
     ConvergenceError
         If an increment does not reach equilibrium; the message names increment and block.
     """
-    yield from follow_movement(ExplicitStepper(model, settings, elastic_start), model, increments)
+    creep = SolverOptions.of(settings).creep
+    yield from follow_movement(ExplicitStepper(model, settings, elastic_start), model, increments, creep)

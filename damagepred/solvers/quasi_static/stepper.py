@@ -13,6 +13,7 @@ from damagepred.kernels.interface.checks import joint_law_violation_of
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
+from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.quasi_static.continuation import Checkpoint, Continuation
 from damagepred.solvers.quasi_static.dynamic_relaxation import residual_in_motion
 from damagepred.solvers.state.increment import Increment
@@ -175,4 +176,5 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     ConvergenceError
         If no equilibrium is found although no part is detached.
     """
-    yield from follow_movement(QuasiStaticStepper(model, settings), model, increments)
+    creep = SolverOptions.of(settings).creep
+    yield from follow_movement(QuasiStaticStepper(model, settings), model, increments, creep)

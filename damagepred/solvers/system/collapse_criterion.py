@@ -55,7 +55,8 @@ class DetachmentLimit(NamedTuple):
         jacks = 0.0 if model.jacks is None else abs(model.jacks.deflection)
         moves = model.moves if model.moves.any() else ~model.moves
         size = float(np.sqrt(model.blocks.area.max(where=moves, initial=0.0)))
-        return cls(0.5 * size + 2.0 * _settlement(model), 2.0 * max(ground, supports, jacks))
+        always = 0.5 * size + 2.0 * (_settlement(model) + model.ground.largest_standing())
+        return cls(always, 2.0 * max(ground, supports, jacks))
 
     def at(self, load_factor: float) -> float:
         """Return it at a share of the movement."""

@@ -1,4 +1,4 @@
-"""Tolerance of elastic solutions."""
+"""Tolerance of elastic solutions; steps of creep."""
 
 from __future__ import annotations
 
@@ -21,4 +21,19 @@ class ElasticSolutionOptions:
     residual_tolerance: Pure = Field(default=1e-3, gt=0)
 
 
+@described
+class CreepOptions:
+    """Creep of joints along a history: steps in time.
+
+    Attributes
+    ----------
+    longest_step : float
+        Longest step over the relaxation time (1). A step takes the stresses at its start: exact at constant opening, an
+        error of first order elsewhere.
+    """
+
+    longest_step: Pure = Field(default=0.1, gt=0)
+
+
 DEFAULTS = ElasticSolutionOptions()
+DEFAULT_CREEP = CreepOptions()

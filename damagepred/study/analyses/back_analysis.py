@@ -13,40 +13,28 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from scipy import special
 
-from damagepred.archive.folder import open_study
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.damage import sticking_limits
-from damagepred.enumerations import SOLVED
 from damagepred.errors import InputError, nearest
 from damagepred.formatting import duration
 from damagepred.one_thread import one_blas_thread
-from damagepred.study.analyses.local_cracks import Replayed, ReplayStore
+from damagepred.study.analyses.stored_walls import StoredWalls
 from damagepred.study.campaign.campaign import Campaign, Progress
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.importance import Proposal, cross_entropy_shift
-from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values
+from damagepred.uq.intensity import attributes
 from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
-from damagepred.uq.observations import (
-    CrackPrediction,
-    Fit,
-    Observations,
-    censored,
-    crack_fit,
-    measured,
-)
-
-_WIDEST = {"wall": "crack_width_max", "below_dpc": "base_crack_width_max", "dpc": "dpc_opening_max"}
+from damagepred.uq.observations import Observations
 
 
 @dataclass(frozen=True)
@@ -94,194 +82,6 @@ class InferenceOptions:
 
 
 DEFAULT = InferenceOptions()
-
-
-@dataclass
-class StoredWalls:
-    """States of one study, with what is predicted of them at places that were observed.
-
-    Attributes
-    ----------
-    path : Path
-        Study folder.
-    more : tuple of Path
-        Folders of more samples of the same study, drawn by importance sampling.
-    shares : tuple of float
-        Share of the prior weight that each folder has.
-    """
-
-    path: Path
-    more: tuple[Path, ...] = ()
-    shares: tuple[float, ...] = (1.0,)
-    _local: dict[tuple[Any, ...], tuple[FloatArray, ...]] = field(default_factory=dict)
-
-    @one_blas_thread()
-    def __post_init__(self) -> None:
-        """Open the study."""
-        opened = [open_study(folder) for folder in (self.path, *self.more)]
-        self.ds = _joined(opened) if self.more else opened[0]
-        self.stores = [ReplayStore(Path(folder)) for folder in (self.path, *self.more)]
-        self.first = np.cumsum([0, *(ds.sizes["sample"] for ds in opened)])
-        self.measure = chosen_intensity(self.ds, None)
-        if "increment" not in self.ds[self.measure].dims if self.measure in self.ds else True:
-            raise InputError(
-                f"{self.path}: infer needs the increments of each wall; run the study with [study] movement = 'path'."
-            )
-        self.name = Path(self.path).name.removesuffix(".dp")
-        self.movement = intensity_values(self.ds, self.measure)
-        self.known = np.isin(self.ds["status"].values, SOLVED)
-        weight = self.ds["weight"].values if "weight" in self.ds else np.ones(len(self.known))
-        weight = np.where(self.known, weight, 0.0)
-        for share, start, end in zip(self.shares, self.first, self.first[1:]):
-            weight[start:end] *= share / max(weight[start:end].sum(), 1e-300)
-        self.weight = weight
-        middle = 0.5 * (self.movement[:, 1:] + self.movement[:, :-1])
-        self.edges = np.concatenate((self.movement[:, :1], middle, self.movement[:, -1:]), axis=1)
-        if not np.isfinite(self.edges[self.known]).all():
-            # a rig that let go, or a failed path: the increments beyond are not part of the prior
-            last = np.where(np.isfinite(self.movement), self.movement, -np.inf).max(axis=1, keepdims=True)
-            self.edges = np.where(np.isfinite(self.edges), self.edges, last)
-
-    @property
-    def largest(self) -> float:
-        """The largest movement of the study."""
-        return float(np.nanmax(self.edges[self.known]))
-
-    def log_prior(self, movement: MovementDistribution | None) -> FloatArray:
-        """Return the logarithm of the prior probability of each state, array (samples, increments)."""
-        if movement is None:
-            share = np.diff(self.edges, axis=1) / np.maximum(np.ptp(self.edges, axis=1), 1e-300)[:, None]
-        else:
-            movement.require_measure(self.measure)
-            points = np.asarray(movement.points)
-            if beyond := float(np.mean(points > self.largest)):
-                raise InputError(
-                    f"movement = {movement.name}: {beyond:.0%} of it lies beyond {self.largest:g}, the largest "
-                    f"movement of {self.path}; run the study with a larger movement."
-                )
-            share = np.array([np.histogram(points, np.maximum.accumulate(row))[0] for row in self.edges]) / len(points)
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.log(share) + np.log(self.weight)[:, None])
-
-    def fit_of_archive(self, seen: Observations) -> Fit:
-        """Return the fit of what the archive itself tells."""
-        shape, model = self.movement.shape, seen.discrepancy
-        total = Fit(np.zeros(shape), np.zeros(shape))
-        for crack in (c for c in seen.crack if c.x is None):
-            width = self._values(_WIDEST[crack.part], "cracks of this part")
-            total = total + crack_fit(crack, CrackPrediction(width, width), model)
-        for name, found in (("slope_max", seen.slope), ("tilt_max", seen.tilt)):
-            for one in found:
-                total = total + measured(
-                    self._values(name, "slopes"), one.value, np.full(shape, np.hypot(one.error, model.slope))
-                )
-        for window in seen.window:
-            count = self.ds.sizes.get("opening", 0)
-            if window.opening > count or "opening_distortion" not in self.ds:
-                raise InputError(f"window.opening = {window.opening}: the walls of {self.path} have {count} openings.")
-            limit = sticking_limits().angle[0]
-            value = self.ds["opening_distortion"].values[..., window.opening - 1]
-            deviation = np.maximum(model.distortion_share * value, model.distortion_share * limit)
-            bounds = (limit, np.inf) if window.sticks else (-np.inf, limit)
-            total = total + censored(value, *bounds, deviation)
-        return total
-
-    def _values(self, name: str, what: str) -> FloatArray:
-        if name not in self.ds or self.ds[name].ndim != 2:
-            raise InputError(f"{self.path}: the archive does not hold {name}; {what} cannot be observed on its walls.")
-        return np.asarray(self.ds[name].values, dtype=np.float64)
-
-    def crack_map(
-        self, weight: FloatArray, cell: float, wider: float, shape: tuple[int, int], negligible: float
-    ) -> FloatArray:
-        """Return the probability that a crack wider than a limit runs through each cell, array (y, x).
-
-        Parameters
-        ----------
-        weight : array (samples, increments)
-            Posterior weights of the states.
-        cell, wider : float
-            Side of the cells and limit (m).
-        shape : (int, int)
-            Number of cells upwards and along the wall.
-        negligible : float
-            Share of the posterior up to which a sample is left out.
-        """
-        found = np.zeros(shape[0] * shape[1])
-        share = weight.sum(axis=1)
-        for sample in np.flatnonzero(share > negligible * share.sum()):
-            one = self.replayed(int(sample))
-            open_ = one.width > wider
-            row = np.minimum((one.y[open_] / cell).astype(np.int64), shape[0] - 1)
-            column = np.minimum((one.x[open_] / cell).astype(np.int64), shape[1] - 1)
-            states = np.unique(np.stack((row * shape[1] + column, one.step[open_])), axis=1)
-            np.add.at(found, states[0], weight[sample, states[1]])
-        return found.reshape(shape)
-
-    def fit_of_replays(self, seen: Observations, samples: IntArray) -> Fit:
-        """Return the fit of local cracks and levels, (chosen samples, increments).
-
-        Parameters
-        ----------
-        seen : Observations
-            What was observed.
-        samples : array of int
-            Samples that have been replayed.
-        """
-        shape = (len(samples), self.movement.shape[1])
-        total = Fit(np.zeros(shape), np.zeros(shape))
-        for crack in (c for c in seen.crack if c.x is not None):
-            key = (crack.x, crack.y, crack.within, crack.part, crack.direction)
-            found = self._predicted(key, samples, lambda one, c=crack: one.widest(c, shape[1]))
-            total = total + crack_fit(crack, CrackPrediction(*found), seen.discrepancy)
-        for level in seen.level:
-            ends = (level.x, level.y), (level.to_x, level.to_y)
-            (rise,) = self._predicted(ends, samples, lambda one, e=ends: (one.level(*e, shape[1]),))
-            deviation = np.full(shape, np.hypot(level.error, seen.discrepancy.level))
-            total = total + measured(rise, level.difference, deviation)
-        return total
-
-    def _predicted(
-        self, key: tuple[Any, ...], samples: IntArray, read: Callable[..., tuple[FloatArray, ...]]
-    ) -> tuple[FloatArray, ...]:
-        key = (*key, samples.tobytes())
-        if key not in self._local:
-            rows = [read(self.replayed(int(sample))) for sample in samples]
-            self._local[key] = tuple(np.array(column) for column in zip(*rows))
-        return self._local[key]
-
-    def replayed(self, sample: int) -> Replayed:
-        """Return a replayed sample."""
-        part = int(np.searchsorted(self.first, sample, side="right")) - 1
-        return self.stores[part].read(sample - int(self.first[part]))
-
-    def replay(self, samples: IntArray, workers: int, on_replay: Callable[[int, int], None] | None) -> None:
-        """Replay samples; see ``ReplayStore.fill``.
-
-        Parameters
-        ----------
-        samples, workers, on_replay
-            Numbers of the samples, processes, and the call that reports progress.
-        """
-        for store, start, end in zip(self.stores, self.first, self.first[1:]):
-            store.fill((samples[(samples >= start) & (samples < end)] - start).tolist(), workers, on_replay)
-
-
-def _joined(studies: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Return the samples of studies of the same walls as one dataset, with weights."""
-    weighted = [
-        ds if "weight" in ds else ds.assign(weight=("sample", np.ones(ds.sizes["sample"])))
-        for ds in (one.drop_vars("movement", errors="ignore") for one in studies)
-    ]
-    names = [
-        name
-        for name in weighted[0].data_vars
-        if weighted[0][name].dims[:1] == ("sample",) and all(name in ds for ds in weighted)
-    ]
-    joined = xr.concat(
-        [ds[names] for ds in weighted], "sample", combine_attrs="override", coords="minimal", compat="override"
-    )
-    return joined.assign_attrs(studies[0].attrs)
 
 
 def chosen_samples(weight: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
@@ -348,7 +148,8 @@ def infer(
     xarray.Dataset
         On (sample, increment): ``posterior``, the weights of the states, which add up to 1. On (study,): prior and
         posterior probability of the cause, effective samples, and the least misfit of a state. ``movement_quantile``
-        on (study, quantile) and ``future_probability`` of each category or worse on (study, further, category).
+        on (study, quantile). On (study, further, category): ``future_probability`` of each category or worse among the
+        walls that were followed so far, and its bounds ``_lower`` and ``_upper`` among all.
 
     Raises
     ------
@@ -550,26 +351,48 @@ def movement_cdf(walls: StoredWalls, weight: FloatArray, at: FloatArray) -> Floa
     return np.array([heavy @ np.clip((x - low) / width, 0.0, 1.0) for x in at]) / max(heavy.sum(), 1e-300)
 
 
-def _future(
-    walls: StoredWalls, weight: FloatArray, options: InferenceOptions, highest: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return P(category or worse) after further movement, array (further, category), and the share that is known."""
+class _Future(NamedTuple):
+    """Probability of each category or worse after further movement, arrays (further, category).
+
+    Attributes
+    ----------
+    among_known : array
+        Among the walls that were followed so far; they may be the sound ones.
+    lower, upper : array
+        Of all walls: those not followed so far have reached what they had at the end of their path, or all categories.
+    known : array (further,)
+        Share of the posterior that was followed so far.
+    """
+
+    among_known: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    known: FloatArray
+
+
+def _future(walls: StoredWalls, weight: FloatArray, options: InferenceOptions, highest: int) -> _Future:
+    """Return what further movement brings."""
     category = walls.ds["damage_category"].values
-    chance = np.full((len(options.further), highest), np.nan)
-    known_share = np.zeros(len(options.further))
+    shape = (len(options.further), highest)
+    empty = np.full(shape, np.nan)
+    found = _Future(empty, empty.copy(), empty.copy(), np.zeros(len(options.further)))
     rows, columns = np.nonzero(weight > 0)
-    heavy = weight[rows, columns]
+    if not len(rows):
+        return found
+    heavy = weight[rows, columns] / weight[rows, columns].sum()
+    worst = np.maximum(category.max(axis=1), 0)[rows]
+    moved = walls.movement[rows]
     for k, share in enumerate(options.further):
         target = walls.movement[rows, columns] + share * walls.largest
-        moved = walls.movement[rows]
-        at = np.nanargmin(np.abs(moved - target[:, None]), axis=1) if len(rows) else columns
+        at = np.nanargmin(np.abs(moved - target[:, None]), axis=1)
         # the nearest increment, unless the path ends before the movement
         known = (target <= walls.edges[rows, -1] * (1 + 1e-9)) & (category[rows, at] >= 0)
-        known_share[k] = heavy[known].sum() / max(heavy.sum(), 1e-300)
+        reached = np.where(known, category[rows, at], worst)[:, None] >= np.arange(1, highest + 1)
+        found.known[k] = heavy[known].sum()
+        found.lower[k], found.upper[k] = heavy @ reached, heavy @ (reached | ~known[:, None])
         if known.any():
-            reached = category[rows, at][known, None] >= np.arange(1, highest + 1)
-            chance[k] = heavy[known] @ reached / heavy[known].sum()
-    return chance, known_share
+            found.among_known[k] = heavy[known] @ reached[known] / heavy[known].sum()
+    return found
 
 
 def _dataset(
@@ -587,7 +410,7 @@ def _dataset(
     steps = max(weight.shape[1] for weight in own)
     highest = min(highest_category(walls.ds) for walls in studies)
     values: dict[str, Any] = {"posterior": [], "movement": []}
-    quantiles, futures, known = [], [], []
+    quantiles, futures = [], []
     for walls, weight, share in zip(studies, own, cause):
         pad = ((0, 0), (0, steps - weight.shape[1]))
         values["posterior"].append(np.pad(share * weight, pad))
@@ -597,12 +420,10 @@ def _dataset(
         quantiles.append(
             np.interp(options.quantiles, cdf, grid) if cdf[-1] > 0 else np.full(len(options.quantiles), np.nan)
         )
-        chance, share_known = _future(walls, weight, options, highest)
-        futures.append(chance)
-        known.append(share_known)
+        futures.append(_future(walls, weight, options, highest))
     effective = [effective_samples(weight.sum(axis=1)) for weight in own]
     far = special.chdtrc(seen.count, np.array(misfits)) < options.resemblance
-    state = ("sample", "increment")
+    state, origins = ("sample", "increment"), seen.discrepancy.origins()
     ds = xr.Dataset(
         {
             "posterior": (state, np.concatenate(values["posterior"]), {"units": "1"}),
@@ -619,8 +440,15 @@ def _dataset(
                 {"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "no yes"},
             ),
             "movement_quantile": (("study", "quantile"), np.array(quantiles), {"units": unit}),
-            "future_probability": (("study", "further", "category"), np.array(futures), {"units": "1"}),
-            "future_known": (("study", "further"), np.array(known), {"units": "1"}),
+            **{
+                name: (("study", "further", "category"), np.array([getattr(f, part) for f in futures]), {"units": "1"})
+                for name, part in (
+                    ("future_probability", "among_known"),
+                    ("future_probability_lower", "lower"),
+                    ("future_probability_upper", "upper"),
+                )
+            },
+            "future_known": (("study", "further"), np.array([f.known for f in futures]), {"units": "1"}),
             "study_of_sample": ("sample", np.repeat(np.arange(len(own)), [len(w) for w in own])),
             "sample_in_study": ("sample", np.concatenate([np.arange(len(w)) for w in own])),
         },
@@ -634,7 +462,9 @@ def _dataset(
             "title": "back-analysis",
             "measure": studies[0].measure,
             "observations": seen.count,
-            **{f"discrepancy_{name}": value for name, value in vars(seen.discrepancy).items() if name[0] != "_"},
+            **{f"discrepancy_{name}": getattr(seen.discrepancy, name) for name in origins},
+            **{f"discrepancy_interval_{name}": interval for name, (interval, _) in origins.items()},
+            **{f"discrepancy_confidence_{name}": confidence for name, (_, confidence) in origins.items()},
         },
     )
     if any(replayed):
@@ -661,41 +491,3 @@ def _crack_maps(
         "map_y": ("map_y", middle[0], {"units": "m"}),
         "map_x": ("map_x", middle[1], {"units": "m"}),
     }
-
-
-def sentences(found: xr.Dataset, options: InferenceOptions = DEFAULT) -> list[str]:
-    """Return what must be said of a back-analysis, the cautions first.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        As ``infer`` returns it.
-    options : InferenceOptions
-        Limits of the cautions.
-    """
-    said = []
-    if not found["resembles"].values.any():
-        said.append(
-            f"NO STORED WALL RESEMBLES THE OBSERVATIONS: the best misfit is {float(found['least_misfit'].min()):.3g} "
-            f"for {found.attrs['observations']} observations. Do not use this posterior; widen the study, or check the "
-            "survey."
-        )
-    for name, row in zip(found["study"].values, found["effective_samples"].values):
-        at = found.sel(study=name)
-        if not at["resembles"] and found["resembles"].values.any():
-            said.append(f"{name}: no stored wall resembles the observations.")
-        if row < options.fewest_effective:
-            said.append(
-                f"{name}: only {row:.1f} effective samples, fewer than {options.fewest_effective:g}; more samples or "
-                "replays make the posterior surer."
-            )
-    shares = ", ".join(f"{n.removeprefix('discrepancy_')} {v:g}" for n, v in found.attrs.items() if "discrepancy" in n)
-    said.append(f"model discrepancy (standard deviations, assumed; SI): {shares}")
-    return said
-
-
-def cause_odds(found: xr.Dataset) -> Mapping[str, tuple[float, float]]:
-    """Return for each study the prior and posterior odds of its cause against all others."""
-    with np.errstate(divide="ignore"):
-        odds = [found[name].values / (1.0 - found[name].values) for name in ("cause_prior", "cause_posterior")]
-    return {str(n): (float(a), float(b)) for n, a, b in zip(found["study"].values, *odds)}

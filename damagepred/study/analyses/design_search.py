@@ -180,8 +180,10 @@ def search_design(
     Returns
     -------
     xarray.Dataset
-        On (alternative,): cost, probability with bounds, samples and decision. On (measure,): the value of each option
-        against the first of its choice, as the mean paired difference of the probability, with its standard error.
+        On (alternative,): cost, probability with bounds, samples and decision; ``probability_unfollowed`` is the part
+        of it from walls that failed or were not followed as far, which count as damaged. On (measure,): the value of
+        each option against the first of its choice, as the mean paired difference of the probability, with its
+        standard error.
         With repair costs: ``expected_cost`` instead of the probability, and differences of the cost of repair.
         Attributes ``chosen`` and ``sure``, and ``regret`` with repair costs.
 
@@ -200,13 +202,16 @@ def search_design(
     asked, built, names, settings = _read(choices)
     options = _selection(asked)
     values: dict[int, FloatArray] = {}
+    doubt = np.full(len(built), np.nan)
 
     def losses(k: int, count: int) -> FloatArray:
         folder = Path(out) / f"alternative_{k + 1:03d}.dp"
         folder.parent.mkdir(exist_ok=True, parents=True)
         if Campaign(settings[k]).run(folder, count, workers, on_progress=on_walls).interrupted:
             raise KeyboardInterrupt
-        values[k] = loss(open_study(folder), asked.target)[:count]
+        ds = open_study(folder)
+        values[k] = loss(ds, asked.target)[:count]
+        doubt[k] = float((values[k] - loss(ds, asked.target, unfollowed=0.0)[:count]).mean())
         return values[k]
 
     costs = np.array([sum(option.cost for option in chosen) for chosen in built])
@@ -226,6 +231,7 @@ def search_design(
             quantity: ("alternative", found.mean, units),
             f"{quantity}_lower": ("alternative", found.lower, units),
             f"{quantity}_upper": ("alternative", found.upper, units),
+            f"{quantity}_unfollowed": ("alternative", doubt, units),
             "samples": ("alternative", found.samples),
             "decision": ("alternative", decision, flags),
             "value": ("measure", np.array([m[1] for m in measures]), units),
@@ -286,7 +292,7 @@ def _selection(asked: Choices) -> SelectionOptions:
     return SelectionOptions(target.confidence, target.first, max(target.most, target.first))
 
 
-def loss(ds: xr.Dataset, target: Target) -> FloatArray:
+def loss(ds: xr.Dataset, target: Target, unfollowed: float = 1.0) -> FloatArray:
     """Return for each sample the probability that it reaches the category, or the expected cost of its repair.
 
     Parameters
@@ -295,18 +301,18 @@ def loss(ds: xr.Dataset, target: Target) -> FloatArray:
         A study.
     target : Target
         What is asked.
+    unfollowed : float
+        See ``damaged``.
     """
     if target.category is not None:
-        return damaged(ds, target.category, target.at)
+        return damaged(ds, target.category, target.at, unfollowed)
     steps = np.diff(target.repair_costs, prepend=0.0)
-    each = [step * damaged(ds, k, target.at) for k, step in enumerate(steps, 1) if step]
+    each = [step * damaged(ds, k, target.at, unfollowed) for k, step in enumerate(steps, 1) if step]
     return np.asarray(np.sum(each, axis=0))
 
 
-def damaged(ds: xr.Dataset, category: int, movement: str) -> FloatArray:
+def damaged(ds: xr.Dataset, category: int, movement: str, unfollowed: float = 1.0) -> FloatArray:
     """Return for each sample the probability that it reaches a category, over the movements of the target.
-
-    A sample that failed, or was not followed as far, counts as damaged.
 
     Parameters
     ----------
@@ -316,6 +322,9 @@ def damaged(ds: xr.Dataset, category: int, movement: str) -> FloatArray:
         Category, or worse.
     movement : str
         Movement, site class or distribution.
+    unfollowed : float
+        Probability that counts for a sample that failed, or was not followed as far as the movement: 1 on the safe
+        side, 0 for the bound on the other side.
     """
     measure = chosen_intensity(ds, None)
     at: MovementDistribution = movement_distribution(movement, str(attributes(ds, measure)["units"]), "target.at")
@@ -325,8 +334,8 @@ def damaged(ds: xr.Dataset, category: int, movement: str) -> FloatArray:
     if unknown.mean() == 1.0:
         raise InputError(f"target.at = {at.name}: no wall was followed as far; let the study's movement be larger.")
     reached = np.array([probability_reached(known.lower, known.upper, m) for m in at.points])
-    result = np.ones(ds.sizes["sample"])
-    result[known.sample] = np.where(unknown, 1.0, reached).mean(axis=0)
+    result = np.full(ds.sizes["sample"], unfollowed)
+    result[known.sample] = np.where(unknown, unfollowed, reached).mean(axis=0)
     return result
 
 

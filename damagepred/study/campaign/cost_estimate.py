@@ -6,7 +6,10 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+
+import numpy as np
 
 from damagepred.archive.cautions import wall_cautions
 from damagepred.arguments import checked
@@ -73,7 +76,7 @@ class CostEstimate:
     samples, variables : int
         Size of the study; 1 and 0 for a scene.
     compile_seconds, wall_seconds : float
-        Time to compile the kernels or load them, and to solve one wall after that.
+        Time to compile the kernels or load them, and to solve one wall after that, on average of those timed.
     method : str
         Solver.
     matrix_bytes : int
@@ -94,6 +97,8 @@ class CostEstimate:
         Assumed properties of the ground, in words.
     site : str or None
         Surface movement and site class of a soil log, in words.
+    timed : tuple of float
+        Times of all walls that were timed (s), where there are several: those of histories differ.
     """
 
     title: str
@@ -117,13 +122,14 @@ class CostEstimate:
     accuracy: tuple[str, ...] = ()
     ground: str | None = None
     site: str | None = None
+    timed: tuple[float, ...] = ()
 
     def lines(self) -> list[str]:
         """Return the estimate in words."""
         found = [
             f"{self.title}: valid",
             f"  {self.blocks} blocks, {self.contacts} contacts, {self.joints} joints, {self.increments} increments",
-            f"  one wall: {duration(self.wall_seconds)} ({self.status}); kernels made ready in "
+            f"  one wall: {duration(self.wall_seconds)} ({self.status}{self._spread}); kernels made ready in "
             f"{duration(self.compile_seconds)}",
             f"  solver: {self.method}"
             + (f", {self.matrix_bytes / 1e6:.2g} MB of matrices" if self.matrix_bytes else ""),
@@ -143,6 +149,14 @@ class CostEstimate:
             )
         found += [f"  {said}" for said in (self.site, self.ground) if said]
         return [*found, *(f"  caution: {said}" for said in self.cautions), *self.accuracy]
+
+    @property
+    def _spread(self) -> str:
+        """How the times of several walls differ, in words."""
+        if len(self.timed) < 2:
+            return ""
+        least, most = duration(min(self.timed)), duration(max(self.timed))
+        return f"; on average of {len(self.timed)} walls, {least} to {most}"
 
 
 class _TimingLimit(Exception):
@@ -171,8 +185,9 @@ def estimate_cost(
     on_step: Callable[[Step], None] | None = None,
     limits: Limits = Limits(),  # noqa: B008 - frozen
     timing_limit: float = 60.0,
+    history_walls: int = 4,
 ) -> CostEstimate:
-    """Validate a scene or study file and time one wall of it, or its first increments.
+    """Validate a scene or study file and time one wall of it, or its first increments; of a history several walls.
 
     Parameters
     ----------
@@ -183,7 +198,9 @@ def estimate_cost(
     limits : Limits
         Estimated cost above which a wall is not built, and the time that it may take.
     timing_limit : float
-        Time (s) after which no further increment is timed.
+        Time (s) after which no further increment of a wall is timed, and no further wall.
+    history_walls : int
+        Walls of a study of histories that are timed: samples move differently, and walls differ by several times.
 
     Raises
     ------
@@ -192,14 +209,17 @@ def estimate_cost(
     """
     tables = read_toml(path)
     samples, variables = 1, 0
+    sampled: Callable[[int], tuple[Scene, Mapping[str, FloatArray]]] | None
     if any(key in tables for key in STUDY_KEYS):
         settings = StudySettings.from_toml(path)
         require_affordable(settings, limits)
         title, samples, variables = settings.title, settings.study.samples, len(settings.variables)
-        scene, fields = sample_of(settings, settings.design(), 0, samples)
+        sampled = partial(sample_of, settings, settings.design(), samples=samples)
+        scene, fields = sampled(0)
         ground, site = ground_line(settings.scene, settings.variables), site_line(settings.mean_wall()[0], settings)
     else:
         scene, fields = Scene.from_toml(path), {}
+        sampled = None
         title, ground, site = scene.title, ground_line(scene), site_line(scene)
     wall_cost(scene).require(limits)
     began = time.perf_counter()
@@ -208,7 +228,14 @@ def estimate_cost(
     model = model_of(scene, fields)
     dynamics, mesh = scene.dynamics, model.mesh
     count = scene.movement.increment_count if dynamics is None else dynamics.outputs
+    began = time.perf_counter()
     seconds, status, cautions = _timed(scene, fields, count, on_step, limits, timing_limit)
+    timed = [seconds]
+    if sampled is not None and scene.movement.stage:
+        for number in range(1, min(history_walls, samples)):
+            if time.perf_counter() - began > timing_limit:
+                break
+            timed.append(_timed(*sampled(number), count, on_step, limits, timing_limit)[0])
     return CostEstimate(
         title=title,
         blocks=model.n_blocks,
@@ -218,7 +245,7 @@ def estimate_cost(
         samples=samples,
         variables=variables,
         compile_seconds=compile_seconds,
-        wall_seconds=seconds,
+        wall_seconds=float(np.mean(timed)),
         method=scene.solver.method if dynamics is None else "dynamic",
         matrix_bytes=matrix_bytes(model, scene.solver),
         status=status,
@@ -231,6 +258,7 @@ def estimate_cost(
         accuracy=() if dynamics is not None else tuple(accuracy_lines(scene)),
         ground=ground,
         site=site,
+        timed=tuple(timed),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,12 @@ BIT_FOR_BIT = "bit for bit"
 
 _PATH = ("sample", "increment")
 """Leading dimensions of what tells of the path, all of which is compared."""
+
+
+@lru_cache(maxsize=4)
+def _campaign(text: str) -> Campaign:
+    """Return the study of a frozen text; many samples of few studies are replayed in one process."""
+    return Campaign.from_text(text)
 
 
 @checked
@@ -60,7 +67,7 @@ def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None
     design = folder.design()
     if not 0 <= sample < design.sizes["sample"]:
         raise InputError(f"sample {sample}: {folder.path} has samples 0 to {design.sizes['sample'] - 1}.")
-    study = Campaign.from_folder(path)
+    study = _campaign(folder.study_text())
     values = {place: float(design[place].values[sample]) for place in study.design.wall}
     scene, fields = sampled_wall(study.settings, study.design, sample, values)
     if recorded := design.attrs.get("solver_options"):

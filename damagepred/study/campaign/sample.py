@@ -20,6 +20,7 @@ from damagepred.archive.schema import (
     FLAG_FILL,
     GROWING_GROUND,
     VARIABLES,
+    WORST_CATEGORY,
     category_attributes,
 )
 from damagepred.arrays import FloatArray
@@ -339,7 +340,8 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         ("environment", as_table([environment()])),
         *(
             (n, category_attributes(table.category_names, f"{table.name}; {table.source}", n))
-            for n in CATEGORY_VARIABLES
+            for n in (*CATEGORY_VARIABLES, WORST_CATEGORY)
+            if n in columns
         ),
         *rules.attributes().items(),
         *((share, {"tolerance": getattr(settings.scene.solver, option)}) for share, option in TOLERANCES.items()),

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 from damagepred.scene import Scene, SoilLayer, Suction, site_class, site_classes, surface_movement
 from damagepred.study.settings import StudySettings
 
@@ -34,7 +37,8 @@ def surface_movements(settings: StudySettings, samples: int) -> list[float]:
         ]
         given = scene.suction or Suction()
         names = ("change", "cracked_share", "restraint", "restraint_depth")
-        suction = Suction(**{name: drawn("suction", name, getattr(given, name), i) for name in names})
+        values: dict[str, Any] = {name: drawn("suction", name, getattr(given, name), i) for name in names}
+        suction = replace(given, **values)
         return surface_movement(layers, suction, drawn("mound", "suction_depth", scene.mound.suction_depth, i))
 
     return [of_sample(i) for i in range(samples)]
@@ -52,7 +56,7 @@ def site_line(scene: Scene, settings: StudySettings | None = None) -> str | None
     """
     if not scene.soil_layer:
         return None
-    y_s = scene.mound.surface_movement
+    y_s = surface_movement(scene.soil_layer, scene.suction or Suction(), scene.mound.suction_depth)
     line = f"soil log: y_s = {1e3 * y_s:.0f} mm, site class {site_class(y_s).name}"
     uncertain = settings is not None and any(
         place.split(".")[0] in ("soil_layer", "suction") or place == "mound.suction_depth"

@@ -45,6 +45,8 @@ def warm_up(scene: Scene) -> None:
         loading=None,
         soil_layer=(),
         suction=None,
+        strain=None,
+        creep=None,
         solver=replace(scene.solver, footing="deformable" if scene.footing_model == "deformable" else None),
         dynamics=None,
     )

@@ -1,0 +1,126 @@
+"""Path coordinates of the increments of a movement, and the creep of joints from one to the next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import ceil
+
+import numpy as np
+
+from damagepred.arrays import FloatArray
+from damagepred.assembly import Model
+from damagepred.assembly.imposed_history import ImposedHistory
+from damagepred.assembly.joint_creep import Pair
+from damagepred.assembly.model import Ground
+from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.system.options import CreepOptions
+
+
+@dataclass
+class LoadPath:
+    """Path coordinates of the increments, which solvers take as load factors.
+
+    They are the load factors of the movement. Where bricks have a strain of their own in a history, or joints creep,
+    they are those of ``ImposedHistory``.
+
+    Attributes
+    ----------
+    coordinates : list of float
+        Of the increments, from the dead load on.
+    imposed : ImposedHistory or None
+        Ground, strain of the bricks and creep of a history.
+    longest_step : float
+        Longest step of creep over the relaxation time (1).
+    """
+
+    coordinates: list[float]
+    imposed: ImposedHistory | None
+    longest_step: float
+
+    @classmethod
+    def of(cls, model: Model, increments: int, creep: CreepOptions) -> LoadPath:
+        """Return the path of a model.
+
+        Parameters
+        ----------
+        model : Model
+            The wall.
+        increments : int
+            Number of equal steps of the movement; not read in a history.
+        creep : CreepOptions
+            Steps of creep.
+        """
+        imposed = model.ground if isinstance(model.ground, ImposedHistory) else None
+        found: FloatArray = np.arange(increments + 1) / increments
+        if model.history is not None:
+            found = model.history.load_factors if imposed is None else imposed.coordinates
+        return cls([float(coordinate) for coordinate in found], imposed, creep.longest_step)
+
+    def steps(self, number: int) -> list[float]:
+        """Return the ends of the steps of an increment: one, unless creep is slower than it.
+
+        Parameters
+        ----------
+        number : int
+            Of the increment.
+        """
+        end, imposed = self.coordinates[number], self.imposed
+        if number == 0 or imposed is None or imposed.creep is None:
+            return [end]
+        count = ceil(self._years(number) / (self.longest_step * imposed.creep.relaxation_time) * (1.0 - 1e-9))
+        inner = np.linspace(self.coordinates[number - 1], end, max(count, 1) + 1)[1:-1]
+        return [*inner.tolist(), end]
+
+    @property
+    def creeps(self) -> bool:
+        """Whether joints creep."""
+        return self.imposed is not None and self.imposed.creep is not None
+
+    def creep(self, number: int, stresses: Pair, between: tuple[float, float]) -> None:
+        """Let the joints creep in a step, by the stresses at its start.
+
+        Parameters
+        ----------
+        number : int
+            Of the increment.
+        stresses : (array (m, q), array (m, q))
+            Normal and shear stress (Pa).
+        between : (float, float)
+            Path coordinates of the ends of the step.
+        """
+        imposed = self.imposed
+        assert imposed is not None
+        assert imposed.creep is not None
+        before = imposed.viscous.end
+        if number == 0 or before is None:
+            nothing = Ground(np.zeros_like(stresses[0]), np.zeros_like(stresses[1]))
+            imposed.creep_between(nothing, nothing, (0.0, 1.0))
+            return
+        share = (between[1] - between[0]) / (self.coordinates[number] - self.coordinates[number - 1])
+        after = imposed.creep.viscous_displacement(before, stresses, share * self._years(number))
+        imposed.creep_between(before, Ground(*after), between)
+
+    def _years(self, number: int) -> float:
+        """Return the duration of an increment."""
+        assert self.imposed is not None
+        assert self.imposed.history.time is not None
+        before, after = self.imposed.history.time[number - 1 : number + 1]
+        return float(after - before)
+
+    def in_load_factors(self, increment: Increment) -> Increment:
+        """Return an increment with load factors of the movement in place of path coordinates.
+
+        Parameters
+        ----------
+        increment : Increment
+            As a solver reports it.
+        """
+        if self.imposed is None:
+            return increment
+        along = self.imposed.load_factor_at
+        return replace(
+            increment,
+            load_factor=float(along(np.array(increment.load_factor))),
+            last_stable_load_factor=float(along(np.array(increment.last_stable_load_factor))),
+            broken_at=None if increment.broken_at is None else along(increment.broken_at),
+        )
