@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from damagepred import Study, open_study
 from damagepred.errors import StudyError
 from damagepred.study.campaign.dispatch import Batches, DispatchOptions, LostSample, run_all
 from damagepred.study.campaign.sample import Outcome
-from damagepred.study.campaign.workers import LocalPool, PoolOptions
+from damagepred.study.campaign.workers import LocalPool, PoolOptions, SharedPool
 
 Batch = Sequence[tuple[int, Mapping[str, float]]]
 
@@ -146,7 +147,7 @@ def test_workers_end_with_their_parent(tmp_path: Path) -> None:
 
     script = """
 import sys, time
-from damagepred.study.campaign.workers import LocalPool, PoolOptions
+from damagepred.study.campaign.workers import LocalPool, PoolOptions, SharedPool
 from tests.study.test_workers import at_once, troubled
 pool = LocalPool("", 2, None, troubled, at_once)
 pool.submit([(6, {"x": 1.0})]); pool.submit([(16, {"x": 1.0})])
@@ -241,3 +242,22 @@ def test_size_of_batches(seconds: float, count: int, timeout: float | None, size
     batches = Batches([], count, timeout)
     batches.note(seconds)
     assert batches.size() == pytest.approx(size, abs=1)
+
+
+def test_one_pool_runs_one_study_after_the_other_as_each_alone(small_study_file: Path, tmp_path: Path) -> None:
+    """Its workers stay; one that is killed in between is replaced."""
+    study, pids = Study.from_toml(small_study_file), []
+    study.run(tmp_path / "alone.dp", samples=3)
+    with SharedPool(1, timeout=600.0) as pool:
+        for name in ("first.dp", "second.dp", "third.dp"):
+            study.run(tmp_path / name, samples=3, executor=pool)
+            pids += pool._pool.processes
+            if name == "second.dp":
+                os.kill(pids[-1], signal.SIGKILL)
+    assert pids[0] == pids[1] != pids[2]
+    alone = open_study(tmp_path / "alone.dp")
+    for name in ("first.dp", "second.dp", "third.dp"):
+        found = open_study(tmp_path / name)
+        for variable in ("crack_width_max", "damage_category", "joint.tensile_strength"):
+            if variable in alone:
+                assert found[variable].values.tobytes() == alone[variable].values.tobytes()

@@ -174,7 +174,15 @@ class BlockTridiagonalFactors:
         return True
 
     def assemble_level(self, k: int, interfaces: IntArray) -> FloatArray:
-        """Return the stiffness of some interfaces within a level, transposed, the displacements of all others held."""
+        """Return the stiffness of some interfaces within a level, transposed, the displacements of all others held.
+
+        Parameters
+        ----------
+        k : int
+            The level.
+        interfaces : array of int
+            The interfaces.
+        """
         at, matrix = self.layout, np.zeros((self.layout.size[k], self.layout.size[k]))
         dofs = at.kinematics.dof
         assemble_level(interfaces, dofs, self.interface_matrices, at.index_in_level, at.level_of_dof, k, matrix)

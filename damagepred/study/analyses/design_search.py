@@ -25,7 +25,7 @@ from damagepred.archive.folder import open_study
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.assembly import NO_LIMITS
-from damagepred.errors import InputError, SolverError
+from damagepred.errors import InputError, SolverError, require_count
 from damagepred.formatting import duration
 from damagepred.input_files import read_toml
 from damagepred.one_thread import one_blas_thread
@@ -35,7 +35,9 @@ from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Pure
 from damagepred.scene.reading import build
 from damagepred.study.campaign.campaign import Campaign, Progress
+from damagepred.study.campaign.dispatch import sample_timeout
 from damagepred.study.campaign.warm_up import warm_up
+from damagepred.study.campaign.workers import SharedPool
 from damagepred.study.settings import StudySettings
 from damagepred.uq.capacity import censored_before, probability_reached
 from damagepred.uq.exceedance import category_capacities
@@ -199,6 +201,7 @@ def search_design(
     >>> found.attrs["chosen"]
     'as it is'
     """
+    require_count("workers", workers)
     asked, built, names, settings = _read(choices)
     options = _selection(asked)
     values: dict[int, FloatArray] = {}
@@ -207,7 +210,7 @@ def search_design(
     def losses(k: int, count: int) -> FloatArray:
         folder = Path(out) / f"alternative_{k + 1:03d}.dp"
         folder.parent.mkdir(exist_ok=True, parents=True)
-        if Campaign(settings[k]).run(folder, count, workers, on_progress=on_walls).interrupted:
+        if Campaign(settings[k]).run(folder, count, executor=pool, on_progress=on_walls).interrupted:
             raise KeyboardInterrupt
         ds = open_study(folder)
         values[k] = loss(ds, asked.target)[:count]
@@ -216,12 +219,14 @@ def search_design(
 
     costs = np.array([sum(option.cost for option in chosen) for chosen in built])
     target = asked.target
-    if target.probability is not None:
-        found = select_cheapest(costs, losses, target.probability, options, on_round)
-        quantity, units, words = "probability", {"units": "1"}, "undecided_or_dearer meets fails"
-    else:
-        found = select_least_expected(costs, losses, target.repair_costs[-1], options, target.tolerance, on_round)
-        quantity, units, words = "expected_cost", {}, "undecided best dearer"
+    # starting workers anew for each alternative takes longer than small walls
+    with SharedPool(workers, sample_timeout(None, Campaign(settings[0]).limits, None)) as pool:
+        if target.probability is not None:
+            found = select_cheapest(costs, losses, target.probability, options, on_round)
+            quantity, units, words = "probability", {"units": "1"}, "undecided_or_dearer meets fails"
+        else:
+            found = select_least_expected(costs, losses, target.repair_costs[-1], options, target.tolerance, on_round)
+            quantity, units, words = "expected_cost", {}, "undecided best dearer"
     measures = list(_values_of_measures(asked, built, values))
     decision = np.where(found.meets, 1, np.where(found.fails, 2, 0)).astype(np.int8)
     flags = {"flag_values": np.array([0, 1, 2], dtype=np.int8), "flag_meanings": words}

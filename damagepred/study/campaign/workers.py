@@ -18,7 +18,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, Pipe, wait
 from typing import Any
@@ -328,3 +328,56 @@ class LocalPool:
             if not future.done():
                 with contextlib.suppress(Exception):  # cancelled at this very moment
                     future.set_exception(error)
+
+
+class SharedPool(Executor):
+    """Worker processes on this machine for several studies, one after the other: the ``executor`` of their campaigns.
+
+    Parameters
+    ----------
+    workers : int
+        Number of processes.
+    timeout : float or None
+        Seconds a batch may take before its worker is ended.
+    """
+
+    def __init__(self, workers: int, timeout: float | None) -> None:
+        self._max_workers = workers  # as executors of concurrent.futures tell their width
+        self._pool = LocalPool("", workers, timeout, _run_in_folder, _nothing)
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **_: Any) -> Future[Any]:
+        """Hand a batch of a study to the next free worker.
+
+        Parameters
+        ----------
+        fn : callable
+            ``run_batch``, which is what these workers do.
+        *args : str, Batch
+            Study folder, and samples.
+        """
+        return self._pool.submit(list(args))
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers and wait for their end.
+
+        Parameters
+        ----------
+        wait : bool
+            Has no effect: their end is waited for in any case.
+        cancel_futures : bool
+            End them now; otherwise once they are idle.
+        """
+        self._pool.kill() if cancel_futures else self._pool.close()
+
+    def __exit__(self, *failure: Any) -> None:
+        """End the workers: now, where something failed."""
+        self.shutdown(cancel_futures=failure[0] is not None)
+
+
+def _run_in_folder(_: str, batch: Any) -> list[Outcome]:
+    folder, samples = batch
+    return run_batch(folder, samples)
+
+
+def _nothing(_: str) -> None:
+    pass
