@@ -41,7 +41,7 @@ class Strain:
     growth_time : float
         Time constant of the growth in a history (years). Assumed.
     temperature_change : float
-        Warmer by so many kelvin than when the wall was built; in a history at its end.
+        Rise of temperature since the wall was built (K); in a history at its end.
     temperature_swing : float
         From the coldest to the warmest day of a year (K), in a history.
     warmest : float

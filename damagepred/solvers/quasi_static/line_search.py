@@ -1,4 +1,4 @@
-"""Line search along a step: root of the work of the residual, by safeguarded regula falsi (Crisfield 1991, 9.2.2)."""
+"""Line search along a step: root of the work of the residual, by safeguarded regula falsi (Crisfield 1991, ch. 9)."""
 
 from __future__ import annotations
 

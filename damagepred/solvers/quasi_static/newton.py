@@ -72,7 +72,7 @@ def newton_with_line_search(problem: Residual, state: State, start: FloatArray) 
     """Newton's method with line search on the Coulomb law; return the best iterate and its unbalanced force ratio.
 
     A step that does not halve the residual ends where the work of the residual along it vanishes (Crisfield 1991,
-    9.2.2). Joints that open far, or a loose block, would otherwise throw the iteration away.
+    ch. 9). Joints that open far, or a loose block, would otherwise throw the iteration away.
 
     Parameters
     ----------
