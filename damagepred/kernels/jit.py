@@ -10,6 +10,7 @@ import uuid
 
 import numba
 from numba import config
+from numba.extending import register_jitable
 
 from damagepred.kernels.cache_folder import cache_folder
 from damagepred.version import kernel_hash
@@ -17,8 +18,8 @@ from damagepred.version import kernel_hash
 CACHE_FOLDER = cache_folder(f"kernels-{kernel_hash()}")
 """None: every process compiles anew."""
 
-FLAGS = {"nogil": True, "fastmath": False, "error_model": "numpy", "boundscheck": False}
-"""Without the interpreter lock, IEEE arithmetic (no fastmath: NaN must be seen)."""
+FLAGS = {"nogil": True, "fastmath": False, "error_model": "numpy", "boundscheck": False, "no_cfunc_wrapper": True}
+"""Without the interpreter lock, IEEE arithmetic (no fastmath: NaN must be seen), and nothing compiled for C."""
 UNCOUNTED = {**FLAGS, "_nrt": False}
 """Also without counting who refers to an array: for a tuple of 15 arrays handed to a law that branches, the counts of
 all of them go up and down, and that took three quarters of the time of a joint. What is compiled so cannot make
@@ -57,10 +58,13 @@ def _own_names(compiled):
 
 
 def law(function):
-    """Compile a law that kernels call: always inlined, as only then it can work on many contacts at a time."""
-    return numba.njit(forceinline=True, **UNCOUNTED)(function)
+    """Compile a law that kernels call: always inlined, as only then it can work on many contacts at a time.
+
+    In Python it is the function that it was. Code for calls from Python would take as long to compile as the law.
+    """
+    return register_jitable(forceinline=True, **UNCOUNTED)(function)
 
 
 def rule(function):
     """Compile a law that is too long to be put wherever it is called: compiled once, called from many kernels."""
-    return numba.njit(**UNCOUNTED)(function)
+    return register_jitable(**UNCOUNTED)(function)

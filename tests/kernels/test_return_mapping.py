@@ -17,11 +17,12 @@ from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.joint.parameters import joint_parameters
 from damagepred.kernels.joint.return_mapping import (
+    all_plain,
+    general_tresca_return,
     is_plain,
     plain_return,
     plain_tresca_return,
     return_mapping,
-    tresca_return,
 )
 from damagepred.kernels.joint.softening import Softening
 from damagepred.solvers.quasi_static.options import ReturnMappingOptions
@@ -113,7 +114,7 @@ def evaluate_tresca(joints, cracked, kappa, bound, e, shear):
     found = np.empty((e.size, 6))
     for i in range(e.size):
         p = joints[i]
-        found[i] = np.array(tresca_return(p, cracked[i], kappa[i], bound[i], e[i], shear[i], OPTIONS))
+        found[i] = np.array(general_tresca_return(p, cracked[i], kappa[i], bound[i], e[i], shear[i], OPTIONS))
     return found
 
 
@@ -200,13 +201,21 @@ def evaluate_plain(joints, cracked, e, shear):
     return found
 
 
+@of_parameters
+def evaluate_plain_tresca(joints, cracked, bound, e, shear):
+    found = np.empty((e.size, 6))
+    for i in range(e.size):
+        found[i] = np.array(plain_tresca_return(joints[i], bound[i], cracked[i], e[i], shear[i]))
+    return found
+
+
 @pytest.mark.parametrize("feature", ["plain", "residual"])
 def test_the_reduced_law_of_plain_joints_is_the_full_one(feature: str) -> None:
     rng = np.random.default_rng([10, (*FEATURES, *EXPONENTIAL).index(feature)])
     joints = random_joints(rng, COUNT, feature)
     cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
-    assert is_plain(joint_parameters(joints)[0])
+    assert all_plain(joint_parameters(joints))
     live = evaluate(joints, cracked, kappa, e, shear)
     short = evaluate_plain(joints, cracked, e, shear)
     np.testing.assert_allclose(short[:, :2], live[:, :2], rtol=1e-9, atol=1e-3)
@@ -224,20 +233,20 @@ def test_the_reduced_tresca_law_of_plain_joints_is_the_full_one(feature: str) ->
     cracked, kappa = random_history(rng, joints)
     e, shear = random_place(rng, COUNT)
     bound = rng.choice([0.0, 1.0, NO_LIMIT], COUNT) * rng.uniform(0.0, 2.0, COUNT) * K_S * np.abs(shear).mean()
-    for i in range(COUNT):
-        parameters = joint_parameters(joints)[i]
-        sigma, tau, nn, sn, ss = plain_tresca_return(parameters, bound[i], cracked[i], e[i], shear[i])
-        whole = tresca_return(parameters, cracked[i], kappa[i], bound[i], e[i], shear[i], OPTIONS)
-        assert whole == (sigma, tau, nn, 0.0, sn, ss)
+    whole = evaluate_tresca(joints, cracked, kappa, bound, e, shear)
+    np.testing.assert_array_equal(evaluate_plain_tresca(joints, cracked, bound, e, shear), whole)
 
 
 @pytest.mark.parametrize("feature", [f for f in FEATURES if f not in ("plain", "residual")])
 def test_joints_with_more_to_their_law_are_not_plain(feature: str) -> None:
     joints = random_joints(np.random.default_rng(11), 100, feature)
-    plain = np.array([is_plain(parameters) for parameters in joint_parameters(joints)])
+    parameters = joint_parameters(joints)
+    plain = is_plain(parameters.view(np.recarray), True)
     more = np.isfinite(joints.compressive_strength) | (joints.dilation > 0)
     more |= (joints.critical_opening > 0) | (joints.residual_tensile_strength > 0)
     np.testing.assert_array_equal(plain, ~more)
+    assert ReturnMappingOptions().for_kernels(parameters).general
+    assert ReturnMappingOptions().for_kernels(parameters[plain]).general is None
 
 
 def settled(joints, cracked, kappa, slip, dilatant_opening, u_n, u_s):

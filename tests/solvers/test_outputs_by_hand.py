@@ -89,12 +89,12 @@ def test_excess_of_stresses_over_the_law(
 
 def test_residual_is_the_largest_of_free_degrees_of_freedom() -> None:
     force, free = np.array([3.0, -8.0, 5.0, 99.0]), np.array([True, True, True, False])
-    left, largest = free_residual(force, free, np.array([1.0, 0.5, 2.0, 1.0]))
+    left = np.empty(4)
+    assert free_residual(force, free, np.array([1.0, 0.5, 2.0, 1.0]), left) == 10.0
     np.testing.assert_array_equal(left, [3.0, -8.0, 5.0, 0.0])
-    assert largest == 10.0
-    assert free_residual(-force, free, np.array([1.0, 2.0, 0.1, 1.0]))[1] == 16.0
+    assert free_residual(-force, free, np.array([1.0, 2.0, 0.1, 1.0]), left) == 16.0
     force[0] = np.nan
-    assert free_residual(force, free, np.ones(4))[1] == np.inf
+    assert free_residual(force, free, np.ones(4), left) == np.inf
     loads = np.empty(2)
     combine_loads(np.array([1.0, 10.0]), np.array([100.0, 1000.0]), 2.0, 3.0, loads)
     np.testing.assert_array_equal(loads, [302.0, 3020.0])

@@ -15,6 +15,7 @@ from damagepred.kernels.explicit.jacks import VOLUME
 from damagepred.kernels.interface.checks import softened_bond_load
 from damagepred.kernels.interface.internal_force import contact_stresses, update_tresca_bounds
 from damagepred.kernels.joint.limits import NO_LIMIT
+from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.pipeline import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
@@ -124,14 +125,14 @@ def test_load_of_a_softened_bond_by_hand(share: float, e: float) -> None:
     for k in range(2):
         wall.add_block(rectangle(0.0, 0.1 * k, 0.3, 0.1 * k + 0.1))
     wall.support(0)
-    parameters = wall.build(STIFF).joint_parameters[0]
+    parameters = JointParameters(*wall.build(STIFF).joint_parameters[0])
     first, critical = 0.5e-4, 1.8e-4
     kappa = critical - share * (critical - first)
     sigma = 2e9 * e if e < 0 else share * 0.1e6 * e / kappa
     limit = 0.05e6 + share * 0.25e6 - sigma * (0.5 + share * 0.3)
     assert limit > 0.0
     for tau in (0.5 * limit, -1.7 * limit):
-        found = softened_bond_load(parameters, kappa, e, tau, 1.0)
+        found = softened_bond_load(True, parameters, kappa, e, tau, 1.0)
         assert found == pytest.approx(1.0 + (abs(tau) - limit) / 0.3e6)
 
 

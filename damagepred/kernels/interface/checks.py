@@ -5,7 +5,7 @@ import numpy as np
 from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement
 from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.joint.limits import capped, coulomb_limit, shear_limit
-from damagepred.kernels.joint.return_mapping import normal_law, return_mapping
+from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain, normal_law
 from damagepred.kernels.joint.softening import degraded, integrity_of
 
 
@@ -26,7 +26,7 @@ def bond_load(stress, strength, block_stress):
 
 
 @law
-def softened_bond_load(parameters, kappa, e, tau, no_strength):
+def softened_bond_load(general, parameters, kappa, e, tau, no_strength):
     """Return the load of a softening bond that slip breaks: 1 where |tau| is at its limit.
 
     The overload is the stress beyond the limit over the intact cohesion. A ratio to the limit, which falls to 0 as the
@@ -34,6 +34,8 @@ def softened_bond_load(parameters, kappa, e, tau, no_strength):
 
     Parameters
     ----------
+    general : bool or None
+        See ``damagepred.kernels.joint.return_mapping.ReturnMapping``.
     parameters : JointParameters
         Of the joint.
     kappa, e : float
@@ -42,6 +44,8 @@ def softened_bond_load(parameters, kappa, e, tau, no_strength):
         Shear stress, and stress that breaks a bond without strength (Pa).
     """
     p = parameters
+    if general is None:
+        return 0.0
     sigma, _, integrity, _ = normal_law(p, True, kappa, e, True)
     cohesion = degraded(integrity, p.cohesion, p.residual_cohesion)
     limit = coulomb_limit(cohesion, degraded(integrity, p.friction, p.residual_friction), sigma)
@@ -70,26 +74,29 @@ def bond_loads(active, interfaces, properties, options, ground, history, displac
         middle = interface_displacement(interfaces, displacement, i)
         p = properties[i]
         k_s, w_c, residual = p.shear_stiffness, p.critical_opening, p.residual_tensile_strength
+        plain = is_plain(p, options.general)
         for k in range(interfaces.contact_area.shape[1]):
             load[i, k] = 0.0
             cracked, kappa = history.cracked[i, k], history.kappa[i, k]
-            softening = cracked and p.brittle_shear and kappa < w_c
-            if cracked and not softening and (residual == 0.0 or kappa > 0.0 or w_c > 0.0):
+            softening = not plain and cracked and p.brittle_shear and kappa < w_c
+            if cracked and not softening and (plain or residual == 0.0 or kappa > 0.0 or w_c > 0.0):
                 continue
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             e = u_n - history.dilatant_opening[i, k]
             if softening:
-                load[i, k] = softened_bond_load(p, kappa, e, k_s * u_s, no_strength)
+                load[i, k] = softened_bond_load(options.general, p, kappa, e, k_s * u_s, no_strength)
                 heaviest = max(heaviest, load[i, k])
                 continue
             sigma = p.normal_stiffness * e
-            if p.dilation > 0.0:  # the dilatancy of slip along the step reduces the tension
-                sigma, _, _, _, _, _, _, _, _ = return_mapping(p, cracked, kappa, e, u_s, options)
+            if not plain and p.dilation > 0.0:  # the dilatancy of slip along the step reduces the tension
+                sigma, _, _, _, _, _, _, _, _ = coulomb_return(
+                    p, options.general, plain, cracked, kappa, e, u_s, options
+                )
             if cracked:
                 load[i, k] = bond_load(sigma, residual, block_stress)
             else:
                 load[i, k] = bond_load(sigma, max(p.tensile_strength, no_strength), block_stress)
-                if p.brittle_shear:
+                if not plain and p.brittle_shear:
                     limit = max(coulomb_limit(p.cohesion, p.friction, sigma), no_strength)
                     load[i, k] = max(load[i, k], capped(abs(k_s * u_s), sigma, p) / limit)
             heaviest = max(heaviest, load[i, k])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement
-from damagepred.kernels.jit import kernel
+from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain
 from damagepred.kernels.joint.softening import (
     integrity_of,
@@ -12,6 +12,22 @@ from damagepred.kernels.joint.softening import (
     softening_work,
     updated_kappa,
 )
+
+
+@law
+def _soften(general, p, cracked, kappa, e, slip, dilatancy):
+    """Return kappa, whether the bond softens, and by slip the work of its tension (J/m2)."""
+    if general is None:
+        return kappa, cracked, 0.0
+    after, softens = updated_kappa(p, cracked, kappa, e, slip, dilatancy)
+    work = 0.0
+    if softens and p.slip_weight > 0.0:
+        opened = kappa_before_slip(p, cracked, kappa, e)
+        work = softening_work(p, opened) - softening_work(p, max(kappa, p.tensile_strength / p.normal_stiffness))
+        drop = secant_stiffness(p, opened, integrity_of(p, opened))
+        drop -= secant_stiffness(p, after, integrity_of(p, after))
+        work += 0.5 * max(e, 0.0) ** 2 * drop
+    return after, softens, work
 
 
 @kernel
@@ -34,13 +50,15 @@ def commit_joint_history(active, interfaces, properties, options, ground, histor
     for i in active:
         middle = interface_displacement(interfaces, displacement, i)
         p = properties[i]
-        plain = is_plain(p)
-        w_c, kappa_0 = p.critical_opening, p.tensile_strength / p.normal_stiffness
+        plain = is_plain(p, options.general)
+        w_c = p.critical_opening
         for k in range(interfaces.contact_area.shape[1]):
             area, kappa = interfaces.contact_area[i, k], history.kappa[i, k]
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             cracked, e = history.cracked[i, k], u_n - history.dilatant_opening[i, k]
-            sigma, tau, _, _, _, _, slip, dilatancy, _ = coulomb_return(p, plain, cracked, kappa, e, u_s, options)
+            sigma, tau, _, _, _, _, slip, dilatancy, _ = coulomb_return(
+                p, options.general, plain, cracked, kappa, e, u_s, options
+            )
             never_opened[i, k] &= e <= 0.0
             if slip != 0.0 or dilatancy != 0.0:
                 history.slip[i, k] += slip
@@ -53,14 +71,9 @@ def commit_joint_history(active, interfaces, properties, options, ground, histor
                     crushing += normal_work
             if cracked and w_c == 0.0 and p.residual_tensile_strength == 0.0:
                 history.kappa[i, k] = np.inf if sigma == 0.0 and e > 0.0 else 0.0
-            if w_c > 0.0:
-                after, softens = updated_kappa(p, cracked, kappa, e, slip, dilatancy)
-                if softens and p.slip_weight > 0.0:
-                    opened = kappa_before_slip(p, cracked, kappa, e)
-                    work = softening_work(p, opened) - softening_work(p, max(kappa, kappa_0))
-                    drop = secant_stiffness(p, opened, integrity_of(p, opened))
-                    drop -= secant_stiffness(p, after, integrity_of(p, after))
-                    mode_1_dissipation += area * (work + 0.5 * max(e, 0.0) ** 2 * drop)
+            if not plain and w_c > 0.0:
+                after, softens, work = _soften(options.general, p, cracked, kappa, e, slip, dilatancy)
+                mode_1_dissipation += area * work
                 history.kappa[i, k], history.cracked[i, k] = after, softens
     return friction, crushing, mode_1_dissipation
 

@@ -29,16 +29,16 @@ def energy(listed, interfaces, properties, options, ground, history, displacemen
     for i in listed:
         middle = interface_displacement(interfaces, displacement, i)
         p = properties[i]
-        plain = is_plain(p)
+        plain = is_plain(p, options.general)
         kappa_0 = p.tensile_strength / p.normal_stiffness
         for k in range(interfaces.contact_area.shape[1]):
             area, kappa = interfaces.contact_area[i, k], history.kappa[i, k]
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             cracked, e = history.cracked[i, k], u_n - history.dilatant_opening[i, k]
-            sigma, tau, _, _, _, _, _, _, _ = coulomb_return(p, plain, cracked, kappa, e, u_s, options)
+            sigma, tau, _, _, _, _, _, _, _ = coulomb_return(p, options.general, plain, cracked, kappa, e, u_s, options)
             stored += 0.5 * area * sigma * e
             stored += 0.5 * area * tau * tau / p.shear_stiffness
-            if cracked and p.slip_weight == 0.0 and p.critical_opening > 0.0 and kappa < np.inf:
+            if not plain and cracked and p.slip_weight == 0.0 and p.critical_opening > 0.0 and kappa < np.inf:
                 softened += area * softening_work(p, max(kappa, kappa_0))
             if i >= first_ground:
                 on_ground.normal[i - first_ground, k] = -area * sigma

@@ -3,14 +3,7 @@
 from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement, scatter_interface_force
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.joint.limits import NO_LIMIT
-from damagepred.kernels.joint.return_mapping import (
-    coulomb_return,
-    is_plain,
-    plain_return,
-    plain_tresca_return,
-    return_mapping,
-    tresca_return,
-)
+from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain, tresca_return
 from damagepred.kernels.joint.softening import updated_kappa
 
 
@@ -48,25 +41,20 @@ def joint_forces(
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         nn, ns, nm, sn, ss, sm, ms, mm = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         p = properties[i]
-        plain = is_plain(p)
+        plain = is_plain(p, options.general)
         for k in range(interfaces.contact_area.shape[1]):
             at, area = interfaces.contact_offset[i, k], interfaces.contact_area[i, k]
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
-            cracked, d_ns = history.cracked[i, k], 0.0
-            if plain and coulomb:
-                sigma, tau, d_nn, _, d_sn, d_ss, _, _, _ = plain_return(p, cracked, u_n, u_s, options)
-            elif plain:
-                e = u_n - dilatant_opening[i, k]
-                sigma, tau, d_nn, d_sn, d_ss = plain_tresca_return(p, bound[i, k], cracked, e, u_s)
-            elif coulomb:
+            cracked = history.cracked[i, k]
+            if coulomb:
                 e = u_n - history.dilatant_opening[i, k]
-                sigma, tau, d_nn, d_ns, d_sn, d_ss, _, _, _ = return_mapping(
-                    p, cracked, history.kappa[i, k], e, u_s, options
+                sigma, tau, d_nn, d_ns, d_sn, d_ss, _, _, _ = coulomb_return(
+                    p, options.general, plain, cracked, history.kappa[i, k], e, u_s, options
                 )
             else:
                 e = u_n - dilatant_opening[i, k]
                 sigma, tau, d_nn, d_ns, d_sn, d_ss = tresca_return(
-                    p, cracked, kappa[i, k], bound[i, k], e, u_s, options
+                    p, options.general, plain, cracked, kappa[i, k], bound[i, k], e, u_s, options
                 )
             total_n += area * sigma
             total_s += area * tau
@@ -101,12 +89,14 @@ def update_tresca_bounds(active, interfaces, properties, options, ground, histor
     for i in active:
         middle = interface_displacement(interfaces, displacement, i)
         p = properties[i]
-        plain = is_plain(p)
+        plain = is_plain(p, options.general)
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             cracked, largest, old = history.cracked[i, k], history.kappa[i, k], bound[i, k]
             e = u_n - history.dilatant_opening[i, k]
-            _, _, _, _, _, _, slip, dilatancy, limit = coulomb_return(p, plain, cracked, largest, e, u_s, options)
+            _, _, _, _, _, _, slip, dilatancy, limit = coulomb_return(
+                p, options.general, plain, cracked, largest, e, u_s, options
+            )
             bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + relaxation * (limit - old), 0.0)
             if plain:
                 continue
@@ -131,11 +121,11 @@ def contact_stresses(interfaces, properties, options, ground, history, displacem
     for i in range(interfaces.block_a.size):
         middle = interface_displacement(interfaces, displacement, i)
         p = properties[i]
-        plain = is_plain(p)
+        plain = is_plain(p, options.general)
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
             opening[i, k] = u_n
             cracked, e = history.cracked[i, k], u_n - history.dilatant_opening[i, k]
             sigma[i, k], tau[i, k], _, _, _, _, _, _, _ = coulomb_return(
-                p, plain, cracked, history.kappa[i, k], e, u_s, options
+                p, options.general, plain, cracked, history.kappa[i, k], e, u_s, options
             )

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from damagepred.kernels.jit import kernel, kernel_making_arrays
+from damagepred.kernels.jit import kernel
 
 
 @kernel
@@ -22,9 +22,9 @@ def combine_loads(dead, live, load, load_factor, force):
         force[i] = load * dead[i] + load_factor * live[i]
 
 
-@kernel_making_arrays
-def free_residual(force, free, per_weight):
-    """Return the residual force on free degrees of freedom, 0 elsewhere, and its largest ratio; infinity if any is NaN.
+@kernel
+def free_residual(force, free, per_weight, residual):
+    """Fill the residual force on free degrees of freedom, 0 elsewhere; return its largest ratio, inf if any is NaN.
 
     Parameters
     ----------
@@ -34,15 +34,18 @@ def free_residual(force, free, per_weight):
         Free degrees of freedom.
     per_weight : array (size,)
         One over the reference force of each degree of freedom (1/N, 1/(N m)).
+    residual : array (size,)
+        Filled.
     """
-    residual, largest, known = np.zeros_like(force), 0.0, True
+    largest, known = 0.0, True
     for i in range(force.size):
+        residual[i] = 0.0
         if free[i]:
             residual[i] = force[i]
             ratio = abs(force[i] * per_weight[i])
             known &= ratio < np.inf  # false for NaN
             largest = max(largest, ratio)
-    return residual, largest if known else np.inf
+    return largest if known else np.inf
 
 
 @kernel

@@ -25,7 +25,10 @@ from damagepred.kernels.joint.softening import (
 
 
 class ReturnMapping(NamedTuple):
-    """Parameters of the return mapping; meaning and defaults: ``ReturnMappingOptions`` of the quasi-static solver."""
+    """Parameters of the return mapping; meaning and defaults: ``ReturnMappingOptions`` of the quasi-static solver.
+
+    ``general`` is None if all joints are plain, see ``is_plain``: the other laws are then left out at compile time.
+    """
 
     max_iterations: int
     relative_tolerance: float
@@ -33,6 +36,7 @@ class ReturnMapping(NamedTuple):
     dilatant_iterations: int
     cap_slope_ratio: float
     yield_tolerance: float
+    general: bool | None
 
 
 @law
@@ -235,17 +239,32 @@ def mixed_mode_return(parameters, cracked, kappa, e, shear, crushing, options):
 
 
 @law
-def is_plain(parameters):
-    """Whether ``plain_return`` is the law: no dilation, softening, cap, gap, residual tension or brittle shear."""
+def is_plain(parameters, general):
+    """Whether ``plain_return`` is the law: no dilation, softening, cap, gap, residual tension or brittle shear.
+
+    Parameters
+    ----------
+    parameters : JointParameters
+        Of the joint.
+    general : bool or None
+        See ``ReturnMapping``.
+    """
     p = parameters
+    if general is None:
+        return True
     return (
-        p.dilation == 0.0
-        and p.critical_opening == 0.0
-        and p.residual_tensile_strength == 0.0
-        and not p.brittle_shear
-        and p.compressive_strength == np.inf
-        and p.gap == 0.0
+        (p.dilation == 0.0)
+        & (p.critical_opening == 0.0)
+        & (p.residual_tensile_strength == 0.0)
+        & (p.brittle_shear == 0)
+        & (p.compressive_strength == np.inf)
+        & (p.gap == 0.0)
     )
+
+
+def all_plain(joints):
+    """Return whether all joints are plain, records (m,) of ``JOINT_PARAMETERS``."""
+    return bool(np.all(is_plain(joints.view(np.recarray), True)))
 
 
 @law
@@ -275,16 +294,20 @@ def plain_return(parameters, cracked, e, shear, options):
 
 
 @law
-def coulomb_return(parameters, plain, cracked, kappa, e, shear, options):
+def coulomb_return(parameters, general, plain, cracked, kappa, e, shear, options):
     """Return what ``return_mapping`` does, by ``plain_return`` where the joint is plain.
 
     Parameters
     ----------
     parameters, cracked, kappa, e, shear, options
         As ``return_mapping``.
+    general : bool or None
+        See ``ReturnMapping``.
     plain : bool
         ``is_plain``.
     """
+    if general is None:
+        return plain_return(parameters, cracked, e, shear, options)
     if plain:
         return plain_return(parameters, cracked, e, shear, options)
     return return_mapping(parameters, cracked, kappa, e, shear, options)
@@ -292,24 +315,24 @@ def coulomb_return(parameters, plain, cracked, kappa, e, shear, options):
 
 @law
 def plain_tresca_return(parameters, bound, cracked, e, shear):
-    """Return stresses and tangent (nn, sn, ss) of a plain joint in the Tresca problem.
+    """Return stresses and tangent (nn, ns, sn, ss) of a plain joint in the Tresca problem.
 
     Parameters
     ----------
     parameters, bound, cracked, e, shear
-        As ``tresca_return``.
+        As ``general_tresca_return``.
     """
     k_n, k_s = parameters.normal_stiffness, parameters.shear_stiffness
     sigma, sigma_e, tau = k_n * e, k_n, k_s * shear
     if cracked and e > 0.0:
         sigma, sigma_e = 0.0, 0.0
     if abs(tau) <= bound:
-        return sigma, tau, sigma_e, 0.0, k_s if bound > 0.0 else 0.0
-    return sigma, np.copysign(bound, tau), sigma_e, 0.0, 0.0
+        return sigma, tau, sigma_e, 0.0, 0.0, k_s if bound > 0.0 else 0.0
+    return sigma, np.copysign(bound, tau), sigma_e, 0.0, 0.0, 0.0
 
 
 @law
-def tresca_return(parameters, cracked, kappa, bound, e, shear, options):
+def general_tresca_return(parameters, cracked, kappa, bound, e, shear, options):
     """Return stresses and tangent (nn, ns, sn, ss) in the Tresca problem; damage stays as it is.
 
     Parameters
@@ -327,3 +350,21 @@ def tresca_return(parameters, cracked, kappa, bound, e, shear, options):
     if abs(tau) <= bound:
         return sigma, tau, sigma_e, 0.0, 0.0, k_s if bound > 0.0 else 0.0
     return sigma, np.copysign(bound, tau), sigma_e, 0.0, 0.0, 0.0
+
+
+@law
+def tresca_return(parameters, general, plain, cracked, kappa, bound, e, shear, options):
+    """Return what ``general_tresca_return`` does, by ``plain_tresca_return`` where the joint is plain.
+
+    Parameters
+    ----------
+    parameters, general, plain, cracked, e, shear, options
+        As ``coulomb_return``.
+    kappa, bound : float
+        As ``general_tresca_return``.
+    """
+    if general is None:
+        return plain_tresca_return(parameters, bound, cracked, e, shear)
+    if plain:
+        return plain_tresca_return(parameters, bound, cracked, e, shear)
+    return general_tresca_return(parameters, cracked, kappa, bound, e, shear, options)

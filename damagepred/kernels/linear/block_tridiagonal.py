@@ -176,8 +176,8 @@ def forward_elimination(levels, farthest, last, force, particular):
             _subtract_coupling(first, end, near_index, far_index, near_far, particular, a, force, start[k - 1])
 
 
-@kernel_making_arrays
-def back_substitution(levels, first, active, particular, displacement):
+@kernel
+def back_substitution(levels, first, active, particular, displacement, pull):
     """Recover the displacements of levels ``first`` and beyond from those of the nearer ones.
 
     Parameters
@@ -188,15 +188,17 @@ def back_substitution(levels, first, active, particular, displacement):
         First level to recover, and number of levels; the ground, nearer than level 0, does not move.
     particular, displacement : array (r, degrees of freedom)
         In the order of the levels.
+    pull : array (r, degrees of freedom)
+        Scratch: forces of the nearer level.
     """
     start, coupling = levels.start, levels.first_coupling
     far_index, near_index, far_near = levels.far_index, levels.near_index, levels.far_near
-    pull = np.zeros_like(displacement)
     for k in range(first, active):
         a, b = start[k], start[k + 1]
         for j in range(displacement.shape[0]):
             for i in range(a, b):
                 displacement[j, i] = particular[j, i]
+                pull[j, i] = 0.0
         if k > 0:
             _subtract_coupling(
                 coupling[k], coupling[k + 1], far_index, near_index, far_near, displacement, start[k - 1], pull, a

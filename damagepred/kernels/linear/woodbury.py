@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from damagepred.kernels.jit import kernel, kernel_making_arrays
+from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.linear.block_tridiagonal import add_row
 
 
@@ -55,9 +55,9 @@ def relative_displacements(listed, kinematics, index, displacement, relative):
                     relative[3 * s + j, m] += kinematics.rows[i, j, r] * displacement[m, index[dof]]
 
 
-@kernel_making_arrays
-def changed_interfaces(active, target, factorised, slot):
-    """Return the interfaces whose stiffness differs from the factorised one, and how many of them have no slot yet.
+@kernel
+def changed_interfaces(active, target, factorised, slot, changed):
+    """List the interfaces whose stiffness differs from the factorised one.
 
     Parameters
     ----------
@@ -67,8 +67,15 @@ def changed_interfaces(active, target, factorised, slot):
         Stiffness of each interface.
     slot : array of int (m,)
         Slot of the unit-load responses of an interface, -1 if there are none yet.
+    changed : array of int (m,)
+        Filled with the changed interfaces.
+
+    Returns
+    -------
+    int, int
+        Number of changed interfaces, and of those without a slot.
     """
-    changed, count, new = np.empty(active.size, np.int64), 0, 0
+    count, new = 0, 0
     for i in active:
         for j in range(9):
             if target[i, j] != factorised[i, j]:
@@ -77,15 +84,61 @@ def changed_interfaces(active, target, factorised, slot):
                 if slot[i] < 0:
                     new += 1
                 break
-    return changed[:count], new
+    return count, new
 
 
-@kernel_making_arrays
-def capacitance_matrix(compliance, slots, change):
-    """Return the capacitance matrix 1 + D C of the Woodbury identity, without rows that are zero in D.
+@kernel
+def stiffness_changes(changed, target, factorised, change, rows):
+    """Compute the change D of the stiffness of interfaces, and list its rows that are not zero.
+
+    A joint that slides changes its shear row alone.
+
+    Parameters
+    ----------
+    changed : array of int (s,)
+        The interfaces.
+    target, factorised : array (m, 9)
+        New and old stiffness of each interface.
+    change : array (s, 9)
+        Filled with their difference.
+    rows : array of int (3 s,)
+        Filled with 3 s + j: opening (0), shear (1) or rotation (2) of changed interface s.
+
+    Returns
+    -------
+    int
+        Number of rows.
+    """
+    count = 0
+    for s in range(changed.size):
+        i = changed[s]
+        for j in range(3):
+            listed = False
+            for k in range(3 * j, 3 * j + 3):
+                change[s, k] = target[i, k] - factorised[i, k]
+                listed |= change[s, k] != 0.0
+            if listed:
+                rows[count] = 3 * s + j
+                count += 1
+    return count
+
+
+@law
+def _correction_force(row, change, relative, m):
+    """Return one component of the correction forces D x of right-hand side m."""
+    s, j = row // 3, row % 3
+    total = 0.0
+    for k in range(3):
+        total += change[s, 3 * j + k] * relative[3 * s + k, m]
+    return total
+
+
+@kernel
+def capacitance_equations(compliance, slots, change, rows, relative, matrix, force):
+    """Set up the capacitance equations of the Woodbury identity, (1 + D C) p = D x.
 
     A change D of the interface stiffness and the compliance C turn relative displacements x of the factorised system
-    into correction forces p = D (x - C p), so (1 + D C) p = D x. A joint that slides changes its shear row alone.
+    into correction forces p = D (x - C p).
 
     Parameters
     ----------
@@ -93,77 +146,43 @@ def capacitance_matrix(compliance, slots, change):
         Relative displacements of interfaces for unit forces in them.
     slots : array of int (s,)
         Of the changed interfaces: rows and columns 3 slot to 3 slot + 2 of the compliance.
-    change : array (s, 9)
-        Change of the stiffness of each.
-
-    Returns
-    -------
-    rows : array of int (p,)
-        3 s + j: opening (0), shear (1) or rotation (2) of changed interface s.
+    change, rows : array (s, 9), array of int (p,)
+        See ``stiffness_changes``.
+    relative : array (3 s, r)
+        Relative displacements x of the changed interfaces.
     matrix : array (p, p)
-        Transposed.
+        Filled with 1 + D C, transposed.
+    force : array (r, p)
+        Filled with D x.
     """
-    rows, count = np.empty(3 * slots.size, np.int64), 0
-    for s in range(slots.size):
-        for j in range(3):
-            if change[s, 3 * j] != 0.0 or change[s, 3 * j + 1] != 0.0 or change[s, 3 * j + 2] != 0.0:
-                rows[count] = 3 * s + j
-                count += 1
-    rows = rows[:count]
-    columns, matrix = np.empty(count, np.int64), np.empty((count, count))
-    for c in range(count):
-        columns[c] = 3 * slots[rows[c] // 3] + rows[c] % 3
-    for r in range(count):
+    for r in range(rows.size):
         s, j = rows[r] // 3, rows[r] % 3
         first = compliance[3 * slots[s]]
         second, third = compliance[3 * slots[s] + 1], compliance[3 * slots[s] + 2]
         a, b, d = change[s, 3 * j], change[s, 3 * j + 1], change[s, 3 * j + 2]
-        for c in range(count):
-            k = columns[c]
+        for c in range(rows.size):
+            k = 3 * slots[rows[c] // 3] + rows[c] % 3
             matrix[c, r] = a * first[k] + b * second[k] + d * third[k]
         matrix[r, r] += 1.0
-    return rows, matrix
+        for m in range(force.shape[0]):
+            force[m, r] = _correction_force(rows[r], change, relative, m)
 
 
 @kernel
-def correction_forces(rows, change, relative, force):
-    """Compute correction forces D x.
-
-    Parameters
-    ----------
-    rows, change
-        As ``capacitance_matrix``.
-    relative : array (3 s, r)
-        Relative displacements x of the changed interfaces.
-    force : array (r, p)
-        Filled.
-    """
-    for c in range(rows.size):
-        s, j = rows[c] // 3, rows[c] % 3
-        for m in range(force.shape[0]):
-            total = 0.0
-            for k in range(3):
-                total += change[s, 3 * j + k] * relative[3 * s + k, m]
-            force[m, c] = total
-
-
-@kernel_making_arrays
 def correction_agrees(rows, change, relative, force, share):
     """Whether the solution satisfies p = D x.
 
     Parameters
     ----------
     rows, change, relative, force
-        As ``correction_forces``, at the solution.
+        As ``capacitance_equations``, at the solution; ``force`` is p.
     share : float
         Tolerance, relative to the largest force of a right-hand side (1).
     """
-    again = np.empty_like(force)
-    correction_forces(rows, change, relative, again)
     for m in range(force.shape[0]):
         largest, apart = 0.0, 0.0
         for c in range(rows.size):
-            difference = abs(again[m, c] - force[m, c])
+            difference = abs(_correction_force(rows[c], change, relative, m) - force[m, c])
             if not difference < np.inf:
                 return False
             largest, apart = max(largest, abs(force[m, c])), max(apart, difference)
@@ -181,7 +200,7 @@ def subtract_correction(amounts, rows, slots, unit_load_response, displacement):
     amounts : array (r, p)
         Correction forces.
     rows, slots
-        As ``capacitance_matrix``.
+        As ``capacitance_equations``.
     unit_load_response : array (3 slots, active degrees of freedom)
         Displacements for unit forces in interfaces.
     displacement : array (r, active degrees of freedom)

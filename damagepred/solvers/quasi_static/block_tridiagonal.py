@@ -100,7 +100,7 @@ class BlockTridiagonalFactors:
         """
         particular = np.zeros_like(force)
         forward_elimination(self.levels, farthest, 0, force, particular)
-        back_substitution(self.levels, 0, levels, particular, force)
+        back_substitution(self.levels, 0, levels, particular, force, np.empty_like(force))
         return force
 
     def update_superelements(self) -> int:

@@ -9,9 +9,10 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 
 from damagepred.arrays import IntArray
-from damagepred.kernels.linear.graph_distance import joints_away
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.interface_kinematics import interface_kinematics
@@ -118,7 +119,9 @@ def block_levels(system: DiscreteSystem) -> IntArray:
     roots = blocks[ways >= 3]
     if len(roots) == 1 and not len(footing) and not ((a == n) | (b == n)).any():
         roots = blocks
-    away = joints_away(start, end, n + 1, roots)
+    joined = csr_array((np.ones(len(start)), (start, end)), shape=(n + 1, n + 1))
+    away = dijkstra(joined, directed=False, unweighted=True, indices=roots, min_only=True)
     # ground and supports are no level of their own: blocks that touch them are level 0
-    levels = np.maximum(away - 1, 0)
-    return np.where(away < 0, levels.max(), levels)
+    connected = np.isfinite(away)
+    levels = np.maximum(away - 1.0, 0.0)
+    return np.where(connected, levels, levels[connected].max(initial=0.0)).astype(np.int64)

@@ -60,6 +60,7 @@ class BlockTridiagonalSystem:
         self.refactorisation = RefactorisationRule(self.layout.size, options)
         self.target_stiffness = elastic.copy()
         self.factorisations = self.corrections = 0
+        self._changed = np.empty(len(elastic), dtype=np.int64)  # scratch
         self.set_active_levels(self.layout.levels)
 
     def set_active_levels(self, active_levels: int) -> None:
@@ -120,7 +121,10 @@ class BlockTridiagonalSystem:
             Of the same shape; 0 where prescribed or condensed.
         """
         factors, woodbury = self.factors, self.woodbury
-        changed, new = changed_interfaces(self.active, self.target_stiffness, factors.stiffness, woodbury.slot)
+        count, new = changed_interfaces(
+            self.active, self.target_stiffness, factors.stiffness, woodbury.slot, self._changed
+        )
+        changed = self._changed[:count]
         self._farthest_changed_level = max(self._farthest_changed_level, factors.update_superelements())
         if self._farthest_changed_level >= 0 or self._refactorisation_pays(changed, new):
             self._factorise(changed)

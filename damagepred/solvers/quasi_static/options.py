@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydantic import Field
 
-from damagepred.kernels.joint.return_mapping import ReturnMapping
+from damagepred.kernels.joint.return_mapping import ReturnMapping, all_plain
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 
@@ -350,9 +351,16 @@ class ReturnMappingOptions:
     cap_slope_ratio: Pure = Field(default=1e-3, gt=0)
     yield_tolerance: Pure = Field(default=1e-9, gt=0, lt=1)
 
-    def for_kernels(self) -> ReturnMapping:
-        """Return the parameters as the kernels take them."""
-        return ReturnMapping(*(getattr(self, name) for name in ReturnMapping._fields))
+    def for_kernels(self, joints: np.ndarray | None = None) -> ReturnMapping:
+        """Return the parameters as the kernels take them.
+
+        Parameters
+        ----------
+        joints : array of JOINT_PARAMETERS (m,), optional
+            The joints of the wall; where all are plain, kernels are compiled for these alone.
+        """
+        general = None if joints is not None and all_plain(joints) else True
+        return ReturnMapping(**vars(self), general=general)
 
 
 @described

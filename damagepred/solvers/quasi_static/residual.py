@@ -37,7 +37,7 @@ class Residual:
 
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         self.model, self.tolerance, self.options = model, tolerance, options
-        self.return_mapping = options.return_mapping.for_kernels()
+        self.return_mapping = options.return_mapping.for_kernels(model.joint_parameters)
         self.system = DiscreteSystem.of(model, options.elastic_solution)
         self.dead_load, self.live_load = self.system.dead_load, self.system.live_load
         self.jacks, self.superelements = JackControl.of(model), None
@@ -160,7 +160,8 @@ class Residual:
         if (superelement := self.equations.condensation) is not None:
             self.force[superelement.boundary_dofs] += superelement.force(displacement, state.load, state.load_factor)
         # NaN must not pass for balance; forces of a block that finds no equilibrium inside are NaN, too
-        force, ratio = free_residual(self.force, self.free, self.per_weight)
+        force = np.empty_like(self.force)
+        ratio = free_residual(self.force, self.free, self.per_weight, force)
         if self.superelements is not None:
             ratio = max(ratio, self.superelements.largest_block_resultant(force) / self.weight)
         if coulomb and self.jacks is not None:

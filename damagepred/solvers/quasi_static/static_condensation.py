@@ -87,5 +87,6 @@ class StaticCondensation:
         """
         factors, dofs = self._factors, self._factors.layout.dofs
         u, particular = displacement[dofs], load * self._particular[0] + live * self._particular[1]
-        back_substitution(factors.levels, self._active_levels, factors.layout.levels, particular[None], u[None])
+        rows = particular[None], u[None], np.empty((1, len(u)))
+        back_substitution(factors.levels, self._active_levels, factors.layout.levels, *rows)
         displacement[dofs] = u

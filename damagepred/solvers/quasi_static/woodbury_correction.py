@@ -8,10 +8,10 @@ from scipy.linalg import lapack
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.kernels.linear.block_tridiagonal import solve_columns
 from damagepred.kernels.linear.woodbury import (
-    capacitance_matrix,
+    capacitance_equations,
     correction_agrees,
-    correction_forces,
     relative_displacements,
+    stiffness_changes,
     subtract_correction,
     unit_loads,
 )
@@ -68,19 +68,19 @@ class WoodburyCorrection:
         new = changed[self.slot[changed] < 0]
         if len(new):
             self._add_unit_load_responses(new)
-        slots = self.slot[changed]
-        change = target_stiffness[changed] - factors.stiffness[changed]
-        rows, matrix = capacitance_matrix(self._compliance, slots, change)
+        slots, size = self.slot[changed], 3 * len(changed)
+        change, rows = np.empty((len(changed), 9)), np.empty(size, dtype=np.int64)
+        rows = rows[: stiffness_changes(changed, target_stiffness, factors.stiffness, change, rows)]
         u = factors.solve(force, self._levels, self._levels - 1)
-        relative = np.empty((3 * len(changed), len(force)))
+        relative, forces = np.empty((size, len(force))), np.empty((len(force), len(rows)))
         relative_displacements(changed, kinematics, self._index, u, relative)
-        correction_rhs = np.empty((len(force), len(rows)))
-        correction_forces(rows, change, relative, correction_rhs)
+        matrix = np.empty((len(rows), len(rows)))
+        capacitance_equations(self._compliance, slots, change, rows, relative, matrix, forces)
         # LAPACK is column-major: to it the transposed matrix is the matrix
-        _, _, forces, singular = lapack.dgesv(matrix.T, correction_rhs.T, overwrite_a=1, overwrite_b=1)
+        _, _, solution, singular = lapack.dgesv(matrix.T, forces.T, overwrite_a=1, overwrite_b=1)
         if singular:
             return None
-        forces = forces.T
+        forces = solution.T
         subtract_correction(forces, rows, slots, self._unit_load_response, u)
         relative_displacements(changed, kinematics, self._index, u, relative)
         return u if correction_agrees(rows, change, relative, forces, factors.options.woodbury_tolerance) else None
