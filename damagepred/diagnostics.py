@@ -7,6 +7,7 @@ the guide's reference read name, unit, meaning and label from the field.
 from __future__ import annotations
 
 from dataclasses import astuple, dataclass, field, fields
+from functools import cache
 from typing import Any
 
 
@@ -139,6 +140,7 @@ class Energies:
         return Energies(*(2 * value for value in astuple(self)))
 
 
+@cache
 def described(record: type) -> dict[str, Diagnostic]:
     """Return the diagnostics of a record by name."""
     return {f.name: f.metadata["diagnostic"] for f in fields(record) if "diagnostic" in f.metadata}

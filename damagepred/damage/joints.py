@@ -152,17 +152,11 @@ class JointMap:
         """Numbers of the interfaces of the footing bed."""
         return np.flatnonzero(self.is_footing)
 
-    def contacts_along(self, number: IntArray) -> tuple[IntArray, FloatArray]:
-        """Return the contacts of some interfaces in order along each, (n, q), and their way from its start (m).
-
-        Parameters
-        ----------
-        number : array of int (n,)
-            The interfaces.
-        """
-        start, end = self.start[number], self.end[number]
-        along = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
-        x, y = self.contact_x[number] - start[:, :1], self.contact_y[number] - start[:, 1:]
+    @cached_property
+    def contacts_along(self) -> tuple[IntArray, FloatArray]:
+        """The contacts in order along each interface, (m, q), and their way from its start (m)."""
+        along = (self.end - self.start) / self.length[:, None]
+        x, y = self.contact_x - self.start[:, :1], self.contact_y - self.start[:, 1:]
         way = x * along[:, :1] + y * along[:, 1:]
         order = np.argsort(way, axis=1)
         return order, np.take_along_axis(way, order, axis=1)
@@ -175,7 +169,7 @@ class JointMap:
     @cached_property
     def ends(self) -> Ends:
         """How an opening at the ends of all interfaces follows from the contacts."""
-        order, way = self.contacts_along(np.arange(len(self.kind)))
+        order, way = self.contacts_along
         contact = order[:, [0, -1]] + (order.shape[1] * np.arange(len(self.kind)))[:, None]
         distance = np.column_stack((way[:, 0], self.length - way[:, -1]))
         distance[distance <= 1e-9 * self.length[:, None]] = 0.0
@@ -225,8 +219,8 @@ class JointMap:
         opening : array (m, q)
             Of all contacts (m).
         """
-        order, way = self.contacts_along(number)
-        ends = self.ends(opening)[number]
+        order, way = (values[number] for values in self.contacts_along)
+        ends = self.ends.of(number)(opening)
         inside = np.take_along_axis(opening[number], order, axis=1)
         return (
             np.column_stack((np.zeros(len(number)), way, self.length[number])),

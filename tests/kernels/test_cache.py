@@ -72,7 +72,7 @@ def test_arrays_passed_to_a_law_are_not_reference_counted(monkeypatch: pytest.Mo
     at_rest, shape = State.rest(model), model.interfaces.contact_area.shape
     stresses = jit.kernel(contact_stresses.py_func)
     stresses(
-        model.interfaces,
+        model.interface_records,
         model.joint_parameters,
         DEFAULTS.return_mapping.for_kernels(),
         model.ground.at(0.0),

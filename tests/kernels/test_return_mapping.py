@@ -431,7 +431,7 @@ def moved(model: Model, rng: np.random.Generator) -> np.ndarray:
 def stresses_of(model: Model, history: JointHistory, displacement: np.ndarray) -> tuple[np.ndarray, ...]:
     opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
     contact_stresses(
-        model.interfaces,
+        model.interface_records,
         model.joint_parameters,
         OPTIONS,
         model.ground.at(0.0),
@@ -461,7 +461,7 @@ def test_a_committed_state_stays(feature: str) -> None:
     before = stresses_of(model, history, displacement)
     arguments = (
         everything,
-        model.interfaces,
+        model.interface_records,
         model.joint_parameters,
         OPTIONS,
         model.ground.at(0.0),
@@ -488,7 +488,7 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
     tresca = (np.full(shape, NO_LIMIT), history.dilatant_opening.copy(), history.kappa.copy())
     update_tresca_bounds(
         everything,
-        model.interfaces,
+        model.interface_records,
         model.joint_parameters,
         OPTIONS,
         model.ground.at(0.0),
@@ -502,7 +502,7 @@ def test_the_stiffness_of_interfaces_is_that_of_their_forces(feature: str, live:
         force, stiffness = np.zeros(len(at)), np.zeros((shape[0], 9))
         joint_forces(
             everything,
-            model.interfaces,
+            model.interface_records,
             model.joint_parameters,
             OPTIONS,
             model.ground.at(0.0),
@@ -565,7 +565,7 @@ def test_energy_of_an_intact_joint_is_that_of_its_springs() -> None:
     everything = np.arange(len(model.interfaces.kind))
     still, on_ground = model.ground.at(0.0), model.ground.at(0.0)
     stored, softened = energy(
-        everything, model.interfaces, model.joint_parameters, OPTIONS, still, history, small, on_ground
+        everything, model.interface_records, model.joint_parameters, OPTIONS, still, history, small, on_ground
     )
     assert stored == pytest.approx((model.interfaces.contact_area * (sigma**2 / K_N + tau**2 / K_S)).sum() / 2)
     assert softened == 0.0

@@ -56,7 +56,7 @@ def test_condensed_energy_is_that_of_the_joints() -> None:
     by_joint = [
         energy(
             chosen,
-            model.interfaces,
+            model.interface_records,
             model.joint_parameters,
             ReturnMappingOptions().for_kernels(),
             still,

@@ -340,7 +340,7 @@ def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: fl
     displacement[3:9] = [2e-5, -3e-5, 3e-4, 1e-5, -9e-5, 4e-4]
     opening, sigma, tau = (np.zeros((2, 3)) for _ in range(3))
     contact_stresses(
-        model.interfaces, model.joint_parameters, mapping, still, history, displacement, opening, sigma, tau
+        model.interface_records, model.joint_parameters, mapping, still, history, displacement, opening, sigma, tau
     )
     assert (opening[0] > 0.0).tolist().count(True) == 1
     limit = np.vstack((0.05e6 - 0.5 * 2e9 * opening[0], 0.3e6 - 0.8 * 2e9 * opening[1]))
@@ -349,7 +349,15 @@ def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: fl
     for old, share, expected in ((NO_LIMIT, 0.3, limit), (1e5, 0.3, 1e5 + 0.3 * (limit - 1e5)), (1e5, 1.0, limit)):
         tresca = (np.full((2, 3), old), np.zeros((2, 3)), np.zeros((2, 3)))
         update_tresca_bounds(
-            listed, model.interfaces, model.joint_parameters, mapping, still, history, displacement, tresca, share
+            listed,
+            model.interface_records,
+            model.joint_parameters,
+            mapping,
+            still,
+            history,
+            displacement,
+            tresca,
+            share,
         )
         np.testing.assert_allclose(tresca[0], expected, rtol=1e-9, atol=1e-3)
 
@@ -362,7 +370,7 @@ def test_slopes_of_footing_sections_are_those_of_their_forces() -> None:
     start = 1e-5 * rng.standard_normal(model.size)
     step = 1e-10 * rng.standard_normal(model.size)
     stiffness, force = np.zeros((len(model.interfaces.kind), 9)), np.zeros(model.size)
-    section_forces(model.sections, memory, model.interfaces, model.properties, start, force, stiffness)
+    section_forces(model.sections, memory, model.interface_records, model.properties, start, force, stiffness)
     before, after = (section_response_of(model, memory, u) for u in (start - step, start + step))
     slopes = stiffness[model.sections.interface].reshape(count, 3, 3)
     expected = (slopes @ (after - before)[:, :3, None])[..., 0]

@@ -11,7 +11,7 @@ def across(interfaces, properties, i):
 
     Parameters
     ----------
-    interfaces, properties : NamedTuple of arrays
+    interfaces, properties : InterfaceRecords, NamedTuple of arrays
         Of the model, m interfaces; contact areas (m2), shear stiffness (Pa/m).
     i : int
         The interface.
@@ -54,7 +54,7 @@ def commit_sections(sections, memory, interfaces, displacement):
     ----------
     sections, memory : NamedTuple of arrays
         Sections and their history variables, changed in place; see ``damagepred.assembly.section``.
-    interfaces : NamedTuple of arrays
+    interfaces : InterfaceRecords
         Of the model.
     displacement : array (size,)
         At the equilibrium, of all degrees of freedom (m, rad).
@@ -72,7 +72,7 @@ def section_values(sections, memory, interfaces, properties, displacement, value
     ----------
     sections, memory : NamedTuple of arrays
         Sections, s of them, and their history variables; see ``damagepred.assembly.section``.
-    interfaces, properties : NamedTuple of arrays
+    interfaces, properties : InterfaceRecords, NamedTuple of arrays
         Of the model.
     displacement : array (size,)
         Of all degrees of freedom (m, rad).

@@ -145,8 +145,8 @@ def contact_fields(interfaces, properties, ground, state, displacement, opening,
     opening, shear, sigma, tau : array (m, q)
         Filled.
     """
-    first_ground = interfaces.block_a.size - ground.normal.shape[0]
-    for i in range(interfaces.block_a.size):
+    first_ground = interfaces.edge.size - ground.normal.shape[0]
+    for i in range(interfaces.edge.size):
         middle, along, turn = interface_displacement(interfaces, displacement, i)
         parameters = properties[i]
         for k in range(interfaces.contact_area.shape[1]):

@@ -25,7 +25,7 @@ def energy(listed, interfaces, properties, options, ground, history, displacemen
         Normal and shear force of each contact, work-conjugate to the displacement of the ground (N); filled.
     """
     stored, softened = 0.0, 0.0
-    first_ground = interfaces.block_a.size - ground.normal.shape[0]
+    first_ground = interfaces.edge.size - ground.normal.shape[0]
     for i in listed:
         middle = interface_displacement(interfaces, displacement, i)
         p = properties[i]

@@ -17,7 +17,7 @@ def joint_forces(
     ----------
     active : array of int
         The interfaces.
-    interfaces, ground : NamedTuple of arrays
+    interfaces, ground : InterfaceRecords, Ground
         Of the model, m interfaces with q contacts; the ground in its present state. See ``damagepred.assembly.model``.
     properties : JointParameters
         Arrays (m,).
@@ -118,7 +118,7 @@ def contact_stresses(interfaces, properties, options, ground, history, displacem
     opening, sigma, tau : array (m, q)
         Filled.
     """
-    for i in range(interfaces.block_a.size):
+    for i in range(interfaces.edge.size):
         middle = interface_displacement(interfaces, displacement, i)
         p = properties[i]
         plain = is_plain(p, options.general)

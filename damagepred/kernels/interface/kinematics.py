@@ -80,19 +80,20 @@ def interface_displacement(interfaces, displacement, i):
 
     Parameters
     ----------
-    interfaces : NamedTuple of arrays (m,)
-        Geometry; see ``damagepred.assembly.model``.
+    interfaces : InterfaceRecords
+        See ``damagepred.assembly.model``.
     displacement : array (size,)
         x, y (m) and rotation of each body.
     i : int
         Interface.
     """
-    a, b = 3 * interfaces.body_a[i], 3 * interfaces.body_b[i]
+    edge = interfaces.edge[i]
+    a, b = 3 * edge.body_a, 3 * edge.body_b
     turn_a, turn_b = displacement[a + 2], displacement[b + 2]
     opening, shear = midpoint_displacement(
-        (interfaces.normal_x[i], interfaces.normal_y[i]),
-        (interfaces.arm_normal_a[i], interfaces.arm_shear_a[i]),
-        (interfaces.arm_normal_b[i], interfaces.arm_shear_b[i]),
+        (edge.normal_x, edge.normal_y),
+        (edge.arm_normal_a, edge.arm_shear_a),
+        (edge.arm_normal_b, edge.arm_shear_b),
         (displacement[b] - displacement[a], displacement[b + 1] - displacement[a + 1]),
         turn_a,
         turn_b,
@@ -113,15 +114,16 @@ def scatter_interface_force(interfaces, i, normal, shear, moment, force):
     force : array (size,)
         On each body (N, N m); added to.
     """
-    n_x, n_y = interfaces.normal_x[i], interfaces.normal_y[i]
+    edge = interfaces.edge[i]
+    n_x, n_y = edge.normal_x, edge.normal_y
     pull_x, pull_y = normal * n_x + shear * n_y, normal * n_y - shear * n_x
-    a, b = 3 * interfaces.body_a[i], 3 * interfaces.body_b[i]
+    a, b = 3 * edge.body_a, 3 * edge.body_b
     force[a] += pull_x
     force[a + 1] += pull_y
-    force[a + 2] += normal * interfaces.arm_normal_a[i] + shear * interfaces.arm_shear_a[i] + moment
+    force[a + 2] += normal * edge.arm_normal_a + shear * edge.arm_shear_a + moment
     force[b] -= pull_x
     force[b + 1] -= pull_y
-    force[b + 2] -= normal * interfaces.arm_normal_b[i] + shear * interfaces.arm_shear_b[i] + moment
+    force[b + 2] -= normal * edge.arm_normal_b + shear * edge.arm_shear_b + moment
     scatter_to_strains(interfaces.elastic, i, normal, shear, moment, force)
 
 
@@ -131,8 +133,8 @@ def elastic_trial(interfaces, ground, history, middle, i, k):
 
     Parameters
     ----------
-    interfaces : NamedTuple of arrays
-        Geometry; the last interfaces are those with the ground.
+    interfaces : InterfaceRecords
+        The last ones are those with the ground.
     ground : NamedTuple of arrays (g, q)
         Displacement of the ground in the present state.
     history : NamedTuple of arrays (m, q)
@@ -144,7 +146,7 @@ def elastic_trial(interfaces, ground, history, middle, i, k):
     """
     opening, shear, turn = middle
     u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - history.slip[i, k]
-    g = i - (interfaces.block_a.size - ground.normal.shape[0])
+    g = i - (interfaces.edge.size - ground.normal.shape[0])
     if g >= 0:
         u_n -= ground.normal[g, k]
         u_s -= ground.shear[g, k]

@@ -56,7 +56,7 @@ def relative_displacements(listed, kinematics, index, displacement, relative):
 
 
 @kernel
-def changed_interfaces(active, target, factorised, slot, changed):
+def changed_interfaces(active, target, factorised, slot, level, changed):
     """List the interfaces whose stiffness differs from the factorised one.
 
     Parameters
@@ -67,24 +67,27 @@ def changed_interfaces(active, target, factorised, slot, changed):
         Stiffness of each interface.
     slot : array of int (m,)
         Slot of the unit-load responses of an interface, -1 if there are none yet.
+    level : array of int (m,)
+        Level of each interface.
     changed : array of int (m,)
         Filled with the changed interfaces.
 
     Returns
     -------
-    int, int
-        Number of changed interfaces, and of those without a slot.
+    int, int, int
+        Number of changed interfaces, of those without a slot, and farthest level of one; -1 if there is none.
     """
-    count, new = 0, 0
+    count, new, farthest = 0, 0, -1
     for i in active:
         for j in range(9):
             if target[i, j] != factorised[i, j]:
                 changed[count] = i
                 count += 1
+                farthest = max(farthest, level[i])
                 if slot[i] < 0:
                     new += 1
                 break
-    return count, new
+    return count, new, farthest
 
 
 @kernel

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damagepred.arrays import BoolArray, FloatArray
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.diagnostics import Counters
 from damagepred.kernels.concrete_section.forces import commit_sections
@@ -85,6 +85,7 @@ class Continuation:
         self._dilates_at = ((law.dilation > 0) & plain)[:, None]
         self._fails_in_shear_at = (law.brittle_shear & (law.critical_opening > 0))[:, None]
         self._can_reclose = bool(self._can_reclose_at.any())
+        self._dilates_or_fails_in_shear = bool((self._dilates_at | self._fails_in_shear_at).any())
         self._everything = np.arange(len(model.interfaces.kind))
         self.state = self._begin(settings.condense)
         self.balance.begin(model, self.state)
@@ -144,12 +145,22 @@ class Continuation:
 
     # -- bonds and history -------------------------------------------------------------------------------------------
 
-    def bond_loads(self, state: State) -> tuple[FloatArray, float]:
-        """Return the load of each bond (m, q), 1 at its strength and 0 where it is broken; and the largest."""
+    def bond_loads(self, state: State, listed: IntArray | None = None) -> tuple[FloatArray, float]:
+        """Return the load of each bond (m, q), 1 at its strength and 0 where it is broken; and the largest.
+
+        Parameters
+        ----------
+        state : State
+            Displacements and history.
+        listed : array of int, optional
+            Interfaces whose bonds are looked at; the loads of all others are 0.
+        """
         model = self.model
+        if listed is not None:
+            self._load.fill(0.0)
         most = bond_loads(
-            self._everything,
-            model.interfaces,
+            self._everything if listed is None else listed,
+            model.interface_records,
             model.joint_parameters,
             self.equilibrium.return_mapping,
             model.ground.at(state.load_factor),
@@ -179,9 +190,9 @@ class Continuation:
         weak = self._weak & ~state.history.cracked & (load > 1.0 + options.overload_tolerance)
         broken |= weak & (load >= 1.0 + options.weak_bond_group * (heaviest - 1.0))
         if self.equilibrium.condensed:
-            self.equilibrium.uncondense_interfaces(broken.any(axis=1))
+            self.equilibrium.uncondense_interfaces(np.flatnonzero(broken) // broken.shape[1])
         again = broken & state.history.cracked
-        if self._dilates_at.any() or self._fails_in_shear_at.any():
+        if self._dilates_or_fails_in_shear:
             _, sigma, _ = self.stresses(state)
             state.history.kappa[broken & self._dilates_at & (sigma > 0.0)] = np.inf  # open: no more dilatancy
             model = self.model
@@ -189,7 +200,7 @@ class Continuation:
             in_tension = sigma >= least
             sheared = broken & self._fails_in_shear_at & ~(in_tension & ~state.history.cracked)
             self.balance.add_mode_1_dissipation(
-                break_in_shear(sheared, model.interfaces, model.joint_parameters, state.history)
+                break_in_shear(sheared, model.interface_records, model.joint_parameters, state.history)
             )
         state.history.kappa[again] = np.inf
         state.history.cracked[broken] = True
@@ -216,7 +227,7 @@ class Continuation:
         model = self.model
         friction, crushing, mode_1_dissipation = commit_joint_history(
             self.equilibrium.equations.active,
-            model.interfaces,
+            model.interface_records,
             model.joint_parameters,
             self.equilibrium.return_mapping,
             model.ground.at(state.load_factor),
@@ -226,7 +237,7 @@ class Continuation:
         )
         self._record_failures(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
-            commit_sections(model.sections, state.sections, model.interfaces, state.displacement)
+            commit_sections(model.sections, state.sections, model.interface_records, state.displacement)
         superelements, yielding = self.equilibrium.superelements, 0.0
         if superelements is not None:
             yielding = superelements.commit(state)
@@ -411,11 +422,13 @@ class Continuation:
         if not over.any():
             return 1.0
         after, wanted = loaded[over], 1.0 + aim * self._event_overload[over]
-        before = self.bond_loads(state)[0][over]
+        before = self.bond_loads(state, np.flatnonzero(over) // over.shape[1])[0][over]
         return float(np.min((wanted - before) / (after - before)))
 
     def predict_next_event(self, state: State, target: Point) -> tuple[FloatArray, float]:
         """Predict displacements at a target with the tangent, and the share of the step at which the next bond fails.
+
+        Bonds of condensed courses do not count: where one fails first, the step to it is found by interpolation.
 
         Parameters
         ----------
@@ -439,10 +452,11 @@ class Continuation:
         )
         ahead.displacement += step
         ahead.displacement[supports.prescribed] = supports.displacement(ahead.load_factor)
-        equilibrium.complete(ahead)
+        if equilibrium.superelements is not None:
+            equilibrium.complete(ahead)
         if equilibrium.has_diverged(ahead):
             return state.displacement, 1.0
-        loaded, heaviest = self.bond_loads(ahead)
+        loaded, heaviest = self.bond_loads(ahead, equilibrium.equations.active)
         options, share = self.options.continuation, 1.0
         if heaviest > 1.0 + options.overload_tolerance:
             share = self._interpolate_event(state, loaded, options.predictor_aim)
@@ -538,7 +552,7 @@ class Continuation:
         model = self.model
         opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
         contact_stresses(
-            model.interfaces,
+            model.interface_records,
             model.joint_parameters,
             self.equilibrium.return_mapping,
             model.ground.at(state.load_factor),

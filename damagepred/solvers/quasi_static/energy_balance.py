@@ -157,7 +157,7 @@ class EnergyBalance:
         on_ground = Ground(np.zeros_like(ground.normal), np.zeros_like(ground.shear))
         stored, softened = energy(
             active,
-            model.interfaces,
+            model.interface_records,
             model.joint_parameters,
             self.return_mapping,
             ground,

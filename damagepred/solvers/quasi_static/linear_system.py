@@ -121,35 +121,39 @@ class BlockTridiagonalSystem:
             Of the same shape; 0 where prescribed or condensed.
         """
         factors, woodbury = self.factors, self.woodbury
-        count, new = changed_interfaces(
-            self.active, self.target_stiffness, factors.stiffness, woodbury.slot, self._changed
+        count, new, farthest = changed_interfaces(
+            self.active,
+            self.target_stiffness,
+            factors.stiffness,
+            woodbury.slot,
+            self.layout.interface_level,
+            self._changed,
         )
         changed = self._changed[:count]
         self._farthest_changed_level = max(self._farthest_changed_level, factors.update_superelements())
-        if self._farthest_changed_level >= 0 or self._refactorisation_pays(changed, new):
+        if self._farthest_changed_level >= 0 or self._refactorisation_pays(count, new, farthest):
             self._factorise(changed)
-            changed = changed[:0]
-        right = np.take(np.atleast_2d(force), self.active_dofs, axis=1)
-        u = woodbury.solve(right.copy(), changed, self.target_stiffness) if len(changed) else None
+            count = 0
+        right = np.ascontiguousarray(force[..., self.active_dofs].reshape(-1, len(self.active_dofs)))
+        u = woodbury.solve(right.copy(), changed, self.target_stiffness) if count else None
         if u is not None:
             self.corrections += 1
         else:
-            if len(changed):
+            if count:
                 self._factorise(changed)
             u = factors.solve(right, self.active_levels, self.active_levels - 1)
         displacement = np.zeros(force.shape)
         displacement[..., self.active_dofs] = u.reshape(*force.shape[:-1], -1)
         return displacement
 
-    def _refactorisation_pays(self, changed: IntArray, new: int) -> bool:
+    def _refactorisation_pays(self, changed: int, new: int, farthest: int) -> bool:
         """Return whether the changes exceed the memory for them, or all corrections cost more than a factorisation."""
-        if not len(changed):
+        if not changed:
             return False
         if self.woodbury.occupied + new > self.options.max_changed_interfaces:
             return True
-        farthest = int(self.layout.interface_level[changed].max())
         rule = self.refactorisation
-        rule.spent += rule.correction_cost(len(changed), new, self.active_levels)
+        rule.spent += rule.correction_cost(changed, new, self.active_levels)
         return bool(rule.spent > rule.factorisation_cost[farthest + 1])
 
     def _factorise(self, changed: IntArray) -> None:

@@ -117,7 +117,7 @@ class Residual:
             section_forces(
                 model.sections,
                 state.sections,
-                model.interfaces,
+                model.interface_records,
                 model.joint_parameters,
                 displacement,
                 self.force,
@@ -125,7 +125,7 @@ class Residual:
             )
         joint_forces(
             active,
-            model.interfaces,
+            model.interface_records,
             model.joint_parameters,
             self.return_mapping,
             model.ground.at(state.load_factor),
@@ -324,7 +324,7 @@ class Residual:
         model = self.model
         update_tresca_bounds(
             self.equations.active,
-            model.interfaces,
+            model.interface_records,
             model.joint_parameters,
             self.return_mapping,
             model.ground.at(state.load_factor),
@@ -356,7 +356,7 @@ class Residual:
         farthest = farthest_sliding_level(
             equations.condensed_interfaces,
             equations.layout.interface_level,
-            model.interfaces,
+            model.interface_records,
             model.joint_parameters,
             self.return_mapping,
             model.ground.at(state.load_factor),

@@ -41,6 +41,7 @@ class StaticCondensation:
         boundary = slice(at.start[level], at.start[active_levels])
         self.boundary_dofs = at.dofs[boundary]
         self._load = reduced[:, boundary] - loads[:, self.boundary_dofs]
+        self._last = 0.0, 0.0, np.zeros(len(self.boundary_dofs))  # load factors, and their load
         stiffness = factors.assemble_level(level, at.couplings_of(active_levels))
         self._stiffness = (stiffness - factors.schur_complements[level]).T
 
@@ -52,7 +53,9 @@ class StaticCondensation:
         load, live : float
             Load factors of dead and live load.
         """
-        return load * self._load[0] + live * self._load[1]
+        if self._last[:2] != (load, live):
+            self._last = load, live, load * self._load[0] + live * self._load[1]
+        return self._last[2]
 
     def force(self, displacement: FloatArray, load: float, live: float = 0.0) -> FloatArray:
         """Return the force of the superelement on the boundary degrees of freedom (N, N m).

@@ -88,7 +88,7 @@ def fields_of(model: Model, history: JointHistory, displacement: FloatArray, loa
     opening, shear, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(4))
     after = history.copy()
     contact_fields(
-        model.interfaces,
+        model.interface_records,
         model.joint_parameters,
         model.ground.at(load_factor),
         after,

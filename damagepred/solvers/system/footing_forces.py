@@ -94,7 +94,7 @@ def section_response_of(model: Model, memory: SectionMemory, displacement: Float
     """
     assert model.sections is not None
     values = np.empty((len(model.sections.interface), 6))
-    section_values(model.sections, memory, model.interfaces, model.properties, displacement, values)
+    section_values(model.sections, memory, model.interface_records, model.properties, displacement, values)
     return values
 
 

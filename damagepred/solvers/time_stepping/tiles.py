@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
-from damagepred.assembly.model import Ground, GroundMovement, Interfaces, JointProperties
+from damagepred.assembly.model import Ground, GroundMovement, InterfaceRecords, JointProperties
 from damagepred.assembly.section import SectionMemory, Sections
 from damagepred.kernels.explicit.tiles import LANES, aligned_zeros, ground_type, tile_type
 from damagepred.kernels.joint.parameters import JointParameters
@@ -78,7 +78,7 @@ class PackedSections(NamedTuple):
 
     law: Sections
     memory: SectionMemory
-    interfaces: Interfaces
+    interfaces: InterfaceRecords
     properties: JointProperties
     stiffness: FloatArray
     commit_interval: int
@@ -98,7 +98,7 @@ def pack_sections(model: Model, commit_interval: int) -> PackedSections | None:
         return None
     memory = SectionMemory.at_first(model.sections)
     room = np.zeros((len(model.interfaces.kind), 9))
-    return PackedSections(model.sections, memory, model.interfaces, model.properties, room, commit_interval)
+    return PackedSections(model.sections, memory, model.interface_records, model.properties, room, commit_interval)
 
 
 def pack_joints(model: Model) -> PackedJoints:
