@@ -15,7 +15,6 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.formatting import chance, length, named, number, ratio, with_band
 from damagepred.rejudge import has_dpc, shares, shown_gaps
-from damagepred.uq.fragility.fit import EXTRAPOLATED
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -274,6 +273,8 @@ def curve_columns(curves: xr.Dataset) -> list[Column]:
     curves : xarray.Dataset
         As ``fit_fragility`` returns it.
     """
+    from damagepred.uq.fragility.fit import EXTRAPOLATED  # slow to import, and a wall needs none of it
+
     units, measure = str(curves["intensity"].attrs["units"]), named(str(curves.attrs["intensity_measure"]))
     unit = {"m": "mm", "m-1": "1/m", "year": "years"}.get(units, "")
     band = f"{curves.attrs['confidence']:.0%} band"

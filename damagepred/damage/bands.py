@@ -57,7 +57,8 @@ class BandGauges:
             Of a gauge (m): joints that lie no farther apart than that are read together.
         """
         chosen = np.flatnonzero(joints.is_wall)
-        order, way = (values[chosen] for values in joints.contacts_along)
+        order, way = joints.contacts_along
+        order, way = order[chosen], way[chosen]
         contacts = chosen[:, None] * order.shape[1] + order
         ends, nodes = None, way
         if way.shape[1] == 1 or joints.ends.share.any():

@@ -219,7 +219,8 @@ class JointMap:
         opening : array (m, q)
             Of all contacts (m).
         """
-        order, way = (values[number] for values in self.contacts_along)
+        order, way = self.contacts_along
+        order, way = order[number], way[number]
         ends = self.ends.of(number)(opening)
         inside = np.take_along_axis(opening[number], order, axis=1)
         return (

@@ -134,7 +134,7 @@ class BlockTridiagonalSystem:
         if self._farthest_changed_level >= 0 or self._refactorisation_pays(count, new, farthest):
             self._factorise(changed)
             count = 0
-        right = np.ascontiguousarray(force[..., self.active_dofs].reshape(-1, len(self.active_dofs)))
+        right = np.take(force.reshape(-1, force.shape[-1]), self.active_dofs, axis=1)
         u = woodbury.solve(right.copy(), changed, self.target_stiffness) if count else None
         if u is not None:
             self.corrections += 1
