@@ -13,12 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numba
 import numpy as np
 import pytest
 from numpy.polynomial.legendre import legder, leggauss, legval
 
 from damagepred import Scene
-from damagepred.assembly.model import Model
+from damagepred.assembly.model import InterfaceRecords, Model
 from damagepred.kernels.interface.kinematics import interface_displacement
 from damagepred.pipeline import model_of
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -59,9 +60,15 @@ def wall(
     )
 
 
+@numba.njit
+def relative_displacement(records: InterfaceRecords, motion: np.ndarray, i: int) -> tuple[float, float, float]:
+    """Return opening and shear in the middle of an interface, and its relative rotation."""
+    return interface_displacement(records, motion, i)  # type: ignore[no-any-return]
+
+
 def cell_energy(model: Model, strain: tuple[float, float, float], rotation: float) -> float:
     """Energy (J) of the joints around the block in the middle, half of each, under a homogeneous strain."""
-    blocks, joints = model.blocks, model.interfaces
+    blocks, joints, records = model.blocks, model.interfaces, model.interface_records
     middle = int(np.argmin((blocks.x - blocks.x.mean()) ** 2 + (blocks.y - blocks.y.mean()) ** 2))
     xx, yy, xy = strain
     motion = np.zeros((int(max(joints.body_a.max(), joints.body_b.max())) + 1, 3))
@@ -70,7 +77,7 @@ def cell_energy(model: Model, strain: tuple[float, float, float], rotation: floa
     )
     energy = 0.0
     for i in np.flatnonzero((joints.block_a == middle) | (joints.block_b == middle)):
-        opening, shear, turn = interface_displacement(joints, motion.ravel(), i)
+        opening, shear, turn = relative_displacement(records, motion.ravel(), i)
         normal, tangential = model.properties.normal_stiffness[i], model.properties.shear_stiffness[i]
         openings = opening + turn * joints.contact_offset[i]
         energy += 0.25 * (joints.contact_area[i] @ (normal * openings**2 + tangential * shear**2))
@@ -107,6 +114,7 @@ def engineering_moduli(stiffness: np.ndarray) -> np.ndarray:
 def moduli_of(model: Model, volume: float) -> np.ndarray:
     """Moduli of a wall in which all blocks rotate, stretch and bend alike."""
     blocks, joints, system = model.blocks, model.interfaces, DiscreteSystem.of(model)
+    records = model.interface_records
     middle = int(np.argmin((blocks.x - blocks.x.mean()) ** 2 + (blocks.y - blocks.y.mean()) ** 2))
     motion = np.zeros((6, model.size))
     x, y = (slice(axis, 3 * model.n_blocks, 3) for axis in (0, 1))
@@ -120,7 +128,7 @@ def moduli_of(model: Model, volume: float) -> np.ndarray:
         motion[4, first::2] = motion[5, first + 1 :: 2] = 1.0
         energy[[4, 5], [4, 5]] = system.strain_stiffness[2 * own : 2 * own + 2]
     for i in np.flatnonzero((joints.block_a == middle) | (joints.block_b == middle)):
-        opening, shear, turn = np.array([interface_displacement(joints, row, i) for row in motion]).T
+        opening, shear, turn = np.array([relative_displacement(records, row, i) for row in motion]).T
         for at, area in zip(joints.contact_offset[i], joints.contact_area[i]):
             normal = opening + turn * at
             energy += 0.5 * area * model.properties.normal_stiffness[i] * np.outer(normal, normal)
