@@ -13,6 +13,9 @@ from damagepred.plotting.colours import CURVE_STYLES, OPENING_STYLES
 from damagepred.plotting.sheet import MM, legend_below, plain_number, require, set_title, several_or_new, verbatim
 from damagepred.study.analyses.posterior_tables import measures
 
+_LABEL = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
+"""Ground of the labels of observed cracks."""
+
 
 @checked
 def draw_back_analysis(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axes]:
@@ -74,11 +77,14 @@ def _draw_map(found: xr.Dataset, ax: Axes) -> None:
     one = found.isel(study=int(found["cause_posterior"].values.argmax()))
     probability = one["crack_probability"]
     mesh = ax.pcolormesh(one["map_x"], one["map_y"], probability, vmin=0.0, vmax=1.0, cmap="Greys", shading="nearest")
-    ax.figure.colorbar(mesh, ax=ax, label="probability (1)")
-    places = [found[name].values for name in ("observed_x", "observed_y", "observed_width") if name in found]
-    for x, y, width in zip(*places):
+    ax.figure.colorbar(mesh, ax=ax, label="probability (1)", shrink=0.7)
+    names = ("observed_x", "observed_y", "observed_width", "observed_limit")
+    places = sorted(zip(*(found[name].values.tolist() for name in names if name in found)))
+    for k, (x, y, width, limit) in enumerate(places):
         ax.plot(x, y, marker="o" if width else "x", color=OPENING_STYLES[0][0], fillstyle="none", markersize=9)
-        ax.annotate(f"{plain_number(width * MM)} mm" if width else "none", (x, y), (6, 6), textcoords="offset points")
+        words = f"{limit} {plain_number(width * MM)} mm".strip() if width else "none"
+        # neighbours stand at different heights
+        ax.annotate(words, (x, y), (0, (14, 28)[k % 2]), textcoords="offset points", ha="center", bbox=_LABEL)
     ax.set_aspect("equal")
     ax.set_xlabel("along the wall (m)")
     ax.set_ylabel("height (m)")

@@ -243,6 +243,7 @@ def test_few_replays_agree_with_all(causes: list[Path]) -> None:
     full = infer(causes[1], seen)
     few = infer(causes[1], seen, options=InferenceOptions(replays=12))
     assert int(few["replayed"][0]) <= 12
+    assert "> 0.2 mm" in [text.get_text() for text in draw_back_analysis(few)[1].texts]
     middle = [float(one["movement_quantile"].sel(quantile=0.5)[0]) for one in (full, few)]
     assert middle[1] == pytest.approx(middle[0], rel=0.25)
 

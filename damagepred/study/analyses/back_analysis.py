@@ -463,10 +463,13 @@ def _dataset(
     ds = ds.merge(xr.concat(futures, "study"))
     if any(replayed):
         ds = ds.assign(_crack_maps(studies, own, options))
-    places = [(c.x, c.y, c.width or c.wider_than or c.narrower_than or 0.0) for c in seen.crack if c.x is not None]
+    local = [crack for crack in seen.crack if crack.x is not None]
+    places = [(c.x, c.y, c.width or c.wider_than or c.narrower_than or 0.0) for c in local]
     if places:
         names = ("observed_x", "observed_y", "observed_width")
         ds = ds.assign({name: ("observed", np.array(v), {"units": "m"}) for name, v in zip(names, zip(*places))})
+        ways = [">" if crack.wider_than else "<" if crack.narrower_than else "" for crack in local]
+        ds = ds.assign(observed_limit=("observed", ways))
     return ds
 
 
