@@ -412,7 +412,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
 
 
 def history_values(history: History, count: int) -> dict[str, FloatArray | IntArray]:
-    """Return stage and, if known, time of the first increments of a history.
+    """Return stage and, where they are known, time and strain of the first increments of a history.
 
     Parameters
     ----------
@@ -421,8 +421,8 @@ def history_values(history: History, count: int) -> dict[str, FloatArray | IntAr
     count : int
         Number of increments.
     """
-    time = {} if history.time is None else {"time": history.time[:count]}
-    return {"stage": history.stage[:count], **time}
+    columns = {name: getattr(history, name) for name in ("stage", "time", "strain")}
+    return {name: column[:count] for name, column in columns.items() if column is not None}
 
 
 def _diagnostics(steps: list[Step], in_time: bool) -> dict[str, FloatArray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -11,7 +11,7 @@ from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.formatting import chance, with_band
 from damagepred.tables import Column, worst_so_far
 from damagepred.uq.capacity import highest_category
-from damagepred.uq.estimate import Estimate, probability
+from damagepred.uq.estimate import probability
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,88 +20,10 @@ YEARS = (1, 2, 5, 10, 20, 30, 50, 100)
 """Years of a history that have a row, besides its last."""
 
 
-class YearShare(NamedTuple):
-    """Probability of a category or worse by a year, and its interval.
-
-    Attributes
-    ----------
-    year : float
-        End of the year.
-    category : int
-        The least that counts.
-    so_far : Estimate
-        By the worst category so far.
-    now : Estimate or None
-        By the present category; None where some walls were not followed as far.
-    """
-
-    year: float
-    category: int
-    so_far: Estimate
-    now: Estimate | None
-
-
-def year_shares(ds: xr.Dataset, confidence: float = 0.9) -> list[YearShare]:
-    """Return the probability of each category by the worst so far, and by now, by category and year.
-
-    That by now is unknown where some walls were not followed as far; that so far counts what these reached before.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study of a movement whose stages have times.
-    confidence : float
-        Of the intervals.
-    """
-    ds = ds.isel(sample=np.isin(ds["status"].values, SOLVED))
-    time, category = np.atleast_2d(ds["time"].values), ds["damage_category"].values
-    unknown = (category < 0) | np.isnan(ds["crack_width_max"].values)
-    unknown &= (ds["status"].values != SampleStatus.COLLAPSED)[:, None]
-    weight = ds["weight"].values if "weight" in ds else None
-    so_far, last = worst_so_far(ds), float(time.max())
-    walls, shares = np.arange(len(category)), []
-    for least in range(1, min(max(int(so_far.max(initial=1)), 1), highest_category(ds)) + 1):
-        for year in sorted({year for year in YEARS if year < last} | {last}):
-            at = (time <= year + 1e-9).sum(axis=1) - 1
-            found = [
-                probability(values[walls, at] >= least, weight=weight, confidence=confidence)
-                for values in (so_far, category)
-            ]
-            shares.append(YearShare(year, least, found[0], None if unknown[walls, at].any() else found[1]))
-    return shares
-
-
-def year_columns(ds: xr.Dataset, confidence: float = 0.9) -> list[Column]:
-    """Return the probability of each category by the worst so far, and by now, with intervals, a row a year.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study of a movement whose stages have times.
-    confidence : float
-        Of the intervals.
-    """
-    shares = year_shares(ds, confidence)
-    least, columns = shares[0].category, []
-    columns.append(Column("year", [f"{s.year:g}" for s in shares if s.category == least], short="year"))
-
-    def cell(found: Estimate | None) -> str:
-        if found is None:
-            return "–"
-        return with_band(*(chance(p) for p in (found.value, found.lower, found.upper)))
-
-    for least in sorted({s.category for s in shares}):
-        of_category = [s for s in shares if s.category == least]
-        so_far, now = [cell(s.so_far) for s in of_category], [cell(s.now) for s in of_category]
-        brief = {"so far": [c.replace(" to ", "-") for c in so_far], "now": [c.split()[0] for c in now]}
-        for name, cells in (("so far", so_far), ("now", now)):
-            head = f"category {least} or worse {name}"
-            columns.append(Column(head, cells, short=f"{least} or worse\n{name}", short_cells=brief[name]))
-    return columns
-
-
 def year_frame(ds: xr.Dataset, confidence: float = 0.9) -> pd.DataFrame:
-    """Return the probability of each category by year as a table, a row for each category and year.
+    """Return the probability of each category by the worst so far, and by now, a row for each category and year.
+
+    That by now is NaN where some walls were not followed as far; that so far counts what these reached before.
 
     Parameters
     ----------
@@ -112,12 +34,44 @@ def year_frame(ds: xr.Dataset, confidence: float = 0.9) -> pd.DataFrame:
     """
     import pandas as pd
 
-    def named(name: str, found: Estimate | None) -> dict[str, float]:
-        values = [np.nan] * 3 if found is None else [found.value, found.lower, found.upper]
-        return dict(zip((name, f"{name}_lower", f"{name}_upper"), values))
-
-    rows = [
-        {"category": s.category, "year": s.year} | named("so_far", s.so_far) | named("now", s.now)
-        for s in year_shares(ds, confidence)
-    ]
+    ds = ds.isel(sample=np.isin(ds["status"].values, SOLVED))
+    time, category = np.atleast_2d(ds["time"].values), ds["damage_category"].values
+    unknown = (category < 0) | np.isnan(ds["crack_width_max"].values)
+    unknown &= (ds["status"].values != SampleStatus.COLLAPSED)[:, None]
+    weight = ds["weight"].values if "weight" in ds else None
+    so_far, last = worst_so_far(ds), float(time.max())
+    walls, rows = np.arange(len(category)), []
+    for least in range(1, min(max(int(so_far.max(initial=1)), 1), highest_category(ds)) + 1):
+        for year in sorted({year for year in YEARS if year < last} | {last}):
+            at = (time <= year + 1e-9).sum(axis=1) - 1
+            row = {"category": least, "year": float(year)}
+            for name, values in (("so_far", so_far), ("now", category)):
+                found = probability(values[walls, at] >= least, weight=weight, confidence=confidence)
+                known = name == "so_far" or not unknown[walls, at].any()
+                for end, value in (("", found.value), ("_lower", found.lower), ("_upper", found.upper)):
+                    row[name + end] = value if known else np.nan
+            rows.append(row)
     return pd.DataFrame(rows).set_index(["category", "year"])
+
+
+def year_columns(ds: xr.Dataset, confidence: float = 0.9) -> list[Column]:
+    """Return the table of ``year_frame`` as columns of text, a row a year.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        A study of a movement whose stages have times.
+    confidence : float
+        Of the intervals.
+    """
+    frame = year_frame(ds, confidence)
+    years = frame.index.unique("year")
+    columns = [Column("year", [f"{year:g}" for year in years], short="year")]
+    for least, own in frame.groupby(level="category"):
+        for key, name in (("so_far", "so far"), ("now", "now")):
+            values = own[[key, f"{key}_lower", f"{key}_upper"]].to_numpy()
+            cells = ["–" if np.isnan(row[0]) else with_band(*map(chance, row)) for row in values]
+            brief = [cell.replace(" to ", "-") if key == "so_far" else cell.split()[0] for cell in cells]
+            head, short = f"category {least} or worse {name}", f"{least} or worse\n{name}"
+            columns.append(Column(head, cells, short=short, short_cells=brief))
+    return columns

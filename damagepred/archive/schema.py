@@ -84,6 +84,7 @@ VARIABLES: dict[str, Variable] = {
     "stage": Variable(_STEP, "1", "stage of a movement in stages, from 1; 0 is dead load alone"),
     "central_deflection": Variable(_STEP, "m", "deflection of the footing's centre relative to its ends, not negative"),
     "deflection_ratio": Variable(_STEP, "1", "central deflection over the length between the ends"),
+    "strain": Variable(_STEP, "1", "of a history: strain that the bricks would have if nothing held them"),
     "surface_movement": Variable(
         _STEP, "m", "movement of the ground's surface under the footing, as a site is classed by"
     ),
@@ -455,7 +456,7 @@ def dataset(
         for name, value in values.items()
     }
     coordinates = {name for name, v in variables.items() if v.dims == (name,)} | (
-        {"central_deflection", "deflection_ratio", "surface_movement", "movement", "time"} & set(variables)
+        {"central_deflection", "deflection_ratio", "strain", "surface_movement", "movement", "time"} & set(variables)
     )
     ds = xr.Dataset(
         {k: v for k, v in variables.items() if k not in coordinates},

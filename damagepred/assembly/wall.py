@@ -410,7 +410,8 @@ def _with_slow_strains(scene: Scene, model: Model, known: WallGeometry) -> Model
     of_bricks = np.where(np.arange(model.n_blocks) < len(known.bricks), 1.0, 0.0)
     if along and history is not None:
         unit = displacement_by_strain(known.geometry, of_bricks)
-        return replace(model, ground=ImposedHistory.of(model.ground, unit, history, strains, model.creep))
+        ground = ImposedHistory.of(model.ground, unit, history, strains, model.creep)
+        return replace(model, ground=ground, history=history._replace(strain=strains))
     total = 0.0 if scene.strain is None else scene.strain.total
     return replace(model, ground=with_strain(model.ground, displacement_by_strain(known.geometry, total * of_bricks)))
 

@@ -31,8 +31,10 @@ def back_analysis_section(file: Path, study: Path) -> Section:
     from damagepred.plotting import draw_back_analysis
 
     found = read_dataset(file)
-    if "cause_posterior" not in found:
-        raise InputError(f"posterior = {file}: is no back-analysis; give the file that `damagepred infer -o` wrote.")
+    if "movement_measure" not in found:
+        raise InputError(
+            f"posterior = {file}: is no back-analysis, or an older one; give the file that `damagepred infer -o` wrote."
+        )
     names, own = [str(name) for name in found["study"].values], study_name(study)
     if own not in names:
         raise InputError(f"posterior = {file}: is of {', '.join(names)}, not of {own}." + nearest(own, names))

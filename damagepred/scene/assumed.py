@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import Any
+from collections.abc import Collection, Mapping
+from functools import reduce
 
-from damagepred.scene.mound import Mound
 from damagepred.scene.scene import Scene
-from damagepred.scene.seasons import Seasons
 from damagepred.scene.site import suction_depth
-from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import Suction
-from damagepred.scene.strain import Creep, Strain
 
 
-def _ground_values(scene: Scene, sampled: Collection[str] = ()) -> dict[str, str]:
-    """Return the numbers that shape a mound and that a study does not sample, in words, by their place."""
+def _ground_values(scene: Scene) -> dict[str, str]:
+    """Return the numbers that shape a mound, in words, by their place."""
     if scene.movement.shape != "mound":
         return {}
     mound, soil, kind = scene.mound, scene.soil, scene.movement.kind
@@ -37,7 +33,18 @@ def _ground_values(scene: Scene, sampled: Collection[str] = ()) -> dict[str, str
     stiffness = "soil.swelling_stiffness" if kind == "dishing" else "soil.shrinking_stiffness"
     word = stiffness.removeprefix("soil.").removesuffix("_stiffness")
     values[stiffness] = f"{word} soil of {soil.stiffness(kind) / 1e3:g} kPa/m"
-    return {place: words for place, words in values.items() if place not in sampled}
+    return values
+
+
+def _by_default(scene: Scene, values: Mapping[str, str], sampled: Collection[str]) -> list[str]:
+    """Return those words whose place has its default, and is not sampled."""
+
+    def is_default(place: str) -> bool:
+        *tables, key = place.split(".")
+        table = reduce(getattr, tables, scene)
+        return table is None or getattr(table, key) == getattr(type(table)(), key)
+
+    return [words for place, words in values.items() if place not in sampled and is_default(place)]
 
 
 def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
@@ -50,13 +57,7 @@ def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     sampled : Collection[str]
         Places of the numbers that a study samples; these are left out.
     """
-    usual: dict[str, Any] = {"mound": Mound(), "soil": Soil(), "suction": Suction()}
-
-    def is_default(place: str) -> bool:
-        table, key = place.split(".")
-        return getattr(getattr(scene, table) or usual[table], key) == getattr(usual[table], key)
-
-    return [words for place, words in _ground_values(scene, sampled).items() if is_default(place)]
+    return _by_default(scene, _ground_values(scene), sampled)
 
 
 def assumed_seasons(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
@@ -64,28 +65,25 @@ def assumed_seasons(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
 
     Parameters
     ----------
-    scene : Scene
-        The wall.
-    sampled : Collection[str]
-        Places of the numbers that a study samples; these are left out.
+    scene, sampled
+        See ``assumed_ground``.
     """
-    seasons, usual = scene.movement.seasons, Seasons()
+    seasons = scene.movement.seasons
     if seasons is None:
         return []
+    mean = (
+        {"swing_share": f"{seasons.swing_share:g} y_s"}
+        if scene.soil_layer
+        else {"swing": f"{1e3 * seasons.swing:g} mm"}
+    )
     words = {
-        "swing": f"a mean swing of {1e3 * usual.swing:g} mm",
-        "swing_share": f"a mean swing of {usual.swing_share:g} y_s",
-        "swing_cov": f"a coefficient of variation of the swing of {usual.swing_cov:g}",
-        "correlation": f"a correlation of {usual.correlation:g} with the year before",
+        **{key: f"a mean swing of {value}" for key, value in mean.items()},
+        "swing_cov": f"a coefficient of variation of the swing of {seasons.swing_cov:g}",
+        "correlation": f"a correlation of {seasons.correlation:g} with the year before",
         "trend": "no trend",
         "shift": "the same mean in wet years and dry years",
     }
-    words.pop("swing" if scene.soil_layer else "swing_share")
-    return [
-        said
-        for key, said in words.items()
-        if getattr(seasons, key) == getattr(usual, key) and f"movement.seasons.{key}" not in sampled
-    ]
+    return _by_default(scene, {f"movement.seasons.{key}": said for key, said in words.items()}, sampled)
 
 
 def assumed_slow_strains(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
@@ -93,28 +91,16 @@ def assumed_slow_strains(scene: Scene, sampled: Collection[str] = ()) -> list[st
 
     Parameters
     ----------
-    scene : Scene
-        The wall.
-    sampled : Collection[str]
-        Places of the numbers that a study samples; these are left out.
+    scene, sampled
+        See ``assumed_ground``.
     """
-    strain, creep, usual = scene.strain, scene.creep, Strain()
-    values: dict[str, tuple[bool, str]] = {}
+    strain, creep, values = scene.strain, scene.creep, {}
     if strain is not None and strain.growth and scene.movement.stage:
-        values["strain.growth_years"] = (
-            strain.growth_years == usual.growth_years,
-            f"growth reached in {usual.growth_years:g} years",
-        )
-        values["strain.growth_time"] = (
-            strain.growth_time == usual.growth_time,
-            f"a time constant of growth of {usual.growth_time:g} years",
-        )
+        values["strain.growth_years"] = f"growth reached in {strain.growth_years:g} years"
+        values["strain.growth_time"] = f"a time constant of growth of {strain.growth_time:g} years"
     if creep is not None:
-        values["creep.coefficient"] = (
-            creep.coefficient == Creep().coefficient,
-            f"a creep coefficient of {Creep().coefficient:g}",
-        )
-    return [words for place, (default, words) in values.items() if default and place not in sampled]
+        values["creep.coefficient"] = f"a creep coefficient of {creep.coefficient:g}"
+    return _by_default(scene, values, sampled)
 
 
 def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
@@ -122,10 +108,8 @@ def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
 
     Parameters
     ----------
-    scene : Scene
-        The wall.
-    sampled : Collection[str]
-        Places of the numbers that a study samples; these are left out.
+    scene, sampled
+        See ``assumed_ground``.
     """
     assumed = assumed_ground(scene, sampled)
     zone = None if scene.suction is None else scene.suction.climate_zone

@@ -69,7 +69,7 @@ class History(NamedTuple):
     time : array (increments + 1,) or None
         Years since the dead load.
     strain : array (increments + 1,) or None
-        Strain of the bricks that the stages give (1).
+        Strain of the bricks (1): that of the stages, in a model with that of ``[strain]``.
     """
 
     load_factors: FloatArray

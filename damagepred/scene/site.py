@@ -116,6 +116,28 @@ def site_class(surface_movement: float) -> SiteClass:
     return next(c for c in site_classes() if surface_movement <= c.up_to * (1 + 1e-12))
 
 
+def of_climatic_zone(table: str, zone: int) -> float:
+    """Return the value of a climatic zone of AS 2870, 1 (wettest) to 6.
+
+    Parameters
+    ----------
+    table : str
+        Of data/ground/site_classes.toml: "suction_depth" (m), or "suction_change", the design change of suction at the
+        surface (pF, assumed).
+    zone : int
+        Climatic zone.
+
+    Raises
+    ------
+    InputError
+        If there is no such zone.
+    """
+    values = _ground("site_classes")[table]
+    if f"zone_{zone}" not in values:
+        raise InputError(f"zone = {zone!r}: must be a climatic zone of AS 2870, 1 to 6.")
+    return float(values[f"zone_{zone}"])
+
+
 @checked
 def suction_depth(zone: int) -> float:
     """Return the depth H_s (m) to which moisture changes in a climatic zone, 1 (wettest) to 6 (AS 2870-2011 Table 2.5).
@@ -131,33 +153,7 @@ def suction_depth(zone: int) -> float:
     >>> scene.suction_depth(3)
     2.3
     """
-    return _of_zone("suction_depth", zone)
-
-
-@checked
-def suction_change(zone: int) -> float:
-    """Return the design change of suction at the surface (pF) in a climatic zone, 1 (wettest) to 6. Assumed.
-
-    Raises
-    ------
-    InputError
-        If there is no such zone.
-
-    Examples
-    --------
-    >>> from damagepred.scene.site import suction_change
-    >>> suction_change(3)
-    1.2
-    """
-    return _of_zone("suction_change", zone)
-
-
-def _of_zone(table: str, zone: int) -> float:
-    """Return the value of a climatic zone from a table of data/ground/site_classes.toml."""
-    values = _ground("site_classes")[table]
-    if f"zone_{zone}" not in values:
-        raise InputError(f"zone = {zone!r}: must be a climatic zone of AS 2870, 1 to 6.")
-    return float(values[f"zone_{zone}"])
+    return of_climatic_zone("suction_depth", zone)
 
 
 @cache

@@ -12,7 +12,7 @@ from pydantic_core import ArgsKwargs
 
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
-from damagepred.scene.site import suction_change, suction_depth
+from damagepred.scene.site import of_climatic_zone, suction_depth
 
 ZONES = tuple("123456")
 """Climatic zones of AS 2870, the wettest first."""
@@ -80,7 +80,7 @@ class Suction:
         values = given.kwargs if isinstance(given, ArgsKwargs) else given
         if not isinstance(values, Mapping) or "change" in values or (zone := _zone(values)) is None:
             return given
-        return {"change": suction_change(zone), **values}
+        return {"change": of_climatic_zone("suction_change", zone), **values}
 
 
 def with_climate_zone(tables: Mapping[str, Any]) -> dict[str, Any]:

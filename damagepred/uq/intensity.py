@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -21,6 +22,7 @@ MEASURES = (
     "footing_curvature",
     "load_displacement",
     "time",
+    "strain",
 )
 """Intensity measures:
 
@@ -32,7 +34,8 @@ MEASURES = (
 - ``footing_curvature``: the largest of the footing, where the archive has its sections (1/m). Where concrete cracks it
   is that of a crack's surroundings, and far larger than the mean;
 - ``load_displacement``: of the loads of a laboratory test (m);
-- ``time``: of a movement in stages, in years; the worst category so far counts.
+- ``time``: of a movement in stages, in years; the worst category so far counts;
+- ``strain``: of the bricks in a history, growth or shrinkage (1).
 
 Besides these, any variable of the dataset on (sample, increment) that grows with the movement.
 """
@@ -47,6 +50,28 @@ _NAMES = {
     "footing_curvature": ("m-1", "largest curvature of the footing"),
     "differential_movement": ("m", "differential movement y_m of the ground's surface"),
 }
+
+
+class ShownMeasure(NamedTuple):
+    """How a measure is shown: its name in words, its unit, and the factor from SI units."""
+
+    words: str
+    unit: str
+    factor: float
+
+
+def shown_measure(name: str, units: str) -> ShownMeasure:
+    """Return how a measure is shown.
+
+    Parameters
+    ----------
+    name : str
+        Name of the measure.
+    units : str
+        Its SI units.
+    """
+    unit = "mm" if units == "m" else "mm/m" if name == "strain" else units
+    return ShownMeasure(name.replace("_", " "), unit, 1e3 if unit.startswith("mm") else 1.0)
 
 
 def check_states(ds: xr.Dataset, name: str) -> None:
@@ -163,7 +188,8 @@ def intensity_values(ds: xr.Dataset, name: str) -> FloatArray:
         If it is neither.
     """
     if name in ds.variables:
-        return np.asarray(ds[name].values, dtype=np.float64)
+        values = np.asarray(ds[name].values, dtype=np.float64)
+        return np.abs(values) if name == "strain" else values
     if name == "curvature":
         deflection, ratio = (np.asarray(ds[part].values, dtype=np.float64) for part in _MADE_OF[name])
         with np.errstate(divide="ignore", invalid="ignore"):

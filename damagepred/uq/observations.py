@@ -2,14 +2,16 @@
 
 A measured value is normal about the wall's own, with the survey's error and the model's discrepancy added in squares
 (Kennedy and O'Hagan 2001). What is only known to lie beyond a limit is censored: its likelihood is the probability that
-the measurement lies there.
+the measurement lies there. The discrepancy is uncertain itself where it is fitted on few cases: all observations of a
+survey share it, and their joint likelihood is integrated over its distribution (Gauss-Hermite quadrature).
 """
 
 from __future__ import annotations
 
+import itertools
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -44,7 +46,8 @@ class Discrepancy:
     """Standard deviations of the model against real walls (``[discrepancy]``), shown with every result.
 
     Those of crack widths are fitted on the cases of the validation; the others are assumed
-    (``data/statistics/discrepancy.toml``).
+    (``data/statistics/discrepancy.toml``). The fitted ones are lognormal about the values here; a value that the user
+    gives instead is certain.
 
     Attributes
     ----------
@@ -75,6 +78,52 @@ class Discrepancy:
             shipped = getattr(self, name) == one["value"]
             found[name] = (interval, str(one["confidence"])) if shipped else ("-", "given")
         return found
+
+    @property
+    def uncertain(self) -> list[str]:
+        """Names of the terms that are fitted and have an interval."""
+        return [name for name, (interval, _) in self.origins().items() if interval != "-"]
+
+    def at(self, normal: FloatArray) -> Discrepancy:
+        """Return the discrepancy at independent standard normals, one for each uncertain term.
+
+        The logarithms of the terms are normal, with the correlation of the fit.
+
+        Parameters
+        ----------
+        normal : array (uncertain terms,)
+            Standard normals.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> fitted = Discrepancy()
+        >>> fitted.at(np.zeros(2)) == fitted
+        True
+        """
+        names, terms = self.uncertain, _shipped_terms()
+        fitted = [terms[name] for name in names]
+        deviation = [np.log(one["high"] / one["low"]) / (2.0 * special.ndtri(0.95)) for one in fitted]
+        below = np.array([[one.get("correlation", {}).get(name, 0.0) for name in names] for one in fitted])
+        root = np.linalg.cholesky(np.eye(len(names)) + below + below.T)
+        factors = np.exp(deviation * (root @ normal))
+        return replace(self, **{name: getattr(self, name) * float(f) for name, f in zip(names, factors)})
+
+    def nodes(self, points: int) -> list[tuple[float, Discrepancy]]:
+        """Return weights and discrepancies of a product Gauss-Hermite quadrature over the uncertain terms.
+
+        Parameters
+        ----------
+        points : int
+            Of each term; 1: the fitted values alone.
+        """
+        if not self.uncertain:
+            return [(1.0, self)]
+        places, weights = np.polynomial.hermite_e.hermegauss(points)
+        product = itertools.product(range(points), repeat=len(self.uncertain))
+        chosen = [list(one) for one in product]
+        total = float(weights.sum() ** len(self.uncertain))
+        return [(float(np.prod(weights[one])) / total, self.at(places[one])) for one in chosen]
 
 
 @described

@@ -3,7 +3,7 @@
     python studies/back_analysis/bryant.py [--samples 24] [-j 2] [--folder results]
 
 The walls stand on supports and jacks, with the unknowns of the test, and are dished and domed further than in the
-test. The same command resumes. It draws the posterior of the solid wall.
+test. The same command resumes. It draws the posterior of each wall.
 """
 
 from __future__ import annotations
@@ -12,6 +12,9 @@ import argparse
 import sys
 from dataclasses import replace
 from pathlib import Path
+
+import matplotlib.pyplot as plt
+import xarray as xr
 
 HERE = Path(__file__).resolve().parent
 STUDIES = HERE.parent
@@ -79,6 +82,17 @@ def surveys() -> dict[str, tuple[str, Observations]]:
     }
 
 
+def picture(found: xr.Dataset, name: str) -> None:
+    """Draw the posterior of a wall, with the deflection of the test."""
+    alone = plt.subplots(figsize=(8.0, 4.0), layout="constrained")[1]
+    axes = plotting.draw_back_analysis(found, None if "crack_probability" in found else [alone])
+    axes[0].axvline(float(name.split()[-2]), color="black", linewidth=1.0)
+    said = "in the test, perhaps" if "perhaps" in name else "in the test"
+    axes[0].annotate(said, (float(name.split()[-2]), 0.02), (4, 0), textcoords="offset points")
+    wall, kind, *_ = name.replace(",", "").replace("wall ", "").split()
+    figure_of(axes[0]).savefig(HERE / f"bryant_{wall}_{kind}.png", dpi=100)
+
+
 def main() -> None:
     """Run the archives, infer, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -98,9 +112,7 @@ def main() -> None:
         causes = posterior_tables(found)[0].rows
         lines += [f"| {name} | {one} | {after} | {moved} | {count} |" for one, _, after, moved, count in causes]
         print("\n".join([name, *sentences(found)]), flush=True)
-        if "crack_probability" in found:
-            figure = figure_of(plotting.draw_back_analysis(found)[0])
-            figure.savefig(HERE / f"bryant_{name.split(' to')[0].split(', ')[1]}.png", dpi=80)
+        picture(found, name)
     print("\n".join(lines))
     if given.folder == HERE / "results" / "bryant":
         write_page(HERE / "README.md", "\n".join(lines), MARKS)

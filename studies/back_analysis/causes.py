@@ -1,8 +1,9 @@
-"""Causes: posterior odds of five forms of ground movement, on walls that the archives do not hold.
+"""Causes: posterior odds of five forms of ground movement and of growth, on walls that the archives do not hold.
 
-    python studies/back_analysis/causes.py [--samples 80] [--cases 30] [-j 2] [--folder results]
+    python studies/back_analysis/causes.py [--samples 40] [--cases 16] [-j 2] [--folder results]
 
-One study a cause, each with a prescribed form of the ground. The same command resumes.
+One study a cause, each with a prescribed form of the ground, or with bricks that grow on still ground. The same
+command resumes.
 """
 
 from __future__ import annotations
@@ -24,10 +25,13 @@ from synthetic import Case, Survey, archives, area, infer_cases, promised_area, 
 
 from damagepred.arrays import FloatArray  # noqa: E402
 from damagepred.scene import Movement  # noqa: E402
+from damagepred.study.analyses.back_analysis import InferenceOptions  # noqa: E402
 
 LARGEST = 10e-3
 """Largest movement of the ground under the wall at the end of each study (m)."""
-LENGTH, HEIGHT = 7.2, 0.9
+GROWTH = 1e-3
+"""Growth of the bricks at the end of its study (1): the upper end of what clay bricks do in 15 years."""
+LENGTH = 7.2
 
 
 def _form(kind: str, profile: Callable[[FloatArray], FloatArray]) -> dict[str, Any]:
@@ -48,6 +52,7 @@ CAUSES = {
     "tree": _form("doming", lambda x: -np.exp(-x / 0.2)),  # dries the clay under the left end, which settles
     "leak": _form("doming", _bump(0.65, 0.12)),  # wets the clay under a pipe, which heaves
     "trench": _form("dishing", lambda x: -_bump(0.3, 0.15)(x)),  # Gaussian trough of a trench or a tunnel
+    "growth": {"central_deflection": 0.0, "stage": [{"central_deflection": 0.0, "strain": GROWTH, "increments": 10}]},
 }
 MARKS = "<!-- written by causes.py -->", "<!-- end of causes -->"
 CRACKS = tuple((share * LENGTH, y) for share in (0.1, 0.3, 0.5, 0.7, 0.9) for y in (0.15, 0.75))
@@ -107,8 +112,9 @@ def page_text(result: dict[str, Any]) -> str:
 def main() -> None:
     """Run the cases and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--samples", type=int, default=80)
-    parser.add_argument("--cases", type=int, default=30, help="unseen walls of each cause")
+    parser.add_argument("--samples", type=int, default=40)
+    parser.add_argument("--cases", type=int, default=16, help="unseen walls of each cause")
+    parser.add_argument("--surveys", type=int, default=4, help="of each wall, at other movements and with other errors")
     parser.add_argument("--folder", type=Path, default=HERE / "results")
     parser.add_argument("-j", "--workers", type=int, default=2)
     given = parser.parse_args()
@@ -118,7 +124,8 @@ def main() -> None:
     unseen = archives(study, CAUSES, given.folder / "causes_unseen", given.cases, 12, given.workers)
     result: dict[str, Any] = {"seconds_walls_and_replays": time.monotonic() - start}
     for name, survey in SURVEYS.items():
-        result[name] = scores(list(infer_cases(stored, unseen, survey, given.samples, [7])))
+        options = InferenceOptions(replays=given.samples)
+        result[name] = scores(list(infer_cases(stored, unseen, survey, options, range(7, 7 + given.surveys))))
     print(json.dumps(result, indent=1))
     if given.folder == HERE / "results":
         write_page(HERE / "README.md", page_text(result), MARKS)

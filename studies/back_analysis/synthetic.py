@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -72,8 +72,12 @@ class Survey:
     visible: float = 3e-4
 
     def of(self, walls: StoredWalls, sample: int, increment: int, random: np.random.Generator) -> Observations:
-        """Look at a wall; what is measured is drawn as the likelihood has it, or not seen."""
-        model, seen = Discrepancy(), []
+        """Look at a wall; what is measured is drawn as the likelihood has it, or not seen.
+
+        The discrepancy is drawn from its fitted distribution, and all observations of the survey share it.
+        """
+        fitted, seen = Discrepancy(), []
+        model = fitted.at(random.standard_normal(len(fitted.uncertain)))
         count, wall = walls.movement.shape[1], walls.replayed(sample)
         for x, y in self.places:
             place = {"x": x, "y": y, "within": self.within, "error": self.width_error}
@@ -119,13 +123,17 @@ class Case(NamedTuple):
 
 
 def infer_cases(
-    stored: Sequence[StoredWalls], unseen: Sequence[StoredWalls], survey: Survey, replays: int, seeds: Sequence[int]
+    stored: Sequence[StoredWalls],
+    unseen: Sequence[StoredWalls],
+    survey: Survey,
+    options: InferenceOptions,
+    seeds: Sequence[int],
 ) -> Iterator[Case]:
     """Survey each unseen wall once for each seed, at a movement drawn from the prior, and infer.
 
     Of stored walls only so many are used as are replayed.
     """
-    options = InferenceOptions(replays=replays, negligible=1.0)  # no maps are made
+    options = replace(options, negligible=1.0)  # no maps are made
     for random in map(np.random.default_rng, seeds):
         for cause, walls in enumerate(unseen):
             for sample in np.flatnonzero(walls.known):

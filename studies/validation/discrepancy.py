@@ -101,10 +101,11 @@ def widths(prior: Prior) -> list[Width]:
 
 
 class Posterior(NamedTuple):
-    """Quantiles of both standard deviations, arrays (5 %, median, 95 %), and the number of cases."""
+    """Quantiles of both standard deviations, arrays (5 %, median, 95 %), correlation of their logarithms, and cases."""
 
     width: FloatArray
     share: FloatArray
+    correlation: float
     cases: int
 
 
@@ -122,12 +123,14 @@ def fit(seen: list[Width], prior: Prior) -> Posterior:
                 for j, share in enumerate(grid[1]):
                     model = Discrepancy(width=width, width_share=share)
                     total[i, j] += special.logsumexp(crack_fit(crack, walls, model).log_likelihood) / len(own)
-    weight = np.exp(total - total.max())
+    weight = special.softmax(total)
+    logs = np.array([part.ravel() for part in np.meshgrid(*map(np.log, grid), indexing="ij")])
+    covariance = np.cov(logs, aweights=weight.ravel())
     found = []
     for points, own_weight in ((grid[0], weight.sum(axis=1)), (grid[1], weight.sum(axis=0))):
         middle = (np.cumsum(own_weight) - 0.5 * own_weight) / own_weight.sum()
         found.append(np.exp(np.interp([0.05, 0.5, 0.95], middle, np.log(points))))
-    return Posterior(*found, len(cases))
+    return Posterior(*found, float(covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])), len(cases))
 
 
 def data_text(found: Posterior) -> str:
@@ -137,13 +140,14 @@ def data_text(found: Posterior) -> str:
     lines = [
         "# Standard deviations of the model against real walls, as `damagepred infer` takes them. The derived ones",
         "# come from `python studies/validation/discrepancy.py`, which writes this file anew.",
-        "# low and high: interval of 90 %.",
+        "# low and high: interval of 90 %. correlation: of the logarithms with those of another term.",
     ]
     source = f"{found.cases} cases of studies/validation, each of which counts once"
     for name, (low, value, high), unit in (("width", found.width, "m"), ("width_share", found.share, "1")):
         ends = f"low = {low:.2g}\nhigh = {high:.2g}"
         lines.append(f'\n[{name}]\nvalue = {value:.2g}\nunit = "{unit}"\n{ends}\nsource = "{source}"')
         lines.append('confidence = "derived"')
+    lines.append(f"correlation = {{ width = {found.correlation:.2g} }}")
     for name, one in kept.items():
         lines.append(f'\n[{name}]\nvalue = {one["value"]:g}\nunit = "{one["unit"]}"\nsource = "{one["source"]}"')
         lines.append('confidence = "assumed"')
@@ -165,7 +169,8 @@ def page_text(seen: list[Width], found: Posterior) -> str:
     lines.append("")
     lines.append(
         f"Standard deviation of a width: {width[1]:.2g} mm (90 % interval {width[0]:.2g} to {width[2]:.2g}) and "
-        f"{share[1]:.2g} of the width ({share[0]:.2g} to {share[2]:.2g}), added in squares; {found.cases} cases."
+        f"{share[1]:.2g} of the width ({share[0]:.2g} to {share[2]:.2g}), added in squares. The correlation of "
+        f"their logarithms is {found.correlation:.2g}; {found.cases} cases."
     )
     return "\n".join(lines)
 

@@ -8,21 +8,25 @@ from shutil import copytree
 
 import numpy as np
 import pytest
+from scipy import special
 
 from damagepred import InputError, infer
+from damagepred.plotting import draw_back_analysis
 from damagepred.study import Study
 from damagepred.study.analyses.back_analysis import InferenceOptions, chosen_samples, prices
-from damagepred.study.analyses.posterior_tables import sentences
+from damagepred.study.analyses.posterior_tables import posterior_tables, sentences
 from damagepred.study.analyses.stored_walls import StoredWalls
 from damagepred.study.settings import StudySettings
 from damagepred.uq.observations import (
     CrackObservation,
+    CrackPrediction,
     Discrepancy,
     LevelObservation,
     Observations,
     SlopeObservation,
     WindowObservation,
     censored,
+    crack_fit,
 )
 from tests.conftest import SMALL_STUDY
 
@@ -108,7 +112,7 @@ def test_a_window_that_has_closed_tells_the_movement(tmp_path: Path) -> None:
     change = walls.ds["opening_width_change"].values[2, :, 0]
     seen = Observations(window=(WindowObservation(opening=1, width_change=change[4], error="0.05 mm"),))
     model = seen.discrepancy
-    fit = walls.fit_of_archive(seen)
+    fit = walls.fit_of_archive(seen, model)
     assert fit.misfit[2, 4] == 0.0
     expected = (change[5] - change[4]) ** 2 / (5e-5**2 + (model.distortion_share * change[5]) ** 2)
     assert fit.misfit[2, 5] == pytest.approx(expected)
@@ -116,6 +120,112 @@ def test_a_window_that_has_closed_tells_the_movement(tmp_path: Path) -> None:
     low, high = (float(found["movement_quantile"].sel(quantile=q)[0]) for q in (0.05, 0.95))
     assert low < walls.movement[2, 4] < high
     assert high - low < 0.9 * walls.largest  # the prior's interval
+
+
+def test_the_likelihood_is_integrated_over_the_fitted_discrepancy(causes: list[Path]) -> None:
+    """The evidence is the mean over discrepancies drawn from the fit; the observations of a survey share one."""
+    crack = (*(CrackObservation(width=width) for width in (2e-3, 2.1e-3, 1.9e-3)), CrackObservation(wider_than="1 mm"))
+    walls = StoredWalls(causes[1])
+
+    def evidence(model: Discrepancy) -> float:
+        alone = Observations(crack=crack, discrepancy=model)
+        certain = infer(causes[1], alone, options=InferenceOptions(discrepancy_points=1))
+        return float(certain["log_evidence"][0])
+
+    random, log_prior = np.random.default_rng(5), walls.log_prior(None)
+    drawn = [Discrepancy().at(normal) for normal in random.standard_normal((2000, 2))]
+    logs = [
+        special.logsumexp(log_prior + walls.fit_of_archive(Observations(crack=crack), model).log_likelihood)
+        for model in drawn
+    ]
+    expected = special.logsumexp(logs) - np.log(len(logs))
+    found = infer(causes[1], Observations(crack=crack))
+    assert float(found["log_evidence"][0]) == pytest.approx(expected, abs=0.05)
+    assert abs(evidence(Discrepancy()) - expected) > 0.2
+    # what the user gives is certain
+    given = Discrepancy(width="0.3 mm", width_share=0.4)
+    surely = float(infer(causes[1], Observations(crack=crack, discrepancy=given))["log_evidence"][0])
+    assert surely == pytest.approx(evidence(given))
+
+
+@pytest.mark.parametrize(("points", "least", "most"), [(1, 0.75, 0.85), (7, 0.87, 0.93)])
+def test_intervals_hold_where_the_discrepancy_is_integrated(points: int, least: float, most: float) -> None:
+    """Of surveys of four cracks, whose discrepancy is drawn from the fit; with certain medians intervals hold less.
+
+    The widths grow in proportion to the movement, and the prior of the movement is uniform.
+    """
+    random, nodes = np.random.default_rng(3), Discrepancy().nodes(points)
+    movement = np.linspace(0.0, 10e-3, 201)
+    held = []
+    for _ in range(400):
+        true, model, cracks = random.integers(201), Discrepancy().at(random.standard_normal(2)), []
+        for width in (slope * movement for slope in (0.1, 0.2, 0.35, 0.5)):
+            deviation = np.sqrt(2e-4**2 + model.width**2 + (model.width_share * width[true]) ** 2)
+            value = width[true] + deviation * random.standard_normal()
+            seen = {"width": value} if value > 3e-4 else {"none": True, "visible": 3e-4}
+            cracks.append((CrackObservation(**seen), CrackPrediction(width, width)))
+        logs = [np.log(w) + sum(crack_fit(*crack, one).log_likelihood for crack in cracks) for w, one in nodes]
+        posterior = special.softmax(special.logsumexp(logs, axis=0))
+        held.append(0.05 < posterior[:true].sum() + 0.5 * posterior[true] < 0.95)
+    assert least < np.mean(held) < most
+
+
+def test_nodes_have_the_fitted_moments() -> None:
+    weights, models = zip(*Discrepancy().nodes(5))
+    logs = np.log([[one.width, one.width_share] for one in models])
+    fitted = [(name, *map(float, Discrepancy().origins()[name][0].split(" to "))) for name in ("width", "width_share")]
+    assert sum(weights) == pytest.approx(1.0)
+    assert np.exp(weights @ logs) == pytest.approx([Discrepancy().width, Discrepancy().width_share])
+    covariance = np.cov(logs.T, aweights=weights, ddof=0)
+    for k, (_, low, high) in enumerate(fitted):
+        assert 2 * 1.6449 * np.sqrt(covariance[k, k]) == pytest.approx(np.log(high / low), rel=1e-3)
+    assert covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1]) == pytest.approx(-0.29)
+    one_given = Discrepancy(width_share=0.4)
+    assert one_given.uncertain == ["width"]
+    assert {model.width_share for _, model in one_given.nodes(5)} == {0.4}
+
+
+@pytest.fixture(scope="module")
+def growth(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a study of walls on still ground whose bricks shrink."""
+    movement = "central_deflection = 0.0\nstage = [{ central_deflection = 0.0, strain = -1e-3, increments = 5 }]\n"
+    tables = tomllib.loads(FIXED.replace("stop_at_category = 4", ""))
+    tables["scene"]["movement"] = tomllib.loads(movement)
+    place = tmp_path_factory.mktemp("growth") / "growth.dp"
+    Study(StudySettings.from_dict(tables)).run(place, samples=12)
+    return place
+
+
+def test_studies_of_other_measures_are_compared(causes: list[Path], growth: Path) -> None:
+    walls = StoredWalls(growth)
+    assert (walls.measure, walls.units) == ("strain", "1")
+    assert walls.movement[0] == pytest.approx(np.linspace(0.0, 1e-3, 6))
+    middle, end = {"x": 0.72, "y": 0.04}, {"to_x": 0.1, "to_y": 0.04}
+    level = (LevelObservation(**middle, **end, difference="-4 mm"), LevelObservation(**middle, **end, difference=-4e-3))
+    found = infer([causes[1], growth], Observations(level=level))
+    assert float(found["cause_posterior"].sel(study="doming")) > 0.9
+    still = infer([causes[1], growth], Observations(level=(LevelObservation(**middle, **end, difference=0.0),)))
+    assert float(still["cause_posterior"].sel(study="growth")) > 0.5
+    assert still["movement_measure"].values.tolist() == ["central_deflection", "strain"]
+    assert 0 < float(still["movement_quantile"].sel(study="growth", quantile=0.5)) < 1e-3
+    rows, further, _ = posterior_tables(still)
+    assert rows.rows[1][3].endswith("mm/m strain")
+    assert further.rows[-1][1] == "0.5 mm/m"
+    alone = posterior_tables(infer(growth, Observations(crack=(CrackObservation(width="1 mm"),))))
+    assert alone[0].columns[3] == "strain, 90 % interval (mm/m)"
+    (movement, _) = draw_back_analysis(still)
+    assert movement.get_xlabel() == "movement over the largest of the study (1)"
+    with pytest.raises(InputError, match="movement = 5 mm: is the prior of one measure, and the studies have central"):
+        infer([causes[1], growth], Observations(level=level, movement="5 mm"))
+
+
+def test_a_movement_that_falls_is_refused(tmp_path: Path) -> None:
+    tables = tomllib.loads(FIXED.replace("stop_at_category = 4", ""))
+    stages = [{"central_deflection": size, "increments": 2} for size in (2e-3, 1e-3)]
+    tables["scene"]["movement"] = {"central_deflection": 2e-3, "stage": stages}
+    Study(StudySettings.from_dict(tables)).run(tmp_path / "back.dp", samples=2)
+    with pytest.raises(InputError, match="infer needs a movement that only grows; the central_deflection there falls"):
+        infer(tmp_path / "back.dp", Observations(tilt=(SlopeObservation(value=0.001),)))
 
 
 def test_samples_that_are_replayed_stand_for_all() -> None:
@@ -133,6 +243,7 @@ def test_few_replays_agree_with_all(causes: list[Path]) -> None:
     full = infer(causes[1], seen)
     few = infer(causes[1], seen, options=InferenceOptions(replays=12))
     assert int(few["replayed"][0]) <= 12
+    assert "> 0.2 mm" in [text.get_text() for text in draw_back_analysis(few)[1].texts]
     middle = [float(one["movement_quantile"].sel(quantile=0.5)[0]) for one in (full, few)]
     assert middle[1] == pytest.approx(middle[0], rel=0.25)
 

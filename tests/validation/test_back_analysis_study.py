@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from damagepred.scene import Movement
+from damagepred.study.analyses.back_analysis import InferenceOptions
+from damagepred.uq.observations import CrackObservation, Discrepancy
 from tests.validation.test_validation_cases import module
 
 STUDY = Path(__file__).resolve().parents[2] / "studies" / "back_analysis"
@@ -42,8 +44,11 @@ def test_all_causes_move_the_ground_alike(synthetic: ModuleType) -> None:
     x = np.linspace(0.0, causes.LENGTH, 401)
     sign = {"dishing": -1, "doming": 1, "tree": -1, "leak": 1, "trench": -1}
     place = {"dishing": 0.5, "doming": 0.5, "tree": 0.0, "leak": 0.65, "trench": 0.3}
-    for name, settings in causes.CAUSES.items():
-        moved = Movement(**settings).profile(x, causes.LENGTH)
+    growth = Movement(**causes.CAUSES["growth"]).increments_of_history()
+    assert growth.strain[-1] == causes.GROWTH
+    assert not growth.load_factors.any()
+    for name in sign:
+        moved = Movement(**causes.CAUSES[name]).profile(x, causes.LENGTH)
         most = int(np.abs(moved).argmax())
         assert moved[most] == pytest.approx(sign[name] * causes.LARGEST, rel=0.02), name
         assert x[most] / causes.LENGTH == pytest.approx(place[name], abs=0.03), name
@@ -59,9 +64,41 @@ def test_a_small_run_infers_the_causes(synthetic: ModuleType, tmp_path: Path) ->
     stored = synthetic.archives(study, run.KINDS, tmp_path / "stored", 6, 1, 1)
     unseen = synthetic.archives(study, run.KINDS, tmp_path / "unseen", 2, 2, 1)
     survey = synthetic.Survey(((0.24, 0.1), (0.48, 0.1)), ((0.48, 0.0375), (0.12, 0.0375)))
-    cases = list(synthetic.infer_cases(stored, unseen, survey, 6, [1, 2]))
+    cases = list(synthetic.infer_cases(stored, unseen, survey, InferenceOptions(replays=6), [1, 2]))
     assert [case.cause for case in cases] == [0, 0, 1, 1] * 2
     assert all(case.probability.sum() == pytest.approx(1.0) for case in cases)
     found = run.scores(cases, 2)
     assert len(found["coverage_90_of_each_survey"]) == 2
     assert found["cases"] == 8
+    page = run.page_text({"cracks": {**found, "stored_walls": 6}})
+    assert page.startswith("| 8 cases: 4 walls, 2 surveys each | measured | expected |")
+    assert "| cracks | 6 | 8 |" in page
+
+
+def test_surveys_draw_their_discrepancy(synthetic: ModuleType) -> None:
+    """Widths scatter between surveys as the fit says, and all widths of a survey share one discrepancy."""
+
+    class Wall:
+        def widest(self, crack: CrackObservation, count: int) -> tuple[np.ndarray, ...]:
+            return (np.full(count, 5e-3),)
+
+    class Walls:
+        movement = np.zeros((1, 1))
+
+        def replayed(self, sample: int) -> Wall:
+            return Wall()
+
+    def spreads(widths: list[np.ndarray]) -> np.ndarray:
+        return np.log([np.std(one[one > 0]) for one in widths])
+
+    survey = synthetic.Survey(tuple((x, 0.1) for x in np.linspace(0.0, 1.0, 40)), visible=1e-9)
+    random = np.random.default_rng(8)
+    seen = [survey.of(Walls(), 0, 0, random).crack for _ in range(200)]
+    expected = []
+    for normal in random.standard_normal((1000, 2)):
+        model = Discrepancy().at(normal)
+        deviation = np.sqrt(2e-4**2 + model.width**2 + (5e-3 * model.width_share) ** 2)
+        expected.append(5e-3 + deviation * random.standard_normal(40))
+    found, wanted = spreads([np.array([c.width or 0.0 for c in one]) for one in seen]), spreads(expected)
+    assert np.median(found) == pytest.approx(np.median(wanted), abs=0.15)
+    assert np.std(found) == pytest.approx(np.std(wanted), rel=0.15)

@@ -7,6 +7,9 @@ the ratio of their mean likelihoods (Bayes factor).
 
 Local cracks and levels are read from replays. Where these are fewer than the samples, they are drawn with probabilities
 proportional to the weights by all other observations, and weighted by the inverse (Horvitz and Thompson 1952).
+
+The likelihood of all observations together is integrated over the fitted distribution of the model's discrepancy, which
+they share. Whether a state resembles the observations is judged with its medians.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -32,9 +35,8 @@ from damagepred.study.campaign.campaign import Campaign, Progress
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.importance import Proposal, cross_entropy_shift
-from damagepred.uq.intensity import attributes
 from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
-from damagepred.uq.observations import Observations
+from damagepred.uq.observations import Discrepancy, Observations
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,9 @@ class InferenceOptions:
         Share of the posterior up to which a sample is left out of the map.
     quantiles : tuple of float
         Of the movement.
+    discrepancy_points : int
+        Points of the quadrature over each fitted term of the model's discrepancy; 1: the fitted values are taken as
+        certain.
     """
 
     replays: int = 200
@@ -79,6 +84,7 @@ class InferenceOptions:
     map_width: float = 5e-4
     negligible: float = 1e-4
     quantiles: tuple[float, ...] = (0.05, 0.25, 0.5, 0.75, 0.95)
+    discrepancy_points: int = 7
 
 
 DEFAULT = InferenceOptions()
@@ -148,8 +154,9 @@ def infer(
     xarray.Dataset
         On (sample, increment): ``posterior``, the weights of the states, which add up to 1. On (study,): prior and
         posterior probability of the cause, effective samples, and the least misfit of a state. ``movement_quantile``
-        on (study, quantile). On (study, further, category): ``future_probability`` of each category or worse among the
-        walls that were followed so far, and its bounds ``_lower`` and ``_upper`` among all.
+        on (study, quantile), in ``movement_units`` of the ``movement_measure`` of each study. On (study, further,
+        category): ``future_probability`` of each category or worse among the walls that were followed so far, and its
+        bounds ``_lower`` and ``_upper`` among all; ``further`` is a share of ``movement_largest``.
 
     Raises
     ------
@@ -159,7 +166,7 @@ def infer(
     Examples
     --------
     >>> import damagepred
-    >>> from damagepred.uq.observations import Observations, CrackObservation
+    >>> from damagepred.uq.observations import Discrepancy, Observations, CrackObservation
     >>> seen = Observations(crack=(CrackObservation(width="2 mm"),))
     >>> found = damagepred.infer("house.dp", seen)
     >>> round(float(found["posterior"].sum()), 6)
@@ -283,12 +290,14 @@ def posterior(
     names = [walls.name for walls in studies]
     if len(set(names)) < len(names):
         raise InputError(f"studies: {', '.join(names)}: each cause needs a study of a name of its own.")
-    if len({walls.measure for walls in studies}) > 1:
-        raise InputError("studies: differ in the measure of the movement; give studies of one measure.")
+    if seen.movement is not None and len(measures := sorted({walls.measure for walls in studies})) > 1:
+        raise InputError(
+            f"movement = {seen.movement}: is the prior of one measure, and the studies have {' and '.join(measures)}; "
+            "leave it out, or give studies of one measure."
+        )
     if unknown := [name for name in seen.prior_odds if name not in names]:
         raise InputError(f"prior_odds: '{unknown[0]}': is none of the studies." + nearest(unknown[0], names))
-    unit = attributes(studies[0].ds, studies[0].measure)["units"]
-    movement = None if seen.movement is None else movement_distribution(seen.movement, unit, "movement")
+    movement = None if seen.movement is None else movement_distribution(seen.movement, studies[0].units, "movement")
     logs, misfits, replayed = [], [], []
     for walls in studies:
         log, misfit, count = _state_weights(walls, seen, movement, workers, options, on_replay)
@@ -302,7 +311,7 @@ def posterior(
     prior /= prior.sum()
     cause = special.softmax(np.log(prior) + evidence)
     own = [np.exp(log - e) if np.isfinite(e) else np.zeros(log.shape) for log, e in zip(logs, evidence)]
-    return _dataset(studies, seen, options, own, cause, prior, evidence, misfits, replayed, unit)
+    return _dataset(studies, seen, options, own, cause, prior, evidence, misfits, replayed)
 
 
 def _state_weights(
@@ -314,20 +323,25 @@ def _state_weights(
     on_replay: Callable[[int, int], None] | None,
 ) -> tuple[FloatArray, float, int]:
     """Return log weights of the states (not normalised), the least misfit, and the number of samples replayed."""
-    fit = walls.fit_of_archive(seen)
-    log = walls.log_prior(movement) + fit.log_likelihood
-    log = np.where(np.isfinite(log), log, -np.inf)
-    misfit, count = fit.misfit, 0
+    shares, models = zip(*seen.discrepancy.nodes(options.discrepancy_points))
+
+    def integrated(fit_with: Callable[[Discrepancy], FloatArray]) -> FloatArray:
+        """Return the log likelihood of all observations together, over the distribution of the discrepancy."""
+        found = special.logsumexp([np.log(w) + fit_with(m) for w, m in zip(shares, models)], axis=0)
+        return np.where(np.isfinite(found), found, -np.inf)
+
+    prior, archive = walls.log_prior(movement), {m: walls.fit_of_archive(seen, m).log_likelihood for m in models}
+    log = prior + integrated(archive.__getitem__)
+    misfit, count = walls.fit_of_archive(seen, seen.discrepancy).misfit, 0
     if _needs_replays(seen):
         if not np.isfinite(log).any():
             return log, np.inf, 0
         samples, chance = chosen_samples(np.exp(log - log.max()).sum(axis=1), options.replays)
         walls.replay(samples, workers, on_replay)
-        local = walls.fit_of_replays(seen, samples)
         all_logs, all_misfits = np.full(log.shape, -np.inf), np.full(log.shape, np.inf)
-        chosen = log[samples] + local.log_likelihood - np.log(chance)[:, None]
-        all_logs[samples] = np.where(np.isfinite(chosen), chosen, -np.inf)
-        all_misfits[samples] = misfit[samples] + local.misfit
+        together = integrated(lambda m: archive[m][samples] + walls.fit_of_replays(seen, m, samples).log_likelihood)
+        all_logs[samples] = prior[samples] + together - np.log(chance)[:, None]
+        all_misfits[samples] = misfit[samples] + walls.fit_of_replays(seen, seen.discrepancy, samples).misfit
         log, misfit, count = all_logs, all_misfits, len(samples)
     possible = misfit[np.isfinite(log)]
     return log, float(possible.min()) if possible.size else np.inf, count
@@ -351,48 +365,32 @@ def movement_cdf(walls: StoredWalls, weight: FloatArray, at: FloatArray) -> Floa
     return np.array([heavy @ np.clip((x - low) / width, 0.0, 1.0) for x in at]) / max(heavy.sum(), 1e-300)
 
 
-class _Future(NamedTuple):
-    """Probability of each category or worse after further movement, arrays (further, category).
+def _future(walls: StoredWalls, weight: FloatArray, options: InferenceOptions, highest: int) -> xr.Dataset:
+    """Return the probability of each category or worse after further movement, on (further, category).
 
-    Attributes
-    ----------
-    among_known : array
-        Among the walls that were followed so far; they may be the sound ones.
-    lower, upper : array
-        Of all walls: those not followed so far have reached what they had at the end of their path, or all categories.
-    known : array (further,)
-        Share of the posterior that was followed so far.
+    It is that among the walls that were followed so far, which may be the sound ones. The bounds are of all walls: the
+    others have reached what they had at the end of their path, or all categories.
     """
-
-    among_known: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-    known: FloatArray
-
-
-def _future(walls: StoredWalls, weight: FloatArray, options: InferenceOptions, highest: int) -> _Future:
-    """Return what further movement brings."""
     category = walls.ds["damage_category"].values
-    shape = (len(options.further), highest)
-    empty = np.full(shape, np.nan)
-    found = _Future(empty, empty.copy(), empty.copy(), np.zeros(len(options.further)))
+    among, lower, upper = np.full((3, len(options.further), highest), np.nan)
+    followed = np.zeros(len(options.further))
     rows, columns = np.nonzero(weight > 0)
-    if not len(rows):
-        return found
-    heavy = weight[rows, columns] / weight[rows, columns].sum()
+    heavy = weight[rows, columns] / max(weight.sum(), 1e-300)
     worst = np.maximum(category.max(axis=1), 0)[rows]
     moved = walls.movement[rows]
-    for k, share in enumerate(options.further):
+    for k, share in enumerate(options.further if len(rows) else ()):
         target = walls.movement[rows, columns] + share * walls.largest
         at = np.nanargmin(np.abs(moved - target[:, None]), axis=1)
         # the nearest increment, unless the path ends before the movement
         known = (target <= walls.edges[rows, -1] * (1 + 1e-9)) & (category[rows, at] >= 0)
         reached = np.where(known, category[rows, at], worst)[:, None] >= np.arange(1, highest + 1)
-        found.known[k] = heavy[known].sum()
-        found.lower[k], found.upper[k] = heavy @ reached, heavy @ (reached | ~known[:, None])
+        followed[k] = heavy[known].sum()
+        lower[k], upper[k] = heavy @ reached, heavy @ (reached | ~known[:, None])
         if known.any():
-            found.among_known[k] = heavy[known] @ reached[known] / heavy[known].sum()
-    return found
+            among[k] = heavy[known] @ reached[known] / heavy[known].sum()
+    named = {"": among, "_lower": lower, "_upper": upper}
+    values = {f"future_probability{end}": (("further", "category"), v, {"units": "1"}) for end, v in named.items()}
+    return xr.Dataset({**values, "future_known": ("further", followed, {"units": "1"})})
 
 
 def _dataset(
@@ -405,10 +403,11 @@ def _dataset(
     evidence: FloatArray,
     misfits: Sequence[float],
     replayed: Sequence[int],
-    unit: str,
 ) -> xr.Dataset:
     steps = max(weight.shape[1] for weight in own)
     highest = min(highest_category(walls.ds) for walls in studies)
+    units = {walls.units for walls in studies}
+    unit = {"units": units.pop()} if len(units) == 1 else {"comment": "in movement_units of each study"}
     values: dict[str, Any] = {"posterior": [], "movement": []}
     quantiles, futures = [], []
     for walls, weight, share in zip(studies, own, cause):
@@ -427,7 +426,7 @@ def _dataset(
     ds = xr.Dataset(
         {
             "posterior": (state, np.concatenate(values["posterior"]), {"units": "1"}),
-            "movement": (state, np.concatenate(values["movement"]), {"units": unit}),
+            "movement": (state, np.concatenate(values["movement"]), unit),
             "cause_prior": ("study", prior, {"units": "1"}),
             "cause_posterior": ("study", cause, {"units": "1"}),
             "log_evidence": ("study", evidence, {"units": "1"}),
@@ -439,40 +438,38 @@ def _dataset(
                 (~far).astype(np.int8),
                 {"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "no yes"},
             ),
-            "movement_quantile": (("study", "quantile"), np.array(quantiles), {"units": unit}),
-            **{
-                name: (("study", "further", "category"), np.array([getattr(f, part) for f in futures]), {"units": "1"})
-                for name, part in (
-                    ("future_probability", "among_known"),
-                    ("future_probability_lower", "lower"),
-                    ("future_probability_upper", "upper"),
-                )
-            },
-            "future_known": (("study", "further"), np.array([f.known for f in futures]), {"units": "1"}),
+            "movement_quantile": (("study", "quantile"), np.array(quantiles), unit),
+            "movement_measure": ("study", [walls.measure for walls in studies]),
+            "movement_units": ("study", [walls.units for walls in studies]),
+            "movement_largest": ("study", [walls.largest for walls in studies], unit),
             "study_of_sample": ("sample", np.repeat(np.arange(len(own)), [len(w) for w in own])),
             "sample_in_study": ("sample", np.concatenate([np.arange(len(w)) for w in own])),
         },
         {
             "study": [walls.name for walls in studies],
             "quantile": list(options.quantiles),
-            "further": np.array(options.further) * max(walls.largest for walls in studies),
+            "further": ("further", list(options.further), {"units": "1"}),
             "category": np.arange(1, highest + 1),
         },
         {
             "title": "back-analysis",
-            "measure": studies[0].measure,
             "observations": seen.count,
+            "discrepancy_points": options.discrepancy_points,
             **{f"discrepancy_{name}": getattr(seen.discrepancy, name) for name in origins},
             **{f"discrepancy_interval_{name}": interval for name, (interval, _) in origins.items()},
             **{f"discrepancy_confidence_{name}": confidence for name, (_, confidence) in origins.items()},
         },
     )
+    ds = ds.merge(xr.concat(futures, "study"))
     if any(replayed):
         ds = ds.assign(_crack_maps(studies, own, options))
-    places = [(c.x, c.y, c.width or c.wider_than or c.narrower_than or 0.0) for c in seen.crack if c.x is not None]
+    local = [crack for crack in seen.crack if crack.x is not None]
+    places = [(c.x, c.y, c.width or c.wider_than or c.narrower_than or 0.0) for c in local]
     if places:
         names = ("observed_x", "observed_y", "observed_width")
         ds = ds.assign({name: ("observed", np.array(v), {"units": "m"}) for name, v in zip(names, zip(*places))})
+        ways = [">" if crack.wider_than else "<" if crack.narrower_than else "" for crack in local]
+        ds = ds.assign(observed_limit=("observed", ways))
     return ds
 
 

@@ -108,10 +108,6 @@ class ReplayStore:
         """Return how many samples have been replayed."""
         return len(list(self._file(0).parent.glob("*.npz")))
 
-    def has(self, sample: int) -> bool:
-        """Tell whether a sample has been replayed."""
-        return self._file(sample).exists()
-
     def read(self, sample: int) -> Replayed:
         """Return a sample, replayed now if it has not been before or the study is another one."""
         file = self._file(sample)
@@ -139,7 +135,7 @@ class ReplayStore:
         on_replay : callable, optional
             Called with the number done and that of all.
         """
-        missing = [sample for sample in samples if not self.has(sample)]
+        missing = [sample for sample in samples if not self._file(sample).exists()]
         if workers > 1 and len(missing) > workers:
             with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
                 for number, _ in enumerate(pool.map(self._store, missing), 1):

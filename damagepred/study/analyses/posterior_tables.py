@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from damagepred.study.analyses.back_analysis import DEFAULT, InferenceOptions
+from damagepred.uq.intensity import ShownMeasure, shown_measure
 
 
 class PosteriorTable(NamedTuple):
@@ -17,6 +17,12 @@ class PosteriorTable(NamedTuple):
     title: str
     columns: list[str]
     rows: list[list[str]]
+
+
+def measures(found: xr.Dataset) -> list[ShownMeasure]:
+    """Return how the movement of each study of a back-analysis is shown."""
+    both = zip(found["movement_measure"].values, found["movement_units"].values)
+    return [shown_measure(str(name), str(units)) for name, units in both]
 
 
 def sentences(found: xr.Dataset, options: InferenceOptions = DEFAULT) -> list[str]:
@@ -48,13 +54,6 @@ def sentences(found: xr.Dataset, options: InferenceOptions = DEFAULT) -> list[st
     return said
 
 
-def cause_odds(found: xr.Dataset) -> Mapping[str, tuple[float, float]]:
-    """Return for each study the prior and posterior odds of its cause against all others."""
-    with np.errstate(divide="ignore"):
-        odds = [found[name].values / (1.0 - found[name].values) for name in ("cause_prior", "cause_posterior")]
-    return {str(n): (float(a), float(b)) for n, a, b in zip(found["study"].values, *odds)}
-
-
 def posterior_tables(found: xr.Dataset) -> list[PosteriorTable]:
     """Return the tables of causes and movement, of further damage, and of the model's discrepancy.
 
@@ -63,41 +62,45 @@ def posterior_tables(found: xr.Dataset) -> list[PosteriorTable]:
     found : xarray.Dataset
         As ``damagepred.infer`` returns it.
     """
-    factor, unit = (1e3, "mm") if found["movement"].attrs["units"] == "m" else (1.0, "")
-    odds = cause_odds(found)
+    names, shown = [str(name) for name in found["study"].values], measures(found)
+    first, alike = shown[0], len(set(shown)) == 1
+    shares = np.array([found["cause_prior"], found["cause_posterior"]])
+    with np.errstate(divide="ignore"):
+        odds = shares / (1.0 - shares)
     causes = []
-    for name, (prior, after) in odds.items():
+    for name, both, measure in zip(names, odds.T, shown):
         one = found.sel(study=name)
-        low, *_, middle, _, high = (f"{factor * v:.3g}" for v in one["movement_quantile"].values)
-        shown = ["-", "-"] if len(odds) == 1 else [f"{prior:.3g}", f"{after:.3g}"]
-        causes.append([name, *shown, f"{middle} ({low} to {high})", f"{float(one['effective_samples']):.1f}"])
-    measure = f"{str(found.attrs['measure']).replace('_', ' ')}, 90 % interval" + (f" ({unit})" if unit else "")
-    heads = ["study", "prior odds", "posterior odds", measure, "effective samples"]
+        low, *_, middle, _, high = (f"{measure.factor * v:.3g}" for v in one["movement_quantile"].values)
+        moved = f"{middle} ({low} to {high})" + ("" if alike else f" {measure.unit} {measure.words}")
+        odd = ["-" if len(names) == 1 else f"{value:.3g}" for value in both]
+        causes.append([name, *odd, moved, f"{float(one['effective_samples']):.1f}"])
+    interval = f"{first.words}, 90 % interval ({first.unit})" if alike else "movement, 90 % interval"
+    heads = ["study", "prior odds", "posterior odds", interval, "effective samples"]
     future = []
-    for name in odds:
+    for name, measure in zip(names, shown):
         one = found.sel(study=name)
-        for k, further in enumerate(found["further"].values):
+        for k, further in enumerate(found["further"].values * float(one["movement_largest"])):
             bounds = (one[f"future_probability_{end}"][k].values for end in ("lower", "upper"))
             chances = [f"{a:.2f}" if b - a < 0.005 else f"{a:.2f} to {b:.2f}" for a, b in zip(*bounds)]
-            future.append([name, f"{factor * float(further):.3g}", *chances, f"{float(one['future_known'][k]):.0%}"])
-    columns = ["study", f"further ({unit})", *(f"P(>= {int(c)})" for c in found["category"].values), "known"]
+            moved = f"{measure.factor * further:.3g}" + ("" if alike else f" {measure.unit}")
+            future.append([name, moved, *chances, f"{float(one['future_known'][k]):.0%}"])
+    further = f"further ({first.unit})" if alike else "further"
+    columns = ["study", further, *(f"P(>= {int(c)})" for c in found["category"].values), "known"]
+    points = int(found.attrs["discrepancy_points"])
+    integrated = "; the likelihood is integrated over terms with an interval" if points > 1 else ""
     return [
         PosteriorTable("Cause and movement, given the observations", heads, causes),
         PosteriorTable("Damage after further movement", columns, future),
         PosteriorTable(
-            "Model discrepancy (SI)", ["of", "standard deviation", "90 % interval", "confidence"], _discrepancy(found)
+            f"Model discrepancy (SI){integrated}",
+            ["of", "standard deviation", "90 % interval", "confidence"],
+            _discrepancy(found),
         ),
     ]
 
 
 def _discrepancy(found: xr.Dataset) -> list[list[str]]:
-    """Return each term of the model's discrepancy in words: name, standard deviation, interval, confidence.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        As ``infer`` returns it.
-    """
+    """Return each term of the model's discrepancy in words: name, standard deviation, interval, confidence."""
     start = "discrepancy_interval_"
     names = [name.removeprefix(start) for name in map(str, found.attrs) if name.startswith(start)]
     return [

@@ -17,9 +17,9 @@ from damagepred.enumerations import SOLVED
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.study.analyses.local_cracks import Replayed, ReplayStore
-from damagepred.uq.intensity import chosen_intensity, intensity_values
+from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values
 from damagepred.uq.movement_distribution import MovementDistribution
-from damagepred.uq.observations import CrackPrediction, Fit, Observations, censored, crack_fit, measured
+from damagepred.uq.observations import CrackPrediction, Discrepancy, Fit, Observations, censored, crack_fit, measured
 
 _WIDEST = {"wall": "crack_width_max", "below_dpc": "base_crack_width_max", "dpc": "dpc_opening_max"}
 
@@ -51,12 +51,19 @@ class StoredWalls:
         self.stores = [ReplayStore(Path(folder)) for folder in (self.path, *self.more)]
         self.first = np.cumsum([0, *(ds.sizes["sample"] for ds in opened)])
         self.measure = chosen_intensity(self.ds, None)
+        if "strain" in self.ds.variables and not intensity_values(self.ds, self.measure).any():
+            self.measure = "strain"  # nothing moves but the bricks
         if "increment" not in self.ds[self.measure].dims if self.measure in self.ds else True:
             raise InputError(
                 f"{self.path}: infer needs the increments of each wall; run the study with [study] movement = 'path'."
             )
         self.name = study_name(self.path)
+        self.units = attributes(self.ds, self.measure)["units"]
         self.movement = intensity_values(self.ds, self.measure)
+        if (np.diff(self.movement, axis=1) < 0).any():
+            raise InputError(
+                f"{self.path}: infer needs a movement that only grows; the {self.measure} there falls, too."
+            )
         self.known = np.isin(self.ds["status"].values, SOLVED)
         weight = self.ds["weight"].values if "weight" in self.ds else np.ones(len(self.known))
         weight = np.where(self.known, weight, 0.0)
@@ -91,9 +98,15 @@ class StoredWalls:
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(share) + np.log(self.weight)[:, None])
 
-    def fit_of_archive(self, seen: Observations) -> Fit:
-        """Return the fit of what the archive itself tells."""
-        shape, model = self.movement.shape, seen.discrepancy
+    def fit_of_archive(self, seen: Observations, model: Discrepancy) -> Fit:
+        """Return the fit of what the archive itself tells.
+
+        Parameters
+        ----------
+        seen, model
+            What was observed, and the discrepancy of the model.
+        """
+        shape = self.movement.shape
         total = Fit(np.zeros(shape), np.zeros(shape))
         for crack in (c for c in seen.crack if c.x is None):
             width = self._values(_WIDEST[crack.part], "cracks of this part")
@@ -151,13 +164,13 @@ class StoredWalls:
             np.add.at(found, states[0], weight[sample, states[1]])
         return found.reshape(shape)
 
-    def fit_of_replays(self, seen: Observations, samples: IntArray) -> Fit:
+    def fit_of_replays(self, seen: Observations, model: Discrepancy, samples: IntArray) -> Fit:
         """Return the fit of local cracks and levels, (chosen samples, increments).
 
         Parameters
         ----------
-        seen : Observations
-            What was observed.
+        seen, model
+            See ``fit_of_archive``.
         samples : array of int
             Samples that have been replayed.
         """
@@ -166,11 +179,11 @@ class StoredWalls:
         for crack in (c for c in seen.crack if c.x is not None):
             key = (crack.x, crack.y, crack.within, crack.part, crack.direction)
             found = self._predicted(key, samples, lambda one, c=crack: one.widest(c, shape[1]))
-            total = total + crack_fit(crack, CrackPrediction(*found), seen.discrepancy)
+            total = total + crack_fit(crack, CrackPrediction(*found), model)
         for level in seen.level:
             ends = (level.x, level.y), (level.to_x, level.to_y)
             (rise,) = self._predicted(ends, samples, lambda one, e=ends: (one.level(*e, shape[1]),))
-            deviation = np.full(shape, np.hypot(level.error, seen.discrepancy.level))
+            deviation = np.full(shape, np.hypot(level.error, model.level))
             total = total + measured(rise, level.difference, deviation)
         return total
 
