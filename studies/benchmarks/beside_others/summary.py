@@ -32,9 +32,9 @@ COLUMNS = [f"s at {level:g}" for level in LEVELS]
 def row_of(case: Case, solver: str, settings: str, found: dict[str, Any]) -> dict[str, Any]:
     """Return the row of one run in ``runs.csv``."""
     row: dict[str, Any] = {"case": case["name"], "size": case["size"], "solver": solver, "settings": settings}
-    row |= {"blocks": len(case["blocks"]), "version": found.get("version", ""), "note": found.get("note", "")}
+    row |= {"blocks": len(case["blocks"]), "solver version": found.get("version", ""), "note": found.get("note", "")}
     row |= {name: found.get(name, np.nan) for name in ("build", "seconds", "steps", "residual", "low", "high")}
-    seconds = found.get("settled", [None] * len(LEVELS))
+    seconds = found.get("settled") or [None] * len(LEVELS)
     row |= dict(zip(COLUMNS, (np.nan if s is None else s for s in seconds), strict=True))
     if "displacement" not in found:
         return row
@@ -116,6 +116,15 @@ def compared(runs: pd.DataFrame, case: str) -> pd.DataFrame:
     own = fastest(runs, case).query("solver == 'quasi_static'").set_index("blocks")[COLUMNS[0]]
     own = longest.index.get_level_values("blocks").map(own).to_numpy()
     return named(order(at_least(ratios(runs, case), longest / own)))
+
+
+def headline(folder: Path) -> str:
+    """Return the least time of other solvers over ours at a residual of 0.001, in a sentence."""
+    runs = pd.read_csv(folder / "runs.csv")
+    found = pd.concat([ratios(runs, case) for case, _ in RUNS_OF]).query("blocks > 100")
+    least = found.groupby("solver")["times at 0.001"].min().dropna()
+    told = "; ".join(f"{NAMES[str(name)]} {value:.2g}" for name, value in least.items())
+    return f"times as long as quasi-static from 126 blocks on, where a residual of 0.001 is reached: at least {told}"
 
 
 def text(folder: Path) -> str:
