@@ -66,8 +66,6 @@ def other(solver: str, case: Case, settings: dict[str, Any]) -> Found:
             words = done.stderr.decode(errors="replace").strip().splitlines() or [f"exit code {done.returncode}"]
             return {"note": words[-1][:200]}
         found = json.loads(answer.read_text(encoding="utf-8"))
-    if "looks" in found:
-        found["residual"], found["seconds"] = found["looks"][-1][2], found["looks"][-1][0]
     return found | ({"settled": found["settled"]["seconds"]} if "settled" in found else {})
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import zip_longest
-from pathlib import Path
 from typing import Any, NamedTuple
 
-from damagepred.scene import BlockMaterial, Loads, Scene, Solver
+from damagepred.scene import BlockMaterial, Scene, Solver
+from studies.benchmarks.skips.scenes import bryant, part_of_test
 
-DATA = Path(__file__).resolve().parents[3] / "data"
 ALIKE = 200
 """Blocks of the wall of which contacts, zones or increments grow."""
 INCREMENTS = {"quasi_static": 20, "explicit": 4}
@@ -154,16 +153,9 @@ def scene_of(case: Case, blocks: int | None = None) -> Scene:
 
 def test_wall(blocks: int, dpc: bool) -> Scene:
     """Return the test wall with about this number of bricks, at the deflection ratio of the test."""
-    test = Scene.from_toml(DATA / "bryant_dishing.toml")
+    test = bryant("dishing").scene
     brick, course = test.wall.block_length, test.wall.block_height
     factor = math.sqrt(blocks / 816)
     length = brick * round(test.wall.length / brick * factor)
     height = course * round(test.wall.height / course * factor)
-    scale = length / test.wall.length
-    return replace(
-        test,
-        wall=replace(test.wall, length=length, height=height),
-        dpc=test.dpc if dpc else None,
-        movement=replace(test.movement, central_deflection=scale * test.movement.central_deflection),
-        loads=Loads(roof=scale * test.loads.roof),  # the same load per metre
-    )
+    return part_of_test(replace(test, dpc=test.dpc if dpc else None), length, height)
