@@ -42,7 +42,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--family", action="append", default=[], help="only this family (repeat for more)")
     parser.add_argument("--way", action="append", default=[], help="only this solver, as 'explicit, rigid'")
-    parser.add_argument("--limit", type=float, default=120.0, help="seconds that one case may take (120)")
+    parser.add_argument("--limit", type=float, default=60.0, help="seconds that one case may take (60)")
     parser.add_argument(
         "-j", "--processes", type=int, default=2, help="number of processes (2): times are not the result"
     )

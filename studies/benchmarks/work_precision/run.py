@@ -34,7 +34,7 @@ QUICK = ["default", "same model", "increments", "explicit"]
 LIMIT, OF_A_REFERENCE = 40.0, 200.0
 """Time of one wall in one way (s); that of bricks of zones, which are references."""
 REFERENCES = ("zones", FINEST)
-REPEATS, SHORT = 5, 1.0
+REPEATS, SHORT = 3, 1.0
 """A path that takes less than this (s) is solved ``REPEATS`` times, and the shortest time counts."""
 
 
