@@ -26,6 +26,8 @@ from studies.benchmarks.pages import version
 
 Key = tuple[Any, ...]
 Row = dict[str, Any]
+TOLD = ("seconds", "seconds_on", "status", "end", "message")
+"""Columns of which the first that a case has is printed."""
 EVERY = 50
 """Cases after which the progress is printed, if not each is."""
 
@@ -110,7 +112,8 @@ def run(
         rows.append({**dict(zip(columns, key, strict=True)), **found, **mark})
         write(rows, file, digits)
         if each or done % EVERY == 0 or done == len(todo):
-            told = ", ".join(map(str, key)) + f": {found.get('seconds', found.get('end', ''))}"
+            result = next((found[name] for name in TOLD if name in found), "")
+            told = f"{', '.join(map(str, key))}: {f'{result:.3g} s' if isinstance(result, float) else result}"
             spent = f"{done} of {len(todo)}, {time.perf_counter() - began:.0f} s"
             print(f"{spent}; {told}" if each else spent, file=sys.stderr, flush=True)
 
