@@ -1,40 +1,35 @@
-"""Functions of all benchmarks: machine, stored rows, tables of a page."""
+"""Functions of all benchmarks: version, machine, tables of a page."""
 
 from __future__ import annotations
 
 import os
 import platform
-from importlib.metadata import version
+import subprocess
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from damagepred.archive.files import write_whole
+from damagepred.version import __version__
 
+HERE = Path(__file__).resolve().parent
 BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"
 
 
-def kept_rows(file: Path) -> list[dict[str, Any]]:
-    """Return the rows measured so far, without empty cells."""
-    if not file.exists():
-        return []
-    return [{k: v for k, v in row.items() if v == v} for row in pd.read_csv(file).to_dict("records")]
+def version() -> str:
+    """Return the version of damagepred and, in a clone, the commit, and whether the package has been changed since."""
 
+    def git(*arguments: str) -> str:
+        done = subprocess.run(["git", "-C", str(HERE), *arguments], capture_output=True, text=True, check=True)
+        return done.stdout.strip()
 
-def keep_rows(rows: list[dict[str, Any]], file: Path) -> None:
-    """Write the rows measured so far, atomically: an interruption loses no earlier row."""
-    table = pd.DataFrame(rows)
-    write_whole(file, lambda path: table.to_csv(path, index=False, float_format="%.5g"))
-
-
-def replace_rows(rows: pd.DataFrame, file: Path, key: list[str]) -> None:
-    """Write rows into a file in place of those with the same key, sorted by it."""
-    if file.exists():
-        old, new = pd.read_csv(file), pd.MultiIndex.from_frame(rows[key])
-        rows = pd.concat([old[~pd.MultiIndex.from_frame(old[key]).isin(new)], rows])
-    rows = rows.sort_values(key, kind="stable")
-    write_whole(file, lambda path: rows.to_csv(path, index=False, float_format="%.6g"))
+    try:
+        commit, changed = git("rev-parse", "--short=10", "HEAD"), git("status", "--porcelain", "--", ":/damagepred")
+    except (OSError, subprocess.CalledProcessError):
+        return __version__
+    return f"{__version__}, commit {commit}{' and changes' if changed else ''}"
 
 
 def processor_model() -> str:
@@ -59,7 +54,7 @@ def processor_model() -> str:
 def machine() -> str:
     """Return a description of the machine, in general terms."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
-    libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "scipy"))
+    libraries = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "numba", "scipy"))
     return (
         f"{os.cpu_count()} cores of a {processor_model()}, "
         f"{memory:.0f} GiB, {platform.system()}, Python {platform.python_version()}, {libraries}"

@@ -22,13 +22,10 @@ import time
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
-from studies.benchmarks import notes, results
-from studies.benchmarks.pages import machine
-from studies.benchmarks.rooms import ROOMS, ROOT, SEPARATE, Room, fingerprint
-
-HERE = Path(__file__).resolve().parent
+from studies.benchmarks import results
+from studies.benchmarks.pages import machine, version
+from studies.benchmarks.rooms import HERE, ROOMS, ROOT, SEPARATE, Room, fingerprint, measured, record
 
 PATIENCE = {signal.SIGINT: 30.0, signal.SIGTERM: 10.0, signal.SIGKILL: 10.0}
 """Signals that end a benchmark, and the time limit of each (s)."""
@@ -41,9 +38,9 @@ def say(words: str) -> None:
 
 def costs(rooms: Sequence[Room]) -> None:
     """Print the expected time of the benchmarks: that of their last measurement."""
-    minutes = notes.read().groupby("room")["minutes"].sum().reindex([room.name for room in rooms])
+    minutes = measured().groupby("room")["minutes"].sum().reindex([room.name for room in rooms])
     for name, each in minutes.items():
-        say(f"  {name:16}{each:6.0f} min" if each == each else f"  {name:16}     ? min: not measured yet")
+        say(f"  {name:16}" + (f"{each:6.0f} min" if each == each else "     ? min: not measured yet"))
     say(f"  {'in all':16}{minutes.sum():6.0f} min, if measured anew; less where data are there already")
 
 
@@ -86,19 +83,17 @@ def move_aside(rooms: Sequence[Room], folder: Path) -> None:
 
 def measure(room: Room) -> int:
     """Run a benchmark and record it; return the exit code of its command."""
-    say(f"== {room.name}: {results.command_of(room)}")
-    goes_on = bool(room.goes_on) and (room.folder / room.goes_on).exists()
-    before, began, what, ended = fingerprint(room), time.perf_counter(), notes.version(), "stopped"
+    say(f"== {room.name}: {room.shell}")
+    anew = room.name in SEPARATE or not any((room.folder / name).exists() for name in room.data)
+    before, began, what, ended = fingerprint(room), time.perf_counter(), version(), "stopped"
     try:
         code = command(room.command)
         ended = f"failed ({code})" if code else "complete"
     finally:
         minutes = (time.perf_counter() - began) / 60
-        if fingerprint(room) != before or (ended == "complete" and notes.open_end(notes.read(), room.name)):
-            row: dict[str, Any] = {"room": room.name, "began": "on" if goes_on else "anew"}
-            row |= {"command": results.command_of(room), "machine": machine(), "version": what}
-            row |= {"date": f"{datetime.now(UTC):%Y-%m-%d}", "minutes": minutes, "end": ended}
-            notes.add(row)
+        last = measured().query("room == @room.name")["end"]
+        if fingerprint(room) != before or (ended == "complete" and len(last) and last.iloc[-1] != ended):
+            record(room, what, f"{datetime.now(UTC):%Y-%m-%d}", machine(), minutes, ended, anew)
         else:
             say("nothing new was measured")
     say(f"== {room.name}: {ended}, {minutes:.1f} min")
@@ -116,14 +111,8 @@ def quick(room: Room) -> int:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Read the command line, measure, write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "--rooms",
-        nargs="+",
-        choices=list(ROOMS),
-        default=list(ROOMS),
-        metavar="NAME",
-        help=f"of {', '.join(ROOMS)} (all)",
-    )
+    of = f"of {', '.join(ROOMS)} (all)"
+    parser.add_argument("--rooms", nargs="+", choices=list(ROOMS), default=list(ROOMS), metavar="NAME", help=of)
     how = parser.add_mutually_exclusive_group()
     how.add_argument("--anew", action="store_true", help="first move existing data aside")
     how.add_argument("--quick", action="store_true", help="the small form of each benchmark; does not change data")
@@ -133,10 +122,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.from_data:
         results.write()
         return 0
-    for kind in (
-        signal.SIGINT,
-        signal.SIGTERM,
-    ):  # also where a shell runs this in the background, which ignores the first signal
+    for kind in (signal.SIGINT, signal.SIGTERM):  # a shell that runs this in the background ignores the first
         signal.signal(kind, signal.default_int_handler)
     if not options.quick:
         costs(rooms)
@@ -145,8 +131,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         codes = {room.name: quick(room) if options.quick else measure(room) for room in rooms}
     except KeyboardInterrupt:
-        goes_on = "" if options.quick else "; the same command resumes" + ", without --anew" * options.anew
-        say(f"stopped{goes_on}")
+        say("stopped" + ("" if options.quick else "; the same command resumes" + ", without --anew" * options.anew))
         return 130
     if not options.quick:
         results.write()

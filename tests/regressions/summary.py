@@ -25,6 +25,9 @@ def text(folder: Path) -> str:
     return "\n\n".join(parts)
 
 
-def minutes(folder: Path) -> float:
-    """Return NaN: the baseline does not contain the minutes."""
-    return float("nan")
+def headline(folder: Path) -> str:
+    """Return the time of a path, in a sentence."""
+    kept = json.loads((folder / "baseline.json").read_text(encoding="utf-8"))["processors"]
+    cases = [one["cases"]["path"] for one in kept.values()]
+    paths = [f"{case['time']:.3g} {case['unit']}" for case in cases]
+    return "a path of the full-scale wall takes " + ", ".join(paths) + ", by machine"

@@ -21,17 +21,29 @@ COMMAND = [sys.executable, str(HERE / "run.py")]
 
 @pytest.fixture(scope="module")
 def ours() -> dict[str, ModuleType]:
-    return {
-        name: importlib.import_module(f"studies.benchmarks.{name}") for name in ("notes", "results", "rooms", "run")
-    }
+    return {name: importlib.import_module(f"studies.benchmarks.{name}") for name in ("results", "rooms", "run")}
 
 
 def test_the_page_agrees_with_the_data(ours: dict[str, ModuleType]) -> None:
-    text = ours["results"].text(ours["notes"].read())
+    text = ours["results"].text(ours["rooms"].measured())
     again = f"{ours['results'].ALL} --from-data"
     assert text == (HERE / "RESULTS.md").read_text(encoding="utf-8"), f"the data have changed: {again}"
     for room in ours["rooms"].ROOMS.values():
-        assert f"`{ours['results'].command_of(room)}`" in text
+        assert f"`{room.shell}`" in text
+
+
+def test_no_row_is_without_a_version(ours: dict[str, ModuleType]) -> None:
+    rooms = ours["rooms"]
+    assert set(rooms.measured()["room"]) == set(rooms.ROOMS)
+    tables = [rooms.measured()]
+    tables += [pd.read_csv(HERE / name) for name in ("scaling/data.csv", "skips/data.csv", "work_precision/data.csv")]
+    tables += [pd.read_csv(HERE / name) for name in ("stress/cases.csv", "beside_others/runs.csv")]
+    for table in tables:
+        assert table["version"].str.startswith("0.").all()
+        assert pd.to_datetime(table["date"]).notna().all()
+    assert all(
+        " | 0." in line for line in ours["results"].markdown(ours["results"].in_short(tables[0])).split("\n")[2:]
+    )
 
 
 def test_a_changed_datum_changes_the_page(ours: dict[str, ModuleType], tmp_path: Path) -> None:
@@ -69,11 +81,11 @@ def test_a_wrong_name_is_named() -> None:
 
 def test_the_small_form_of_a_benchmark_does_not_change_its_data(ours: dict[str, ModuleType]) -> None:
     room = ours["rooms"].ROOMS["work_precision"]
-    before = ours["rooms"].fingerprint(room), ours["notes"].read().to_csv()
+    before = ours["rooms"].fingerprint(room), ours["rooms"].measured().to_csv()
     done = subprocess.run([*COMMAND, "--quick", "--rooms", room.name], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "all is known" in done.stdout
-    assert (ours["rooms"].fingerprint(room), ours["notes"].read().to_csv()) == before
+    assert "relative error against the finest solution" in done.stdout
+    assert (ours["rooms"].fingerprint(room), ours["rooms"].measured().to_csv()) == before
 
 
 # -- a synthetic benchmark, of which each call measures one more-------------------------------------------------------
@@ -92,49 +104,50 @@ sys.exit(int(sys.argv[2]))
 @pytest.fixture
 def toy(ours: dict[str, ModuleType], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[object]:
     (tmp_path / "toy.py").write_text(TOY)
-    monkeypatch.setattr(ours["notes"].add, "__defaults__", (tmp_path / "measured.csv",))
-    monkeypatch.setattr(ours["notes"].read, "__defaults__", (tmp_path / "measured.csv",))
+    monkeypatch.setattr(ours["rooms"], "MEASURED", tmp_path / "measured.csv")
+    monkeypatch.setattr(ours["rooms"].measured, "__defaults__", (tmp_path / "measured.csv",))
     call = [str(tmp_path / "toy.py"), "0", "0"]
-    return ours["rooms"].Room("toy", tmp_path, call, call, ("data.csv",))
+    return ours["rooms"].Room("toy", tmp_path, "how many rows", call, call)
 
 
-def test_measurements_are_recorded(ours: dict[str, ModuleType], toy: object, tmp_path: Path) -> None:
-    run, notes = ours["run"], ours["notes"]
-    for _ in range(2):
+def test_measurements_are_recorded(
+    ours: dict[str, ModuleType], toy: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, measured = ours["run"], ours["rooms"].measured
+    for version in ("0.1", "0.1", "0.2"):
+        monkeypatch.setattr(run, "version", lambda version=version: version)
         assert run.measure(toy) == 0
-    found = notes.read()
-    assert list(found["began"]) == ["anew", "on"]
-    assert list(found["end"]) == ["complete", "complete"]
-    assert found["version"][0].startswith("0.")
+    found = measured()
+    assert list(found["version"]) == ["0.1", "0.2"]  # a row for each version of the data
+    assert set(found["end"]) == {"complete"}
     assert "cores" in found["machine"][0]
-    assert notes.whole(found, "toy")
     assert run.measure(toy._replace(command=[toy.command[0], "0", "3"])) == 3
-    assert notes.read()["end"].iloc[-1] == "failed (3)"
-    assert not notes.whole(notes.read(), "toy")
+    assert list(measured()["end"]) == ["complete", "failed (3)"]
     nothing = tmp_path / "nothing.py"
     nothing.touch()
     run.measure(toy._replace(command=[str(nothing)]))  # nothing was left to do
-    assert notes.whole(notes.read(), "toy")
+    assert list(measured()["end"]) == ["complete", "complete"]
+    before = measured()
     run.measure(toy._replace(command=[str(nothing)]))
-    assert len(notes.read()) == 4
-    # all of one run: what was there is aside, and no longer noted
+    pd.testing.assert_frame_equal(measured(), before)
+    # all of one run: what was there is aside, and no longer recorded
     run.move_aside([toy], tmp_path / "aside")
-    assert (tmp_path / "aside" / "toy" / "data.csv").read_text() == 3 * "row\n"
+    assert (tmp_path / "aside" / "toy" / "data.csv").read_text() == 4 * "row\n"
     run.measure(toy)
-    assert list(notes.read()["began"]) == ["anew"]
+    assert list(measured()["version"]) == ["0.2"]
 
 
 def test_benchmarks_of_different_runs_are_reported(ours: dict[str, ModuleType]) -> None:
-    notes, results = ours["notes"], ours["results"]
-    row = {"began": "anew", "command": "", "machine": "1 core", "version": "1, commit a", "date": "2000-01-02"}
-    kept = pd.DataFrame([row | {"room": name, "minutes": 1.0, "end": "complete"} for name in ours["rooms"].ROOMS])
-    assert results.whence(kept[notes.COLUMNS]) == "On 1 core. All with damagepred 1, commit a, 2000-01-02."
+    results = ours["results"]
+    row = {"version": "1, commit a", "date": "2000-01-02", "machine": "1 core", "minutes": 1.0, "end": "complete"}
+    kept = pd.DataFrame([{"room": name} | row for name in ours["rooms"].ROOMS])
+    assert results.whence(kept) == "On 1 core. All with damagepred 1, commit a, 2000-01-02."
     other = kept.assign(version=["2", *kept["version"][1:]])
     assert "Versions differ" in results.whence(other)
     other = kept.assign(machine=["2 cores", *kept["machine"][1:]])
     assert "machines that differ: 2 cores; 1 core" in results.whence(other)
-    other = kept.assign(end=["stopped", *kept["end"][1:]])
-    assert "Data of work_precision are, at least in part" in results.whence(other)
+    for other in (kept.assign(end=["stopped", *kept["end"][1:]]), kept[1:]):
+        assert "Data of work_precision are of calls" in results.whence(other)
 
 
 def test_a_benchmark_is_stopped_with_its_child_processes(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ MORE = {"correct": "factorisations", "direct": "steps", "predictor": "steps", "e
 def test_without_a_skip_there_is_more_to_do_and_the_answer_is_the_same(room: dict[str, ModuleType], name: str) -> None:
     skip = room["skips"].SKIPS[name]
     scene = "no dpc" if "no dpc" in skip.scenes else skip.scenes[0]
-    row = room["run"].of_wall(skip, room["scenes"].SCENES[scene], 1, small=True)
+    row = room["run"].measure(name, scene, 1, True)
     assert row["end_on"] == row["end_off"] == "complete"
     # by cycles, dead load comes on in another way, which friction in a bare dpc remembers
     assert max(row["upwards"], row["sideways"]) < (2e-2 if name == "elastic start" else 2e-3)

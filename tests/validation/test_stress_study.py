@@ -169,10 +169,10 @@ def test_who_interrupts_it_does_not_wait_for_what_is_left(tmp_path: Path, monkey
         signal.signal(signal.SIGUSR1, usual)
 
 
-def _hangs_or_dies(job: tuple[str, str, str]) -> None:
+def _hangs_or_dies(family: str, name: str, way: str) -> None:
     import os
     import time
 
-    if "0.9 of" in job[1]:
+    if "0.9 of" in name:
         time.sleep(3600)  # longer than the test may take
     os._exit(3)

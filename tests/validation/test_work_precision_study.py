@@ -1,11 +1,14 @@
 """The work-precision diagrams: what is read, measured and told; and what their data say of the defaults."""
 
+import os
+import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from damagepred.scene import Movement, Solver
+from damagepred.scene import Solver
+from studies.benchmarks import cases
 from studies.benchmarks.work_precision import choices, errors, run
 
 
@@ -18,13 +21,13 @@ def test_observed_orders_are_those_of_known_sequences():
     assert np.isnan(errors.observed_order([1.0, 1.0, 1.0], (4.0, 2.0, 1.0), 1e-9))
 
 
-def test_a_wall_is_solved_noted_and_compared(tmp_path):
+def test_a_wall_is_solved_noted_and_compared(tmp_path, monkeypatch):
     data = tmp_path / "data.csv"
     names = ("default", "same model", "explicit increments")
     todo = [c for c in run.for_scene("stack") if c.axis in names and c.value != "80"]
-    for choice in todo:
-        run.solve_one(data, "stack", choice, 60.0)
-    assert run.known(data) == {("stack", c.axis, c.value) for c in todo}
+    monkeypatch.setattr(run, "for_scene", lambda name: todo)
+    run.run(data, ["stack"], [], 60.0)
+    assert cases.keys_in(data, run.KEY) == {("stack", c.axis, c.value) for c in todo}
     rows = errors.load(data)
     assert (rows["status"] == "complete").all()
     lines = errors.with_errors(rows).set_index(["axis", "quantity"])["solution"]
@@ -36,17 +39,20 @@ def test_a_wall_is_solved_noted_and_compared(tmp_path):
     assert (rows["block_compression@1"] > rows["base_reaction@1"] / (0.96 * 0.11)).all()
 
 
-def test_what_takes_too_long_is_listed(tmp_path):
-    scene = run.scenes()["stack"]
-    slow = replace(
-        scene,
-        solver=Solver(method="explicit", ramp_cycles=100_000_000, maximum_cycles=100_000_000),
-        movement=Movement(central_deflection=1e-3, increments=1),
-    )
-    row = run.in_process(slow, 0.5)
-    assert row["status"] == "over 0.5 s"
-    run.note(tmp_path / "data.csv", {"scene": "stack", "axis": "a", "value": "b", **row})
-    assert list(errors.load(tmp_path / "data.csv")["status"]) == ["over 0.5 s"]
+def test_what_takes_too_long_or_dies_is_listed(tmp_path, monkeypatch):
+    monkeypatch.setattr(run, "one", _hangs_or_dies)
+    monkeypatch.setattr(run, "for_scene", lambda name: [c for c in choices.choices() if c.axis == "tolerance"][:2])
+    run.run(tmp_path / "data.csv", ["stack"], [], 0.5)
+    rows = errors.load(tmp_path / "data.csv")
+    assert rows["status"][0] == "over 0.5 s"
+    assert "died" in rows["status"][1]
+    assert rows["version"].str.startswith("0.").all()
+
+
+def _hangs_or_dies(scene, axis, value):
+    if value == "0.1":
+        time.sleep(60)
+    os._exit(3)
 
 
 def test_defaults_solve_their_equations_to_one_percent():

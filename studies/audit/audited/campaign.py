@@ -20,7 +20,7 @@ from audited.scenes import scene_of
 from audited.wall import ArchivedWall
 from damagepred.errors import DamagepredError
 from damagepred.scene import Scene
-from studies.benchmarks.stress.campaign import in_processes
+from studies.benchmarks import cases
 
 WARM_UP, SMALL = 60, 9
 """Number of scenes of which the small ones are solved beforehand, so that no run includes compiling."""
@@ -216,19 +216,18 @@ def run(wanted: Sequence[Job], file: Path, limit: float, processes: int = 1) -> 
         return
     warm_up()
 
-    def written(row: dict[str, Any]) -> dict[str, Any]:
-        if row["silent"] or row["outcome"] in ("traceback", "died"):
-            print(f"scene {row['scene']}, {row['solver']}: {row['outcome']}: {row['words']}", flush=True)
-        return {name: _written(row[name]) for name in COLUMNS}
+    def lost(job: tuple[Any, ...], words: str) -> dict[str, Any]:
+        return empty_row(Job(*job), words) | {"seconds": limit}
 
-    def lost(job: Job, words: str) -> dict[str, Any]:
-        return empty_row(job, words) | {"seconds": limit}
-
-    in_processes(todo, one, lost, written, file, COLUMNS, limit, processes)
+    cases.run(todo, Job._fields, one_of, lost, file, limit, processes=processes, each=False)
 
 
-def _written(value: Any) -> Any:
-    return f"{value:.5g}" if isinstance(value, float | np.floating) else value
+def one_of(*job: Any) -> dict[str, Any]:
+    """Solve a scene, and print what is wrong with it."""
+    row = one(Job(*job))
+    if row["silent"] or row["outcome"] in ("traceback", "died"):
+        print(f"scene {row['scene']}, {row['solver']}: {row['outcome']}: {row['words']}", flush=True)
+    return row
 
 
 def _on_one_line(error: object) -> str:

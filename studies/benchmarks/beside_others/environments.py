@@ -1,7 +1,5 @@
 """Separate environments for the other solvers: made once, used by ``run.py``.
 
-    python studies/benchmarks/beside_others/environments.py [--environments FOLDER] [pymunk lmgc90 openseespy exudyn]
-
 Each is a virtual environment with the versions that its file in ``requirements/`` pins. openseespy's wheel needs BLAS,
 LAPACK and the Fortran library of the machine; where these are not installed, and the machine is a Debian, its packages
 are unpacked inside the environment.
@@ -9,7 +7,6 @@ are unpacked inside the environment.
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
@@ -56,14 +53,16 @@ def works(solver: str, folder: Path) -> bool:
     return subprocess.run(command, env=variables(solver, folder), capture_output=True, check=False).returncode == 0
 
 
-def create(solver: str, folder: Path) -> None:
-    """Make the environment of a solver.
+def make_ready(solver: str, folder: Path) -> None:
+    """Make the environment of a solver where it is missing.
 
     Raises
     ------
     RuntimeError
         If it cannot be imported afterwards.
     """
+    if works(solver, folder):
+        return
     place = folder / solver
     subprocess.run([sys.executable, "-m", "venv", str(place)], check=True)
     pip = [str(python_of(solver, folder)), "-m", "pip", "install", "--quiet", "--only-binary", ":all:"]
@@ -81,19 +80,3 @@ def unpack(place: Path) -> None:
     subprocess.run(["apt-get", "download", "--quiet", *LIBRARIES], cwd=place, check=True)
     for package in place.glob("*.deb"):
         subprocess.run(["dpkg-deb", "-x", str(package), str(place)], check=True)
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("solvers", nargs="*", default=SOLVERS, help="by default all")
-    parser.add_argument("--environments", type=Path, default=default_folder(), help="folder they are kept in")
-    options = parser.parse_args()
-    for solver in options.solvers:
-        if not works(solver, options.environments):
-            print(f"{solver}: installing into {options.environments / solver}", file=sys.stderr)
-            create(solver, options.environments)
-        print(f"{solver}: ready")
-
-
-if __name__ == "__main__":
-    main()

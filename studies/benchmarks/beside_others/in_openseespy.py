@@ -13,7 +13,7 @@ import time
 
 import numpy as np
 import openseespy.opensees as ops
-from record import Record, Wall, answer, read_case, thinned
+from record import Record, Wall, answer, read_case, settle
 
 ALPHA = 300.0
 """Damping in proportion to mass (1/s) of runs in time."""
@@ -173,9 +173,7 @@ def own_weight(case: dict, limit: float) -> dict:
         converged = ops.analyze(1) == 0
         seconds = time.process_time() - began
         residual = model.wall.residual(model.unbalanced())
-        for _ in range(
-            20
-        ):  # committing a step moves the points where contacts stick: iterate until it stays in balance
+        for _ in range(20):  # committing a step moves the points where contacts stick: iterate until it balances
             if residual <= level or not converged:
                 break
             ops.integrator("LoadControl", 0.0)
@@ -210,57 +208,54 @@ def stepped(dt: float, halvings: int) -> int:
     return count
 
 
-def in_time(case: dict, settings: dict, limit: float) -> dict:
-    """Solve in time: weight at once, then the ground drops."""
-    began = time.process_time()
-    model = Model(case)
-    first, last = case["drop_from"], case["drop_until"]
-    ops.timeSeries("Constant", 1)
-    ops.pattern("Plain", 1, 1)
-    for node, mass in model.load.items():
-        ops.load(node, 0.0, -mass * case["gravity"])
-    ops.timeSeries("Path", 2, "-time", 0.0, first, last, 1e6, "-values", 0.0, 0.0, 1.0, 1.0)
-    ops.pattern("Plain", 2, 2)
-    for node, drop in model.ground.items():
-        if drop:
-            ops.sp(node, 2, -drop)
-    build = time.process_time() - began
-    ops.rayleigh(ALPHA, 0.0, 0.0, 0.0)
-    explicit = settings["scheme"] == "explicit"
-    if explicit:
-        ops.constraints("Transformation")
-        ops.numberer("Plain")
-        ops.system("Diagonal")
-        ops.algorithm("Linear")
-        ops.integrator("CentralDifference")
-    else:
-        solved_by(1e-2 * min(case["levels"]) * model.wall.weight.mean(), 50)
-        ops.integrator("Newmark", 0.6, 0.3025)
-    ops.analysis("Transient")
-    every = settings.get("every", 1)
-    record, go_on, steps, note = Record(case, limit), True, 0, ""
-    while go_on:
-        record.start()
-        if explicit:
-            advanced = every if ops.analyze(every, settings["dt"]) == 0 else 0
+class InTime(Model):
+    """The wall in time: weight at once, then the ground drops."""
+
+    def __init__(self, case: dict, settings: dict) -> None:
+        super().__init__(case)
+        self.settings, self.explicit = settings, settings["scheme"] == "explicit"
+        ops.timeSeries("Constant", 1)
+        ops.pattern("Plain", 1, 1)
+        for node, mass in self.load.items():
+            ops.load(node, 0.0, -mass * case["gravity"])
+        ops.timeSeries(
+            "Path", 2, "-time", 0.0, case["drop_from"], case["drop_until"], 1e6, "-values", 0.0, 0.0, 1.0, 1.0
+        )
+        ops.pattern("Plain", 2, 2)
+        for node, drop in self.ground.items():
+            if drop:
+                ops.sp(node, 2, -drop)
+        ops.rayleigh(ALPHA, 0.0, 0.0, 0.0)
+        if self.explicit:
+            ops.constraints("Transformation")
+            ops.numberer("Plain")
+            ops.system("Diagonal")
+            ops.algorithm("Linear")
+            ops.integrator("CentralDifference")
         else:
-            advanced = stepped(settings["dt"], settings.get("halvings", 10))
+            solved_by(1e-2 * min(case["levels"]) * self.wall.weight.mean(), 50)
+            ops.integrator("Newmark", 0.6, 0.3025)
+        ops.analysis("Transient")
+
+    @property
+    def now(self) -> float:
+        """Time (s)."""
+        return ops.getTime()
+
+    def advance(self, record: Record) -> int:
+        """Integrate to the next check; return the number of steps, 0 where none converges."""
+        record.start()
+        if self.explicit:
+            every = self.settings["every"]
+            steps = every if ops.analyze(every, self.settings["dt"]) == 0 else 0
+        else:
+            steps = stepped(self.settings["dt"], self.settings.get("halvings", 10))
         record.stop()
-        steps += advanced
-        if not advanced:
-            note = f"Newton did not converge at {ops.getTime():.4f} s"
-            break
-        residual = model.wall.residual(model.unbalanced())
-        go_on = record.look(ops.getTime(), residual, float(model.base_force().sum()))
-    return {
-        "build": build,
-        "steps": steps,
-        "settled": record.settled() if record.looks else {"seconds": [None] * 4},
-        "looks": thinned(record.looks) if record.looks else [[record.seconds, 0.0, np.nan, 0.0]],
-        "base": model.base_force(),
-        "displacement": model.displacement(),
-        "note": note,
-    }
+        return steps
+
+    def check(self) -> tuple[float, np.ndarray]:
+        """Return the residual, and the vertical force of the ground on each of the lowest blocks (N)."""
+        return self.wall.residual(self.unbalanced()), self.base_force()
 
 
 def pushed(case: dict, settings: dict, limit: float) -> dict:
@@ -293,7 +288,7 @@ def main() -> None:
     if case["name"] == "tilt":
         found = pushed(case, settings, limit)
     elif any(case["drop"]):
-        found = in_time(case, settings, limit)
+        found = settle(case, limit, lambda: InTime(case, settings))
     else:
         found = own_weight(case, limit)
     answer(path, **found, version=ops.version())

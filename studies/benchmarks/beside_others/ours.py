@@ -78,24 +78,22 @@ def solve(case: Case, settings: Solver, increments: int = INCREMENTS) -> dict[st
     }
 
 
-def collapse_factor(case: Case, settings: Solver, top: float) -> tuple[float, float]:
-    """Return the collapse load as a share of the weight, searched up to ``top``, and the seconds it took."""
+def push(case: Case, settings: Solver, top: float = 1.5) -> dict[str, Any]:
+    """Return the bracket of the collapse load as a share of the weight, searched up to ``top``, and its time (s)."""
     wall = assembly(case)
     wall.push_body(x=top)
     began = time.process_time()
-    model = wall.build(settings)
     quasi_static = settings.method == "quasi_static"
     increments = 1 if quasi_static else 200  # the quasi-static solver brackets the collapse itself
     last, stood = None, 0
     try:
-        for last in solve_path(model, settings, increments):
+        for last in solve_path(wall.build(settings), settings, increments):
             if not last.collapsed:
                 stood = last.number
     except SolverError:  # without convergence of the explicit solver the wall counts as collapsed
         pass
-    seconds = time.process_time() - began
     assert last is not None
-    return top * (last.last_stable_load_factor if last.collapsed and quasi_static else stood / increments), seconds
-
-
-__all__ = ["INCREMENTS", "assembly", "collapse_factor", "solve"]
+    share = last.last_stable_load_factor if last.collapsed and quasi_static else stood / increments
+    width = 1e-3 if quasi_static else top / increments
+    low = float(top * share)
+    return {"low": low, "high": low + width * low, "seconds": time.process_time() - began}

@@ -78,7 +78,7 @@ class Record:
 
     def settled(self) -> dict[str, list[float | None]]:
         """Return the processor time and the time from which the residual stays below each level."""
-        looks = np.array(self.looks)
+        looks = np.array(self.looks).reshape(-1, 4)
         found: dict[str, list[float | None]] = {"seconds": [], "time": []}
         for level in self.levels:
             above = np.flatnonzero(~((looks[:, 2] <= level) & (looks[:, 1] > self.after)))
@@ -108,18 +108,24 @@ def settle(case: dict[str, Any], limit: float, build: Callable[[], Any]) -> dict
     """Integrate a wall in time until it stays in equilibrium, or for a limit of processor time (s).
 
     A system that is built has its time ``now``, and functions ``advance(record)`` (integrate to the next check with the
-    clock running; return the number of steps), ``check`` (residual, forces of the ground) and ``displacement``.
+    clock running; return the number of steps, 0 where none converges), ``check`` (residual, forces of the ground) and
+    ``displacement``.
     """
     began = time.process_time()
     system = build()
     found: dict[str, Any] = {"build": time.process_time() - began, "steps": 0}
     record, go_on = Record(case, limit), True
     while go_on:
-        found["steps"] += system.advance(record)
+        steps = system.advance(record)
+        found["steps"] += steps
+        if not steps:
+            found["note"] = f"no convergence at {system.now:.4f} s"
+            break
         residual, base = system.check()
+        found["residual"] = residual
         go_on = record.look(system.now, residual, float(base.sum()))
-    found |= {"settled": record.settled(), "looks": thinned(record.looks)}
-    return found | {"base": base, "displacement": system.displacement()}
+    found |= {"settled": record.settled(), "seconds": record.seconds, "base": system.check()[1]}
+    return found | {"displacement": system.displacement()}
 
 
 def run(build: Callable[..., Any], stands: Callable[..., bool], version: str) -> None:
@@ -139,12 +145,6 @@ def read_case() -> tuple[dict[str, Any], dict[str, Any], Path]:
     case = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
     settings = json.loads(sys.argv[2])
     return case, settings, Path(sys.argv[3])
-
-
-def thinned(looks: list[tuple[float, ...]], most: int = 400) -> list[list[float]]:
-    """Return some of the checks, the first and the last among them."""
-    chosen = np.unique(np.linspace(0, len(looks) - 1, min(most, len(looks))).astype(int))
-    return [[float(f"{value:.5g}") for value in looks[i]] for i in chosen]
 
 
 def answer(path: Path, **known: Any) -> None:

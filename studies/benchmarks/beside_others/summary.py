@@ -32,9 +32,9 @@ COLUMNS = [f"s at {level:g}" for level in LEVELS]
 def row_of(case: Case, solver: str, settings: str, found: dict[str, Any]) -> dict[str, Any]:
     """Return the row of one run in ``runs.csv``."""
     row: dict[str, Any] = {"case": case["name"], "size": case["size"], "solver": solver, "settings": settings}
-    row |= {"blocks": len(case["blocks"]), "version": found.get("version", ""), "note": found.get("note", "")}
+    row |= {"blocks": len(case["blocks"]), "solver version": found.get("version", ""), "note": found.get("note", "")}
     row |= {name: found.get(name, np.nan) for name in ("build", "seconds", "steps", "residual", "low", "high")}
-    seconds = found.get("settled", [None] * len(LEVELS))
+    seconds = found.get("settled") or [None] * len(LEVELS)
     row |= dict(zip(COLUMNS, (np.nan if s is None else s for s in seconds), strict=True))
     if "displacement" not in found:
         return row
@@ -66,36 +66,16 @@ def fastest(runs: pd.DataFrame, case: str) -> pd.DataFrame:
     part = runs[runs["case"] == case]
     # without the symmetry reduction, which others could use, too; and not in a single increment, which is not a path
     part = part[~part["settings"].isin(["symmetric_half False", "increments 1"])]
-    return part.groupby(["blocks", "solver"], sort=False)[COLUMNS].min().reset_index()
+    return part.groupby(["blocks", "solver"])[COLUMNS].min()
 
 
-def ratios(runs: pd.DataFrame, case: str, ours: str = "quasi_static") -> pd.DataFrame:
-    """Return the times of the others over ours at each residual."""
+def ratios(runs: pd.DataFrame, case: str) -> pd.DataFrame:
+    """Return the times of the others over ours at each residual, sizes and solvers in order."""
     best = fastest(runs, case)
-    own = best[best["solver"] == ours].set_index("blocks")[COLUMNS]
-    rows = best[~best["solver"].isin(["quasi_static", "explicit"])].copy()
-    rows[COLUMNS] = rows[COLUMNS].to_numpy() / own.reindex(rows["blocks"]).to_numpy()
-    return rows.rename(columns={c: c.replace("s at", "times at") for c in COLUMNS})
-
-
-def spent(runs: pd.DataFrame, case: str) -> pd.Series:
-    """Return the time of the longest run of each size and solver, converged or not."""
-    part = runs[runs["case"] == case]
-    return part.groupby(["blocks", "solver"])["seconds"].max()
-
-
-def at_least(rows: pd.DataFrame, longest: pd.Series) -> pd.DataFrame:
-    """Fill empty cells with the longest time that was tried, as a lower bound."""
-    filled = rows.astype(dict.fromkeys(rows.columns[2:], object))
-    for i, row in rows.iterrows():
-        for column in rows.columns[2:]:
-            if np.isnan(row[column]):
-                filled.at[i, column] = f"> {longest[row['blocks'], row['solver']]:.2g}"
-    return filled
-
-
-def named(rows: pd.DataFrame) -> pd.DataFrame:
-    return rows.assign(solver=[NAMES[s] for s in rows["solver"]])
+    own = best.xs("quasi_static", level="solver")
+    others = best.drop(["quasi_static", "explicit"], level="solver").div(own, level="blocks")
+    others.columns = [c.replace("s at", "times at") for c in COLUMNS]
+    return order(others.reset_index())
 
 
 def order(rows: pd.DataFrame) -> pd.DataFrame:
@@ -104,18 +84,29 @@ def order(rows: pd.DataFrame) -> pd.DataFrame:
     return rows.sort_values(["blocks", "solver"], key=lambda c: c.map(place) if c.name == "solver" else c)
 
 
+def compared(runs: pd.DataFrame, case: str) -> pd.DataFrame:
+    """Return the times of the others over ours, as lower bounds where they did not converge: of their longest run."""
+    rows = ratios(runs, case).set_index(["blocks", "solver"])
+    longest = runs[runs["case"] == case].groupby(["blocks", "solver"])["seconds"].max()
+    least = longest.div(fastest(runs, case).xs("quasi_static", level="solver")[COLUMNS[0]], level="blocks")
+    bound = least.map("> {:.2g}".format).reindex(rows.index)
+    told = rows.astype(object).apply(lambda column: column.where(column.notna(), bound))
+    return told.reset_index().assign(solver=[NAMES[str(s)] for s in rows.index.get_level_values("solver")])
+
+
 def collapse(runs: pd.DataFrame) -> pd.DataFrame:
     """Return the bracket of the collapse load, in shares of the weight."""
     part = order(runs[runs["case"] == "tilt"])[["blocks", "solver", "settings", "low", "high", "seconds"]]
     return part.assign(solver=[NAMES.get(s, "limit analysis") for s in part["solver"]])
 
 
-def compared(runs: pd.DataFrame, case: str) -> pd.DataFrame:
-    """Return the times of the others over ours, as lower bounds where they did not converge."""
-    longest = spent(runs, case)
-    own = fastest(runs, case).query("solver == 'quasi_static'").set_index("blocks")[COLUMNS[0]]
-    own = longest.index.get_level_values("blocks").map(own).to_numpy()
-    return named(order(at_least(ratios(runs, case), longest / own)))
+def headline(folder: Path) -> str:
+    """Return the least time of other solvers over ours at a residual of 0.001, in a sentence."""
+    runs = pd.read_csv(folder / "runs.csv")
+    found = pd.concat([ratios(runs, case) for case, _ in RUNS_OF]).query("blocks > 100")
+    least = found.groupby("solver")["times at 0.001"].min().dropna()
+    told = "; ".join(f"{NAMES[str(name)]} {value:.2g}" for name, value in least.items())
+    return f"times as long as quasi-static from 126 blocks on, where a residual of 0.001 is reached: at least {told}"
 
 
 def text(folder: Path) -> str:
@@ -126,8 +117,8 @@ def text(folder: Path) -> str:
         "weights); fastest of the settings tried; `>`: not reached within the time limit."
     ]
     for case, words in RUNS_OF:
-        own = fastest(runs, case).query("solver == 'quasi_static'").sort_values("blocks")
-        took = ", ".join(f"{1e3 * s:.3g} ms ({n} blocks)" for n, s in zip(own["blocks"], own["s at 0.0001"]))
+        own = fastest(runs, case).xs("quasi_static", level="solver")["s at 0.0001"]
+        took = ", ".join(f"{1e3 * s:.3g} ms ({n} blocks)" for n, s in own.items())
         parts += [f"*{words[0].upper()}{words[1:]}*; quasi-static to 0.0001 in {took}.", markdown(compared(runs, case))]
     parts += ["*Pushed*: the collapse load as a share of the weight.", markdown(collapse(runs))]
     return "\n\n".join(parts)

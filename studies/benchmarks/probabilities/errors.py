@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from damagepred.archive.files import write_whole
 from damagepred.arrays import FloatArray
 from damagepred.uq.capacity import probability_reached
 from damagepred.uq.control_variate import read_pilot, two_level
 from damagepred.uq.fragility.grouped_data import group_intervals
 from damagepred.uq.fragility.models import fit_grouped
+from studies.benchmarks import cases
 from studies.benchmarks.probabilities import walls
 from studies.benchmarks.probabilities.floors import floors_of
 from studies.benchmarks.probabilities.walls import Bank, Plan
@@ -64,27 +64,23 @@ def questions(bank: Bank) -> list[Question]:
     return [Question("median", np.nan), Question("probability near 0.1", at)]
 
 
-def write(into: Path, folder: Path, sets: list[tuple[str, list[Plan], list[Plan]]]) -> None:
+def write(into: Path, folder: Path, sets: dict[str, tuple[list[Plan], list[Plan]]]) -> None:
     """Read all sets; write data.csv (errors of sampling), floors.csv (of the model) and costs.csv."""
     rows: list[dict[str, object]] = []
     floors: list[dict[str, object]] = []
-    spent = []
-    for wall, curve, rare in sets:
-        if not (folder / wall / "costs.csv").is_file():
-            continue  # not begun
-        cost = pd.read_csv(folder / wall / "costs.csv").set_index("form")["mean"]
-        spent.append(pd.read_csv(folder / wall / "costs.csv").assign(wall=wall))
-        banks = {p.name: walls.read(folder / wall / f"{p.name.replace(' ', '_')}.npz", p) for p in curve + rare}
-        there = {name: bank for name, bank in banks.items() if bank is not None and bank.lower.size}
-        if "random" in there:
-            rows += [{"wall": wall, **row} for row in curve_rows(wall, there, cost)]
-            asked = questions(there["random"])
-            floors += [{"wall": wall, **row} for row in floors_of(wall, there, asked)]
-        if "rare random" in there and np.isfinite(there["rare random"].upper).any():
-            rows += [{"wall": wall, **row} for row in rare_rows(wall, folder, there, cost)]
-    tables = {"data.csv": pd.DataFrame(rows), "floors.csv": pd.DataFrame(floors), "costs.csv": pd.concat(spent)}
-    for name, table in tables.items():
-        write_whole(into / name, lambda path, table=table: table.to_csv(path, index=False, float_format="%.5g"))
+    spent, subset = pd.read_csv(folder / "costs.csv"), pd.read_csv(folder / "subset.csv")
+    for wall, (curve, rare) in sets.items():
+        cost = spent[spent["wall"] == wall].set_index("form")["mean"]
+        banks = {p.name: walls.read(walls.file_of(folder, wall, p)) for p in curve + rare}
+        there = {name: bank for name, bank in banks.items() if bank is not None}
+        rows += [{"wall": wall, **row} for row in curve_rows(wall, there, cost)]
+        floors += [{"wall": wall, **row} for row in floors_of(wall, there, questions(there["random"]))]
+        if np.isfinite(there["rare random"].upper).any():
+            own = subset[subset["wall"] == wall]
+            rows += [{"wall": wall, **row} for row in rare_rows(wall, there, cost, own)]
+    cases.write(rows, into / "data.csv")
+    cases.write(floors, into / "floors.csv")
+    cases.write(spent.to_dict("records"), into / "costs.csv")
 
 
 def row_of(
@@ -255,11 +251,9 @@ def _two_level(
 # -- small probabilities ----------------------------------------------------------------------------------------------
 
 
-def rare_rows(wall: str, folder: Path, banks: dict[str, Bank], cost: pd.Series) -> list[dict[str, object]]:
+def rare_rows(wall: str, banks: dict[str, Bank], cost: pd.Series, subset: pd.DataFrame) -> list[dict[str, object]]:
     """Return errors of a small probability."""
     question = Question("small probability", walls.RARE_AT[wall])
-    file = folder / wall / "subset.csv"
-    subset = pd.read_csv(file) if file.is_file() else pd.DataFrame({"probability": [], "level": []})
     truth = rare_truth(question, banks, subset)
     rows = []
     for n in powers(64, 1 << 14):

@@ -1,29 +1,29 @@
 """Error of a fragility median and of a small probability over computing time, measured by repetition.
 
-    python studies/benchmarks/probabilities/run.py [--wall joints window] [--seconds 240] [--quick]
+    python studies/benchmarks/probabilities/run.py [--wall joints window] [--quick] [--output FOLDER] [--into FOLDER]
 
-Sets of walls are solved and kept in the output folder; a call stops after ``--seconds``, and the same call resumes. All
-sets of both walls take about 25 minutes on one core. At the end of each call it writes data.csv, the errors so far.
+Sets of walls are solved and kept in the output folder; the same call resumes. At the end of each call data.csv, the
+errors so far, is written from them.
 """
 
 from __future__ import annotations
 
 import argparse
-import time
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
+from studies.benchmarks import cases
 from studies.benchmarks.probabilities import costs, errors, rare, walls
-from studies.benchmarks.probabilities.walls import Plan
+from studies.benchmarks.probabilities.walls import Plan, file_of
 
 HERE = Path(__file__).resolve().parent
-
-STAGES = ("costs", "curves", "small probabilities", "curves, more", "subset simulation", "small probabilities, more")
-"""Groups of sets that are solved for all walls in this order: an incomplete study then includes every wall."""
+LIMIT = 1800.0
+"""Time of a set (s)."""
 
 
 def curve_plans(wall: str, quick: bool = False) -> list[Plan]:
-    """Return the sets for the errors of a curve, the most informative first."""
+    """Return the sets for the errors of a curve."""
     if quick:
         return [Plan("random", "random", 24, 1), Plan("sobol", "sobol", 8, 2), Plan("lhs 8", "lhs", 8, 2)]
     random, sobol, many = (1024, 32, 512) if wall == "joints" else (2048, 128, 512)
@@ -52,44 +52,36 @@ def rare_plans(wall: str, quick: bool = False) -> list[Plan]:
     ]
 
 
-def file_of(folder: Path, wall: str, plan: Plan) -> Path:
-    """Return the file of a set."""
-    return folder / wall / f"{plan.name.replace(' ', '_')}.npz"
+def one(folder: Path, quick: bool, wall: str, name: str) -> dict[str, Any]:
+    """Solve a set."""
+    plan = next(p for p in curve_plans(wall, quick) + rare_plans(wall, quick) if p.name == name)
+    return walls.solve(wall, plan, file_of(folder, wall, plan))
+
+
+def lost(_: tuple[Any, ...], message: str) -> dict[str, Any]:
+    """Return the row of a set that took too long, or whose process died."""
+    return {"message": message}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--wall", nargs="+", choices=("joints", "window"), default=["window", "joints"])
-    parser.add_argument("--seconds", type=float, default=1e9, help="stop after this wall-clock time (s)")
     parser.add_argument("--quick", action="store_true", help="a few walls of each set, to check that it runs")
     parser.add_argument("--output", type=Path, default=HERE / "results", help="folder of the sets")
     parser.add_argument("--into", type=Path, default=HERE, help="folder of data.csv")
     options = parser.parse_args()
-    stop = time.monotonic() + max(options.seconds - 45, 0.7 * options.seconds)  # the rest is for reading the sets
-    complete = True
-    for stage in range(len(STAGES)):
-        for wall in options.wall:
-            complete = complete and solve_stage(options, stage, wall, lambda: time.monotonic() > stop)
-    if not complete:
-        print("not complete; the same call resumes")
-    sets = [(wall, curve_plans(wall, options.quick), rare_plans(wall, options.quick)) for wall in options.wall]
-    errors.write(options.into, options.output, sets)
-
-
-def solve_stage(options: argparse.Namespace, stage: int, wall: str, over: Callable[[], bool]) -> bool:
-    """Solve the next set of one wall as far as time allows; return whether it is complete."""
-
-    def say(line: str) -> None:
-        print(line, flush=True)
-
-    if STAGES[stage] == "costs":
-        costs.measure(options.output, wall, options.quick, say)
-        return True
-    if STAGES[stage] == "subset simulation":
-        return rare.subsets(options.output, wall, options.quick, over, say)
-    plans = curve_plans(wall, options.quick) if STAGES[stage].startswith("curves") else rare_plans(wall, options.quick)
-    chosen = plans[2:] if STAGES[stage].endswith("more") else plans[:2]
-    return all(walls.solve(wall, plan, file_of(options.output, wall, plan), over, say) for plan in chosen)
+    folder, quick = options.output, options.quick
+    folder.mkdir(parents=True, exist_ok=True)
+    sets = {wall: (curve_plans(wall, quick), rare_plans(wall, quick)) for wall in options.wall}
+    for wall in options.wall:
+        walls.make_ready(wall)
+    timed = [(wall, form) for wall in options.wall for form in costs.forms_of(wall)]
+    costs.measure(folder / "costs.csv", timed, quick)
+    keys = [(wall, plan.name) for wall, plans in sets.items() for plan in plans[0] + plans[1]]
+    cases.run(keys, ("wall", "set"), partial(one, folder, quick), lost, folder / "sets.csv", LIMIT)
+    runs = [key for wall in options.wall for key in rare.runs_of(wall, quick)]
+    cases.run(runs, ("wall", "level", "run"), rare.subset, lost, folder / "subset.csv", LIMIT)
+    errors.write(options.into, folder, sets)
 
 
 if __name__ == "__main__":

@@ -27,6 +27,14 @@ LIMITS = (0.5, 0.1, 0.05)
 """Relative errors, root mean square."""
 
 
+def headline(folder: Path) -> str:
+    """Return the time to a median of the window walls, in a sentence."""
+    data = pd.read_csv(folder / "data.csv").query("wall == 'window' and question == 'median'")
+    own = {name: part.sort_values("seconds") for name, part in data.groupby("method")}
+    took = {name: seconds_to(own[name]["seconds"], own[name]["error"], 0.1) for name in ("Sobol", "random")}
+    return f"a median to 10 % takes {took['Sobol']} s by Sobol points, {took['random']} s by random walls"
+
+
 def text(folder: Path) -> str:
     """Return the seconds to given errors, by wall, question and method."""
     data = with_gain(pd.read_csv(folder / "data.csv"))

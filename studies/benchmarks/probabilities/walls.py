@@ -1,14 +1,13 @@
 """The walls of this benchmark: coarser and finer forms of them, and sets of solved walls in files.
 
-A set has a number of walls of one sampler, or several replicates with different seeds. It is stored in one file, which
-the same call extends; errors are computed from the files without solving.
+A set has a number of walls of one sampler, or several replicates with different seeds. It is stored in one file; errors
+are computed from the files without solving.
 """
 
 from __future__ import annotations
 
 import time
 import tomllib
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,7 +16,7 @@ import numpy as np
 
 from damagepred.archive.files import write_whole
 from damagepred.arrays import FloatArray
-from damagepred.study.analyses.limit_state import Question, margin
+from damagepred.study.analyses.limit_state import Question, margin, study_for_limit_state
 from damagepred.study.campaign.sample import sampled_wall, solve_sample
 from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.settings import StudySettings
@@ -133,100 +132,81 @@ def planned(wall: str, plan: Plan) -> StudySettings:
     return replace(settings, study=how)
 
 
-def capacity(settings: StudySettings, design: Any, number: int, values: dict[str, float]) -> tuple[float, float]:
+def question_of(wall: str) -> Question:
+    """Return the question whose answer is the small probability."""
+    return Question(CATEGORY, RARE_AT[wall])
+
+
+def settings_to_question(wall: str) -> StudySettings:
+    """Return a study whose paths go beyond the small movement, so that a margin is known."""
+    return study_for_limit_state(rare_settings(settings_of(wall), RARE_AT[wall]), question_of(wall))
+
+
+def make_ready(wall: str) -> None:
+    """Compile, or load what is compiled, before processes are forked."""
+    for variant in ("", *VARIANTS[wall]):
+        warm_up(settings_of(wall, variant).scene)
+
+
+def values_of(drawn: dict[str, FloatArray], number: int) -> dict[str, float]:
+    """Return the values of a wall."""
+    return {place: float(values[number]) for place, values in drawn.items()}
+
+
+def solved(
+    wall: str, plan: Plan, settings: StudySettings, design: Any, number: int, values: dict[str, float]
+) -> tuple[float, float]:
     """Solve a wall: the movements between which it reaches the category; NaN if it failed."""
-    solved = solve_sample(settings, design, number, values)
-    if solved.reason or solved.columns is None:
+    if plan.rare:  # only whether it does so by the small movement
+        at = RARE_AT[wall]
+        found = margin(*sampled_wall(settings, design, number, values), Question(CATEGORY, at, 1.0))
+        if found.most == np.inf:
+            return np.nan, np.nan
+        return (0.0, at) if found.most <= 0 else (at, np.inf)
+    result = solve_sample(settings, design, number, values)
+    if result.reason or result.columns is None:
         return np.nan, np.nan
-    moved = solved.columns["central_deflection"].values[0]
-    reached = np.flatnonzero(solved.columns["damage_category"].values[0] >= CATEGORY)
+    moved = result.columns["central_deflection"].values[0]
+    reached = np.flatnonzero(result.columns["damage_category"].values[0] >= CATEGORY)
     return (moved[reached[0] - 1], moved[reached[0]]) if len(reached) else (moved[-1], np.inf)
 
 
-def hit(settings: StudySettings, design: Any, number: int, values: dict[str, float], at: float) -> tuple[float, float]:
-    """Solve a wall to a movement: whether it has reached the category, as a capacity."""
-    found = margin(*sampled_wall(settings, design, number, values), Question(CATEGORY, at, 1.0))
-    if found.most == np.inf:
-        return np.nan, np.nan
-    return (0.0, at) if found.most <= 0 else (at, np.inf)
-
-
-def solve(wall: str, plan: Plan, file: Path, over: Callable[[], bool], say: Callable[[str], None]) -> bool:
-    """Continue a set; return whether it is complete.
-
-    Parameters
-    ----------
-    wall, plan
-        The wall and the plan of its set.
-    file : Path
-        File of the set.
-    over : callable
-        Whether to stop for now.
-    say : callable
-        Called with a line on the progress.
-    """
-    total = plan.walls * plan.replicates
-    kept = np.zeros((3, total))
-    done = 0
-    if file.is_file():
-        with np.load(file) as held:
-            done = min(int(held["done"]), total)
-            kept[:, :done] = held["kept"][:, :done]
-    if done == total:
-        return True
-    settings = planned(wall, plan)
-    warm_up(settings.scene)
-    saved = time.monotonic()
-    while done < total and not over():
+def solve(wall: str, plan: Plan, file: Path) -> dict[str, Any]:
+    """Solve a set and write its file; return the number of walls and the time (s)."""
+    began, settings = time.process_time(), planned(wall, plan)
+    kept = np.zeros((3, plan.replicates, plan.walls))
+    for replicate in range(plan.replicates):
         # a replicate's seed does not depend on their number
-        own = replace(settings, study=replace(settings.study, seed=settings.study.seed + 1000 * (done // plan.walls)))
+        own = replace(settings, study=replace(settings.study, seed=settings.study.seed + 1000 * replicate))
         design = own.design()
         drawn, weight = design.wall_values(plan.walls), design.weights(plan.walls)
-        for number in range(done % plan.walls, plan.walls):
-            values = {place: float(v[number]) for place, v in drawn.items()}
+        for number in range(plan.walls):
             try:
-                found = (
-                    hit(own, design, number, values, RARE_AT[wall])
-                    if plan.rare
-                    else capacity(own, design, number, values)
-                )
+                found = solved(wall, plan, own, design, number, values_of(drawn, number))
             except ArithmeticError:
                 found = np.nan, np.nan
-            kept[:, done] = *found, 1.0 if weight is None else weight[number]
-            done += 1
-            if time.monotonic() - saved > 15 or over():
-                keep(file, kept, done)
-                say(f"{wall}, {plan.name}: {done} of {total} walls")
-                saved = time.monotonic()
-                if over():
-                    break
-    keep(file, kept, done)
-    return done == total
-
-
-def keep(file: Path, kept: FloatArray, done: int) -> None:
-    """Write a set as far as it is solved."""
+            kept[:, replicate, number] = *found, 1.0 if weight is None else weight[number]
 
     def write(path: Path) -> None:
         with path.open("wb") as stream:
-            np.savez_compressed(stream, kept=kept[:, :done], done=done)
+            np.savez_compressed(stream, kept=kept)
 
     file.parent.mkdir(parents=True, exist_ok=True)
     write_whole(file, write)
+    return {"walls": kept[0].size, "seconds": time.process_time() - began}
 
 
-def read(file: Path, plan: Plan) -> Bank | None:
-    """Return a set, whole replicates of it (of a single one what there is); None if there is nothing yet."""
+def file_of(folder: Path, wall: str, plan: Plan) -> Path:
+    """Return the file of a set."""
+    return folder / wall / f"{plan.name.replace(' ', '_')}.npz"
+
+
+def read(file: Path) -> Bank | None:
+    """Return a set; None if there is nothing yet."""
     if not file.is_file():
         return None
     with np.load(file) as held:
-        kept = held["kept"]
-    if plan.replicates == 1:
-        kept = kept[:, None, :]
-    else:
-        whole = kept.shape[1] // plan.walls
-        kept = kept[:, : whole * plan.walls].reshape(3, whole, plan.walls)
-    lower, upper, weight = kept
+        lower, upper, weight = held["kept"]
     failed = np.isnan(lower)
     # a failed wall counts as not damaged; their number is printed
     return Bank(np.where(failed, 0.0, lower), np.where(failed, np.inf, upper), weight, int(failed.sum()))

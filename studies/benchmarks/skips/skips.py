@@ -267,7 +267,7 @@ NOT_TURNED_OFF = {
         "measured with `restart`: the compiled sums have no separate switch"
     ),
     "zones are mapped back only where beyond the yield surface (`within_yield_surface`)": (
-        "compiled into the law; `return` measures it on the kernel alone"
+        "compiled into the law; tests/regressions times elastic and yielding zones"
     ),
     "no footing, no jacks, no dpc, no concrete, no sections, no mesh: their loops are not entered": (
         "without them the loops are empty"

@@ -1,4 +1,4 @@
-"""Skips of studies: solutions, geometry and storage that are left out; and the time of the return of zones."""
+"""Skips of studies: solutions, geometry and storage that are left out."""
 
 from __future__ import annotations
 
@@ -14,19 +14,14 @@ import numpy as np
 from damagepred import pipeline as path
 from damagepred import solve
 from damagepred.assembly import wall, wall_model
-from damagepred.kernels.jit import kernel
-from damagepred.kernels.zone.forces import gather, plastic_correction, scatter, trial_cell, zone_forces
 from damagepred.pipeline import Step, follow
-from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
-from studies.benchmarks.skips.scenes import DATA, deformable, explicit_deformable
+from studies.benchmarks.skips.scenes import DATA, deformable
 
 Row = dict[str, Any]
 STOP_AT = 3
 """Category of interest: moderate damage."""
-CYCLES = 400
-"""Calls of the zones' kernel."""
 
 
 class Part(NamedTuple):
@@ -117,50 +112,6 @@ def small_walls() -> StudySettings:
     return replace(settings, scene=replace(settings.scene, wall=small))
 
 
-@kernel
-def forces_returning_all(zones, displacement, force, cycles):
-    """Compute ``zone_forces``, with the return mapping for every zone, also within the yield surface."""
-    work = zones.work[0]
-    for _ in range(cycles):
-        for batch in range(zones.first_dof.size - 1):
-            start, first = zones.first_dof[batch], zones.first_corner[zones.pattern[batch]]
-            shape, memory = zones.first_shape[batch], zones.first_memory[batch]
-            moduli = zones.moduli[batch]
-            for i in range(zones.first_corner[zones.pattern[batch] + 1] - first):
-                corners, cell = zones.corners[first + i], zones.shapes[shape + i]
-                gather(displacement, start, corners, work)
-                trial_cell(work, cell, zones.memory[memory + i], moduli)
-                work.beyond[:] = 1.0
-                plastic_correction(work, cell, zones.memory[memory + i], moduli)
-                scatter(work, start, corners, force)
-
-
-@kernel
-def forces_as_they_are(zones, displacement, force, cycles):
-    """Add the forces of zones repeatedly."""
-    for _ in range(cycles):
-        zone_forces(zones, displacement, force)
-
-
-def returned(number: int, quick: bool) -> Row:
-    """Time the forces of elastic zones with a strength, with the return mapping where needed, or for all."""
-    scene = explicit_deformable().scene
-    run = DampedTimeStepping(wall_model(scene), scene.solver)
-    assert run.start_from_elastic_solution()
-    assert run.zones is not None
-    zones, moved, cycles = run.zones.packed[1], run.motion.displacement, 4 if quick else CYCLES
-    row: Row = {}
-    force = {way: np.zeros_like(moved) for way in ("on", "off")}
-    kernels = {"on": forces_as_they_are, "off": forces_returning_all}
-    for way in ("on", "off") if number % 2 else ("off", "on"):
-        kernels[way](zones, moved, force[way], 1)
-        began = time.process_time()
-        kernels[way](zones, moved, force[way], cycles)
-        row[f"seconds_{way}"] = time.process_time() - began
-    apart = np.abs(force["on"] - force["off"]).max() / np.abs(force["on"]).max()
-    return row | {"upwards": float(apart), "sideways": float(apart)}
-
-
 PARTS: dict[str, Part] = {
     "stop": Part(
         "the movement after the category of interest (3)",
@@ -169,12 +120,6 @@ PARTS: dict[str, Part] = {
         stop,
     ),
     "shared": Part("geometry and gauges of samples that share them", "caches emptied", "sampled window walls", shared),
-    "return": Part(
-        "return mapping of zones within the yield surface",
-        "another loop over the same kernels",
-        "elastic zones with a strength",
-        returned,
-    ),
     "zones kept": Part("zones in the results", "`solve(..., store_zones=True)`, the default", "deformable", zones_kept),
     "path kept": Part(
         "increments before the end of a sample's movement",

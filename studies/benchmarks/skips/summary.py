@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,38 +26,36 @@ def medians(rows: pd.DataFrame) -> pd.DataFrame:
     return found.sort_values("skip", key=lambda s: s.map(order), kind="stable")
 
 
+def headline(folder: Path) -> str:
+    """Return the skips that save most, in a sentence."""
+    best = medians(pd.read_csv(folder / "data.csv")).query("skip in @SKIPS.keys()").nlargest(3, "ratio")
+    return "most is saved by " + "; ".join(f"{r.skip}: {r.ratio:.2g} times ({r.wall})" for r in best.itertuples())
+
+
 def text(folder: Path) -> str:
     """Return for each skip and wall the ratio of times and the differences; and the unmeasured skips."""
     found = medians(pd.read_csv(folder / "data.csv"))
-    lines: list[dict[str, Any]] = []
-    unmeasured = []
-    for skip, one in {**SKIPS, **PARTS}.items():
-        own = found[found["skip"] == skip]
-        if own.empty:
-            unmeasured.append(f"{one.what} ({skip})")
-            continue
-        changes = own[["upwards", "sideways"]].max(axis=1)
-        lines.append(
-            {
-                "skip": skip,
-                "skipped": one.what,
-                "times as fast, or as small": "; ".join(f"{r['wall']} {r['ratio']:.2f}" for _, r in own.iterrows()),
-                "saved of the time, or size": "; ".join(f"{1 - 1 / r['ratio']:.0%}" for _, r in own.iterrows()),
-                "displacements differ by, over the movement": "; ".join(
-                    "" if v != v else f"{v:.0e}" if v else "0" for v in changes
-                ).strip("; "),
-                "contacts cracked otherwise": "; ".join("" if v != v else f"{v:.0f}" for v in own["otherwise"]).strip(
-                    "; "
-                ),
-            }
-        )
+    known = {**SKIPS, **PARTS}
+
+    def joined(values: pd.Series, form: str) -> str:
+        return "; ".join("" if v != v else format(v, form) if v else "0" for v in values).strip("; ")
+
+    lines = [
+        {
+            "skip": name,
+            "skipped": known[str(name)].what,
+            "times as fast, or as small": "; ".join(f"{r.wall} {r.ratio:.2f}" for r in own.itertuples()),
+            "displacements differ by, over the movement": joined(own[["upwards", "sideways"]].max(axis=1), ".0e"),
+            "contacts cracked otherwise": joined(own["otherwise"], ".0f"),
+        }
+        for name, own in found.groupby("skip", sort=False)
+    ]
     parts = [
         f"Runs with and without alternate, {found['rounds'].min()} to {found['rounds'].max()} times each; walls are in "
         "the same order in each column.",
         markdown(pd.DataFrame(lines)),
+        "Not turned off there:",
+        "\n".join(f"- {what}: {why}" for what, why in NOT_TURNED_OFF.items()),
     ]
-    if unmeasured:
-        parts += ["Not measured yet:", "\n".join(f"- {line}" for line in unmeasured)]
-    return "\n\n".join(
-        (*parts, "Not turned off there:", "\n".join(f"- {what}: {why}" for what, why in NOT_TURNED_OFF.items()))
-    )
+    missing = [f"- {one.what} ({name})" for name, one in known.items() if name not in set(found["skip"])]
+    return "\n\n".join(parts + (["Not measured yet:", "\n".join(missing)] if missing else []))

@@ -16,7 +16,7 @@ from damagepred.scene import Dynamics, Joint, Solver
 from damagepred.solvers.driver import Outcome
 from damagepred.solvers.dynamics.time_step import highest_frequency, time_step
 from damagepred.solvers.explicit.stepper import ExplicitStepper
-from studies.benchmarks.stress.case import Case, Check, Found
+from studies.benchmarks.stress.case import IN_TIME, Case, Check, Found
 
 STEPS = 1_000_000
 BOND = Joint(tensile_strength=1e15, cohesion=1e15)
@@ -139,84 +139,35 @@ def made_by_bouncing(found: Found) -> Check:
 
 def chatter() -> list[Case]:
     """Return a block that chatters, with decreasing steps, and with a little damping."""
-    undamped = [
+    little = {"damping": "rayleigh", "damping_ratio": 0.05, "frequency": 0.5, "second_frequency": 1000.0}
+    tried: dict[str, dict[str, Any]] = {
+        **{f"undamped, step {share:g} of the limit": {"time_step_safety": share} for share in (0.5, 0.25, 0.1)},
+        "undamped, step left to the solver": {},
+        "a little damped, step 0.5 of the limit": little,
+    }
+    return [
         Case(
             "chatter",
-            f"undamped, step {share:g} of the limit",
+            name,
             chattering,
             check=made_by_bouncing,
-            dynamics=lambda model, s=share: Dynamics(duration=0.2, outputs=20, start="unstressed", time_step_safety=s),
-            ways=("in time, rigid", "in time, deformable"),
+            dynamics=lambda model, more=more: Dynamics(duration=0.2, outputs=20, start="unstressed", **more),
+            ways=IN_TIME,
         )
-        for share in (0.5, 0.25, 0.1)
+        for name, more in tried.items()
     ]
-    undamped.append(
-        Case(
-            "chatter",
-            "undamped, step left to the solver",
-            chattering,
-            check=made_by_bouncing,
-            dynamics=lambda model: Dynamics(duration=0.2, outputs=20, start="unstressed"),
-            ways=("in time, rigid", "in time, deformable"),
-        )
-    )
-    little = Dynamics(
-        duration=0.2,
-        outputs=20,
-        start="unstressed",
-        damping="rayleigh",
-        damping_ratio=0.05,
-        frequency=0.5,
-        second_frequency=1000.0,
-    )
-    damped = Case(
-        "chatter",
-        "a little damped, step 0.5 of the limit",
-        chattering,
-        check=made_by_bouncing,
-        dynamics=lambda model: little,
-        ways=("in time, rigid", "in time, deformable"),
-    )
-    return [*undamped, damped]
 
 
 def cases() -> list[Case]:
     """Return all cases."""
-    rigid, both = ("in time, rigid",), ("in time, rigid", "in time, deformable")
+    endless = {"most_steps": np.inf}
+    unstressed = steps_of(STEPS, start="unstressed")
+    rings = steps_of(STEPS, start="equilibrium", new_contacts=False)
+    family, explicit = "a million steps", ("explicit, rigid", "explicit, deformable")
     return [
-        Case(
-            "a million steps",
-            "a bonded pair flies and turns",
-            pair,
-            check=momentum,
-            dynamics=steps_of(STEPS, start="unstressed"),
-            ways=both,
-            most_steps=np.inf,
-        ),
-        Case(
-            "a million steps",
-            "a bonded stack rings",
-            ringing,
-            check=drift,
-            dynamics=steps_of(STEPS, start="equilibrium", new_contacts=False),
-            ways=both,
-            most_steps=np.inf,
-        ),
-        Case(
-            "a million steps",
-            "a dry pier rocks",
-            rocking,
-            dynamics=steps_of(STEPS, start="unstressed"),
-            ways=rigid,
-            most_steps=np.inf,
-        ),
-        Case(
-            "a million steps",
-            "a dry wall at rest",
-            dry_wall,
-            check=still,
-            follow=goes_on,
-            ways=("explicit, rigid", "explicit, deformable"),
-        ),
+        Case(family, "a bonded pair flies and turns", pair, "", momentum, dynamics=unstressed, ways=IN_TIME, **endless),
+        Case(family, "a bonded stack rings", ringing, "", drift, dynamics=rings, ways=IN_TIME, **endless),
+        Case(family, "a dry pier rocks", rocking, dynamics=unstressed, ways=IN_TIME[:1], **endless),
+        Case(family, "a dry wall at rest", dry_wall, "", still, follow=goes_on, ways=explicit),
         *chatter(),
     ]

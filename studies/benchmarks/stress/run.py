@@ -42,8 +42,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--family", action="append", default=[], help="only this family (repeat for more)")
     parser.add_argument("--way", action="append", default=[], help="only this solver, as 'explicit, rigid'")
-    parser.add_argument("--limit", type=float, default=120.0, help="seconds that one case may take (120)")
-    parser.add_argument("-j", "--processes", type=int, default=1, help="number of processes (1)")
+    parser.add_argument("--limit", type=float, default=60.0, help="seconds that one case may take (60)")
+    parser.add_argument(
+        "-j", "--processes", type=int, default=2, help="number of processes (2): times are not the result"
+    )
     parser.add_argument("--csv", type=Path, default=CASES, help="file of the rows")
     parser.add_argument("--fresh", action="store_true", help="delete the stored rows")
     parser.add_argument("--quick", action="store_true", help=f"every {EVERY}th case, storing nothing")

@@ -50,6 +50,12 @@ def in_a_word(rows: pd.DataFrame) -> str:
     )
 
 
+def headline(folder: Path) -> str:
+    """Return the number of wrong and failed runs, in a sentence."""
+    count = read(folder / "cases.csv")["verdict"].value_counts()
+    return f"of {count.sum()} runs {count.get('WRONG', 0)} are wrong, {count.get('FAILED', 0)} failed"
+
+
 def listed(rows: pd.DataFrame, verdict: str, most: int = 60) -> str:
     """Return the cases of one verdict, with their messages."""
     here = rows[rows["verdict"] == verdict]

@@ -39,29 +39,21 @@ MODELS = [
     ("zones", "default size"),
 ]
 """References, the best first; the next two give the error of the first available one."""
-SEQUENCES = {
-    "zone size, Lobatto 7 and 3": [("zones", "60 mm"), ("zones", "40 mm"), (FINEST, "30 mm, Lobatto 7")],
-    "increments": [("increments", "40"), ("increments", "80"), (SOLID, "160 increments"), (SOLID, "320 increments")],
-    "explicit ramp": [
-        ("explicit ramp", "300"),
-        ("explicit ramp", "1000"),
-        ("explicit ramp", "3000"),
-        ("explicit", "default"),
-    ],
-    "explicit tolerance": [
-        ("explicit tolerance", "0.1"),
-        ("explicit tolerance", "0.01"),
-        ("explicit", "default"),
-        ("explicit tolerance", "0.0001"),
-    ],
-    "midpoint contacts": [
-        ("contacts", "midpoint 2"),
-        ("contacts", "midpoint 3"),
-        ("contacts", "midpoint 5"),
-        ("contacts", "midpoint 9"),
-    ],
+SEQUENCES: dict[str, dict[tuple[str, str], float]] = {
+    "zone size, Lobatto 7 and 3": {("zones", "60 mm"): 60, ("zones", "40 mm"): 40, (FINEST, "30 mm, Lobatto 7"): 30},
+    "increments": {("increments", "80"): 4, (SOLID, "160 increments"): 2, (SOLID, "320 increments"): 1},
+    "explicit ramp": {
+        **{("explicit ramp", n): 1 / float(n) for n in ("1000", "3000")},
+        ("explicit", "default"): 1e-4,
+    },
+    "explicit tolerance": {
+        ("explicit tolerance", "0.01"): 1e-2,
+        ("explicit", "default"): 1e-3,
+        ("explicit tolerance", "0.0001"): 1e-4,
+    },
+    "midpoint contacts": {("contacts", f"midpoint {n}"): 1 / n for n in (3, 5, 9)},
 }
-"""Refinements of which the order is observed: the last step of each over the one before."""
+"""Three refinements of which the order is observed, with their sizes."""
 
 FINE_ENOUGH = 0.01
 
@@ -191,23 +183,16 @@ def orders(rows: pd.DataFrame) -> pd.DataFrame:
     With values f_1, f_2, f_3 at sizes h_1 > h_2 > h_3 the order p solves
     (f_1 - f_2)/(f_2 - f_3) = (h_1^p - h_2^p)/(h_2^p - h_3^p).
     """
-    sizes = {
-        "zone size, Lobatto 7 and 3": (60.0, 40.0, 30.0),
-        "increments": (8.0, 4.0, 2.0, 1.0),
-        "explicit ramp": (1 / 300, 1 / 1000, 1 / 3000, 1 / 10000),
-        "explicit tolerance": (1e-1, 1e-2, 1e-3, 1e-4),
-        "midpoint contacts": (1 / 2, 1 / 3, 1 / 5, 1 / 9),
-    }
     found = []
     for scene, own in solved(rows).groupby("scene", sort=False):
         known = {(r["axis"], r["value"]): r for _, r in own.iterrows()}
         for name, sequence in SEQUENCES.items():
-            if any(key not in known for key in sequence[-3:]):
+            if any(key not in known for key in sequence):
                 continue
-            steps = [known[key] for key in sequence[-3:]]
+            steps = [known[key] for key in sequence]
             for quantity in QUANTITIES:
                 at = [values_of(row, quantity)[-1] for row in steps]
-                order = observed_order(at, sizes[name][-3:], 1e-7 * max(abs(at[-1]), LEAST[quantity]))
+                order = observed_order(at, tuple(sequence.values()), 1e-7 * max(abs(at[-1]), LEAST[quantity]))
                 if np.isfinite(order):
                     found.append({"scene": scene, "refinement": name, "quantity": quantity, "order": order})
     return pd.DataFrame(found, columns=["scene", "refinement", "quantity", "order"])

@@ -1,0 +1,145 @@
+"""The one way to run the cases of a benchmark: each in a process with a time limit, each a row of a file when it ends.
+
+A case is a tuple, its key; the columns of the key name it in the file. Rows that are there are not measured again, so
+the same call resumes an interrupted one. Every row has the version of the package and the date of its measurement.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import TimeoutError as TooLateError
+from contextlib import ExitStack
+from datetime import UTC, datetime
+from numbers import Number
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from pebble import ProcessExpired, ProcessPool
+
+from damagepred.archive.files import write_whole
+from studies.benchmarks.pages import version
+
+Key = tuple[Any, ...]
+Row = dict[str, Any]
+TOLD = ("seconds", "seconds_on", "status", "end", "message")
+"""Columns of which the first that a case has is printed."""
+EVERY = 50
+"""Cases after which the progress is printed, if not each is."""
+
+
+def read(file: Path) -> pd.DataFrame:
+    """Return the rows of a file as far as they are measured; empty cells are NaN."""
+    return pd.read_csv(file, low_memory=False) if file.exists() else pd.DataFrame()
+
+
+def write(rows: Sequence[Row], file: Path, digits: int = 5) -> None:
+    """Write rows at once or not at all: an interruption loses no earlier row."""
+    table = pd.DataFrame(rows)
+    write_whole(file, lambda path: table.to_csv(path, index=False, float_format=f"%.{digits}g", lineterminator="\n"))
+
+
+def keys_in(file: Path, columns: Sequence[str]) -> set[tuple[str, ...]]:
+    """Return the keys of the rows of a file, as text."""
+    return {tuple(_cell(row[name]) for name in columns) for row in read(file).to_dict("records")}
+
+
+def _cell(value: Any) -> str:
+    """Return a value of a key as a file has it, whether as a number or as text."""
+    return f"{value:g}" if isinstance(value, Number) else str(value)
+
+
+def stamp() -> Row:
+    """Return version and date of a measurement."""
+    return {"version": version(), "date": f"{datetime.now(UTC):%Y-%m-%d}"}
+
+
+def run(
+    keys: Sequence[Key],
+    columns: Sequence[str],
+    work: Callable[..., Row],
+    lost: Callable[[Key, str], Row],
+    file: Path,
+    limit: float,
+    *,
+    processes: int = 1,
+    fresh_process: bool = False,
+    leave_out: Callable[[Key, list[Row]], Row | None] | None = None,
+    digits: int = 5,
+    each: bool = True,
+) -> None:
+    """Measure the cases that are not in a file.
+
+    Parameters
+    ----------
+    keys : sequence of tuple
+        The cases.
+    columns : sequence of str
+        Columns of the key.
+    work : callable
+        Values of a key -> its row, in a process that may hang or die.
+    lost : callable
+        Key and reason -> row of a case that hung or died.
+    file : Path
+        Of the rows.
+    limit : float
+        Wall-clock time of a case (s).
+    processes : int
+        How many at a time: 1 where times are the result.
+    fresh_process : bool
+        Whether each case has a new process: where memory is the result.
+    leave_out : callable, optional
+        Key and rows so far -> the row of a case that is not run.
+    digits : int
+        Of the numbers.
+    each : bool
+        Whether every case is printed.
+    """
+    rows = read(file).to_dict("records")
+    known = keys_in(file, columns)
+    todo = [key for key in keys if tuple(map(_cell, key)) not in known]
+    waiting: deque[tuple[Key, Any]] = deque()
+    mark, began = stamp(), time.perf_counter()
+    done = 0
+
+    def take(key: Key, found: Row) -> None:
+        nonlocal done
+        done += 1
+        rows.append({**dict(zip(columns, key, strict=True)), **found, **mark})
+        write(rows, file, digits)
+        if each or done % EVERY == 0 or done == len(todo):
+            result = next((found[name] for name in TOLD if name in found), "")
+            told = f"{', '.join(map(str, key))}: {f'{result:.3g} s' if isinstance(result, float) else result}"
+            spent = f"{done} of {len(todo)}, {time.perf_counter() - began:.0f} s"
+            print(f"{spent}; {told}" if each else spent, file=sys.stderr, flush=True)
+
+    def finish() -> None:
+        key, future = waiting.popleft()
+        try:
+            found = future.result()
+        except TooLateError:
+            found = lost(key, f"took longer than {limit:g} s")
+        except ProcessExpired as error:
+            found = lost(key, f"the process died: {error}")
+        take(key, found)
+
+    context = multiprocessing.get_context("fork")
+    with (
+        ProcessPool(max_workers=processes, max_tasks=int(fresh_process), context=context) as pool,
+        ExitStack() as at_end,
+    ):
+        at_end.callback(pool.stop)  # when interrupted: otherwise the pool waits for all submitted cases
+        for key in todo:
+            left = None if leave_out is None else leave_out(key, rows)
+            if left is not None:
+                take(key, left)
+                continue
+            waiting.append((key, pool.schedule(work, args=list(key), timeout=limit)))
+            if leave_out is not None and len(waiting) >= processes:
+                finish()
+        while waiting:
+            finish()
