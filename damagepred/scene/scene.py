@@ -282,12 +282,6 @@ class Scene:
             raise ValueError("strain.temperature_swing: needs a history, [[movement.stage]] or [movement.seasons]")
         if by_time and not timed:
             raise ValueError("creep.relaxation_time: needs a history whose stages have times (years), or seasons")
-        moved = self.movement.shape == "jacks" or (self.movement.prescribed and self.footing_model != "none")
-        if moved and (by_time or self.strain_of_increments is not None):
-            raise ValueError(
-                "strain, creep.relaxation_time: in a history they go with a mound, or a prescribed shape without a "
-                "footing of its own; leave them out on jacks and under solver.footing = 'deformable'"
-            )
 
     @property
     def strain_of_increments(self) -> FloatArray | None:

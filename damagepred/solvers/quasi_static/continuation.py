@@ -438,7 +438,7 @@ class Continuation:
             equilibrium.tangent, load_increment, equilibrium.missing_deflection(ahead, state.displacement)
         )
         ahead.displacement += step
-        ahead.displacement[supports.prescribed] = supports.displacement(ahead.load_factor)
+        ahead.displacement[supports.prescribed] = self.model.support_displacement(ahead.load_factor)
         equilibrium.complete(ahead)
         if equilibrium.has_diverged(ahead):
             return state.displacement, 1.0
