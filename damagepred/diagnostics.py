@@ -6,7 +6,7 @@ the guide's reference read name, unit, meaning and label from the field.
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from functools import cache
 from typing import Any
 
@@ -95,7 +95,7 @@ class Counters:
 
     def since(self, before: Counters) -> Counters:
         """Return the work done since earlier counters."""
-        return Counters(*(now - then for now, then in zip(astuple(self), astuple(before), strict=True)))
+        return Counters(*(now - then for now, then in zip(vars(self).values(), vars(before).values(), strict=True)))
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class Energies:
 
     def twice(self) -> Energies:
         """Return the balance of a wall of which this is one half."""
-        return Energies(*(2 * value for value in astuple(self)))
+        return Energies(*(2 * value for value in vars(self).values()))
 
 
 @cache

@@ -15,6 +15,7 @@ from damagepred.assembly.interfaces import (
     Geometry,
     bodies_of,
     cut,
+    displacement_by_strain,
     ground_movement,
     growing_ground,
     in_order,
@@ -22,6 +23,7 @@ from damagepred.assembly.interfaces import (
     number_joints,
     outlines,
     place_contacts,
+    with_strain,
 )
 from damagepred.assembly.mesh import Mesh, default_zone_size, mesh_of
 from damagepred.assembly.model import Blocks, Jambs, Model, Supports
@@ -47,6 +49,9 @@ BEARING_WIDTH = 1e-4
 
 LARGEST_DISPLACEMENT = 1e4
 """Displacement (m, rad) that is taken for a slip of the unit beyond."""
+
+LARGEST_STRAIN = 0.01
+"""Strain of a block, as in ``[strain]``."""
 
 NO_JAMBS = Jambs.none()
 
@@ -127,6 +132,7 @@ class Assembly:
         self._holds: list[Hold] = []
         self._tractions: list[Traction] = []
         self._velocity: dict[int, tuple[float, float, float]] = {}
+        self._strain: dict[int, float] = {}
 
     @property
     def n_blocks(self) -> int:
@@ -333,6 +339,23 @@ class Assembly:
                 f"block {block}: displacement", value, -LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT, unit="m or rad"
             )
             self._prescribed[3 * self._check(block) + axis] = amount
+
+    @checked
+    def strain(self, block: int, strain: float) -> None:
+        """Give a block a strain that it would have if nothing held it: growth, shrinkage or temperature.
+
+        It grows in proportion to the movement, from nothing under the dead load, in all directions alike.
+
+        Parameters
+        ----------
+        block : int
+            Its number.
+        strain : float
+            At full movement (1), longer is positive.
+        """
+        self._strain[self._check(block)] = require_number(
+            f"block {block}: strain", strain, -LARGEST_STRAIN, LARGEST_STRAIN, unit="1"
+        )
 
     @checked
     def hold_points(self, block: int, where: Where, *, x: Amount | None = None, y: Amount | None = None) -> None:
@@ -614,11 +637,15 @@ class Assembly:
         middle = float(blocks.vertices[:, 0].min()) + extent / 2
         growth = self._ground_growth
         profile = self._ground_profile if growth is None else lambda x: growth(x, 1.0)
+        ground = ground_movement(geometry, profile) if growth is None else growing_ground(geometry, growth)
+        if self._strain:
+            strains = np.array([self._strain.get(block, 0.0) for block in range(self.n_blocks)])
+            ground = with_strain(ground, displacement_by_strain(geometry, strains))
         return Model(
             blocks=blocks,
             interfaces=geometry.interfaces,
             properties=properties,
-            ground=ground_movement(geometry, profile) if growth is None else growing_ground(geometry, growth),
+            ground=ground,
             supports=held_too(
                 Supports(
                     prescribed=np.array(prescribed, dtype=np.int64),

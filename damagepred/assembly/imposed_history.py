@@ -151,6 +151,13 @@ class ImposedHistory(GroundMovement):
         """Return the largest displacement (m), which may stand all along the path."""
         return max(state.largest() for state in self.states())
 
-    def load_factor_at(self, coordinate: FloatArray) -> FloatArray:
-        """Return the load factors of the movement at path coordinates; NaN where these are."""
-        return np.interp(coordinate, self.coordinates, self.history.load_factors)
+    def load_factor_at(self, coordinate: float) -> float:
+        """Return the load factor of the movement at a path coordinate."""
+        return float(np.interp(coordinate, self.coordinates, self.history.load_factors))
+
+    def load_factor_rate(self, coordinate: float) -> float:
+        """Return the load factor per path coordinate in the step that begins at a coordinate (1)."""
+        last = len(self.coordinates) - 2
+        piece = slice(min(int(np.searchsorted(self.coordinates, coordinate, side="right")) - 1, last), None)
+        (before, after), (start, end) = self.history.load_factors[piece][:2], self.coordinates[piece][:2]
+        return float((after - before) / (end - start))

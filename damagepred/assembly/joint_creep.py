@@ -62,14 +62,8 @@ class JointCreep(NamedTuple):
         springs = whole[0][:, None], whole[1][:, None]
         return cls((normal, shear), springs, time * (1.0 + creep.coefficient), time)
 
-    def viscous_displacement(self, start: Pair, stresses: Pair, years: float) -> Pair:
-        """Return the displacement of the Kelvin units after some years at constant opening and slip (m).
-
-        The stress then decays exponentially, and the viscous displacement d approaches phi / (1 + phi) times that of
-        spring and unit together, with the retardation time t_r (exponential algorithm for a standard linear solid;
-        Taylor, Pister and Goudreau 1970; Simo and Hughes 1998, ch. 10) ::
-
-            d += (1 - e^(-t (1 + phi) / t_r)) (phi / (1 + phi) (stress / k + d) - d)
+    def ahead(self, start: Pair, stresses: Pair, years: float) -> Pair:
+        """Return the displacement of the Kelvin units after a step at constant opening and slip (m).
 
         Parameters
         ----------
@@ -80,10 +74,56 @@ class JointCreep(NamedTuple):
         years : float
             Duration.
         """
-
-        def after(d: FloatArray, stress: FloatArray, phi: FloatArray, stiffness: FloatArray) -> FloatArray:
-            approach = -np.expm1(-years * (1.0 + phi) / self.retardation_time)
-            return np.asarray(d + approach * (phi / (1.0 + phi) * (stress / stiffness + d) - d))
-
-        normal, shear = (after(*of) for of in zip(start, stresses, self.coefficients, self.stiffness))
+        normal, shear = (units.at_rest() for units in self._units(start, stresses, years))
         return normal, shear
+
+    def after(self, start: Pair, stresses: Pair, stresses_after: Pair, years: float) -> Pair:
+        """Return the displacement of the Kelvin units after a step, by the stresses at both of its ends (m).
+
+        Spring and unit together move by w = stress / k + d, which is taken as linear in the step. The equation
+        t_r d' = phi w - (1 + phi) d of the unit then has the solution ::
+
+            d_1 = d_0 e^-x + phi / (1 + phi) (w_0 (1 - e^-x) + (w_1 - w_0) (1 - (1 - e^-x) / x)),  x = t (1 + phi) / t_r
+
+        With w_1 = stress_1 / k + d_1 it is a linear equation in d_1 (recursion for a standard linear solid; Taylor,
+        Pister and Goudreau 1970; Simo and Hughes 1998, ch. 10). It is exact at constant w, and of second order else.
+
+        Parameters
+        ----------
+        start : (array (m, q), array (m, q))
+            Displacement of the units at the start (m).
+        stresses, stresses_after : (array (m, q), array (m, q))
+            Normal and shear stress at the start and at the end (Pa).
+        years : float
+            Duration.
+        """
+        units = self._units(start, stresses, years)
+        normal, shear = (one.with_stress(stress) for one, stress in zip(units, stresses_after))
+        return normal, shear
+
+    def _units(self, start: Pair, stresses: Pair, years: float) -> list[_KelvinUnits]:
+        """Return the Kelvin units along normal and tangent in a step."""
+        return [
+            _KelvinUnits(d, stress / stiffness + d, stiffness, phi, years * (1.0 + phi) / self.retardation_time)
+            for d, stress, stiffness, phi in zip(start, stresses, self.stiffness, self.coefficients)
+        ]
+
+
+class _KelvinUnits(NamedTuple):
+    """Kelvin units in a step: displacement d at its start, w with their springs (m), stiffness of these, phi and x."""
+
+    start: FloatArray
+    moved: FloatArray
+    stiffness: FloatArray
+    phi: FloatArray
+    duration: FloatArray
+
+    def at_rest(self) -> FloatArray:
+        """Return their displacement at the end, at constant w (m)."""
+        final = self.phi / (1.0 + self.phi) * self.moved
+        return self.start - np.expm1(-self.duration) * (final - self.start)
+
+    def with_stress(self, stress: FloatArray) -> FloatArray:
+        """Return their displacement at the end, where w has gone on linearly to a stress (Pa)."""
+        late = self.phi / (1.0 + self.phi) * (1.0 + np.expm1(-self.duration) / self.duration)
+        return (self.at_rest() + late * (stress / self.stiffness - self.moved)) / (1.0 - late)

@@ -116,7 +116,7 @@ def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick]) -> Model:
         deflection=loading.target,
         load=0.0,
         by_load=False,
-        stop="jacks",
+        stop="" if scene.movement.stage else "jacks",
         weights=np.append(weights, rest),
         after_load=True,
     )

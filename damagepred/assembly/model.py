@@ -248,6 +248,14 @@ class GroundMovement:
         found: Ground = self._last[1]
         return found
 
+    def load_factor_at(self, coordinate: float) -> float:
+        """Return the load factor of the movement at a path coordinate; the two differ in an ``ImposedHistory``."""
+        return coordinate
+
+    def load_factor_rate(self, coordinate: float) -> float:
+        """Return the load factor per path coordinate in the step that begins at a coordinate (1)."""
+        return 1.0
+
     def states(self) -> tuple[Ground, ...]:
         """Return the states that stand for all of the movement: the full one, and others where the form changes."""
         if self.proportional:
@@ -528,6 +536,10 @@ class Model:
         course = int(self.blocks.course[block])
         where = f"x = {self.blocks.x[block]:.3g} m, y = {self.blocks.y[block]:.3g} m"
         return f"block {block} ({where}" + (f", course {course + 1})" if course >= 0 else ")")
+
+    def support_displacement(self, coordinate: float) -> FloatArray:
+        """Return the prescribed displacements (p,) at a path coordinate (m, rad)."""
+        return self.supports.displacement(self.ground.load_factor_at(coordinate))
 
     @cached_property
     def joint_parameters(self) -> np.ndarray:

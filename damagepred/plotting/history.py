@@ -160,7 +160,8 @@ def draw_hysteresis(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     require(ds, ("stage", "crack_width_worst"), "the result of one wall whose movement has stages")
     ax = axes_or_new(ax, 7.0, 5.0)
     measure = movement_measure(ds)
-    x = np.sign(ds["progress"].values) * ds[measure].values * MM
+    in_test = measure == "load_displacement"  # has a sign of its own
+    x = (1.0 if in_test else np.sign(ds["progress"].values)) * ds[measure].values * MM
     has_dpc = "contact_kind" in ds.variables and bool((ds["contact_kind"].values == ContactKind.DPC).any())
     name, said = ("dpc_opening_max", "widest dpc opening") if has_dpc else ("crack_width_max", "widest crack")
     y = ds[name].values * MM
@@ -171,7 +172,7 @@ def draw_hysteresis(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.axvline(0.0, color="0.5", linewidth=0.8, linestyle=":")
     ax.set_xlabel(f"{measure.replace('_', ' ')}, signed (mm)")
     ax.set_ylabel(f"{said} (mm)")
-    set_title(ax, title_of(ds, "wall"), "dotted: level ground")
+    set_title(ax, title_of(ds, "wall"), f"dotted: {'no displacement' if in_test else 'level ground'}")
     return ax
 
 

@@ -71,14 +71,14 @@ class Loading:
     """What of a test is controlled (``[loading]``), read with ``[movement] shape = "loads"``.
 
     The test begins under the dead load. What is controlled grows in the increments of the movement to the value that is
-    given here. All that is measured counts from the dead load.
+    given here; stages of the movement make cycles of it. All that is measured counts from the dead load.
 
     Attributes
     ----------
     control : {"force", "displacement", "opening"}
         ``force``: the load of all strips; the path ends at the largest that the wall carries. ``displacement``: of the
         strips in the direction of their loads, by their shares. ``opening``: the gauge's. With the last two the load is
-        found, and may fall; the path ends where it falls to nothing.
+        found, and may fall; without stages the path ends where it falls to nothing.
     force : float or None
         Load of all strips together at the end (N).
     displacement : float or None

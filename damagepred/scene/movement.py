@@ -34,6 +34,9 @@ class Stage:
         Deflection of the centre when the stage ends (m), not negative; 0 is level ground. Not for mounds.
     surface_movement : float or None
         For mounds, in its place: the surface movement when the stage ends (m).
+    load_factor : float or None
+        For laboratory tests, in its place: what ``[loading]`` controls when the stage ends, over the value there (1).
+        Below 0 loads and displacement have turned round.
     increments : int
         Number of equal increments.
     time : float or None
@@ -52,9 +55,15 @@ class Stage:
     kind: Literal["dishing", "doming"] = "dishing"
     central_deflection: Length | None = Field(default=None, ge=0)
     surface_movement: Length | None = Field(default=None, ge=0)
+    load_factor: Pure | None = Field(default=None, ge=-1, le=1)
     increments: Count = Field(default=10, ge=1)
     time: Years | None = Field(default=None, gt=0)
     strain: Pure | None = Field(default=None, ge=-0.01, le=0.01)
+
+    @property
+    def size(self) -> float:
+        """Deflection, surface movement (m) or load factor (1) when the stage ends."""
+        return self.surface_movement or self.central_deflection or self.load_factor or 0.0
 
 
 class History(NamedTuple):
@@ -136,23 +145,32 @@ class Movement:
     def _stages_fit(self) -> Movement:
         if self.shape == "loads":
             object.__setattr__(self, "central_deflection", 0.0)
-            if self.stage or self.seasons is not None:
-                raise ValueError("stage: a test under loads has none; its loads only grow")
+            if self.seasons is not None:
+                raise ValueError("seasons: a test under loads has none; give [[movement.stage]] for its cycles")
         if self.seasons is not None:
             self._take_stages(self.seasons)
         if self.history is not None:
             raise ValueError("history: names a CSV file beside a scene file; here give stage instead")
         if not self.stage:
             return self
-        wanted, other = ("surface_movement", "central_deflection")[:: 1 if self.shape == "mound" else -1]
-        if any(getattr(s, wanted) is None or getattr(s, other) is not None for s in self.stage):
-            raise ValueError(f"stage: with shape = '{self.shape}' each stage has a {wanted}, and no {other}")
+        sizes = {"mound": "surface_movement", "loads": "load_factor"}
+        wanted = sizes.get(self.shape, "central_deflection")
+        others = [name for name in ("central_deflection", "surface_movement", "load_factor") if name != wanted]
+        if any(getattr(s, wanted) is None or any(getattr(s, n) is not None for n in others) for s in self.stage):
+            raise ValueError(
+                f"stage: with shape = '{self.shape}' each stage has a {wanted}, and no {' or '.join(others)}"
+            )
         if self.shape == "jacks" and any(s.kind != self.kind for s in self.stage if s.central_deflection):
             raise ValueError(f"stage: jacks push one way; with kind = '{self.kind}' all stages are of that kind")
         times = [0.0 if s.time is None else s.time for s in self.stage]
         if any(times) and any(b <= a for a, b in itertools.pairwise([0.0, *times])):
             raise ValueError("stage: time must rise from stage to stage, and all stages have one, or none")
-        if self.shape != "mound":
+        if self.shape == "loads" and self.largest != 1.0:
+            raise ValueError(
+                f"stage: the largest load_factor of all stages must be 1 or -1; it is {self.largest:g}. [loading] has "
+                "the largest value of the test"
+            )
+        if self.shape not in sizes:
             self.require_largest("central_deflection", self.central_deflection)
         return self
 
@@ -172,8 +190,8 @@ class Movement:
 
     @property
     def largest(self) -> float:
-        """Largest deflection of all stages, on a mound the largest surface movement (m); 0 without stages."""
-        return max((s.surface_movement or s.central_deflection or 0.0 for s in self.stage), default=0.0)
+        """Largest size of all stages; 0 without stages."""
+        return max((abs(s.size) for s in self.stage), default=0.0)
 
     def with_seed(self, *entropy: int) -> Movement:
         """Return the same movement with another seed of its seasons, which follows from whole numbers.
@@ -277,9 +295,8 @@ class Movement:
         """Return the increments of the stages; None without stages."""
         if not self.stage:
             return None
-        sizes = [s.surface_movement if s.central_deflection is None else s.central_deflection for s in self.stage]
         full = self.largest or 1.0
-        sides = [1.0 if s.kind == self.kind else -1.0 for s in self.stage]
+        sides = [1.0 if s.kind == self.kind or self.shape == "loads" else -1.0 for s in self.stage]
         counts = [s.increments for s in self.stage]
 
         def stepwise(ends: list[float]) -> FloatArray:
@@ -291,7 +308,7 @@ class Movement:
         for s in self.stage:
             strains.append(strains[-1] if s.strain is None else s.strain)
         return History(
-            stepwise([side * (size or 0.0) / full for side, size in zip(sides, sizes)]),
+            stepwise([side * s.size / full for side, s in zip(sides, self.stage)]),
             np.repeat(np.arange(len(counts) + 1), [1, *counts]),
             stepwise(times) if times else None,
             stepwise(strains[1:]) if any(strains) else None,
@@ -300,7 +317,7 @@ class Movement:
     @property
     def reverses(self) -> bool:
         """Whether a history goes beyond level ground, to the other side than ``kind``."""
-        return any(s.kind != self.kind and (s.central_deflection or s.surface_movement) for s in self.stage)
+        return any(s.kind != self.kind and s.size != 0.0 for s in self.stage)
 
     @property
     def increment_count(self) -> int:

@@ -272,6 +272,10 @@ class Scene:
         by_time = creep is not None and creep.relaxation_time is not None
         if self.dynamics is not None and (strain is not None or by_time):
             raise ValueError("strain, creep.relaxation_time: a run in time has none; leave out [dynamics], or these")
+        if self.movement.shape == "loads" and (by_time or self.strain_of_increments is not None):
+            raise ValueError(
+                "strain, creep.relaxation_time: a test in stages has none; leave them out, or [[movement.stage]]"
+            )
         timed = history is not None and history.time is not None
         still = history is not None and self.movement.largest == 0.0
         if still and not (by_time or self.strain_of_increments is not None):
@@ -282,12 +286,6 @@ class Scene:
             raise ValueError("strain.temperature_swing: needs a history, [[movement.stage]] or [movement.seasons]")
         if by_time and not timed:
             raise ValueError("creep.relaxation_time: needs a history whose stages have times (years), or seasons")
-        moved = self.movement.shape == "jacks" or (self.movement.prescribed and self.footing_model != "none")
-        if moved and (by_time or self.strain_of_increments is not None):
-            raise ValueError(
-                "strain, creep.relaxation_time: in a history they go with a mound, or a prescribed shape without a "
-                "footing of its own; leave them out on jacks and under solver.footing = 'deformable'"
-            )
 
     @property
     def strain_of_increments(self) -> FloatArray | None:

@@ -202,7 +202,8 @@ def _locate_collapse(
     if start is None or stepper.bracket.collapse is None:
         return replace(increment, last_stable_load_factor=stable)
     checkpoint, collapse = start.checkpoint, increment.load_factor
-    while collapse - stable > stepper.bracket.collapse:
+    forwards = 1.0 if collapse >= stable else -1.0
+    while abs(collapse - stable) > stepper.bracket.collapse:
         middle = 0.5 * (stable + collapse)
         stepper.restore(checkpoint)
         try:
@@ -213,11 +214,8 @@ def _locate_collapse(
             collapse = middle
         else:
             checkpoint, stable = stepper.checkpoint(), middle
-    broken_at = increment.broken_at
-    return replace(
-        increment,
-        load_factor=collapse,
-        last_stable_load_factor=stable,
-        # bonds that broke beyond the collapse load factor broke in the collapse
-        broken_at=None if broken_at is None else np.minimum(broken_at, collapse),
-    )
+    broken_at, end = increment.broken_at, increment.load_factor
+    if broken_at is not None:  # bonds that broke beyond the collapse load factor broke in the collapse
+        beyond = (forwards * (broken_at - collapse) > 0.0) & (forwards * (broken_at - end) <= 0.0)
+        broken_at = np.where(beyond, collapse, broken_at)
+    return replace(increment, load_factor=collapse, last_stable_load_factor=stable, broken_at=broken_at)

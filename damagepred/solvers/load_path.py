@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import ceil
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,14 @@ from damagepred.assembly.joint_creep import Pair
 from damagepred.assembly.model import Ground
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.system.options import CreepOptions
+
+
+class _UnitsInStep(NamedTuple):
+    """Kelvin units in a step: their displacement (m) and the stresses (Pa) at its start, and its duration (years)."""
+
+    displacement: Pair
+    stresses: Pair
+    years: float
 
 
 @dataclass
@@ -36,6 +45,7 @@ class LoadPath:
     coordinates: list[float]
     imposed: ImposedHistory | None
     longest_step: float
+    _units: _UnitsInStep | None = field(default=None, init=False)
 
     @classmethod
     def of(cls, model: Model, increments: int, creep: CreepOptions) -> LoadPath:
@@ -77,28 +87,34 @@ class LoadPath:
         return self.imposed is not None and self.imposed.creep is not None
 
     def creep(self, number: int, stresses: Pair, between: tuple[float, float]) -> None:
-        """Let the joints creep in a step, by the stresses at its start.
+        """Let the joints creep in a step.
+
+        The Kelvin units move as they would at constant opening. Once the stresses at the end of the step are known,
+        their displacement is found anew from those at both ends (predictor and corrector); the next step makes up
+        for the difference.
 
         Parameters
         ----------
         number : int
             Of the increment.
         stresses : (array (m, q), array (m, q))
-            Normal and shear stress (Pa).
+            Normal and shear stress at its start (Pa).
         between : (float, float)
             Path coordinates of the ends of the step.
         """
         imposed = self.imposed
         assert imposed is not None
         assert imposed.creep is not None
-        before = imposed.viscous.end
-        if number == 0 or before is None:
-            nothing = Ground(np.zeros_like(stresses[0]), np.zeros_like(stresses[1]))
+        nothing = Ground(np.zeros_like(stresses[0]), np.zeros_like(stresses[1]))
+        if number == 0:
+            self._units = None
             imposed.creep_between(nothing, nothing, (0.0, 1.0))
             return
+        last, before = self._units, imposed.viscous.end or nothing
+        units = before if last is None else imposed.creep.after(last.displacement, last.stresses, stresses, last.years)
         share = (between[1] - between[0]) / (self.coordinates[number] - self.coordinates[number - 1])
-        after = imposed.creep.viscous_displacement(before, stresses, share * self._years(number))
-        imposed.creep_between(before, Ground(*after), between)
+        self._units = _UnitsInStep(units, stresses, share * self._years(number))
+        imposed.creep_between(before, Ground(*imposed.creep.ahead(*self._units)), between)
 
     def _years(self, number: int) -> float:
         """Return the duration of an increment."""
@@ -117,10 +133,10 @@ class LoadPath:
         """
         if self.imposed is None:
             return increment
-        along = self.imposed.load_factor_at
+        known, broken_at = (self.imposed.coordinates, self.imposed.history.load_factors), increment.broken_at
         return replace(
             increment,
-            load_factor=float(along(np.array(increment.load_factor))),
-            last_stable_load_factor=float(along(np.array(increment.last_stable_load_factor))),
-            broken_at=None if increment.broken_at is None else along(increment.broken_at),
+            load_factor=self.imposed.load_factor_at(increment.load_factor),
+            last_stable_load_factor=self.imposed.load_factor_at(increment.last_stable_load_factor),
+            broken_at=None if broken_at is None else np.interp(broken_at, *known),
         )

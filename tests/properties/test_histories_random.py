@@ -1,5 +1,7 @@
 """Random histories of random small walls: dissipation is never negative, and closed cycles make no energy."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -50,6 +52,16 @@ def with_slow_strains(scene: Scene, seed: int) -> Scene:
     return Scene.from_dict(tables)
 
 
+def on_footing(scene: Scene, footing: str) -> Scene:
+    """Return the same scene with its footing on jacks, which push one way, or made of zones."""
+    tables = scene.to_dict()
+    if footing == "deformable":
+        return Scene.from_dict({**tables, "solver": {**tables["solver"], "footing": footing}})
+    stages = [{**stage, "kind": "doming"} for stage in tables["movement"]["stage"]]
+    movement = {**tables["movement"], "shape": footing, "kind": "doming", "stage": stages}
+    return Scene.from_dict({**tables, "movement": movement, "rig": {"stop_at_zero": False}})
+
+
 def check_energy(path: xr.Dataset) -> None:
     """Check that no part of the dissipation falls and that the balance closes, but for the energy error stated."""
     error = path["energy_error"].values
@@ -72,6 +84,24 @@ def test_strains_and_creep_make_no_energy(seed: int) -> None:
     path = damagepred.solve(with_slow_strains(random_scene(seed), seed))
     assert path.attrs["status"] == "complete"
     check_energy(path)
+
+
+@pytest.mark.parametrize(
+    ("footing", "seeds"),
+    [
+        ("jacks", (11, 16, 43)),
+        ("deformable", (11, 16, 24)),
+        pytest.param("jacks", range(60), marks=pytest.mark.slow),
+        pytest.param("deformable", range(30), marks=pytest.mark.slow),
+    ],
+)
+def test_strains_and_creep_on_a_footing_make_no_energy(footing: str, seeds: Sequence[int]) -> None:
+    for seed in seeds:
+        scene = random_scene(seed)
+        if scene.movement.shape != "mound":
+            path = damagepred.solve(on_footing(with_slow_strains(scene, seed), footing))
+            assert path.attrs["status"] == "complete"
+            check_energy(path)
 
 
 @pytest.mark.slow

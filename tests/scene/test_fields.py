@@ -180,6 +180,7 @@ Stage
   kind = dishing | dishing doming
   central_deflection = None m [0 10000]
   surface_movement = None m [0 10000]
+  load_factor = None 1 [-1 1]
   increments = 10 whole [1 max]
   time = None year (0 10000]
   strain = None 1 [-0.01 0.01]

@@ -15,7 +15,7 @@ def press(pump, displacement, load_factor, load_factor_step, force):
     Parameters
     ----------
     pump : NamedTuple
-        See ``damagepred.solvers.time_stepping.jack_servo.Line``; its ``state`` is brought up to date.
+        See ``damagepred.solvers.time_stepping.jack_servo.PumpLine``; its ``state`` is brought up to date.
     displacement, force : array (size,)
         Of all degrees of freedom.
     load_factor, load_factor_step : float
@@ -26,7 +26,7 @@ def press(pump, displacement, load_factor, load_factor_step, force):
         u = displacement[pump.dof[i]]
         lift += pump.push[i] * u
         deflection += pump.weight[i] * u
-    missing = load_factor * pump.goal - deflection
+    missing = pump.origin + load_factor * pump.goal - deflection
     volume = pump.state[VOLUME] + load_factor_step * pump.volume_step + pump.gain * missing
     load = pump.load + load_factor * pump.load_step + pump.stiffness * (volume - lift)
     pump.state[VOLUME] = volume

@@ -452,8 +452,10 @@ def require_supported(model: Model, settings: Solver, dynamics: Dynamics) -> Non
     Raises
     ------
     InputError
-        For a footing that cracks, and corners without contacts.
+        For strains of blocks, a footing that cracks, and corners without contacts.
     """
+    if model.is_strained:
+        raise InputError("strain: a run in time has none; leave out the strain of blocks, or the run in time.")
     if model.sections is not None:
         raise InputError(
             "footing.concrete: in a run in time the footing stays elastic and does not crack; leave out "

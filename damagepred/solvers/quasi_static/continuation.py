@@ -451,7 +451,7 @@ class Continuation:
             equilibrium.tangent, load_increment, equilibrium.missing_deflection(ahead, state.displacement)
         )
         ahead.displacement += step
-        ahead.displacement[supports.prescribed] = supports.displacement(ahead.load_factor)
+        ahead.displacement[supports.prescribed] = self.model.support_displacement(ahead.load_factor)
         if equilibrium.superelements is not None:
             equilibrium.complete(ahead)
         if equilibrium.has_diverged(ahead):

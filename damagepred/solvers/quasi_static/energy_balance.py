@@ -182,7 +182,8 @@ class EnergyBalance:
         before = (state.load, state.load_factor) if unstable else (self._load, self._load_factor)
         dead = 0.5 * (state.load + before[0]) * float(self._loads[0] @ moved)
         live = 0.5 * (state.load_factor + before[1]) * float(self._loads[1] @ moved)
-        work = dead + live + 0.5 * (reaction + self._reaction) * (state.load_factor - self._load_factor)
+        now, then = (model.ground.load_factor_at(coordinate) for coordinate in (state.load_factor, self._load_factor))
+        work = dead + live + 0.5 * (reaction + self._reaction) * (now - then)
         work += _trapezoidal((self._ground, ground), (self._on_ground, on_ground))
         if model.jacks is not None:
             work += 0.5 * (state.jack + self._jack) * float(model.jacks.push @ moved)

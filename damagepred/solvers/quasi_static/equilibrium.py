@@ -59,7 +59,7 @@ class Equilibrium(Residual):
         """Find the equilibrium with the present active levels."""
         supports = self.model.supports
         begun = state.displacement.copy()
-        begun[supports.prescribed] = supports.displacement(state.load_factor)
+        begun[supports.prescribed] = self.model.support_displacement(state.load_factor)
         if self.jacks is not None:
             state.jack = self.jacks.load_at(state.load_factor, state.jack)
         first, load = begun if start is None else start, state.jack

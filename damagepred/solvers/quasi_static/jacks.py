@@ -7,6 +7,7 @@ proportion to its final value.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from damagepred.arrays import FloatArray
@@ -27,6 +28,8 @@ class JackControl:
         Deflection at full movement (m, upwards).
     origin : float
         Deflection from which it counts (m).
+    load_factor_at : callable
+        Path coordinate -> load factor of the movement.
     level_load, load : float or None
         Load of each jack (N) in the level state, None until the load is controlled, and at full movement.
     """
@@ -35,6 +38,7 @@ class JackControl:
     weights: FloatArray
     goal: float
     origin: float = 0.0
+    load_factor_at: Callable[[float], float] = float
     level_load: float | None = None
     load: float = 0.0
 
@@ -45,7 +49,8 @@ class JackControl:
         weights = model.deflection if jacks is None or jacks.weights is None else jacks.weights
         if jacks is None or weights is None:
             return None
-        return cls(jacks.push, weights, 0.0 if jacks.by_load else jacks.deflection, jacks.origin)
+        goal = 0.0 if jacks.by_load else jacks.deflection
+        return cls(jacks.push, weights, goal, jacks.origin, model.ground.load_factor_at)
 
     @property
     def by_load(self) -> bool:
@@ -66,19 +71,19 @@ class JackControl:
             return found
         return self.level_load + load_factor * (self.load - self.level_load)
 
-    def missing_deflection(self, load_factor: float, displacement: FloatArray) -> float:
+    def missing_deflection(self, coordinate: float, displacement: FloatArray) -> float:
         """Return the missing deflection (m); 0 where the load is given.
 
         Parameters
         ----------
-        load_factor : float
-            Share of the movement (1).
+        coordinate : float
+            Of the path.
         displacement : array (size,)
             Of all degrees of freedom.
         """
         if self.by_load:
             return 0.0
-        return self.origin + load_factor * self.goal - float(self.weights @ displacement)
+        return self.origin + self.load_factor_at(coordinate) * self.goal - float(self.weights @ displacement)
 
     def bordered_step(
         self, residual_response: FloatArray, push_response: FloatArray, missing_deflection: float

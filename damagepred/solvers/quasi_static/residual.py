@@ -265,7 +265,8 @@ class Residual:
         """Return the force per load factor of moving ground and supports, by a forward difference."""
         supports, step = self.model.supports, self.options.newton.finite_difference_step
         perturbed = replace(state, load_factor=state.load_factor + step, displacement=displacement.copy())
-        perturbed.displacement[supports.prescribed] += step * supports.prescribed_displacement
+        moved = step * self.model.ground.load_factor_rate(state.load_factor)
+        perturbed.displacement[supports.prescribed] += moved * supports.prescribed_displacement
         self.force[:] = 0.0
         self._joint_forces(self._moving_interfaces, state, displacement, coulomb=True)
         before = self.force.copy()

@@ -6,6 +6,7 @@ brick), and buckling of slender stacks is not modelled.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -42,10 +43,13 @@ class DetachmentLimit(NamedTuple):
     ----------
     always, with_load_factor : float
         At a standing movement, and what the full movement adds (m).
+    load_factor_at : callable
+        Path coordinate -> load factor of the movement.
     """
 
     always: float
     with_load_factor: float
+    load_factor_at: Callable[[float], float]
 
     @classmethod
     def of(cls, model: Model) -> DetachmentLimit:
@@ -56,11 +60,11 @@ class DetachmentLimit(NamedTuple):
         moves = model.moves if model.moves.any() else ~model.moves
         size = float(np.sqrt(model.blocks.area.max(where=moves, initial=0.0)))
         always = 0.5 * size + 2.0 * (_settlement(model) + model.ground.largest_standing())
-        return cls(always, 2.0 * max(ground, supports, jacks))
+        return cls(always, 2.0 * max(ground, supports, jacks), model.ground.load_factor_at)
 
-    def at(self, load_factor: float) -> float:
-        """Return it at a share of the movement."""
-        return self.always + abs(load_factor) * self.with_load_factor
+    def at(self, coordinate: float) -> float:
+        """Return it at a path coordinate."""
+        return self.always + abs(self.load_factor_at(coordinate)) * self.with_load_factor
 
 
 def _settlement(model: Model) -> float:

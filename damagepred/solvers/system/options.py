@@ -28,8 +28,8 @@ class CreepOptions:
     Attributes
     ----------
     longest_step : float
-        Longest step over the relaxation time (1). A step takes the stresses at its start: exact at constant opening, an
-        error of first order elsewhere.
+        Longest step over the relaxation time (1). Creep is exact at constant opening, and of second order in the step
+        elsewhere.
     """
 
     longest_step: Pure = Field(default=0.1, gt=0)

@@ -35,6 +35,8 @@ class PumpLine(NamedTuple):
         Load of each jack for a unit of volume (N/m); 0 where the load itself is given.
     gain : float
         Volume that the control delivers in a cycle per missing deflection (1).
+    origin : float
+        Deflection at a load factor of 0 (m).
     goal, volume_step : float
         Deflection (m), and volume (m) that is delivered in advance, per load factor.
     load, load_step : float
@@ -47,6 +49,7 @@ class PumpLine(NamedTuple):
     state: FloatArray
     stiffness: float
     gain: float
+    origin: float
     goal: float
     volume_step: float
     load: float
@@ -106,6 +109,7 @@ class Pump:
             np.zeros(2),
             self.stiffness,
             0.0,
+            self.jacks.origin,
             goal,
             goal * self.volume_per_deflection,
             0.0,
@@ -113,6 +117,20 @@ class Pump:
         )
         self._from = (0.0, 0.0)
         """Load factor and volume at the end of the last increment."""
+        self._load_factor_at = model.ground.load_factor_at
+
+    def along(self, start: float, rate: float) -> PumpLine:
+        """Return the line on a piece of the path where the load factor of the movement is linear in the coordinate.
+
+        Parameters
+        ----------
+        start, rate : float
+            Load factor at coordinate 0, and per coordinate.
+        """
+        line = self.line
+        return line._replace(
+            origin=line.origin + start * line.goal, goal=rate * line.goal, volume_step=rate * line.volume_step
+        )
 
     def row_sum(self, scale: FloatArray) -> FloatArray:
         """Return the row sums (size,) of the line's stiffness, degrees of freedom divided by ``scale`` (m or 1)."""
@@ -157,17 +175,17 @@ class Pump:
         """Whether the load follows from the deflection."""
         return self.line.stiffness > 0.0
 
-    def missing(self, load_factor: float, displacement: FloatArray) -> float:
+    def missing(self, coordinate: float, displacement: FloatArray) -> float:
         """Return the error of the controlled deflection, wanted less present (m); 0 where the load is given.
 
         Parameters
         ----------
-        load_factor : float
-            Share of the full movement.
+        coordinate : float
+            Of the path.
         displacement : array (size,)
             Of all degrees of freedom (m, rad).
         """
-        wanted = self.jacks.origin + load_factor * self.line.goal
+        wanted = self.line.origin + self._load_factor_at(coordinate) * self.line.goal
         return wanted - float(self.weights @ displacement) if self.controlled else 0.0
 
     def begin_level(self) -> None:
@@ -198,9 +216,9 @@ class Pump:
         """Deliver the volume by which a further share of the dead load compresses the line under a level wall."""
         self.line.state[VOLUME] += share * self.level_volume
 
-    def extrapolate_volume(self, load_factor: float) -> None:
+    def extrapolate_volume(self, coordinate: float) -> None:
         """Extrapolate the volume per load factor from the states at rest at the last call and now."""
-        before, volume = self._from[0], float(self.line.state[VOLUME])
+        load_factor, before, volume = self._load_factor_at(coordinate), self._from[0], float(self.line.state[VOLUME])
         if self.controlled and load_factor != before:
             self.line = self.line._replace(volume_step=(volume - self._from[1]) / (load_factor - before))
         self._from = (load_factor, volume)

@@ -12,6 +12,7 @@ import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
+from damagepred.assembly.imposed_history import ImposedHistory
 from damagepred.assembly.section import SectionMemory
 from damagepred.errors import DivergenceError
 from damagepred.kernels.explicit.cycle import run_cycles
@@ -21,7 +22,7 @@ from damagepred.solvers.state.joint_history import JointHistory, fields_of, with
 from damagepred.solvers.state.wall_state import NO_ZONES, State
 from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from damagepred.solvers.time_stepping.jack_servo import Pump, PumpState
+from damagepred.solvers.time_stepping.jack_servo import Pump, PumpLine, PumpState
 from damagepred.solvers.time_stepping.tiles import (
     history_of,
     move_ground,
@@ -243,16 +244,19 @@ class DampedTimeStepping:
 
     def _cycle(self, count: int, load_share: float, load_factor: float, step: float) -> None:
         check_time()
+        motion, line = self.motion, None if self.pump is None else self.pump.line
         if not self.model.ground.proportional:
             move_ground(self.joints, self.model.ground, load_factor, load_factor + count * step)
+        if isinstance(self.model.ground, ImposedHistory):
+            motion, line = self._along(self.model.ground, load_factor)
         run_cycles(
             self.joints,
             self.special,
             self.softening,
             self.zones and self.zones.packed,
             self.sections,
-            self.pump and self.pump.line,
-            self.motion,
+            line,
+            motion,
             self.damping,
             load_share,
             load_factor,
@@ -262,6 +266,15 @@ class DampedTimeStepping:
         self.cycles += count
         if self.zones is not None:
             self.zones.mean_motion(self.motion.displacement)
+
+    def _along(self, history: ImposedHistory, coordinate: float) -> tuple[Motion, PumpLine | None]:
+        """Return motion and jacks in the step that begins at a path coordinate, whose load factor is linear in it."""
+        rate, supports = history.load_factor_rate(coordinate), self.model.supports
+        start = history.load_factor_at(coordinate) - rate * coordinate
+        motion = self.motion._replace(
+            start=supports.displacement(start), prescribed_displacement=rate * supports.prescribed_displacement
+        )
+        return motion, None if self.pump is None else self.pump.along(start, rate)
 
     def unbalanced_force_ratio(self) -> FloatArray:
         """Unbalanced force of every degree of freedom (size,) in mean block weights; 0 where it is prescribed.

@@ -133,7 +133,7 @@ def whole_law() -> Iterator[None]:
         yield
 
 
-always_factorise = replaced(f"{SYSTEM}._refactorisation_pays", lambda self, changed, new: len(changed) > 0)
+always_factorise = replaced(f"{SYSTEM}._refactorisation_pays", lambda self, changed, new, farthest: changed > 0)
 factorise_all_levels = wrapped(f"{SYSTEM}._factorise", whole)
 learn_again = wrapped(f"{SYSTEM}.solve", forgetful)
 frozen_first = replaced("damagepred.solvers.quasi_static.equilibrium.Equilibrium._find_active", by_fixed_point)
