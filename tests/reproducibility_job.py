@@ -92,13 +92,14 @@ def job() -> dict[str, str]:
 
 
 def _study(folder: Path, found: Digests) -> None:
-    """Sample, solve, archive, replay and judge again, with fields by the distance of joints."""
+    """Sample, solve, archive, replay and look back, with fields by the distance of joints."""
     import tomllib
 
     import damagepred
     from damagepred.archive.files import read_dataset
     from damagepred.study.campaign.replay import replay
     from damagepred.study.settings import StudySettings
+    from damagepred.uq.observations import CrackObservation, Observations
     from tests.conftest import SMALL_STUDY
 
     tables = tomllib.loads(SMALL_STUDY)
@@ -116,6 +117,8 @@ def _study(folder: Path, found: Digests) -> None:
         wall, comparison = replay(place, sample)
         found.note(f"sample {sample}", wall)
         assert comparison.startswith("bit for bit"), comparison
+    seen = Observations(crack=(CrackObservation(x=1.2, y=0.2, within=0.5, width=1e-3),))
+    found.note("back-analysis", damagepred.infer(place, seen))
     found.note("function", study.function()(study.function().from_unit([[0.3, 0.6]])))
 
 
