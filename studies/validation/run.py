@@ -2,7 +2,7 @@
 
     python studies/validation/run.py --workers 2
 
-takes forty minutes on two cores. It goes on where it was stopped; `--only spandrels` runs one case.
+takes 24 minutes on two quiet cores. It goes on where it was stopped; `--only spandrels` runs one case.
 """
 
 from __future__ import annotations
