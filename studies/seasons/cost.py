@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import statistics
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +21,10 @@ from damagepred import Scene, solve
 from damagepred.scene import Seasons
 
 HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "validation"))
+
+from judging import write_page  # noqa: E402
+
 WALL = HERE.parents[1] / "data" / "bryant_window_dishing.toml"
 BEGIN, END = "<!-- written by cost.py -->", "<!-- end of cost -->"
 
@@ -68,11 +73,8 @@ def main() -> None:
             f"{over[1]:.1f} | {over[0]:.1f} |"
         )
     print("\n".join(lines))
-    page = HERE / "README.md"
     if not asked.no_page:
-        before, rest = page.read_text(encoding="utf-8").split(BEGIN)
-        text = "\n\n".join((before + BEGIN, "\n".join(lines), END + rest.split(END)[1]))
-        page.write_text(text, encoding="utf-8")
+        write_page(HERE / "README.md", "\n".join(lines), (BEGIN, END))
 
 
 if __name__ == "__main__":

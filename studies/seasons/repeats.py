@@ -18,6 +18,10 @@ from damagepred import Movement, Scene, solve
 from damagepred.scene import Stage
 
 HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "validation"))
+
+from judging import write_page  # noqa: E402
+
 VALIDATION = HERE.parent / "validation"
 sys.path.insert(0, str(VALIDATION))
 
@@ -73,11 +77,8 @@ def main() -> None:
                 f"| {name} | {1e3 * deflection:g} | {psi[0]:.2f} | {psi[-1]:.2f} | {width[0]:.2f} | {width[-1]:.2f} |"
             )
             print(lines[-1], ds.attrs["status"], flush=True)
-    page = HERE / "README.md"
     if not asked.no_page:
-        before, rest = page.read_text(encoding="utf-8").split(BEGIN)
-        text = "\n\n".join((before + BEGIN, "\n".join(lines), END + rest.split(END)[1]))
-        page.write_text(text, encoding="utf-8")
+        write_page(HERE / "README.md", "\n".join(lines), (BEGIN, END))
 
 
 if __name__ == "__main__":

@@ -428,7 +428,8 @@ class Continuation:
     def predict_next_event(self, state: State, target: Point) -> tuple[FloatArray, float]:
         """Predict displacements at a target with the tangent, and the share of the step at which the next bond fails.
 
-        Bonds of condensed courses do not count: where one fails first, the step to it is found by interpolation.
+        Of plain joints, bonds of condensed courses do not count: where one fails first, the step to it is found by
+        interpolation. Paths of softening joints amplify the difference.
 
         Parameters
         ----------
@@ -452,11 +453,12 @@ class Continuation:
         )
         ahead.displacement += step
         ahead.displacement[supports.prescribed] = self.model.support_displacement(ahead.load_factor)
-        if equilibrium.superelements is not None:
+        plain = equilibrium.return_mapping.general is None
+        if equilibrium.superelements is not None or not plain:
             equilibrium.complete(ahead)
         if equilibrium.has_diverged(ahead):
             return state.displacement, 1.0
-        loaded, heaviest = self.bond_loads(ahead, equilibrium.equations.active)
+        loaded, heaviest = self.bond_loads(ahead, equilibrium.equations.active if plain else None)
         options, share = self.options.continuation, 1.0
         if heaviest > 1.0 + options.overload_tolerance:
             share = self._interpolate_event(state, loaded, options.predictor_aim)
