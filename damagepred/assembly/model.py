@@ -14,6 +14,7 @@ from damagepred.assembly.elastic_blocks import ElasticBlocks, ElasticSides
 from damagepred.assembly.joint_creep import JointCreep
 from damagepred.assembly.mesh import Mesh
 from damagepred.assembly.section import Sections
+from damagepred.kernels.interface.kinematics import EDGE
 from damagepred.kernels.joint.parameters import joint_parameters
 from damagepred.scene.movement import History
 
@@ -99,13 +100,6 @@ class Interfaces(NamedTuple):
     def taken(self, listed: IntArray) -> Interfaces:
         """Return those of a list, in its order; elastic blocks left out."""
         return Interfaces(*(values[listed] for values in self[:-1]))  # type: ignore[arg-type]
-
-
-EDGE = np.dtype(
-    [("body_a", np.int64), ("body_b", np.int64)]
-    + [(name, np.float64) for name in Interfaces._fields if name.startswith(("normal_", "arm_"))]
-)
-"""Bodies, normal and arms of an interface in one record."""
 
 
 class InterfaceRecords(NamedTuple):

@@ -7,9 +7,12 @@ old machine code answers. The cache folder's name therefore holds a hash of all 
 from __future__ import annotations
 
 import uuid
+from functools import cached_property
 
 import numba
 from numba import config
+from numba.core import types
+from numba.core.ccallback import CFunc
 from numba.extending import register_jitable
 
 from damagepred.kernels.cache_folder import cache_folder
@@ -34,6 +37,50 @@ def _compiled(function, flags):
         config.CACHE_DIR = before  # other users of numba in this process keep theirs
     _own_names(compiled)
     return compiled
+
+
+class Unit:
+    """A kernel that other kernels call by its address, with the address of a table.
+
+    A kernel called by its name is compiled again with each that calls it; a unit is compiled once.
+
+    Parameters
+    ----------
+    function : callable
+        Of the address of a table; its results are entries of the table.
+    """
+
+    def __init__(self, function):
+        self._function = function
+
+    @cached_property
+    def _compiled(self):
+        flags = {name: value for name, value in UNCOUNTED.items() if name != "no_cfunc_wrapper"}
+        compiled = CFunc(self._function, ((types.intp,), types.void), locals={}, options=flags)
+        before, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER or "")
+        try:
+            if CACHE_FOLDER is not None:
+                compiled.enable_caching()
+                _own_names(compiled)
+            compiled.compile()
+        finally:
+            config.CACHE_DIR = before
+        return compiled
+
+    @property
+    def address(self):
+        """Address of the machine code, which is made at the first call."""
+        return self._compiled.address
+
+    def __call__(self, table):
+        """Run from Python.
+
+        Parameters
+        ----------
+        table : int
+            Address of the table.
+        """
+        self._compiled.ctypes(table)
 
 
 def kernel(function):

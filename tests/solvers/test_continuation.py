@@ -1,6 +1,8 @@
 """Continuation of the quasi-static solver: events, snap-through, symmetry, collapse, errors, energy."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,10 +18,9 @@ from damagepred.pipeline import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.quasi_static import block_tridiagonal
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
+from damagepred.solvers.quasi_static import linear_system, residual
 from damagepred.solvers.quasi_static.continuation import Continuation
-from damagepred.solvers.quasi_static.dense_inverse import invert
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.quasi_static.stepper import quasi_static_path
 from damagepred.solvers.state.wall_state import State
@@ -539,12 +540,16 @@ def test_every_factorisation_is_made_with_one_thread(monkeypatch: pytest.MonkeyP
     """With more threads sums are rounded otherwise, and a replayed sample differs from that of its study."""
     threads: set[int] = set()
 
-    def counted(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray, panel: int) -> float:
-        libraries = ThreadpoolController().select(user_api="blas").info()
-        threads.update(library["num_threads"] for library in libraries)
-        return invert(matrix, symmetric, inverse, panel)
+    def counted(kernel: Callable[..., Any]) -> Callable[..., Any]:
+        def called(*arguments: Any) -> Any:
+            libraries = ThreadpoolController().select(user_api="blas").info()
+            threads.update(library["num_threads"] for library in libraries)
+            return kernel(*arguments)
 
-    monkeypatch.setattr(block_tridiagonal, "invert", counted)
+        return called
+
+    monkeypatch.setattr(residual, "iterate", counted(residual.iterate))
+    monkeypatch.setattr(linear_system, "solve_tangent", counted(linear_system.solve_tangent))
     with threadpool_limits(2, user_api="blas"):
         list(quasi_static_path(wall_model(small_scene()), WHOLE, 2))
     assert threads == {1}

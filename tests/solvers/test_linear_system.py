@@ -12,10 +12,10 @@ from scipy.sparse.linalg import splu
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
+from damagepred.kernels.linear.system import correction_cost
 from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
 from damagepred.solvers.quasi_static.level_layout import block_levels
-from damagepred.solvers.quasi_static.linear_system import DEFAULTS, BlockTridiagonalSystem
-from damagepred.solvers.quasi_static.refactorisation import RefactorisationRule
+from damagepred.solvers.quasi_static.linear_system import DEFAULTS, BlockTridiagonalSystem, costs_of
 from damagepred.solvers.symmetry import reduce_by_symmetry
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
@@ -99,7 +99,7 @@ class Reference:
         if regularised:
             hold = np.zeros(matrix.shape[0])
             here = equations.active_dofs
-            hold[here] = DEFAULTS.regularisation * assembled(model, equations.factors.elastic).diagonal()[here]
+            hold[here] = DEFAULTS.regularisation * assembled(model, equations.elastic).diagonal()[here]
             matrix = matrix + sparse.diags_array(hold)
         self.matrix = matrix[self.free][:, self.free].tocsc()
 
@@ -218,10 +218,10 @@ def test_elastic(name: str) -> None:
     model = WALLS[name]()
     equations, force = equations_of(model), random_force(model, np.random.default_rng(1))
     found = equations.solve(force)
-    assert_same(found, Reference(equations, equations.factors.elastic).solve(force))
+    assert_same(found, Reference(equations, equations.elastic).solve(force))
     assert (found[DiscreteSystem.of(model).constrained_dofs] == 0.0).all()
     # the regularisation of detached blocks has hardly any effect
-    assert_same(found, Reference(equations, equations.factors.elastic, regularised=False).solve(force), 1e-4)
+    assert_same(found, Reference(equations, equations.elastic, regularised=False).solve(force), 1e-4)
     assert (equations.factorisations, equations.corrections) == (1, 0)
 
 
@@ -232,7 +232,7 @@ def test_a_block_without_contacts_does_not_affect_the_others() -> None:
     found = equations.solve(force)
     assert (found[-6:] == 0.0).all()
     wall = np.arange(3 * (model.n_blocks - 1))
-    expected = splu(assembled(model, equations.factors.elastic)[wall][:, wall].tocsc()).solve(force[wall])
+    expected = splu(assembled(model, equations.elastic)[wall][:, wall].tocsc()).solve(force[wall])
     assert_same(found[wall], expected, 1e-4)
 
 
@@ -240,12 +240,12 @@ def test_a_released_block_is_restrained_by_the_regularisation_alone() -> None:
     model = WALLS["wall"]()
     equations, force = equations_of(model), random_force(model, np.random.default_rng(1))
     equations.solve(force)
-    stiffness, face = equations.factors.elastic.copy(), model.interfaces
+    stiffness, face = equations.elastic.copy(), model.interfaces
     block = int(model.blocks.y.argmax())
     stiffness[(face.block_a == block) | (face.block_b == block)] = 0.0
     equations.update(stiffness)
     found = equations.solve(force)
-    anchor = DEFAULTS.regularisation * assembled(model, equations.factors.elastic).diagonal()[3 * block : 3 * block + 3]
+    anchor = DEFAULTS.regularisation * assembled(model, equations.elastic).diagonal()[3 * block : 3 * block + 3]
     np.testing.assert_allclose(found[3 * block : 3 * block + 3], force[3 * block : 3 * block + 3] / anchor, rtol=1e-6)
     # it does not affect the others; it is 1e7 times as large
     others = np.arange(len(found)) // 3 != block
@@ -268,7 +268,7 @@ def test_a_few_changed_joints_are_corrected_for_without_factorising(name: str) -
     for _ in range(12):
         equations, force = equations_of(model), random_force(model, rng)
         equations.solve(force)
-        stiffness = changed(model, equations.factors.elastic, few(model, rng), rng)
+        stiffness = changed(model, equations.elastic, few(model, rng), rng)
         reference = Reference(equations, stiffness)
         equations.update(stiffness)
         found = equations.solve(force)
@@ -285,8 +285,8 @@ def test_the_cheaper_of_correction_and_factorisation_is_used(name: str) -> None:
     rng, model = np.random.default_rng(6), WALLS[name]()
     equations, force = equations_of(model), random_force(model, rng)
     equations.solve(force)
-    equations.refactorisation.factorisation_cost[:] = 0.0
-    stiffness = equations.factors.elastic.copy()
+    equations.tangent.costs.factorisation[:] = 0.0
+    stiffness = equations.elastic.copy()
     stiffness[rng.choice(len(stiffness), size=5, replace=False)] *= rng.uniform(0.2, 0.9, size=(5, 1))
     equations.update(stiffness)
     found = equations.solve(force)
@@ -299,8 +299,8 @@ def test_the_number_of_changes_is_limited_by_memory_alone(more: int) -> None:
     rng, model = np.random.default_rng(6), WALLS["another"]()
     equations, force = equations_of(model, max_changed_interfaces=25), random_force(model, rng)
     equations.solve(force)
-    equations.refactorisation.factorisation_cost[:] = np.inf
-    stiffness = equations.factors.elastic.copy()
+    equations.tangent.costs.factorisation[:] = np.inf
+    stiffness = equations.elastic.copy()
     stiffness[rng.choice(len(stiffness), size=25 + more, replace=False)] *= 0.5
     equations.update(stiffness)
     assert_same(equations.solve(force), Reference(equations, stiffness).solve(force))
@@ -311,7 +311,7 @@ def test_accumulated_changes_are_factorised() -> None:
     rng, model = np.random.default_rng(7), WALLS["another"]()
     equations, force = equations_of(model), random_force(model, rng)
     equations.solve(force)
-    stiffness = equations.factors.elastic.copy()
+    stiffness = equations.elastic.copy()
     order = rng.permutation(len(stiffness))
     for done in range(5, min(DEFAULTS.max_changed_interfaces, len(order)), 5):
         stiffness[order[done - 5 : done]] *= 0.7
@@ -322,10 +322,10 @@ def test_accumulated_changes_are_factorised() -> None:
 
 
 def test_the_cost_of_a_correction_grows_with_changes_and_unknown_responses() -> None:
-    rule = RefactorisationRule(np.full(45, 66), DEFAULTS)
-    of = [rule.correction_cost(changed, new, 45) for changed, new in ((5, 0), (5, 5), (50, 5), (50, 50))]
+    costs = costs_of(np.full(45, 66), DEFAULTS)
+    of = [correction_cost(costs, changed, new, 45) for changed, new in ((5, 0), (5, 5), (50, 5), (50, 50))]
     assert of == sorted(of)
-    first, second = np.diff(RefactorisationRule(np.array([60, 120]), DEFAULTS).factorisation_cost)
+    first, second = np.diff(costs_of(np.array([60, 120]), DEFAULTS).factorisation)
     assert second > 4 * first
 
 
@@ -349,7 +349,7 @@ def updates(model: Model, elastic: FloatArray, rng: np.random.Generator, count: 
 
 def follow_updates(model: Model, rng: np.random.Generator, count: int) -> tuple[BlockTridiagonalSystem, int]:
     equations, held = equations_of(model), 0
-    for stiffness in updates(model, equations.factors.elastic, rng, count):
+    for stiffness in updates(model, equations.elastic, rng, count):
         force = random_force(model, rng)
         equations.update(stiffness)
         found = equations.solve(force)
@@ -382,8 +382,8 @@ def test_the_last_stiffness_counts_after_any_sequence() -> None:
     equations, force = equations_of(model), random_force(model, rng)
     first = equations.solve(force)
     for _ in range(3):
-        equations.update(changed(model, equations.factors.elastic, few(model, rng, 40), rng))
-    equations.update(equations.factors.elastic)
+        equations.update(changed(model, equations.elastic, few(model, rng, 40), rng))
+    equations.update(equations.elastic)
     np.testing.assert_array_equal(equations.solve(force), first)
     assert equations.factorisations == 1
 
@@ -399,7 +399,7 @@ def test_a_near_mechanism_is_solved_accurately() -> None:
     cut = np.flatnonzero(np.minimum(column[face.block_a % 12], column[face.block_b % 12]) == 2)
     cut = cut[np.abs(face.normal_x[cut]) > 0.5]
     for share in (1e-3, 1e-6, 1e-9, 0.0):
-        stiffness = equations.factors.elastic.copy()
+        stiffness = equations.elastic.copy()
         stiffness[cut] *= share
         equations.update(stiffness)
         reference = Reference(equations, stiffness)
@@ -428,7 +428,7 @@ def test_condensed_levels_are_equivalent_to_active_ones(name: str) -> None:
         np.testing.assert_array_equal(equations.active, inside)
         for turn in range(4):
             which = rng.choice(inside, size=min(3, len(inside)), replace=False) if turn else inside[:0]
-            stiffness = changed(model, equations.factors.elastic, which, rng)
+            stiffness = changed(model, equations.elastic, which, rng)
             reference = Reference(equations, stiffness)
             equations.update(stiffness)
             # under a share of the dead load; that of the condensed levels acts on the boundary
@@ -459,7 +459,7 @@ def test_the_force_at_the_edge_is_that_of_the_levels_beyond(name: str) -> None:
     force = superelement.force(moved, share)
     superelement.recover(moved, share)
     # the condensed levels are in balance, and act on the boundary through inactive joints
-    beyond = equations.factors.elastic.copy()
+    beyond = equations.elastic.copy()
     beyond[equations.active] = 0.0
     pull = share * load - assembled(model, beyond) @ moved
     free = DiscreteSystem.of(model).free_dofs
@@ -476,15 +476,15 @@ def test_the_force_at_the_edge_is_that_of_the_levels_beyond(name: str) -> None:
 def test_uncondensing_and_condensing_again(sequence: tuple[int, ...]) -> None:
     rng, model = np.random.default_rng(23), WALLS["wall"]()
     equations, load = equations_of(model), load_of(model)
-    stiffness = equations.factors.elastic.copy()
+    stiffness = equations.elastic.copy()
     for active_levels in sequence:
         active_levels = min(active_levels, equations.layout.levels)
         held = equations.condense(active_levels, load)
         assert (held is not None) is (active_levels < equations.layout.levels)
         for _ in range(3):
             some = rng.choice(equations.active, size=min(8, len(equations.active)), replace=False)
-            stiffness[some] = changed(model, equations.factors.elastic, some, rng)[some]
-            wanted = equations.factors.elastic.copy()
+            stiffness[some] = changed(model, equations.elastic, some, rng)[some]
+            wanted = equations.elastic.copy()
             wanted[equations.active] = stiffness[equations.active]
             equations.update(wanted)
             reference = Reference(equations, wanted)
@@ -500,16 +500,16 @@ def test_uncondensing_and_condensing_again(sequence: tuple[int, ...]) -> None:
 def test_active_joints_are_elastic_once_condensed() -> None:
     model = WALLS["wall"]()
     equations, load, rng = equations_of(model), load_of(model), np.random.default_rng(24)
-    equations.update(0.5 * equations.factors.elastic)
+    equations.update(0.5 * equations.elastic)
     equations.solve(load)
     superelement = equations.condense(2, load)
     assert superelement is not None
-    equations.update(equations.factors.elastic)
+    equations.update(equations.elastic)
     force = np.zeros(len(load))
     force[equations.active_dofs] = rng.normal(size=len(equations.active_dofs))
     found = equations.solve(force)
     superelement.recover(found, 0.0)
-    assert_same(found, Reference(equations, equations.factors.elastic).solve(force))
+    assert_same(found, Reference(equations, equations.elastic).solve(force))
 
 
 def test_levels_without_support_from_active_ones_are_not_condensed() -> None:

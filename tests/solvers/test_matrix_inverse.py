@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from damagepred.solvers.quasi_static.dense_inverse import invert
+from damagepred.kernels.linear import lapack
+from damagepred.solvers.quasi_static.linear_system import lapack_routines
+
+
+def invert(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
+    """Invert as the solver does: transposed, in flat arrays."""
+    size, flat = len(matrix), np.empty(matrix.size)
+    ratio = lapack.invert(lapack_routines(size), size, symmetric, matrix.T.ravel(), flat, 0)
+    inverse[:] = flat.reshape(size, size).T
+    return float(ratio)
 
 
 def made(size: int, kind: str) -> np.ndarray:

@@ -5,7 +5,18 @@ numbers (opening and shear at its middle, relative rotation). The contacts, its 
 blocks add to the three by their strain and curvature; see ``damagepred.assembly.elastic_blocks``.
 """
 
+import numpy as np
+
 from damagepred.kernels.jit import law
+
+EDGE = np.dtype(
+    [("body_a", np.int64), ("body_b", np.int64)]
+    + [
+        (name, np.float64)
+        for name in ("normal_x", "normal_y", "arm_normal_a", "arm_shear_a", "arm_normal_b", "arm_shear_b")
+    ]
+)
+"""Bodies, normal and arms of an interface in one record."""
 
 
 @law

@@ -5,26 +5,29 @@ freedom of its two sides: three of a rigid block, or x and y of the two gridpoin
 D is a 3 x 3 matrix, unsymmetric where the flow rule is not associated. Matrices of a level are stored transposed.
 """
 
-from damagepred.kernels.jit import kernel
+from damagepred.kernels.jit import kernel, law
+from damagepred.kernels.table import float_blocks, float_rows, integer_rows, integers
 
 
 @kernel
-def interface_stiffness(listed, kinematics, stiffness, matrices):
-    """Compute the stiffness matrix B^T D B of interfaces between the degrees of freedom of their sides.
+def set_stiffness(system, listed, stiffness):
+    """Set the factorised stiffness D of interfaces, and B^T D B between the degrees of freedom of their sides.
 
     Parameters
     ----------
+    system : SYSTEM
+        The tangent equations.
     listed : array of int
-        The interfaces.
-    kinematics : NamedTuple of arrays
-        Strain-displacement matrices; see ``damagepred.solvers.system.interface_kinematics``.
+        Those whose stiffness is set.
     stiffness : array (m, 9)
-        Of each interface.
-    matrices : array (m, w, w)
-        Filled for the listed interfaces.
+        Of all interfaces.
     """
+    matrices, factorised = float_blocks(system.matrices), float_rows(system.stiffness)
+    displacements = float_blocks(system.strain_displacement)
     for i in listed:
-        rows, d = kinematics.rows[i], stiffness[i]
+        rows, d = displacements[i], factorised[i]
+        for j in range(9):
+            d[j] = stiffness[i, j]
         for r in range(rows.shape[1]):
             for c in range(rows.shape[1]):
                 matrices[i, r, c] = 0.0
@@ -35,39 +38,53 @@ def interface_stiffness(listed, kinematics, stiffness, matrices):
 
 
 @kernel
-def assemble_level(listed, dofs, matrices, index_in_level, level, k, matrix):
-    """Add the stiffness of interfaces to the diagonal block of level k.
+def assemble_level(system, interfaces, k, size, matrix):
+    """Compute the stiffness of interfaces within level k, the displacements of all other levels held.
 
     Parameters
     ----------
-    listed : array of int
-        The interfaces; their degrees of freedom in other levels are left out.
-    dofs : array of int (m, w)
-        Degrees of freedom of the sides of each interface.
-    matrices : array (m, w, w)
-        See ``interface_stiffness``.
-    index_in_level : array of int (size,)
-        Index of each degree of freedom in its level, -1 if prescribed.
-    level : array of int (size,)
-        Level of each degree of freedom.
-    k : int
-        The level.
+    system : SYSTEM
+        The tangent equations.
+    interfaces : array of int
+        Those that are assembled; their degrees of freedom in other levels are left out.
+    k, size : int
+        The level and its size.
     matrix : array
-        Of the level, added to, transposed.
+        Flat; filled, transposed.
     """
-    width = dofs.shape[1]
-    for i in listed:
-        for r in range(width):
+    dofs, index = integer_rows(system.dof), integers(system.index_in_level)
+    level, matrices = integers(system.level_of_dof), float_blocks(system.matrices)
+    for j in range(size * size):
+        matrix[j] = 0.0
+    for i in interfaces:
+        for r in range(dofs.shape[1]):
             row = dofs[i, r]
-            if row < 0 or level[row] != k or index_in_level[row] < 0:
+            if row < 0 or level[row] != k or index[row] < 0:
                 continue
-            for c in range(width):
+            for c in range(dofs.shape[1]):
                 column = dofs[i, c]
-                if column >= 0 and level[column] == k and index_in_level[column] >= 0:
-                    matrix[index_in_level[column], index_in_level[row]] += matrices[i, r, c]
+                if column >= 0 and level[column] == k and index[column] >= 0:
+                    matrix[index[column] * size + index[row]] += matrices[i, r, c]
 
 
-@kernel
+@law
+def add_to_diagonal(values, start, size, matrix):
+    """Add the values of a level, which begin at ``start``, to the diagonal of its matrix.
+
+    Parameters
+    ----------
+    values : array (degrees of freedom,)
+        In the order of the levels.
+    start, size : int
+        First degree of freedom of the level, and its size.
+    matrix : array
+        Flat; added to.
+    """
+    for j in range(size):
+        matrix[j * size + j] += values[start + j]
+
+
+@law
 def assemble_couplings(couplings, pair, far_is_b, matrices, near_far, far_near):
     """Compute the off-diagonal blocks: the stiffness between the sides of couplings.
 
@@ -99,7 +116,7 @@ def assemble_couplings(couplings, pair, far_is_b, matrices, near_far, far_near):
                 far_near[pair[e], r, c] += whole[far_start + r, near_start + c]
 
 
-@kernel
+@law
 def farthest_unsymmetric(listed, level, stiffness):
     """Return the farthest level of an interface whose stiffness is not symmetric; -1 if all are.
 
@@ -120,7 +137,7 @@ def farthest_unsymmetric(listed, level, stiffness):
     return farthest
 
 
-@kernel
+@law
 def copy_rows(listed, source, target):
     """Copy rows of an array to another.
 

@@ -5,99 +5,116 @@ change in one level leaves the factors of all farther ones as they are. Inverses
 one is then a sum of its rows, which the compiler vectorises.
 """
 
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
-
-from damagepred.kernels.jit import kernel, kernel_making_arrays, law
-
-
-class Levels(NamedTuple):
-    """Factors of all levels, and where they act.
-
-    Attributes
-    ----------
-    start : array of int (levels + 1,)
-        Where each level starts in the order of the levels.
-    inverses, inverse_start : array
-        Inverse of each level's stiffness, transposed, one after the other, row by row; and where each begins.
-    first_coupling : array of int (levels + 1,)
-        Coupled pairs between levels k and k - 1 are ``first_coupling[k]`` to ``first_coupling[k + 1]``.
-    far_index, near_index : array of int (b, w / 2)
-        Indices in their levels of the degrees of freedom of a pair's sides, -1 where prescribed.
-    near_far, far_near : array (b, w / 2, w / 2)
-        See ``assemble_couplings``.
-    """
-
-    start: NDArray[np.int64]
-    inverses: NDArray[np.float64]
-    inverse_start: NDArray[np.int64]
-    first_coupling: NDArray[np.int64]
-    far_index: NDArray[np.int64]
-    near_index: NDArray[np.int64]
-    near_far: NDArray[np.float64]
-    far_near: NDArray[np.float64]
+from damagepred.kernels.jit import Unit, kernel, law
+from damagepred.kernels.linear.assembly import (
+    add_to_diagonal,
+    assemble_couplings,
+    assemble_level,
+    farthest_unsymmetric,
+)
+from damagepred.kernels.linear.lapack import invert, multiply
+from damagepred.kernels.linear.table import system_at
+from damagepred.kernels.table import flags, float_blocks, float_rows, floats, integer_rows, integers
 
 
-@kernel
-def schur_complement(levels, k, inverse, work, complement):
-    """Compute what eliminating level k subtracts from the next level: K_nf K_ff^-1 K_fn.
-
-    Parameters
-    ----------
-    levels : Levels
-        All levels.
-    k : int
-        The farther level.
-    inverse : array (size, size)
-        K_ff^-1, farther levels eliminated; transposed.
-    work : array (nearer size, size)
-        Scratch.
-    complement : array (nearer size, nearer size)
-        Filled, transposed.
-    """
-    first, last = levels.first_coupling[k], levels.first_coupling[k + 1]
-    far_index, near_index = levels.far_index, levels.near_index
-    near_far, far_near = levels.near_far, levels.far_near
+@law
+def _schur_complement(system, k, work):
+    """Compute what eliminating level k subtracts from the next level: K_nf K_ff^-1 K_fn."""
+    pairs, start, at = integers(system.first_pair), integers(system.start), integers(system.inverse_start)
+    far_index, near_index = integer_rows(system.far_index), integer_rows(system.near_index)
+    near_far, far_near = float_blocks(system.near_far), float_blocks(system.far_near)
+    first, last, size, nearer = pairs[k], pairs[k + 1], start[k + 1] - start[k], start[k] - start[k - 1]
+    inverse, complement = floats(system.inverses)[at[k] :], floats(system.complements)[at[k - 1] :]
     side = far_index.shape[1]
-    work[:] = 0.0
+    for j in range(nearer * size):
+        work[j] = 0.0
     for e in range(first, last):
         for r in range(side):
             if far_index[e, r] < 0:
                 continue
-            row = inverse[far_index[e, r]]
+            row = inverse[far_index[e, r] * size : (far_index[e, r] + 1) * size]
             for c in range(side):
                 if near_index[e, c] >= 0:
-                    add_row(far_near[e, r, c], row, work[near_index[e, c]])
-    complement[:] = 0.0
-    for m in range(complement.shape[0]):
+                    add_row(far_near[e, r, c], row, work[near_index[e, c] * size : (near_index[e, c] + 1) * size])
+    for j in range(nearer * nearer):
+        complement[j] = 0.0
+    for m in range(nearer):
+        row, total = work[m * size : (m + 1) * size], complement[m * nearer : (m + 1) * nearer]
         for e in range(first, last):
             for r in range(side):
                 if near_index[e, r] < 0:
                     continue
-                total = 0.0
+                pull = 0.0
                 for c in range(side):
                     if far_index[e, c] >= 0:
-                        total += near_far[e, r, c] * work[m, far_index[e, c]]
-                complement[m, near_index[e, r]] += total
+                        pull += near_far[e, r, c] * row[far_index[e, c]]
+                total[near_index[e, r]] += pull
 
 
-@kernel
-def mirror(half, whole):
-    """Fill a symmetric matrix from its upper triangle, tile by tile.
+@law
+def _eliminate_level(system, k, elastic, symmetric):
+    """Invert the stiffness of level k, farther levels eliminated, and compute its Schur complement on the next.
+
+    Return the smallest pivot over the largest, 0 where there is no inverse.
+    """
+    starts, inverse_start, work = integers(system.start), integers(system.inverse_start), float_rows(system.scratch)
+    start, first = starts[k], inverse_start[k]
+    size, matrix, ratio = starts[k + 1] - start, work[0], 1.0
+    if size > 0:
+        at, blocks = integers(system.first_interface), floats(system.blocks)
+        listed = integers(system.level_interfaces)[at[k] : at[k + 1]]
+        assemble_level(system, listed, k, size, matrix)
+        add_to_diagonal(floats(system.strain_stiffness), start, size, matrix)
+        if blocks.size > 0:
+            add_row(1.0, blocks[first : first + size * size], matrix)
+        if not elastic:
+            add_to_diagonal(floats(system.regularisation), start, size, matrix)
+        if k + 1 < starts.size - 1:
+            add_row(-1.0, floats(system.complements)[first : first + size * size], matrix)
+        ratio = invert(system, size, symmetric, matrix, floats(system.inverses), first)
+    if k > 0:
+        _schur_complement(system, k, work[1])
+    return ratio
+
+
+@Unit
+def eliminate(address):
+    """Eliminate all levels from ``farthest`` to ``nearest``; ``held`` tells whether nearer levels hold them.
+
+    If they are ``elastic``, they are to be condensed, and not regularised: that would hold them in space.
 
     Parameters
     ----------
-    half, whole : array (s, s)
-        Upper triangle, and the matrix.
+    address : int
+        Of the table of the tangent equations.
     """
-    size, tile = half.shape[0], 32
-    for top in range(0, size, tile):
-        for left in range(top, size, tile):
-            for r in range(top, min(top + tile, size)):
-                for c in range(max(left, r), min(left + tile, size)):
-                    whole[r, c] = whole[c, r] = half[r, c]
+    system = system_at(address)
+    elastic, farthest = system.elastic != 0, system.farthest
+    _couple(system, farthest)
+    # Schur complements inherit symmetry from farther levels
+    level, stiffness, unsymmetric = integers(system.interface_level), float_rows(system.stiffness), -1
+    if not elastic:
+        unsymmetric = max(farthest_unsymmetric(integers(system.active), level, stiffness), system.blocks_level)
+    system.held = 1
+    for k in range(farthest, system.nearest - 1, -1):
+        ratio = _eliminate_level(system, k, elastic, k > unsymmetric)
+        if elastic and ratio < system.singular_pivot_ratio:
+            system.held = 0
+            return
+
+
+@law
+def _couple(system, farthest):
+    """Assemble the couplings of all levels up to a farthest one with their nearer neighbours."""
+    last, pairs = integers(system.first_coupling)[farthest + 1], integers(system.first_pair)[farthest + 1]
+    assemble_couplings(
+        integers(system.couplings)[:last],
+        integers(system.pair),
+        flags(system.far_is_b),
+        float_blocks(system.matrices),
+        float_blocks(system.near_far)[:pairs],
+        float_blocks(system.far_near)[:pairs],
+    )
 
 
 @law
@@ -153,13 +170,13 @@ def _subtract_coupling(first, last, at_here, at_there, coupling, displacement, t
 
 
 @kernel
-def forward_elimination(levels, farthest, last, force, particular):
+def forward_elimination(system, farthest, last, force, particular):
     """Eliminate levels from the farthest to ``last``: condense their forces, and solve with nearer levels fixed.
 
     Parameters
     ----------
-    levels : Levels
-        All levels.
+    system : SYSTEM
+        The tangent equations.
     farthest, last : int
         First and last level to be eliminated.
     force : array (r, degrees of freedom)
@@ -167,23 +184,24 @@ def forward_elimination(levels, farthest, last, force, particular):
     particular : array (r, degrees of freedom)
         Zeros; filled with the particular solution, all nearer levels fixed.
     """
-    start, coupling = levels.start, levels.first_coupling
-    far_index, near_index, near_far = levels.far_index, levels.near_index, levels.near_far
+    start, coupling, at = integers(system.start), integers(system.first_pair), integers(system.inverse_start)
+    far_index, near_index = integer_rows(system.far_index), integer_rows(system.near_index)
+    near_far, inverses = float_blocks(system.near_far), floats(system.inverses)
     for k in range(farthest, last - 1, -1):
         a, first, end = start[k], coupling[k], coupling[k + 1]
-        _multiply(levels.inverses, levels.inverse_start[k], start[k + 1] - a, force, a, particular, a)
+        _multiply(inverses, at[k], start[k + 1] - a, force, a, particular, a)
         if k > 0:
             _subtract_coupling(first, end, near_index, far_index, near_far, particular, a, force, start[k - 1])
 
 
 @kernel
-def back_substitution(levels, first, active, particular, displacement, pull):
+def back_substitution(system, first, active, particular, displacement, pull):
     """Recover the displacements of levels ``first`` and beyond from those of the nearer ones.
 
     Parameters
     ----------
-    levels : Levels
-        All levels.
+    system : SYSTEM
+        The tangent equations.
     first, active : int
         First level to recover, and number of levels; the ground, nearer than level 0, does not move.
     particular, displacement : array (r, degrees of freedom)
@@ -191,8 +209,9 @@ def back_substitution(levels, first, active, particular, displacement, pull):
     pull : array (r, degrees of freedom)
         Scratch: forces of the nearer level.
     """
-    start, coupling = levels.start, levels.first_coupling
-    far_index, near_index, far_near = levels.far_index, levels.near_index, levels.far_near
+    start, coupling, at = integers(system.start), integers(system.first_pair), integers(system.inverse_start)
+    far_index, near_index = integer_rows(system.far_index), integer_rows(system.near_index)
+    far_near, inverses = float_blocks(system.far_near), floats(system.inverses)
     for k in range(first, active):
         a, b = start[k], start[k + 1]
         for j in range(displacement.shape[0]):
@@ -203,54 +222,74 @@ def back_substitution(levels, first, active, particular, displacement, pull):
             _subtract_coupling(
                 coupling[k], coupling[k + 1], far_index, near_index, far_near, displacement, start[k - 1], pull, a
             )
-            _multiply(levels.inverses, levels.inverse_start[k], b - a, pull, a, displacement, a)
+            _multiply(inverses, at[k], b - a, pull, a, displacement, a)
 
 
-@kernel_making_arrays
-def solve_columns(levels, active, farthest, force, particular):
+@law
+def solve_columns(system, active, farthest, columns, force, displacement):
     """Solve for many columns of forces by matrix products: forward elimination and back substitution.
 
     Parameters
     ----------
-    levels : Levels
-        All levels.
+    system : SYSTEM
+        The tangent equations.
     active, farthest : int
         Number of active levels, and level beyond which there are no forces.
-    force, particular : array (degrees of freedom, r)
-        Forces, which become displacements; scratch of the same shape.
+    columns : int
+        Number of right-hand sides.
+    force, displacement : array (degrees of freedom, columns), flat
+        Forces, overwritten; and the solution, filled.
     """
-    start, coupling, inverse_start = levels.start, levels.first_coupling, levels.inverse_start
-    far_index, near_index, near_far, far_near = levels.far_index, levels.near_index, levels.near_far, levels.far_near
+    start, pairs, first = integers(system.start), integers(system.first_pair), integers(system.inverse_start)
+    far_index, near_index = integer_rows(system.far_index), integer_rows(system.near_index)
+    near_far, far_near = float_blocks(system.near_far), float_blocks(system.far_near)
+    inverses, r = floats(system.inverses), columns
     for k in range(farthest, -1, -1):
-        a, b, first, last = start[k], start[k + 1], coupling[k], coupling[k + 1]
-        inverse = levels.inverses[inverse_start[k] : inverse_start[k + 1]].reshape((b - a, b - a))
-        np.dot(inverse.T, force[a:b], particular[a:b])
+        a = start[k]
+        multiply(system, r, start[k + 1] - a, inverses, first[k], force, a, 0.0, displacement, a)
         if k > 0:
-            nearer = force[start[k - 1] : a]
-            _subtract_coupling_columns(first, last, near_index, far_index, near_far, particular[a:b], nearer)
-    for i in range(start[1]):  # assigning slices compiles messages of errors, too: three seconds
-        for j in range(force.shape[1]):
-            force[i, j] = particular[i, j]
+            here, nearer = displacement[a * r :], force[start[k - 1] * r :]
+            _subtract_coupling_columns(pairs[k], pairs[k + 1], near_index, far_index, near_far, r, here, nearer)
     for k in range(1, active):
-        a, b, first, last = start[k], start[k + 1], coupling[k], coupling[k + 1]
-        inverse = levels.inverses[inverse_start[k] : inverse_start[k + 1]].reshape((b - a, b - a))
-        pull = np.zeros((b - a, force.shape[1]))
-        _subtract_coupling_columns(first, last, far_index, near_index, far_near, force[start[k - 1] : a], pull)
-        np.dot(inverse.T, pull, force[a:b])
-        if k <= farthest:
-            for i in range(a, b):
-                add_row(1.0, particular[i], force[i])
+        a, size = start[k], start[k + 1] - start[k]
+        nearer, pull = displacement[start[k - 1] * r :], force[a * r : (a + size) * r]
+        for j in range(pull.size):
+            pull[j] = 0.0
+        _subtract_coupling_columns(pairs[k], pairs[k + 1], far_index, near_index, far_near, r, nearer, pull)
+        known = 1.0 if k <= farthest else 0.0
+        multiply(system, r, size, inverses, first[k], force, a, known, displacement, a)
 
 
 @law
-def _subtract_coupling_columns(first, last, at_here, at_there, coupling, displacement, force):
+def _subtract_coupling_columns(first, last, at_here, at_there, coupling, columns, displacement, force):
     """Subtract as ``_subtract_coupling``, with one column for each right-hand side."""
     side = at_here.shape[1]
     for e in range(first, last):
         for r in range(side):
-            if at_here[e, r] < 0:
+            here = at_here[e, r] * columns
+            if here < 0:
                 continue
-            row = force[at_here[e, r]]
             for c in range(side):
-                if at_there[e, c] >= 0:
-                    add_row(-coupling[e, r, c], displacement[at_there[e, c]], row)
+                there = at_there[e, c] * columns
+                if there >= 0:
+                    add_row(-coupling[e, r, c], displacement[there : there + columns], force[here : here + columns])
+
+
+@Unit
+def substitute(address):
+    """Solve for the rows of forces in ``current``, which become displacements; none act beyond level ``farthest``.
+
+    Parameters
+    ----------
+    address : int
+        Of the table of the tangent equations.
+    """
+    system = system_at(address)
+    right, room = float_rows(system.current), float_rows(system.room)
+    count = right.shape[0]
+    particular, pull = room[:count], room[count : 2 * count]
+    for m in range(count):
+        for i in range(right.shape[1]):
+            particular[m, i] = 0.0
+    forward_elimination(system, system.farthest, 0, right, particular)
+    back_substitution(system, 0, system.active_levels, particular, right, pull)

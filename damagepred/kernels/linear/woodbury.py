@@ -1,116 +1,127 @@
-"""Low-rank correction of a factorised system for a few changed interfaces, by the Woodbury identity (Hager 1989)."""
+"""Low-rank correction of a factorised system for a few changed interfaces, by the Woodbury identity (Hager 1989).
+
+A change D of the interface stiffness and the compliance C turn relative displacements x of the factorised system into
+correction forces p = D (x - C p), so (1 + D C) p = D x.
+"""
 
 import numpy as np
 
-from damagepred.kernels.jit import kernel, law
-from damagepred.kernels.linear.block_tridiagonal import add_row
+from damagepred.kernels.jit import Unit, law
+from damagepred.kernels.linear.block_tridiagonal import add_row, solve_columns
+from damagepred.kernels.linear.lapack import solve_dense
+from damagepred.kernels.linear.table import system_at
+from damagepred.kernels.table import float_blocks, float_rows, floats, integer_rows, integers, run
 
 
-@kernel
-def unit_loads(listed, kinematics, index, force):
-    """Add unit opening, shear and rotation forces of interfaces, one a column.
+@law
+def _relative_displacement(dofs, rows, index, displacement, i, j):
+    """Return opening (j = 0), shear (1) or rotation (2) of interface i."""
+    total = 0.0
+    for r in range(dofs.shape[1]):
+        dof = dofs[i, r]
+        if dof >= 0 and index[dof] >= 0:
+            total += rows[i, j, r] * displacement[index[dof]]
+    return total
 
-    Parameters
-    ----------
-    listed : array of int
-        The interfaces, three columns each.
-    kinematics : NamedTuple of arrays
-        Strain-displacement matrices; see ``damagepred.solvers.system.interface_kinematics``.
-    index : array of int (size,)
-        Index of each degree of freedom in the order of the levels, -1 where prescribed or condensed.
-    force : array (active degrees of freedom, 3 * listed)
-        Added to.
-    """
+
+@law
+def _relative_displacements(system, changed, displacement, relative):
+    """Compute opening, shear and rotation of changed interfaces from rows of displacements."""
+    dofs, rows, index = integer_rows(system.dof), float_blocks(system.strain_displacement), integers(system.index)
+    for m in range(displacement.shape[0]):
+        for s in range(changed.size):
+            for j in range(3):
+                relative[m, 3 * s + j] = _relative_displacement(dofs, rows, index, displacement[m], changed[s], j)
+
+
+@law
+def _add_unit_loads(system, listed, columns, force):
+    """Add unit opening, shear and rotation forces of interfaces, one a column."""
+    dofs, rows, index = integer_rows(system.dof), float_blocks(system.strain_displacement), integers(system.index)
     for s in range(listed.size):
         i = listed[s]
-        for r in range(kinematics.dof.shape[1]):
-            dof = kinematics.dof[i, r]
+        for r in range(dofs.shape[1]):
+            dof = dofs[i, r]
             if dof >= 0 and index[dof] >= 0:
                 for j in range(3):
-                    force[index[dof], 3 * s + j] += kinematics.rows[i, j, r]
+                    force[index[dof] * columns + 3 * s + j] += rows[i, j, r]
 
 
-@kernel
-def relative_displacements(listed, kinematics, index, displacement, relative):
-    """Compute opening, shear and rotation of interfaces from displacements.
+@law
+def solve_factorised(system, right, farthest):
+    """Solve for rows of forces with the factorised stiffness; they become displacements.
 
     Parameters
     ----------
-    listed, kinematics, index
-        As ``unit_loads``.
-    displacement : array (r, active degrees of freedom)
-        Rows of displacements in the order of the levels.
-    relative : array (3 * listed, r)
-        Filled.
+    system : SYSTEM
+        The tangent equations.
+    right : array (r, active degrees of freedom)
+        The forces, in the order of the levels.
+    farthest : int
+        Level beyond which there are no forces.
     """
-    relative[:] = 0.0
-    for s in range(listed.size):
-        i = listed[s]
-        for r in range(kinematics.dof.shape[1]):
-            dof = kinematics.dof[i, r]
-            if dof < 0 or index[dof] < 0:
-                continue
+    system.current.address = right.ctypes.data
+    system.current.rows, system.current.columns = right.shape
+    system.farthest = farthest
+    run(system.substitute, system.here)
+
+
+@Unit
+def respond(address):
+    """Compute the response to unit loads in new interfaces, and the compliance between all that have a slot.
+
+    Parameters
+    ----------
+    address : int
+        Of the table of the tangent equations; the new interfaces are ``new`` from ``first_new`` to ``last_new``.
+    """
+    system = system_at(address)
+    new = integers(system.new)[system.first_new : system.last_new]
+    level, farthest = integers(system.interface_level), -1
+    for i in new:
+        farthest = max(farthest, level[i])
+    size, columns, first = integers(system.start)[system.active_levels], 3 * new.size, 3 * system.occupied
+    response, found = float_rows(system.response), floats(system.unit_response)
+    added, force = response[first : first + columns], floats(system.unit)[: size * columns]
+    for j in range(force.size):
+        force[j] = 0.0
+    _add_unit_loads(system, new, columns, force)
+    few = columns <= system.loop_rows
+    if not few:
+        solve_columns(system, system.active_levels, farthest, columns, force, found)
+    for i in range(size):
+        for c in range(columns):
+            added[c, i] = force[i * columns + c] if few else found[i * columns + c]
+    if few:
+        solve_factorised(system, added, farthest)
+    slot, interface_of_slot = integers(system.slot), integers(system.interface_of_slot)
+    for s in range(new.size):
+        interface_of_slot[system.occupied + s] = new[s]
+        slot[new[s]] = system.occupied + s
+    _add_compliance(system, first, columns)
+    system.occupied += new.size
+
+
+@law
+def _add_compliance(system, first, columns):
+    """Compute the relative displacements for new unit loads, and those of new interfaces for old ones."""
+    response, compliance = float_rows(system.response), float_rows(system.compliance)
+    dofs, rows, index = integer_rows(system.dof), float_blocks(system.strain_displacement), integers(system.index)
+    interface_of_slot = integers(system.interface_of_slot)
+    for s in range((first + columns) // 3):
+        own = first if 3 * s < first else 0
+        for c in range(own, first + columns):
             for j in range(3):
-                for m in range(displacement.shape[0]):
-                    relative[3 * s + j, m] += kinematics.rows[i, j, r] * displacement[m, index[dof]]
+                compliance[3 * s + j, c] = _relative_displacement(
+                    dofs, rows, index, response[c], interface_of_slot[s], j
+                )
 
 
-@kernel
-def changed_interfaces(active, target, factorised, slot, level, changed):
-    """List the interfaces whose stiffness differs from the factorised one.
-
-    Parameters
-    ----------
-    active : array of int
-        Active interfaces.
-    target, factorised : array (m, 9)
-        Stiffness of each interface.
-    slot : array of int (m,)
-        Slot of the unit-load responses of an interface, -1 if there are none yet.
-    level : array of int (m,)
-        Level of each interface.
-    changed : array of int (m,)
-        Filled with the changed interfaces.
-
-    Returns
-    -------
-    int, int, int
-        Number of changed interfaces, of those without a slot, and farthest level of one; -1 if there is none.
-    """
-    count, new, farthest = 0, 0, -1
-    for i in active:
-        for j in range(9):
-            if target[i, j] != factorised[i, j]:
-                changed[count] = i
-                count += 1
-                farthest = max(farthest, level[i])
-                if slot[i] < 0:
-                    new += 1
-                break
-    return count, new, farthest
-
-
-@kernel
-def stiffness_changes(changed, target, factorised, change, rows):
-    """Compute the change D of the stiffness of interfaces, and list its rows that are not zero.
+@law
+def _stiffness_changes(changed, target, factorised, change, rows):
+    """Compute the change D of the stiffness of interfaces, and list its rows that are not 0; return their number.
 
     A joint that slides changes its shear row alone.
-
-    Parameters
-    ----------
-    changed : array of int (s,)
-        The interfaces.
-    target, factorised : array (m, 9)
-        New and old stiffness of each interface.
-    change : array (s, 9)
-        Filled with their difference.
-    rows : array of int (3 s,)
-        Filled with 3 s + j: opening (0), shear (1) or rotation (2) of changed interface s.
-
-    Returns
-    -------
-    int
-        Number of rows.
     """
     count = 0
     for s in range(changed.size):
@@ -127,88 +138,69 @@ def stiffness_changes(changed, target, factorised, change, rows):
 
 
 @law
-def _correction_force(row, change, relative, m):
-    """Return one component of the correction forces D x of right-hand side m."""
+def _correction_force(row, change, relative):
+    """Return one component of the correction forces D x."""
     s, j = row // 3, row % 3
-    total = 0.0
-    for k in range(3):
-        total += change[s, 3 * j + k] * relative[3 * s + k, m]
-    return total
+    first = relative[3 * s : 3 * s + 3]
+    return change[s, 3 * j] * first[0] + change[s, 3 * j + 1] * first[1] + change[s, 3 * j + 2] * first[2]
 
 
-@kernel
-def capacitance_equations(compliance, slots, change, rows, relative, matrix, force):
-    """Set up the capacitance equations of the Woodbury identity, (1 + D C) p = D x.
-
-    A change D of the interface stiffness and the compliance C turn relative displacements x of the factorised system
-    into correction forces p = D (x - C p).
-
-    Parameters
-    ----------
-    compliance : array
-        Relative displacements of interfaces for unit forces in them.
-    slots : array of int (s,)
-        Of the changed interfaces: rows and columns 3 slot to 3 slot + 2 of the compliance.
-    change, rows : array (s, 9), array of int (p,)
-        See ``stiffness_changes``.
-    relative : array (3 s, r)
-        Relative displacements x of the changed interfaces.
-    matrix : array (p, p)
-        Filled with 1 + D C, transposed.
-    force : array (r, p)
-        Filled with D x.
-    """
-    for r in range(rows.size):
+@law
+def _fill_capacitance(system, changed, count):
+    """Fill 1 + D C, transposed."""
+    change, compliance, slots = float_rows(system.change), float_rows(system.compliance), integers(system.slot)
+    rows, matrix = integers(system.changed_rows), floats(system.capacitance)
+    for r in range(count):
         s, j = rows[r] // 3, rows[r] % 3
-        first = compliance[3 * slots[s]]
-        second, third = compliance[3 * slots[s] + 1], compliance[3 * slots[s] + 2]
+        slot = 3 * slots[changed[s]]
         a, b, d = change[s, 3 * j], change[s, 3 * j + 1], change[s, 3 * j + 2]
-        for c in range(rows.size):
-            k = 3 * slots[rows[c] // 3] + rows[c] % 3
-            matrix[c, r] = a * first[k] + b * second[k] + d * third[k]
-        matrix[r, r] += 1.0
-        for m in range(force.shape[0]):
-            force[m, r] = _correction_force(rows[r], change, relative, m)
+        for c in range(count):
+            k = 3 * slots[changed[rows[c] // 3]] + rows[c] % 3
+            matrix[c * count + r] = a * compliance[slot, k] + b * compliance[slot + 1, k] + d * compliance[slot + 2, k]
+        matrix[r * count + r] += 1.0
 
 
-@kernel
-def correction_agrees(rows, change, relative, force, share):
-    """Whether the solution satisfies p = D x.
-
-    Parameters
-    ----------
-    rows, change, relative, force
-        As ``capacitance_equations``, at the solution; ``force`` is p.
-    share : float
-        Tolerance, relative to the largest force of a right-hand side (1).
-    """
-    for m in range(force.shape[0]):
-        largest, apart = 0.0, 0.0
-        for c in range(rows.size):
-            difference = abs(_correction_force(rows[c], change, relative, m) - force[m, c])
-            if not difference < np.inf:
-                return False
-            largest, apart = max(largest, abs(force[m, c])), max(apart, difference)
-        if apart > share * largest:
+@law
+def _agrees(rows, count, change, relative, force, tolerance):
+    """Whether the solution satisfies p = D x, within a share of the largest force."""
+    largest, apart = 0.0, 0.0
+    for c in range(count):
+        difference = abs(_correction_force(rows[c], change, relative) - force[c])
+        if not difference < np.inf:
             return False
-    return True
+        largest, apart = max(largest, abs(force[c])), max(apart, difference)
+    return apart <= tolerance * largest
 
 
-@kernel
-def subtract_correction(amounts, rows, slots, unit_load_response, displacement):
-    """Subtract the response to the correction forces from displacements.
+@Unit
+def correct(address):
+    """Correct solutions with the factorised stiffness for a few changed interfaces; all have a slot.
 
     Parameters
     ----------
-    amounts : array (r, p)
-        Correction forces.
-    rows, slots
-        As ``capacitance_equations``.
-    unit_load_response : array (3 slots, active degrees of freedom)
-        Displacements for unit forces in interfaces.
-    displacement : array (r, active degrees of freedom)
-        Updated.
+    address : int
+        Of the table of the tangent equations; the solutions are the first rows of ``rows``, and ``accurate`` tells
+        whether the correction is.
     """
-    for m in range(displacement.shape[0]):
-        for c in range(rows.size):
-            add_row(-amounts[m, c], unit_load_response[3 * slots[rows[c] // 3] + rows[c] % 3], displacement[m])
+    system = system_at(address)
+    right, changed = float_rows(system.rows)[: system.row_count], integers(system.changed)[: system.changed_count]
+    system.accurate = 0
+    x, p, change = float_rows(system.relative), floats(system.correction_force), float_rows(system.change)
+    rows, slots, response = integers(system.changed_rows), integers(system.slot), float_rows(system.response)
+    count = _stiffness_changes(changed, float_rows(system.target), float_rows(system.stiffness), change, rows)
+    _relative_displacements(system, changed, right, x)
+    _fill_capacitance(system, changed, count)
+    for m in range(right.shape[0]):
+        for c in range(count):
+            p[m * count + c] = _correction_force(rows[c], change, x[m])
+    if not solve_dense(system, count, right.shape[0], floats(system.capacitance), p):
+        return
+    for m in range(right.shape[0]):
+        for c in range(count):
+            slot = 3 * slots[changed[rows[c] // 3]] + rows[c] % 3
+            add_row(-p[m * count + c], response[slot], right[m])
+    _relative_displacements(system, changed, right, x)
+    accurate = True
+    for m in range(right.shape[0]):
+        accurate &= _agrees(rows, count, change, x[m], p[m * count :], system.woodbury_tolerance)
+    system.accurate = accurate

@@ -106,8 +106,7 @@ class Continuation:
         before, history = self.equilibrium, self.state.history
         self.model = model
         self.equilibrium = Equilibrium(model, self.tolerance, self.options)
-        self.equilibrium.newton_iterations += before.newton_iterations
-        self.equilibrium.equations.factorisations += before.equations.factorisations
+        self.equilibrium.equations.continue_counts(before.equations)
         if before.superelements is not None and self.equilibrium.superelements is not None:
             self.equilibrium.superelements.activate_as_in(before.superelements)
         if before.condensed:
@@ -123,7 +122,8 @@ class Continuation:
         for mask in (self.state.history.cracked, self.never_opened):
             mask[free] = True
         self._bonded[free] = False
-        self.model = self.equilibrium.model = model  # of the same stiffness
+        self.model = model
+        self.equilibrium.change_model(model)
         self.balance.change_supports(model)
         if self.equilibrium.condensed:
             self.equilibrium.uncondense_interfaces(free)

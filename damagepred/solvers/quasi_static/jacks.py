@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 
@@ -83,7 +85,11 @@ class JackControl:
         """
         if self.by_load:
             return 0.0
-        return self.origin + self.load_factor_at(coordinate) * self.goal - float(self.weights @ displacement)
+        return self.required_deflection(coordinate) - float(self.weights @ displacement)
+
+    def required_deflection(self, coordinate: float) -> float:
+        """Return the deflection at a path coordinate (m); NaN where the load is given."""
+        return np.nan if self.by_load else self.origin + self.load_factor_at(coordinate) * self.goal
 
     def bordered_step(
         self, residual_response: FloatArray, push_response: FloatArray, missing_deflection: float

@@ -1,23 +1,30 @@
 """Tangent equations of a wall: block tridiagonal factorisation, with Woodbury corrections for few changes.
 
-Most Newton iterations change a few interfaces only. Then the last factorisation is corrected by the Woodbury identity.
+A change in one level leaves the Schur complements of all farther ones as they are, so elimination restarts there. Most
+Newton iterations change a few interfaces only: then the last factorisation is corrected by the Woodbury identity.
 Levels that stay elastic are statically condensed to a superelement on the boundary level once.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numba.extending import get_cython_function_address
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.kernels.linear.assembly import copy_rows
-from damagepred.kernels.linear.woodbury import changed_interfaces
-from damagepred.solvers.quasi_static.block_tridiagonal import BlockTridiagonalFactors
+from damagepred.errors import InputError
+from damagepred.kernels.linear.assembly import set_stiffness
+from damagepred.kernels.linear.block_tridiagonal import eliminate, substitute
+from damagepred.kernels.linear.lapack import LETTERS
+from damagepred.kernels.linear.system import solve_tangent
+from damagepred.kernels.linear.table import SYSTEM
+from damagepred.kernels.linear.woodbury import correct, respond
+from damagepred.kernels.table import fill
 from damagepred.solvers.quasi_static.level_layout import LevelLayout
 from damagepred.solvers.quasi_static.options import LinearSystemOptions
-from damagepred.solvers.quasi_static.refactorisation import RefactorisationRule
 from damagepred.solvers.quasi_static.static_condensation import StaticCondensation
 from damagepred.solvers.quasi_static.superelements import Superelements
-from damagepred.solvers.quasi_static.woodbury_correction import WoodburyCorrection
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 DEFAULTS = LinearSystemOptions()
@@ -39,6 +46,12 @@ class BlockTridiagonalSystem:
 
     Attributes
     ----------
+    tangent : SYSTEM
+        The table of factors and corrections, as kernels take it.
+    address : int
+        Of the table.
+    arrays : dict
+        The arrays of the table, by name.
     condensation : StaticCondensation or None
         Superelement of the condensed levels; None if all levels are active.
     active, condensed_interfaces : array of int
@@ -54,26 +67,145 @@ class BlockTridiagonalSystem:
         superelements: Superelements | None = None,
         options: LinearSystemOptions = DEFAULTS,
     ) -> None:
-        self.model, self.options = system.model, options
+        self.model, self.options, self.elastic = system.model, options, elastic
         self.layout = LevelLayout(system, superelements)
-        self.factors = BlockTridiagonalFactors(system, self.layout, elastic, superelements, options)
-        self.refactorisation = RefactorisationRule(self.layout.size, options)
-        self.target_stiffness = elastic.copy()
-        self.factorisations = self.corrections = 0
-        self._changed = np.empty(len(elastic), dtype=np.int64)  # scratch
+        self._superelements = superelements
+        self._block_tangents: dict[int, FloatArray] = {}
+        self._stiffness = elastic
+        self._table, self.arrays = np.zeros(1, SYSTEM), {}
+        self.tangent, self.address = self._table[0], self._table.ctypes.data
+        self._allocate(system)
         self.set_active_levels(self.layout.levels)
+
+    def _allocate(self, system: DiscreteSystem) -> None:
+        """Make the arrays that all numbers of active levels share."""
+        at, options, count = self.layout, self.options, len(self.elastic)
+        inverse_start = np.concatenate(([0], np.cumsum(at.size**2)))
+        entries, largest = int(inverse_start[-1]), int(at.size.max())
+        matrices = 2 if self._superelements is None else 3
+        if (needed := 8e-9 * matrices * entries) > options.max_memory:
+            raise InputError(
+                f"the quasi-static solver would need {needed:.0f} GB for its matrices, and takes "
+                f"{options.max_memory:g} GB at most; take a larger solver.zone_size, cut fewer blocks, or take "
+                f"method = 'explicit'."
+            )
+        strain = np.zeros(self.model.size)
+        strain[system.strain_dofs] = system.strain_stiffness
+        strain = strain[at.dofs]
+        diagonal = self._elastic_diagonal(strain)
+        # a block without joints keeps its place
+        typical = diagonal.max(initial=0.0) or 1.0
+        (dof, displacement), side, slots = at.kinematics, at.far_index.shape[1], options.max_changed_interfaces
+        self._set(
+            start=at.start,
+            inverse_start=inverse_start,
+            inverses=np.zeros(entries),
+            complements=np.zeros(entries),
+            first_pair=at.first_pair,
+            far_index=at.far_index,
+            near_index=at.near_index,
+            near_far=np.zeros((len(at.far_index), side, side)),
+            far_near=np.zeros((len(at.far_index), side, side)),
+            dof=dof,
+            strain_displacement=displacement,
+            interface_level=at.interface_level,
+            level_interfaces=np.concatenate(at.interfaces_at_level),
+            first_interface=np.concatenate(([0], np.cumsum([len(i) for i in at.interfaces_at_level]))),
+            index_in_level=at.index_in_level,
+            level_of_dof=at.level_of_dof,
+            couplings=at.couplings,
+            first_coupling=at.first_coupling,
+            pair=at.pair,
+            far_is_b=at.far_is_b,
+            stiffness=np.empty((count, 9)),
+            matrices=np.empty((count, dof.shape[1], dof.shape[1])),
+            strain_stiffness=strain,
+            regularisation=options.regularisation * np.where(diagonal > 0.0, diagonal, typical),
+            blocks=np.zeros(0 if self._superelements is None else entries),
+            interface_of_slot=np.empty(slots, dtype=np.int64),
+            compliance=np.empty((3 * slots, 3 * slots)),
+            change=np.empty((slots, 9)),
+            changed_rows=np.empty(3 * slots, dtype=np.int64),
+            relative=np.empty((2, 3 * slots)),
+            correction_force=np.empty(6 * slots),
+            capacitance=np.empty(9 * slots**2),
+            target=np.array(self.elastic),
+            changed=np.empty(count, dtype=np.int64),
+            new=np.empty(count, dtype=np.int64),
+            scratch=np.empty((2, largest**2)),
+            blocks_level=-1,
+            loop_rows=options.max_loop_rows,
+            batch=options.response_batch,
+            keep_farther_levels=options.keep_farther_levels,
+            keep_responses=options.keep_responses,
+            woodbury_tolerance=options.woodbury_tolerance,
+            singular_pivot_ratio=options.singular_pivot_ratio,
+            right=np.empty((2, self.model.size)),
+            solution=np.empty((2, self.model.size)),
+            here=self.address,
+            eliminate=eliminate.address,
+            substitute=substitute.address,
+            respond=respond.address,
+            correct=correct.address,
+            **costs_of(at.size, options),
+            **lapack_routines(max(largest, 3 * slots), options.inversion_panel),
+        )
+        set_stiffness(self.tangent, np.arange(count), self.elastic)
+        self._set_blocks(0, elastic=True)
+
+    def _set(self, **values: Any) -> None:
+        """Set entries of the table, and keep its arrays."""
+        self.arrays.update((name, value) for name, value in values.items() if isinstance(value, np.ndarray))
+        fill(self.tangent, values)
+
+    def _elastic_diagonal(self, strain_stiffness: FloatArray) -> FloatArray:
+        """Return the diagonal of the elastic stiffness in the order of the levels."""
+        (dof, rows), total = self.layout.kinematics, np.zeros(self.model.size)
+        own = np.einsum("mjr,mjk,mkr->mr", rows, self.elastic.reshape(-1, 3, 3), rows)
+        np.add.at(total, dof[dof >= 0], own[dof >= 0])
+        if self._superelements is not None:
+            for boundary, stiffness in zip(self._superelements.boundary, self._superelements.elastic):
+                total[boundary] += stiffness.diagonal()
+        return total[self.layout.dofs] + strain_stiffness
+
+    def _set_blocks(self, first_level: int, elastic: bool) -> None:
+        """Set the stiffness of deformable blocks in all levels from ``first_level`` on."""
+        if (blocks := self._superelements) is None:
+            return
+        at, start, stiffness = self.layout, self.arrays["inverse_start"], self.arrays["blocks"]
+        for k in range(first_level, at.levels):
+            matrix = stiffness[start[k] : start[k + 1]].reshape(at.size[k], at.size[k])
+            matrix[:] = 0.0
+            for d, free, index in at.superelements_of_level[k]:
+                own = blocks.elastic[d] if elastic else self._block_tangents.get(d, blocks.elastic[d])
+                matrix[index[:, None], index] += own.T if len(free) == len(own) else own[free[:, None], free].T
 
     def set_active_levels(self, active_levels: int) -> None:
         """Set the number of active levels; see ``condense`` for those beyond."""
-        at = self.layout
-        self.active_levels = active_levels
+        at, slots = self.layout, self.options.max_changed_interfaces
         self.condensation: StaticCondensation | None = None
+        self.active_levels = active_levels
         self.active = np.flatnonzero(at.interface_level < active_levels)
         self.condensed_interfaces = np.flatnonzero(at.interface_level >= active_levels)
         self.active_dofs = at.dofs[: at.start[active_levels]]
-        self.woodbury = WoodburyCorrection(self.factors, active_levels)
-        self.refactorisation.spent = 0.0
-        self._farthest_changed_level = active_levels - 1
+        size, batch = len(self.active_dofs), 3 * self.options.response_batch
+        index = np.full(at.index_in_level.size, -1, dtype=np.int64)  # among the active degrees of freedom
+        index[self.active_dofs] = np.arange(size)
+        self._set(
+            active_levels=active_levels,
+            active=self.active,
+            active_dofs=self.active_dofs,
+            index=index,
+            slot=np.full(len(self.elastic), -1, dtype=np.int64),
+            response=np.empty((3 * slots, size)),
+            unit=np.empty(batch * size),
+            unit_response=np.empty(batch * size),
+            rows=np.empty((2, size)),
+            room=np.empty((2 * max(self.options.max_loop_rows, 2), size)),
+            occupied=0,
+            spent=0.0,
+            farthest_changed=active_levels - 1,
+        )
 
     def condense(
         self, active_levels: int, load: FloatArray, live_load: FloatArray | None = None
@@ -87,14 +219,17 @@ class BlockTridiagonalSystem:
         load, live_load : array (size,)
             Dead and live load at load factor 1 (N, N m); None: no live load.
         """
-        levels, factors, held = self.layout.levels, self.factors, active_levels < self.layout.levels
+        levels, held = self.layout.levels, active_levels < self.layout.levels
         if active_levels < self.active_levels:
-            condensed = self.layout.interface_level >= active_levels
-            self.target_stiffness[condensed] = factors.elastic[condensed]
-            held = factors.eliminate_elastic(active_levels)
+            condensed = np.flatnonzero(self.layout.interface_level >= active_levels)
+            self._set_blocks(active_levels, elastic=True)
+            set_stiffness(self.tangent, condensed, self.elastic)
+            self._set(farthest=levels - 1, nearest=active_levels, elastic=1)
+            eliminate(self.address)
+            held = bool(self.tangent["held"])
         self.set_active_levels(active_levels if held else levels)
         if held:
-            self.condensation = StaticCondensation(factors, active_levels, load, live_load)
+            self.condensation = StaticCondensation(self, load, live_load)
         return self.condensation
 
     def update(self, stiffness: FloatArray) -> None:
@@ -105,7 +240,11 @@ class BlockTridiagonalSystem:
         stiffness : array (m, 9)
             See ``joint_forces``; only active interfaces count.
         """
-        copy_rows(self.active, stiffness, self.target_stiffness)
+        self._stiffness = stiffness
+
+    def prepare(self) -> None:
+        """Set the stiffness of the next ``solve`` for kernels that solve by themselves."""
+        self._set(wanted=self._stiffness)
 
     def solve(self, force: FloatArray) -> FloatArray:
         """Solve for the displacements of all degrees of freedom.
@@ -113,56 +252,92 @@ class BlockTridiagonalSystem:
         Parameters
         ----------
         force : array (size,) or (r, size)
-            Right-hand side, or one in each row.
+            Right-hand side, or one in each row; two at most.
 
         Returns
         -------
         array
             Of the same shape; 0 where prescribed or condensed.
         """
-        factors, woodbury = self.factors, self.woodbury
-        count, new, farthest = changed_interfaces(
-            self.active,
-            self.target_stiffness,
-            factors.stiffness,
-            woodbury.slot,
-            self.layout.interface_level,
-            self._changed,
-        )
-        changed = self._changed[:count]
-        self._farthest_changed_level = max(self._farthest_changed_level, factors.update_superelements())
-        if self._farthest_changed_level >= 0 or self._refactorisation_pays(count, new, farthest):
-            self._factorise(changed)
-            count = 0
-        right = np.take(force.reshape(-1, force.shape[-1]), self.active_dofs, axis=1)
-        u = woodbury.solve(right.copy(), changed, self.target_stiffness) if count else None
-        if u is not None:
-            self.corrections += 1
-        else:
-            if count:
-                self._factorise(changed)
-            u = factors.solve(right, self.active_levels, self.active_levels - 1)
-        displacement = np.zeros(force.shape)
-        displacement[..., self.active_dofs] = u.reshape(*force.shape[:-1], -1)
-        return displacement
+        self._update_blocks()
+        rows = force.reshape(-1, force.shape[-1])
+        self.arrays["right"][: len(rows)] = rows
+        self._set(wanted=self._stiffness, row_count=len(rows))
+        solve_tangent(self.address)
+        return self.arrays["solution"][: len(rows)].reshape(force.shape).copy()
 
-    def _refactorisation_pays(self, changed: int, new: int, farthest: int) -> bool:
-        """Return whether the changes exceed the memory for them, or all corrections cost more than a factorisation."""
-        if not changed:
-            return False
-        if self.woodbury.occupied + new > self.options.max_changed_interfaces:
-            return True
-        rule = self.refactorisation
-        rule.spent += rule.correction_cost(changed, new, self.active_levels)
-        return bool(rule.spent > rule.factorisation_cost[farthest + 1])
-
-    def _factorise(self, changed: IntArray) -> None:
-        farthest = max(int(self.layout.interface_level[changed].max(initial=-1)), self._farthest_changed_level)
-        self.factors.set_stiffness(changed, self.target_stiffness)
-        self.woodbury.discard_responses()
-        self.refactorisation.spent = 0.0
-        self._farthest_changed_level = -1
-        if farthest < 0:
+    def _update_blocks(self) -> None:
+        """Take over the tangents of active deformable blocks."""
+        if (blocks := self._superelements) is None:
             return
-        self.factorisations += 1
-        self.factors.refactorise(farthest, self.active)
+        changed = [d for d, tangent in blocks.tangent.items() if tangent is not self._block_tangents.get(d)]
+        if changed:
+            self._block_tangents.update((d, blocks.tangent[d]) for d in changed)
+            level = self.layout.superelement_level
+            self._set_blocks(int(level[changed].min()), elastic=False)
+            self._set(
+                farthest_changed=max(int(self.tangent["farthest_changed"]), int(level[changed].max())),
+                blocks_level=int(level[list(blocks.tangent)].max()),
+            )
+
+    def continue_counts(self, before: BlockTridiagonalSystem) -> None:
+        """Count iterations and factorisations on from those of the same wall with other supports."""
+        for name in ("iterations", "factorisations"):
+            self.tangent[name] += before.tangent[name]
+
+    @property
+    def factorisations(self) -> int:
+        """Number of factorisations so far."""
+        return int(self.tangent["factorisations"])
+
+    @property
+    def corrections(self) -> int:
+        """Number of Woodbury corrections so far."""
+        return int(self.tangent["corrections"])
+
+
+def lapack_routines(largest: int, panel: int = DEFAULTS.inversion_panel) -> dict[str, Any]:
+    """Return the addresses of SciPy's LAPACK, and room for its arguments and for matrices up to a largest size.
+
+    Parameters
+    ----------
+    largest : int
+        Rows and columns.
+    panel : int
+        Columns that LAPACK inverts at a time.
+    """
+    return {
+        **{name: _address(name) for name in ("dgemm", "dpotrf", "dpotri", "dgetrf", "dgetri", "dgesv")},
+        "lapack_integers": np.zeros(4, dtype=np.int32),
+        "lapack_reals": np.zeros(2),
+        "lapack_letters": LETTERS,
+        "pivots": np.zeros(largest, dtype=np.int32),
+        "lapack_work": np.zeros(panel * largest),
+    }
+
+
+def _address(name: str) -> int:
+    """Return the address of a routine of SciPy's BLAS or LAPACK."""
+    module = "scipy.linalg.cython_blas" if name == "dgemm" else "scipy.linalg.cython_lapack"
+    return int(get_cython_function_address(module, name))
+
+
+def costs_of(size: IntArray, options: LinearSystemOptions) -> dict[str, Any]:
+    """Return the costs of factorisations and corrections.
+
+    Parameters
+    ----------
+    size : array of int (levels,)
+        Degrees of freedom of each level.
+    options : LinearSystemOptions
+        Weights of operations.
+    """
+    n, squares = size.astype(np.float64), size.astype(np.float64) ** 2
+    # an inversion takes n^3 operations, the Schur complement about 25 n^2: a block has two couplings of 9 entries
+    dense, sparse = options.inversion_weight * n**3, options.elimination_weight * 25.0 * squares
+    sums = (np.concatenate(([0.0], np.cumsum(v))) for v in (2.0 * options.call_overhead + dense + sparse, n, squares))
+    weights = ("call_overhead", "solution_weight", "vector_weight", "product_weight")
+    return {
+        **dict(zip(("factorisation_cost", "level_sizes", "level_squares"), sums)),
+        **{name: getattr(options, name) for name in weights},
+    }

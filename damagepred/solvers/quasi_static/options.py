@@ -377,10 +377,17 @@ class LinearSystemOptions:
         Smallest pivot over the largest below which condensed levels count as not held (1).
     max_memory : float
         Of the two dense matrices of each level (GB).
+    keep_farther_levels : bool
+        Whether a factorisation begins at the farthest level that has changed, not at the farthest of all.
+    keep_responses : bool
+        Whether unit-load responses are kept until the next factorisation, not computed for each solution.
     max_changed_interfaces : int
-        Interfaces that a Woodbury correction may have; the unit-load responses of as many take memory.
+        Interfaces that a Woodbury correction may have; the unit-load responses of as many take memory. With 0, every
+        change is factorised.
     inversion_panel : int
         Columns that LAPACK inverts at a time; with the workspace that SciPy gives by itself these are three.
+    response_batch : int
+        Interfaces whose unit-load responses are computed at a time.
     max_loop_rows : int
         Right-hand sides up to which loops are faster than matrix products of BLAS.
     woodbury_tolerance : float
@@ -402,8 +409,11 @@ class LinearSystemOptions:
     regularisation: Pure = Field(default=1e-7, gt=0)
     singular_pivot_ratio: Pure = Field(default=1e-12, gt=0)
     max_memory: Pure = Field(default=6.0, gt=0)
-    max_changed_interfaces: Count = Field(default=100, ge=1)
+    keep_farther_levels: bool = True
+    keep_responses: bool = True
+    max_changed_interfaces: Count = Field(default=100, ge=0)
     inversion_panel: Count = Field(default=64, ge=1)
+    response_batch: Count = Field(default=32, ge=1)
     max_loop_rows: Count = Field(default=8, ge=1)
     woodbury_tolerance: Pure = Field(default=1e-6, gt=0)
     call_overhead: Pure = Field(default=6e5, ge=0)

@@ -9,10 +9,24 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.kernels.concrete_section.forces import section_forces
+from damagepred.kernels.equilibrium.iterate import RESIDUAL, TRESCA, interpret, iterate
+from damagepred.kernels.equilibrium.problem import (
+    PROBLEM,
+    RESIDUAL_UNITS,
+    LineSearchParameters,
+    NewtonLineSearchParameters,
+    NewtonParameters,
+    Parameters,
+    Problem,
+    bordered_step,
+    with_constraint,
+)
 from damagepred.kernels.interface.checks import farthest_sliding as farthest_sliding_level
 from damagepred.kernels.interface.internal_force import joint_forces, update_tresca_bounds
-from damagepred.kernels.interface.residual import combine_loads, free_residual, within_limit
+from damagepred.kernels.interface.residual import free_residual, within_limit
 from damagepred.kernels.joint.limits import NO_LIMIT
+from damagepred.kernels.linear.system import solve_tangent
+from damagepred.kernels.table import fill
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
@@ -20,6 +34,7 @@ from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
+from damagepred.time_limit import check_time
 
 
 class Residual:
@@ -44,25 +59,15 @@ class Residual:
         if model.mesh is not None:
             self.superelements = Superelements(self.system, options.newton.interior_tolerance)
             self.dead_load, self.live_load = self.superelements.condensed_loads
-        self.weight = model.mean_block_weight
-        self.arms = self.system.arms
+        self.weight, self._has_live_load = model.mean_block_weight, bool(self.live_load.any())
         self.per_weight = 1.0 / self.system.residual_scale
-        self.newton_iterations = 0
         shape = model.interfaces.contact_area.shape
-        self.force = np.zeros(self.dead_load.size)
-        self.stiffness = np.zeros((shape[0], 9))
         all_interfaces = self._all_interfaces = np.arange(shape[0])
-        self._in_section = np.zeros(shape[0], dtype=np.bool_)
-        if model.sections is not None:
-            self._in_section[model.sections.interface] = True
         self.tresca = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
         rest = State.rest(model)
-        self._joint_forces(all_interfaces, rest, rest.displacement, coulomb=False)
-        self.stiffness[model.properties.gap > 0.0] = 0.0  # until it closes
-        self.tangent = self.stiffness.copy()
-        self.equations = BlockTridiagonalSystem(
-            self.system, self.stiffness.copy(), self.superelements, options.linear_system
-        )
+        elastic = self._elastic_stiffness(rest)
+        self.tangent = elastic.copy()
+        self.equations = BlockTridiagonalSystem(self.system, elastic, self.superelements, options.linear_system)
         self.rate = np.zeros(self.dead_load.size)
         supports = model.supports
         moves = supports.prescribed_displacement != 0.0
@@ -84,11 +89,21 @@ class Residual:
             self._farthest_displaced_level = int(self.equations.layout.interface_level[beside].max(initial=0))
         if model.is_strained:
             self._farthest_displaced_level = int(self.equations.layout.interface_level.max(initial=0))
-        self.store_tangent(rest, rest.displacement)
-        self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
-        self.free[self.equations.active_dofs] = True
         self._detachment_limit = DetachmentLimit.of(model)
         self._initial_support_displacement = float(np.abs(supports.start).max(initial=0.0))
+        self._set_problem()
+        self._stiffness[:] = elastic
+        self.store_tangent(rest, rest.displacement)
+
+    @property
+    def newton_iterations(self) -> int:
+        """Number of Newton iterations so far."""
+        return int(self.equations.tangent["iterations"])
+
+    def change_model(self, model: Model) -> None:
+        """Continue with other supports of the same stiffness."""
+        self.model = model
+        self._set_problem()
 
     def _blocks_of(self, prescribed: BoolArray) -> IntArray:
         """Return the blocks of some prescribed degrees of freedom."""
@@ -104,27 +119,96 @@ class Residual:
         """Whether elastic courses are condensed."""
         return self.equations.condensation is not None
 
+    # -- what kernels take --------------------------------------------------------------------------------------------
+
+    def _elastic_stiffness(self, rest: State) -> FloatArray:
+        """Return the stiffness of the interfaces of the unloaded wall (m, 9)."""
+        size = self.dead_load.size
+        self._force, self._stiffness = np.zeros(size), np.zeros((len(self._all_interfaces), 9))
+        self._external, self._room = np.zeros(size), np.empty((4, size))
+        self._set_loads(rest)
+        self._add_forces(self._all_interfaces, rest, rest.displacement, coulomb=False)
+        self._stiffness[self.model.properties.gap > 0.0] = 0.0  # until it closes
+        return self._stiffness.copy()
+
+    def _set_problem(self) -> None:
+        """Set what the iterations take of the wall, with the present active levels."""
+        model, condensation = self.model, self.equations.condensation
+        records, elastic, options = model.interface_records, model.interfaces.elastic, self.return_mapping
+        self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
+        self.free[self.equations.active_dofs] = True
+        self._table, none = np.zeros(1, PROBLEM), np.empty(0)
+        self.equations.update(self._stiffness)
+        self._arrays = {
+            "joints": self._joints(self.equations.active),
+            "external": self._external,
+            "force": self._force,
+            "stiffness": self._stiffness,
+            "strain_stiffness": self.system.strain_stiffness,
+            "boundary_dofs": np.empty(0, dtype=np.int64) if condensation is None else condensation.boundary_dofs,
+            "boundary_stiffness": np.empty((0, 0)) if condensation is None else condensation.stiffness,
+            "free": self.free,
+            "per_weight": self.per_weight,
+            "arms": self.system.arms,
+            "push": none if self.jacks is None else self.jacks.push,
+            "weights": none if self.jacks is None else self.jacks.weights,
+            "edge": records.edge,
+            "contact_offset": records.contact_offset,
+            "contact_area": records.contact_area,
+            "properties": model.joint_parameters,
+            "displacement": self._room[0],
+            "residual": self._room[0],
+            **dict(zip(("tresca_bound", "tresca_dilatant_opening", "tresca_kappa"), self.tresca)),
+        }
+        if elastic is not None:
+            self._arrays.update(side_dof=elastic.dof, side_rows=elastic.rows)
+        unit = RESIDUAL_UNITS[options.general, None if elastic is None else True]
+        own = {name: value for name, value in options._asdict().items() if name != "general"}
+        fill(
+            self._table[0],
+            {
+                **self._arrays,
+                **own,
+                "first_strain": self.system.strain_dofs.start,
+                "here": self._table.ctypes.data,
+                "system": self.equations.address,
+                "compute_residual": unit.address,
+                "solve_tangent": solve_tangent.address,
+            },
+        )
+        self._problem = Problem(_parameters_of(self.options, self.tolerance), self._table[0])
+
+    def _joints(self, interfaces: IntArray) -> IntArray:
+        """Return those of some interfaces that follow the joint law, not that of a concrete section."""
+        sections = self.model.sections
+        return interfaces if sections is None else np.setdiff1d(interfaces, sections.interface)
+
     # -- forces -----------------------------------------------------------------------------------------------------
 
-    def _joint_forces(self, active: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
+    def _set_loads(self, state: State) -> None:
+        """Set the external load to that of a state, without the load of jacks."""
+        np.multiply(self.dead_load, state.load, out=self._external)
+        if self._has_live_load:
+            self._external += state.load_factor * self.live_load
+
+    def _add_forces(self, interfaces: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
         """Add forces of joints, sections and deformable blocks to the residual, and set joint tangents."""
         model, superelements = self.model, self.superelements
         if superelements is not None:
             superelements.place_facets(displacement)
-            self.force[superelements.facet_dofs] = 0.0
+            self._force[superelements.facet_dofs] = 0.0
         if model.sections is not None:
-            active = active[~self._in_section[active]]
             section_forces(
                 model.sections,
                 state.sections,
                 model.interface_records,
                 model.joint_parameters,
                 displacement,
-                self.force,
-                self.stiffness,
+                self._force,
+                self._stiffness,
             )
         joint_forces(
-            active,
+            self._joints(interfaces),
             model.interface_records,
             model.joint_parameters,
             self.return_mapping,
@@ -133,17 +217,59 @@ class Residual:
             self.tresca,
             coulomb,
             displacement,
-            self.force,
-            self.stiffness,
+            self._force,
+            self._stiffness,
         )
         if model.elastic is not None:
             strains = self.system.strain_dofs
-            self.force[strains] -= self.system.strain_stiffness * displacement[strains]
+            self._force[strains] -= self.system.strain_stiffness * displacement[strains]
         if superelements is not None:
-            superelements.scatter_facet_forces(self.force)
-            superelements.add_internal_forces(state.load, state.load_factor, displacement, state.plastic, self.force)
+            superelements.scatter_facet_forces(self._force)
+            superelements.add_internal_forces(state.load, state.load_factor, displacement, state.plastic, self._force)
 
-    def residual(self, state: State, displacement: FloatArray, coulomb: bool = True) -> tuple[FloatArray, float]:
+    def run(
+        self, method: int, state: State, start: FloatArray, tolerance: float = 0.0, limit: float = np.inf
+    ) -> tuple[FloatArray, float]:
+        """Run an iteration; return what it finds and the unbalanced force ratio. The load of the jacks is updated.
+
+        Parameters
+        ----------
+        method, tolerance, limit
+            As ``damagepred.kernels.equilibrium.iterate.iterate``.
+        state : State
+            Load, load factor and history.
+        start : array (size,)
+            First displacements.
+        """
+        check_time()
+        found = np.empty_like(start)
+        self._set_loads(state)
+        if (condensation := self.equations.condensation) is not None:
+            self._external[condensation.boundary_dofs] += condensation.load(state.load, state.load_factor)
+        deflection = np.nan if self.jacks is None else self.jacks.required_deflection(state.load_factor)
+        if self.superelements is None and self.model.sections is None:
+            ground, (slip, dilatant_opening, cracked, kappa) = self.model.ground.at(state.load_factor), state.history
+            fill(
+                self._table[0],
+                {
+                    "ground_normal": ground.normal,
+                    "ground_shear": ground.shear,
+                    "slip": slip,
+                    "dilatant_opening": dilatant_opening,
+                    "cracked": cracked,
+                    "kappa": kappa,
+                    "deflection": deflection,
+                },
+            )
+            self.equations.update(self._stiffness)
+            self.equations.prepare()
+            ratio, state.jack = iterate(method, self._problem, state.jack, start, found, self._room, tolerance, limit)
+        else:
+            problem = _InterpretedProblem(self, state, deflection)
+            ratio, state.jack = interpret(method, problem, state.jack, start, found, self._room, tolerance, limit)
+        return found, ratio
+
+    def residual(self, state: State, displacement: FloatArray) -> tuple[FloatArray, float]:
         """Return the residual force of every degree of freedom, and the unbalanced force ratio.
 
         Parameters
@@ -152,30 +278,42 @@ class Residual:
             Load, load factor and history.
         displacement : array (size,)
             Of all degrees of freedom; facets and the inside of yielding blocks are updated.
-        coulomb : bool
-            Coulomb law, or a Tresca problem with fixed bounds.
         """
-        self._loads(state)
-        self._joint_forces(self.equations.active, state, displacement, coulomb)
-        if (superelement := self.equations.condensation) is not None:
-            self.force[superelement.boundary_dofs] += superelement.force(displacement, state.load, state.load_factor)
-        # NaN must not pass for balance; forces of a block that finds no equilibrium inside are NaN, too
-        force = np.empty_like(self.force)
-        ratio = free_residual(self.force, self.free, self.per_weight, force)
-        if self.superelements is not None:
-            ratio = max(ratio, self.superelements.largest_block_resultant(force) / self.weight)
-        if coulomb and self.jacks is not None:
-            # the constraint on the deflection, so scaled that both tolerances are met together
-            missing = abs(self.missing_deflection(state, displacement))
-            constraint = missing / self.options.jacks.deflection_tolerance * self.tolerance
-            ratio = max(ratio, constraint if np.isfinite(constraint) else np.inf)
-        return force, ratio
+        return self.run(RESIDUAL, state, displacement)
 
-    def _loads(self, state: State) -> None:
-        """Set the residual force to the external loads."""
-        combine_loads(self.dead_load, self.live_load, state.load, state.load_factor, self.force)
-        if self.jacks is not None:
-            self.force += state.jack * self.jacks.push
+    def newton(self, method: int, state: State, start: FloatArray) -> tuple[FloatArray, float]:
+        """Run Newton's method; return its best iterate and the unbalanced force ratio there.
+
+        Parameters
+        ----------
+        method : int
+            NEWTON with backtracking, or LINE_SEARCH.
+        state : State
+            Load, load factor and history; the load of the jacks becomes that of the best iterate.
+        start : array (size,)
+            First displacements.
+        """
+        found, ratio = self.run(method, state, start)
+        if ratio < self.tolerance:
+            self.store_tangent(state, found)
+        return found, np.inf if self.has_diverged(state, found) else ratio
+
+    def minimise(self, state: State, tolerance: float) -> None:
+        """Minimise the potential of the Tresca problem.
+
+        Parameters
+        ----------
+        state : State
+            Its displacements are the start, and become the minimum.
+        tolerance : float
+            Unbalanced force ratio at which the minimisation ends.
+        """
+        limit = self._divergence_limit(state)
+        state.displacement[:], _ = self.run(TRESCA, state, state.displacement, tolerance, limit)
+        if not (within_limit(state.displacement, self.free, self.system.arms, limit) or self.has_diverged(state)):
+            # farther than rigid blocks move, not farther than the elastic wall
+            limit += 2.0 * largest_elastic_displacement(self.model, state.load_factor)
+            state.displacement[:], _ = self.run(TRESCA, state, state.displacement, tolerance, limit)
 
     def missing_deflection(self, state: State, displacement: FloatArray) -> float:
         """Return the missing deflection of jacks whose deflection is given (m).
@@ -191,9 +329,16 @@ class Residual:
 
     def forces(self, state: State) -> FloatArray:
         """Return the force of joints and loads on all degrees of freedom, prescribed and condensed ones included."""
-        self._loads(state)
-        self._joint_forces(self._all_interfaces, state, state.displacement, coulomb=True)
-        return self.force
+        self._set_loads(state)
+        return self._forces_at(self._all_interfaces, state, state.displacement, state.jack)
+
+    def _forces_at(self, interfaces: IntArray, state: State, displacement: FloatArray, jack: float) -> FloatArray:
+        """Return the forces of the joints of some interfaces, of blocks, of jacks and of the external load set."""
+        self._force[:] = self._external
+        if self.jacks is not None:
+            self._force += jack * self.jacks.push
+        self._add_forces(interfaces, state, displacement, coulomb=True)
+        return self._force
 
     def condensed_energy(self, state: State) -> tuple[IntArray, float]:
         """Return the active interfaces, and the elastic energy of condensed levels and of strained elastic blocks (J).
@@ -235,12 +380,16 @@ class Residual:
             Of all degrees of freedom; by default the state's own.
         """
         displacement = state.displacement if displacement is None else displacement
-        allowed = self._detachment_limit.at(state.load_factor)
-        limit = self._initial_support_displacement + self.options.newton.divergence_displacement * allowed
-        if within_limit(displacement, self.free, self.arms, limit):
+        limit, arms = self._divergence_limit(state), self.system.arms
+        if within_limit(displacement, self.free, arms, limit):
             return False
         limit += 2.0 * largest_elastic_displacement(self.model, state.load_factor)
-        return not within_limit(displacement, self.free, self.arms, limit)
+        return not within_limit(displacement, self.free, arms, limit)
+
+    def _divergence_limit(self, state: State) -> float:
+        """Return the displacement beyond which no equilibrium is sought, but for those of the elastic wall (m)."""
+        allowed = self._detachment_limit.at(state.load_factor)
+        return self._initial_support_displacement + self.options.newton.divergence_displacement * allowed
 
     # -- linearisation ----------------------------------------------------------------------------------------------
 
@@ -254,7 +403,7 @@ class Residual:
         displacement : array (size,)
             Its displacements.
         """
-        self.tangent[self.equations.active] = self.stiffness[self.equations.active]
+        self.tangent[self.equations.active] = self._stiffness[self.equations.active]
         self.rate = self.live_load.copy()
         if not self._no_imposed_movement:
             self.rate += self._joint_rate(state, displacement)
@@ -267,12 +416,9 @@ class Residual:
         perturbed = replace(state, load_factor=state.load_factor + step, displacement=displacement.copy())
         moved = step * self.model.ground.load_factor_rate(state.load_factor)
         perturbed.displacement[supports.prescribed] += moved * supports.prescribed_displacement
-        self.force[:] = 0.0
-        self._joint_forces(self._moving_interfaces, state, displacement, coulomb=True)
-        before = self.force.copy()
-        self.force[:] = 0.0
-        self._joint_forces(self._moving_interfaces, perturbed, perturbed.displacement, coulomb=True)
-        return (self.force - before) / step
+        self._external[:] = 0.0
+        before = self._forces_at(self._moving_interfaces, state, displacement, 0.0).copy()
+        return (self._forces_at(self._moving_interfaces, perturbed, perturbed.displacement, 0.0) - before) / step
 
     def solve(self, stiffness: FloatArray, force: FloatArray, missing_deflection: float) -> tuple[FloatArray, float]:
         """Solve the linear system, bordered by the condition on the deflection where jacks are controlled by it.
@@ -292,7 +438,7 @@ class Residual:
             Displacements (m, rad) and load of each jack (N).
         """
         self.equations.update(stiffness)
-        self.newton_iterations += 1
+        self.equations.tangent["iterations"] += 1
         if self.jacks is None or self.jacks.by_load:
             return self.equations.solve(force), 0.0
         responses = self.equations.solve(np.stack((force, self.jacks.push)))
@@ -340,8 +486,7 @@ class Residual:
         level = max(level, self._farthest_displaced_level)
         if level + 1 > self.equations.active_levels or not self.condensed:
             self.equations.condense(level + 1, self.dead_load, self.live_load)
-            self.free[:] = False
-            self.free[self.equations.active_dofs] = True
+            self._set_problem()
 
     def uncondense_interfaces(self, interfaces: BoolArray | IntArray) -> None:
         """Make all levels up to the farthest of some interfaces and of active deformable blocks active."""
@@ -393,3 +538,71 @@ class Residual:
             superelement.recover(u, state.load, state.load_factor)
         if self.superelements is not None:
             self.superelements.recover(u, state.load, state.load_factor, state.plastic)
+
+
+def _parameters_of(options: SolverOptions, tolerance: float) -> Parameters:
+    """Return the parameters of the iterations, as kernels take them."""
+    newton, searching, search = options.newton, options.newton_with_line_search, options.line_search
+    return Parameters(
+        NewtonParameters(*(getattr(newton, name) for name in NewtonParameters._fields)),
+        NewtonLineSearchParameters(*(getattr(searching, name) for name in NewtonLineSearchParameters._fields)),
+        LineSearchParameters(*(getattr(search, name) for name in LineSearchParameters._fields)),
+        tolerance,
+        options.coulomb.warm_start_residual,
+        options.coulomb.max_minimisation_iterations,
+        options.jacks.deflection_tolerance,
+    )
+
+
+class _InterpretedProblem:
+    """A wall with deformable blocks or concrete sections at the loads of a state, for the iterations in Python."""
+
+    def __init__(self, wall: Residual, state: State, deflection: float) -> None:
+        self._wall, self._state, self._deflection = wall, state, deflection
+        self.parameters = wall._problem.parameters
+
+    def compute_residual(self, jack: float, displacement: FloatArray, coulomb: bool, force: FloatArray) -> float:
+        """Compute the residual force; see ``damagepred.kernels.equilibrium.problem.residual``."""
+        wall, state = self._wall, self._state
+        wall._force[:] = wall._external
+        if wall.jacks is not None:
+            wall._force += jack * wall.jacks.push
+        wall._add_forces(wall.equations.active, state, displacement, coulomb)
+        if (condensation := wall.equations.condensation) is not None:
+            wall._force[condensation.boundary_dofs] -= condensation.stiffness @ displacement[condensation.boundary_dofs]
+        # NaN must not pass for balance; forces of a block that finds no equilibrium inside are NaN, too
+        ratio = free_residual(wall._force, wall.free, wall.per_weight, force)
+        if wall.superelements is not None:
+            ratio = max(ratio, wall.superelements.largest_block_resultant(force) / wall.weight)
+        return float(with_constraint(self.parameters, ratio, self.missing_deflection(displacement), coulomb))
+
+    def compute_step(self, bordered: bool, displacement: FloatArray, force: FloatArray, step: FloatArray) -> float:
+        """Solve the tangent equations; see ``damagepred.kernels.equilibrium.problem.solve``."""
+        equations, jacks = self._wall.equations, self._wall.jacks
+        equations.update(self._wall._stiffness)
+        equations.tangent["iterations"] += 1
+        if jacks is None or not (bordered and self.controls_deflection()):
+            step[:] = equations.solve(force)
+            return 0.0
+        responses = equations.solve(np.stack((force, jacks.push)))
+        return float(bordered_step(jacks.weights, responses, self.missing_deflection(displacement), step))
+
+    def controls_deflection(self) -> bool:
+        """Whether the deflection at the jacks is given, and their load unknown."""
+        return not np.isnan(self._deflection)
+
+    def missing_deflection(self, displacement: FloatArray) -> float:
+        """Return the missing deflection at the jacks (m), 0 where their load is given."""
+        jacks = self._wall.jacks
+        if jacks is None or not self.controls_deflection():
+            return 0.0
+        return self._deflection - float(jacks.weights @ displacement)
+
+    def goes_too_far(self, displacement: FloatArray, limit: float) -> bool:
+        """Whether a displacement of an active degree of freedom exceeds a limit (m)."""
+        return not within_limit(displacement, self._wall.free, self._wall.system.arms, limit)
+
+    def add_jack_load(self, load: float, force: FloatArray) -> None:
+        """Add a load of the jacks (N) to the residual force of active degrees of freedom."""
+        if self._wall.jacks is not None:
+            force += np.where(self._wall.free, load * self._wall.jacks.push, 0.0)

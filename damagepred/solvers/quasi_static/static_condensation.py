@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from damagepred.arrays import FloatArray
+from damagepred.kernels.linear.assembly import assemble_level
 from damagepred.kernels.linear.block_tridiagonal import back_substitution, forward_elimination
-from damagepred.solvers.quasi_static.block_tridiagonal import BlockTridiagonalFactors
+
+if TYPE_CHECKING:
+    from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
 
 
 class StaticCondensation:
@@ -14,10 +19,8 @@ class StaticCondensation:
 
     Parameters
     ----------
-    factors : BlockTridiagonalFactors
+    equations : BlockTridiagonalSystem
         Elastic and without regularisation in the condensed levels: it would hold them in space.
-    active_levels : int
-        Number of active levels; those beyond are condensed.
     load, live_load : array (size,)
         Dead and live load at load factor 1 (N, N m); None: no live load.
 
@@ -25,25 +28,28 @@ class StaticCondensation:
     ----------
     boundary_dofs : array of int
         Degrees of freedom of the farthest active level, on which the superelement acts.
+    stiffness : array (b, b)
+        Of these degrees of freedom.
     """
 
-    def __init__(
-        self, factors: BlockTridiagonalFactors, active_levels: int, load: FloatArray, live_load: FloatArray | None
-    ) -> None:
-        self._factors, self._active_levels, at = factors, active_levels, factors.layout
+    def __init__(self, equations: BlockTridiagonalSystem, load: FloatArray, live_load: FloatArray | None) -> None:
+        self._equations, self._active_levels = equations, equations.active_levels
+        at, level = equations.layout, equations.active_levels - 1
         loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
         reduced = np.ascontiguousarray(loads[:, at.dofs])
         self._particular = np.zeros(reduced.shape)
-        forward_elimination(factors.levels, at.levels - 1, active_levels, reduced, self._particular)
-        self._condensed_dofs = at.dofs[at.start[active_levels] :]
+        forward_elimination(equations.tangent, at.levels - 1, self._active_levels, reduced, self._particular)
+        self._condensed_dofs = at.dofs[at.start[self._active_levels] :]
         self._load_on_condensed = loads[:, self._condensed_dofs]
-        level = active_levels - 1
-        boundary = slice(at.start[level], at.start[active_levels])
+        boundary, size = slice(at.start[level], at.start[level + 1]), int(at.size[level])
         self.boundary_dofs = at.dofs[boundary]
         self._load = reduced[:, boundary] - loads[:, self.boundary_dofs]
-        self._last = 0.0, 0.0, np.zeros(len(self.boundary_dofs))  # load factors, and their load
-        stiffness = factors.assemble_level(level, at.couplings_of(active_levels))
-        self._stiffness = (stiffness - factors.schur_complements[level]).T
+        self._last = 0.0, 0.0, np.zeros(size)  # load factors, and their load
+        transposed = np.empty(size**2)
+        assemble_level(equations.tangent, at.couplings_of(level + 1), level, size, transposed)
+        first = equations.arrays["inverse_start"][level]
+        transposed -= equations.arrays["complements"][first : first + size**2]
+        self.stiffness = np.ascontiguousarray(transposed.reshape(size, size).T)
 
     def load(self, load: float, live: float) -> FloatArray:
         """Return the condensed load on the boundary degrees of freedom (N, N m).
@@ -67,7 +73,7 @@ class StaticCondensation:
         load, live
             As ``load``.
         """
-        return self.load(load, live) - self._stiffness @ displacement[self.boundary_dofs]
+        return self.load(load, live) - self.stiffness @ displacement[self.boundary_dofs]
 
     def load_work(self, displacement: FloatArray, load: float, live: float) -> float:
         """Return load times displacement on the condensed levels (J).
@@ -88,8 +94,9 @@ class StaticCondensation:
         displacement, load, live
             As ``force``; displacements are updated.
         """
-        factors, dofs = self._factors, self._factors.layout.dofs
+        layout = self._equations.layout
+        dofs = layout.dofs
         u, particular = displacement[dofs], load * self._particular[0] + live * self._particular[1]
         rows = particular[None], u[None], np.empty((1, len(u)))
-        back_substitution(factors.levels, self._active_levels, factors.layout.levels, *rows)
+        back_substitution(self._equations.tangent, self._active_levels, layout.levels, *rows)
         displacement[dofs] = u

@@ -8,13 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from damagepred.arrays import FloatArray
+from damagepred.kernels.equilibrium.iterate import NEWTON
 from damagepred.kernels.joint.limits import NO_LIMIT
-from damagepred.solvers.quasi_static.line_search import SearchDirection, line_search
-from damagepred.solvers.quasi_static.newton import newton
 from damagepred.solvers.quasi_static.residual import Residual
 from damagepred.solvers.state.wall_state import State
-from damagepred.time_limit import check_time
 
 
 def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_iterations: int) -> float:
@@ -44,7 +41,7 @@ def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_
     ratio, least, since, begun = np.inf, np.inf, 0, problem.newton_iterations
     forcing = _forcing(problem, state) if warm else options.first_forcing
     for attempt in range(options.warm_start_iterations if warm else options.max_iterations):
-        _minimise(problem, state, forcing)
+        problem.minimise(state, forcing)
         if problem.has_diverged(state):
             break
         relaxation = 1.0
@@ -53,7 +50,7 @@ def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_
             update = (attempt - options.full_updates) // options.updates_per_factor
             relaxation = _at_or_last(options.relaxation_factors, update)
         problem.update_tresca_bounds(state, relaxation)
-        found, ratio = newton(problem, state, state.displacement)
+        found, ratio = problem.newton(NEWTON, state, state.displacement)
         if ratio < problem.tolerance:
             state.displacement[:] = found
             break
@@ -74,45 +71,3 @@ def _forcing(problem: Residual, state: State) -> float:
     """Return the residual tolerance of the next Tresca problem (mean block weights)."""
     options, (_, ratio) = problem.options.coulomb, problem.residual(state, state.displacement)
     return max(problem.tolerance, min(options.forcing_share * ratio, options.first_forcing))
-
-
-def _minimise(problem: Residual, state: State, tolerance: float) -> None:
-    """Minimise the potential of a Tresca problem by Newton with line search."""
-    u, search = state.displacement, problem.options.line_search
-    force, ratio = problem.residual(state, u, coulomb=False)
-    _correct_jack_load(problem, state, force, u)
-    for taken in range(problem.options.coulomb.max_minimisation_iterations):
-        # at least one step: bounds of the previous displacements may carry nothing
-        if ratio < (tolerance if taken else problem.tolerance):
-            allowed = problem.options.jacks.deflection_tolerance * max(tolerance / problem.tolerance, 1.0)
-            if abs(problem.missing_deflection(state, u)) <= allowed:
-                break
-            # minimum under this jack load: correct the load for the deflection
-            _correct_jack_load(problem, state, force, u)
-        check_time()
-        problem.equations.update(problem.stiffness)
-        problem.newton_iterations += 1
-        step = problem.equations.solve(force)
-        slope = float(force @ step)
-        if not slope > 0:
-            break
-        direction = SearchDirection(u, step, state.jack, 0.0, slope, coulomb=False)
-        whole = direction.residual(problem, state, 1.0)
-        step_length, force, ratio = line_search(
-            problem, state, direction, whole, search.slope_tolerance, search.maximum_step
-        )
-        u += step_length * step
-        if problem.has_diverged(state):
-            break
-
-
-def _correct_jack_load(problem: Residual, state: State, force: FloatArray, u: FloatArray) -> None:
-    """Set the load of the jacks for the given deflection by the present tangent, and add it to the residual.
-
-    Only under a given load does the wall have a potential: jacks do no work on the measured deflection.
-    """
-    if problem.jacks is None or problem.jacks.by_load:
-        return
-    _, jack_step = problem.solve(problem.stiffness, force, problem.missing_deflection(state, u))
-    state.jack += jack_step
-    force += np.where(problem.free, jack_step * problem.jacks.push, 0.0)

@@ -1,0 +1,1 @@
+"""Equilibrium of a wall at given loads: residual, linearisation, and the iterations that find it."""

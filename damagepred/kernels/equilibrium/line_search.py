@@ -1,0 +1,55 @@
+"""Line search along a step: root of the work of the residual, by safeguarded regula falsi (Crisfield 1991, ch. 9)."""
+
+import numpy as np
+
+from damagepred.kernels.equilibrium.problem import residual
+from damagepred.kernels.equilibrium.vectors import dot, move_along
+from damagepred.kernels.jit import rule
+
+
+@rule
+def line_search(
+    problem, jack, jack_step, start, step, slope, ratio, slope_tolerance, maximum_step, coulomb, end, force
+):
+    """Return the step length at which the residual does next to no work, and the unbalanced force ratio there.
+
+    Parameters
+    ----------
+    problem : Problem
+        As ``damagepred.kernels.equilibrium.problem.residual``.
+    jack, jack_step : float
+        Load of the jacks at the iterate, and its step (N).
+    start, step : array (size,)
+        Displacements of the iterate, and those of the whole step.
+    slope : float
+        Work of the residual at the iterate along the step, positive (J).
+    ratio : float
+        Unbalanced force ratio at the whole step.
+    slope_tolerance : float
+        Work over that at the start of the step, at which the search ends (1).
+    maximum_step : float
+        Largest multiple of the step (1).
+    coulomb : bool
+        Coulomb law, or a Tresca problem, whose residual is the slope of a convex potential.
+    end, force : array (size,)
+        Displacements and residual force at the whole step; become those at the step length.
+    """
+    options = problem.parameters.line_search
+    low, high, slope_low, slope_high, length = 0.0, 1.0, slope, np.nan, 1.0
+    for _ in range(options.max_iterations):
+        slope_here = dot(force, step) if ratio < np.inf else -np.inf
+        if abs(slope_here) <= slope_tolerance * slope or (slope_here > 0.0 and length >= maximum_step):
+            break
+        if slope_here > 0.0:
+            low, slope_low = length, slope_here
+        else:
+            high, slope_high = length, slope_here
+        if np.isnan(slope_high):
+            length *= 2.0
+        else:
+            # false position, kept away from the ends
+            root = slope_low / (slope_low - slope_high)
+            length = low + (high - low) * min(max(root, options.safeguard), 1.0 - options.safeguard)
+        move_along(start, length, step, end)
+        ratio = residual(problem, jack + length * jack_step, end, coulomb, force)
+    return length, ratio

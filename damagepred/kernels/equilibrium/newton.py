@@ -1,0 +1,105 @@
+"""Newton's method on the Coulomb law: from a nearby equilibrium it converges in a few iterations.
+
+Loose blocks make the tangent nearly singular, and its step far too long. A line search shortens it.
+"""
+
+import numpy as np
+
+from damagepred.kernels.equilibrium.line_search import line_search
+from damagepred.kernels.equilibrium.problem import residual, solve
+from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
+from damagepred.kernels.jit import rule
+
+
+@rule
+def newton(problem, jack, start, best, room):
+    """Newton's method with backtracking on the Coulomb law; return unbalanced force ratio and load of the jacks.
+
+    The first iterations are undamped: active sets of contacts often stabilise although the residual grows.
+
+    Parameters
+    ----------
+    problem : Problem
+        As ``damagepred.kernels.equilibrium.problem.residual``.
+    jack : float
+        Load of each jack at the start (N).
+    start, best : array (size,)
+        First displacements, and the best iterate, filled (m, rad).
+    room : array (4, size)
+        Scratch.
+    """
+    options, tolerance = problem.parameters.newton, problem.parameters.tolerance
+    near = problem.parameters.warm_start_residual
+    u, trial, step, force = room[0], room[1], room[2], room[3]
+    copy(start, u)
+    copy(start, best)
+    ratio = residual(problem, jack, u, True, force)
+    first, least, best_jack, diverging = ratio, ratio, jack, 0
+    for taken in range(options.max_iterations + 1):
+        if ratio < tolerance:
+            break
+        diverging = diverging + 1 if ratio > options.early_divergence_ratio * least else 0
+        if diverging >= options.early_divergence_iterations and least < near:
+            break
+        jack_step = solve(problem, True, u, force, step)
+        before, length = ratio, 1.0
+        move_along(u, length, step, trial)
+        ratio = residual(problem, jack + jack_step, trial, True, force)
+        while length > options.minimum_step and (
+            (ratio > before and taken >= options.undamped_iterations) or ratio == np.inf
+        ):
+            # active sets that alternate: backtracking
+            length *= 0.5
+            move_along(u, length, step, trial)
+            ratio = residual(problem, jack + length * jack_step, trial, True, force)
+        if not ratio < options.divergence_ratio * max(first, 1.0):
+            break
+        copy(trial, u)
+        jack += length * jack_step
+        stagnates = abs(ratio - least) <= options.stagnation_tolerance * least
+        if ratio < least:
+            least, best_jack = ratio, jack
+            copy(u, best)
+        if stagnates and ratio >= tolerance:
+            break
+    return least, best_jack
+
+
+@rule
+def newton_with_line_search(problem, jack, start, best, room):
+    """Newton's method with line search on the Coulomb law; return unbalanced force ratio and load of the jacks.
+
+    A step that does not halve the residual ends where the work of the residual along it vanishes (Crisfield 1991,
+    ch. 9). Joints that open far, or a loose block, would otherwise throw the iteration away.
+
+    Parameters
+    ----------
+    problem, jack, start, best, room
+        As ``newton``.
+    """
+    options, tolerance = problem.parameters.newton_with_line_search, problem.parameters.tolerance
+    u, trial, step, force = room[0], room[1], room[2], room[3]
+    copy(start, u)
+    copy(start, best)
+    ratio = residual(problem, jack, u, True, force)
+    least, best_jack, stagnating = ratio, jack, 0
+    for taken in range(options.max_iterations + 1):
+        if ratio < tolerance or taken == options.max_iterations or stagnating > options.stagnation_limit:
+            break
+        jack_step = solve(problem, True, u, force, step)
+        slope, before, length = dot(force, step), ratio, 1.0
+        move_along(u, length, step, trial)
+        ratio = residual(problem, jack + jack_step, trial, True, force)
+        if not ratio < options.full_step_reduction * before and slope > 0.0:
+            length, ratio = line_search(
+                problem, jack, jack_step, u, step, slope, ratio, options.slope_tolerance, 1.0, True, trial, force
+            )
+        if ratio == np.inf:
+            break
+        copy(trial, u)
+        jack += length * jack_step
+        stagnating = 0 if ratio < options.stagnation_ratio * least else stagnating + 1
+        if ratio < least:
+            least, best_jack = ratio, jack
+            copy(u, best)
+    return least, best_jack

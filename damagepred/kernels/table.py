@@ -1,0 +1,144 @@
+"""Tables of addresses: dozens of arrays handed to kernels as one record.
+
+A kernel takes a record like a number, whatever it holds. As arguments, the arrays of a wall's equations would be handed
+from function to function one by one, and that took nine tenths of the time to compile. Who makes a table keeps the
+arrays alive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import from_dtype
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+from numba.np import arrayobj
+
+PLACE = np.dtype([(name, np.int64) for name in ("address", "rows", "columns", "depth", "height")])
+"""Address and shape of an array."""
+
+
+def table_type(arrays: str, integers: str = "", numbers: str = "") -> np.dtype[Any]:
+    """Return the type of a table.
+
+    Parameters
+    ----------
+    arrays, integers, numbers : str
+        Names of arrays, of integers or flags, and of other numbers, between spaces.
+    """
+    kinds: Iterable[tuple[str, Any]] = ((arrays, PLACE), (integers, np.int64), (numbers, np.float64))
+    return np.dtype([(name, kind) for names, kind in kinds for name in names.split()])
+
+
+def fill(table: np.void, values: dict[str, Any]) -> None:
+    """Set entries of a table.
+
+    Parameters
+    ----------
+    table : record
+        Of a type made by ``table_type``.
+    values : dict
+        Arrays, contiguous, or numbers by the name of their entry.
+    """
+    for name, value in values.items():
+        if isinstance(value, np.ndarray):
+            if not value.flags.c_contiguous:
+                raise ValueError(f"{name} is not contiguous")
+            table[name] = (value.__array_interface__["data"][0], *value.shape, *_REST[value.ndim])
+        else:
+            table[name] = value
+
+
+_REST = {dimensions: (0,) * (4 - dimensions) for dimensions in range(5)}
+
+
+def _array_at(kind, dimensions):
+    """Return what gives the array at a place, of a kind and a number of dimensions."""
+
+    @intrinsic
+    def array(typing_context, place):
+        """Return the array at a place (``PLACE``)."""
+
+        def generate(context, builder, signature, values):
+            found = arrayobj.make_array(signature.return_type)(context, builder)
+            integer = context.get_value_type(types.intp)
+            first = builder.bitcast(values[0], integer.as_pointer())
+            address, *shape = (
+                builder.load(builder.gep(first, [context.get_constant(types.intp, i)])) for i in range(1 + dimensions)
+            )
+            size = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind)))
+            strides = [size]
+            for extent in shape[:0:-1]:
+                strides.insert(0, builder.mul(strides[0], extent))
+            arrayobj.populate_array(
+                found,
+                data=builder.inttoptr(address, found.data.type),
+                shape=cgutils.pack_array(builder, shape),
+                strides=cgutils.pack_array(builder, strides),
+                itemsize=size,
+                meminfo=None,
+            )
+            return found._getvalue()
+
+        return types.Array(kind, dimensions, "C")(place), generate
+
+    return array
+
+
+def table_at(dtype):
+    """Return what gives the table of a type at an address.
+
+    Parameters
+    ----------
+    dtype : numpy.dtype
+        Made by ``table_type``.
+    """
+    kind = from_dtype(dtype)
+
+    @intrinsic
+    def table(typing_context, address):
+        """Return the table at an address."""
+
+        def generate(context, builder, signature, values):
+            return builder.inttoptr(values[0], context.get_value_type(signature.return_type))
+
+        return kind(address), generate
+
+    return table
+
+
+@intrinsic
+def run(typing_context, unit, table):
+    """Run the unit at an address with the table at another."""
+
+    def generate(context, builder, signature, values):
+        integer = context.get_value_type(types.intp)
+        function = ir.FunctionType(ir.VoidType(), [integer])
+        builder.call(builder.inttoptr(values[0], function.as_pointer()), [values[1]])
+        return context.get_dummy_value()
+
+    return types.void(types.intp, types.intp), generate
+
+
+def records_of(dtype):
+    """Return what gives the array of records of a type at a place.
+
+    Parameters
+    ----------
+    dtype : numpy.dtype
+        Of the records.
+    """
+    return _array_at(from_dtype(dtype), 1)
+
+
+floats, float_rows, float_blocks, float_pairs = (_array_at(types.float64, dimensions) for dimensions in (1, 2, 3, 4))
+"""Vector, matrix and arrays of three and four dimensions of numbers at a place."""
+integers, integer_rows = (_array_at(types.int64, dimensions) for dimensions in (1, 2))
+"""Vector and matrix of integers at a place."""
+integers32, bytes_of = _array_at(types.int32, 1), _array_at(types.uint8, 1)
+"""Vectors of short integers and of letters at a place."""
+flags, flag_rows = (_array_at(types.boolean, dimensions) for dimensions in (1, 2))
+"""Vector and matrix of flags at a place."""
