@@ -129,7 +129,7 @@ def joint_law(coulomb: bool) -> Callable[[Path], Ready]:
 
         def work() -> None:
             for _ in range(times):
-                equilibrium._joint_forces(everything, state, state.displacement, coulomb)
+                equilibrium._forces_at(everything, state, state.displacement, 0.0, coulomb)
 
         return Ready(work, times * len(everything) * 1e-9)
 

@@ -548,7 +548,7 @@ def test_every_factorisation_is_made_with_one_thread(monkeypatch: pytest.MonkeyP
 
         return called
 
-    monkeypatch.setattr(residual, "iterate", counted(residual.iterate))
+    monkeypatch.setattr(residual, "compiled_newton", counted(residual.compiled_newton))
     monkeypatch.setattr(linear_system, "solve_tangent", counted(linear_system.solve_tangent))
     with threadpool_limits(2, user_api="blas"):
         list(quasi_static_path(wall_model(small_scene()), WHOLE, 2))

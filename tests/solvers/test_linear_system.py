@@ -12,7 +12,10 @@ from scipy.sparse.linalg import splu
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
+from damagepred.kernels.jit import kernel
 from damagepred.kernels.linear.system import correction_cost
+from damagepred.kernels.linear.table import SYSTEM, system_at
+from damagepred.kernels.table import fill
 from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
 from damagepred.solvers.quasi_static.level_layout import block_levels
 from damagepred.solvers.quasi_static.linear_system import DEFAULTS, BlockTridiagonalSystem, costs_of
@@ -285,7 +288,7 @@ def test_the_cheaper_of_correction_and_factorisation_is_used(name: str) -> None:
     rng, model = np.random.default_rng(6), WALLS[name]()
     equations, force = equations_of(model), random_force(model, rng)
     equations.solve(force)
-    equations.tangent.costs.factorisation[:] = 0.0
+    equations.arrays["factorisation_cost"][:] = 0.0
     stiffness = equations.elastic.copy()
     stiffness[rng.choice(len(stiffness), size=5, replace=False)] *= rng.uniform(0.2, 0.9, size=(5, 1))
     equations.update(stiffness)
@@ -299,7 +302,7 @@ def test_the_number_of_changes_is_limited_by_memory_alone(more: int) -> None:
     rng, model = np.random.default_rng(6), WALLS["another"]()
     equations, force = equations_of(model, max_changed_interfaces=25), random_force(model, rng)
     equations.solve(force)
-    equations.tangent.costs.factorisation[:] = np.inf
+    equations.arrays["factorisation_cost"][:] = np.inf
     stiffness = equations.elastic.copy()
     stiffness[rng.choice(len(stiffness), size=25 + more, replace=False)] *= 0.5
     equations.update(stiffness)
@@ -322,11 +325,17 @@ def test_accumulated_changes_are_factorised() -> None:
 
 
 def test_the_cost_of_a_correction_grows_with_changes_and_unknown_responses() -> None:
-    costs = costs_of(np.full(45, 66), DEFAULTS)
-    of = [correction_cost(costs, changed, new, 45) for changed, new in ((5, 0), (5, 5), (50, 5), (50, 50))]
+    table, costs = np.zeros(1, SYSTEM), costs_of(np.full(45, 66), DEFAULTS)
+    fill(table[0], {**costs, "active_levels": 45})
+    of = [cost_of(table.ctypes.data, changed, new) for changed, new in ((5, 0), (5, 5), (50, 5), (50, 50))]
     assert of == sorted(of)
-    first, second = np.diff(costs_of(np.array([60, 120]), DEFAULTS).factorisation)
+    first, second = np.diff(costs_of(np.array([60, 120]), DEFAULTS)["factorisation_cost"])
     assert second > 4 * first
+
+
+@kernel
+def cost_of(address: int, changed: int, new: int) -> float:
+    return correction_cost(system_at(address), changed, new)
 
 
 def updates(model: Model, elastic: FloatArray, rng: np.random.Generator, count: int) -> Iterator[FloatArray]:

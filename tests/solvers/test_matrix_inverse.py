@@ -4,15 +4,21 @@ import numpy as np
 import pytest
 
 from damagepred.kernels.linear import lapack
+from damagepred.kernels.linear.table import SYSTEM
+from damagepred.kernels.table import fill
 from damagepred.solvers.quasi_static.linear_system import lapack_routines
 
 
 def invert(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
     """Invert as the solver does: transposed, in flat arrays."""
-    size, flat = len(matrix), np.empty(matrix.size)
-    ratio = lapack.invert(lapack_routines(size), size, symmetric, matrix.T.ravel(), flat, 0)
+    size, table = len(matrix), np.zeros(1, SYSTEM)
+    scratch, flat = matrix.T.reshape(1, -1).copy(), np.empty(matrix.size)
+    arguments = {"scratch": scratch, "inverses": flat, "matrix_size": size, "symmetric": symmetric}
+    routines = lapack_routines(size)
+    fill(table[0], {**routines, **arguments})
+    lapack.invert(table.ctypes.data)
     inverse[:] = flat.reshape(size, size).T
-    return float(ratio)
+    return float(table[0]["pivot_ratio"])
 
 
 def made(size: int, kind: str) -> np.ndarray:

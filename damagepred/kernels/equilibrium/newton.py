@@ -8,10 +8,9 @@ import numpy as np
 from damagepred.kernels.equilibrium.line_search import line_search
 from damagepred.kernels.equilibrium.problem import residual, solve
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
-from damagepred.kernels.jit import rule
+from damagepred.kernels.jit import kernel
 
 
-@rule
 def newton(problem, jack, start, best, room):
     """Newton's method with backtracking on the Coulomb law; return unbalanced force ratio and load of the jacks.
 
@@ -65,7 +64,6 @@ def newton(problem, jack, start, best, room):
     return least, best_jack
 
 
-@rule
 def newton_with_line_search(problem, jack, start, best, room):
     """Newton's method with line search on the Coulomb law; return unbalanced force ratio and load of the jacks.
 
@@ -103,3 +101,8 @@ def newton_with_line_search(problem, jack, start, best, room):
             least, best_jack = ratio, jack
             copy(u, best)
     return least, best_jack
+
+
+compiled_newton = kernel(newton)
+compiled_newton_with_line_search = kernel(newton_with_line_search)
+"""For walls of rigid or elastic blocks; the functions themselves serve others, in Python."""

@@ -10,10 +10,9 @@ from damagepred.kernels.equilibrium.problem import (
     solve,
 )
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
-from damagepred.kernels.jit import rule
+from damagepred.kernels.jit import kernel, rule
 
 
-@rule
 def minimise(problem, jack, tolerance, limit, u, room):
     """Minimise the potential of a Tresca problem from any start; return the load of the jacks.
 
@@ -81,3 +80,7 @@ def _correct_jack_load(problem, u, step, force):
     jack_step = solve(problem, True, u, force, step)
     add_jack_load(problem, jack_step, force)
     return jack_step
+
+
+compiled_minimise = kernel(minimise)
+"""For walls of rigid or elastic blocks; the functions themselves serve others, in Python."""

@@ -5,11 +5,11 @@ freedom of its two sides: three of a rigid block, or x and y of the two gridpoin
 D is a 3 x 3 matrix, unsymmetric where the flow rule is not associated. Matrices of a level are stored transposed.
 """
 
-from damagepred.kernels.jit import kernel, law
+from damagepred.kernels.jit import law
 from damagepred.kernels.table import float_blocks, float_rows, integer_rows, integers
 
 
-@kernel
+@law
 def set_stiffness(system, listed, stiffness):
     """Set the factorised stiffness D of interfaces, and B^T D B between the degrees of freedom of their sides.
 
@@ -37,7 +37,7 @@ def set_stiffness(system, listed, stiffness):
                     matrices[i, r, c] += left * rows[j, c]
 
 
-@kernel
+@law
 def assemble_level(system, interfaces, k, size, matrix):
     """Compute the stiffness of interfaces within level k, the displacements of all other levels held.
 
@@ -135,19 +135,3 @@ def farthest_unsymmetric(listed, level, stiffness):
         if row[1] != row[3] or row[2] != row[6] or row[5] != row[7]:
             farthest = max(farthest, level[i])
     return farthest
-
-
-@law
-def copy_rows(listed, source, target):
-    """Copy rows of an array to another.
-
-    Parameters
-    ----------
-    listed : array of int
-        The rows.
-    source, target : array (m, 9)
-        From and to.
-    """
-    for i in listed:
-        for j in range(9):
-            target[i, j] = source[i, j]

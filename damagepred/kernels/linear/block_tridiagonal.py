@@ -5,16 +5,17 @@ change in one level leaves the factors of all farther ones as they are. Inverses
 one is then a sum of its rows, which the compiler vectorises.
 """
 
-from damagepred.kernels.jit import Unit, kernel, law
+from damagepred.kernels.jit import Unit, law
 from damagepred.kernels.linear.assembly import (
     add_to_diagonal,
     assemble_couplings,
     assemble_level,
     farthest_unsymmetric,
+    set_stiffness,
 )
-from damagepred.kernels.linear.lapack import invert, multiply
+from damagepred.kernels.linear.lapack import multiply
 from damagepred.kernels.linear.table import system_at
-from damagepred.kernels.table import flags, float_blocks, float_rows, floats, integer_rows, integers
+from damagepred.kernels.table import flags, float_blocks, float_rows, floats, integer_rows, integers, run
 
 
 @law
@@ -51,37 +52,12 @@ def _schur_complement(system, k, work):
                 total[near_index[e, r]] += pull
 
 
-@law
-def _eliminate_level(system, k, elastic, symmetric):
-    """Invert the stiffness of level k, farther levels eliminated, and compute its Schur complement on the next.
-
-    Return the smallest pivot over the largest, 0 where there is no inverse.
-    """
-    starts, inverse_start, work = integers(system.start), integers(system.inverse_start), float_rows(system.scratch)
-    start, first = starts[k], inverse_start[k]
-    size, matrix, ratio = starts[k + 1] - start, work[0], 1.0
-    if size > 0:
-        at, blocks = integers(system.first_interface), floats(system.blocks)
-        listed = integers(system.level_interfaces)[at[k] : at[k + 1]]
-        assemble_level(system, listed, k, size, matrix)
-        add_to_diagonal(floats(system.strain_stiffness), start, size, matrix)
-        if blocks.size > 0:
-            add_row(1.0, blocks[first : first + size * size], matrix)
-        if not elastic:
-            add_to_diagonal(floats(system.regularisation), start, size, matrix)
-        if k + 1 < starts.size - 1:
-            add_row(-1.0, floats(system.complements)[first : first + size * size], matrix)
-        ratio = invert(system, size, symmetric, matrix, floats(system.inverses), first)
-    if k > 0:
-        _schur_complement(system, k, work[1])
-    return ratio
-
-
 @Unit
 def eliminate(address):
-    """Eliminate all levels from ``farthest`` to ``nearest``; ``held`` tells whether nearer levels hold them.
+    """Set the stiffness of changed interfaces, and eliminate all levels from ``farthest`` to ``nearest``.
 
-    If they are ``elastic``, they are to be condensed, and not regularised: that would hold them in space.
+    If the levels are ``elastic``, they are to be condensed, and not regularised: that would hold them in space;
+    ``held`` tells whether nearer levels hold them.
 
     Parameters
     ----------
@@ -89,23 +65,15 @@ def eliminate(address):
         Of the table of the tangent equations.
     """
     system = system_at(address)
-    elastic, farthest = system.elastic != 0, system.farthest
-    _couple(system, farthest)
-    # Schur complements inherit symmetry from farther levels
-    level, stiffness, unsymmetric = integers(system.interface_level), float_rows(system.stiffness), -1
-    if not elastic:
-        unsymmetric = max(farthest_unsymmetric(integers(system.active), level, stiffness), system.blocks_level)
-    system.held = 1
-    for k in range(farthest, system.nearest - 1, -1):
-        ratio = _eliminate_level(system, k, elastic, k > unsymmetric)
-        if elastic and ratio < system.singular_pivot_ratio:
-            system.held = 0
-            return
-
-
-@law
-def _couple(system, farthest):
-    """Assemble the couplings of all levels up to a farthest one with their nearer neighbours."""
+    elastic, farthest, work = system.elastic != 0, system.farthest, float_rows(system.scratch)
+    set_stiffness(system, integers(system.changed)[: system.changed_count], float_rows(system.target))
+    starts, inverse_start, matrix = integers(system.start), integers(system.inverse_start), work[0]
+    first_of, listed, blocks = (
+        integers(system.first_interface),
+        integers(system.level_interfaces),
+        floats(system.blocks),
+    )
+    complements = floats(system.complements)
     last, pairs = integers(system.first_coupling)[farthest + 1], integers(system.first_pair)[farthest + 1]
     assemble_couplings(
         integers(system.couplings)[:last],
@@ -115,6 +83,29 @@ def _couple(system, farthest):
         float_blocks(system.near_far)[:pairs],
         float_blocks(system.far_near)[:pairs],
     )
+    # Schur complements inherit symmetry from farther levels
+    level, stiffness, unsymmetric = integers(system.interface_level), float_rows(system.stiffness), -1
+    if not elastic:
+        unsymmetric = max(farthest_unsymmetric(integers(system.active), level, stiffness), system.blocks_level)
+    system.held = 1
+    for k in range(farthest, system.nearest - 1, -1):
+        start, first, size = starts[k], inverse_start[k], starts[k + 1] - starts[k]
+        if size > 0:
+            assemble_level(system, listed[first_of[k] : first_of[k + 1]], k, size, matrix)
+            add_to_diagonal(floats(system.strain_stiffness), start, size, matrix)
+            if blocks.size > 0:
+                add_row(1.0, blocks[first : first + size * size], matrix)
+            if not elastic:
+                add_to_diagonal(floats(system.regularisation), start, size, matrix)
+            if k + 1 < starts.size - 1:
+                add_row(-1.0, complements[first : first + size * size], matrix)
+            system.matrix_size, system.inverse_first, system.symmetric = size, first, k > unsymmetric
+            run(system.invert, address)
+            if elastic and system.pivot_ratio < system.singular_pivot_ratio:
+                system.held = 0
+                return
+        if k > 0:
+            _schur_complement(system, k, work[1])
 
 
 @law
@@ -169,60 +160,57 @@ def _subtract_coupling(first, last, at_here, at_there, coupling, displacement, t
                     force[j, here + at_here[e, r]] -= coupling[e, r, c] * displacement[j, there + at_there[e, c]]
 
 
-@kernel
-def forward_elimination(system, farthest, last, force, particular):
-    """Eliminate levels from the farthest to ``last``: condense their forces, and solve with nearer levels fixed.
+@Unit
+def forward(address):
+    """Eliminate levels from ``farthest`` to ``nearest``: condense forces, and solve with nearer levels fixed.
 
     Parameters
     ----------
-    system : SYSTEM
-        The tangent equations.
-    farthest, last : int
-        First and last level to be eliminated.
-    force : array (r, degrees of freedom)
-        In the order of the levels; the condensed force is added to the next level.
-    particular : array (r, degrees of freedom)
-        Zeros; filled with the particular solution, all nearer levels fixed.
+    address : int
+        Of the table of the tangent equations: the condensed force of ``current`` is added to the next level;
+        ``particular`` is filled with the particular solution, all nearer levels fixed.
     """
+    system = system_at(address)
+    force, particular = float_rows(system.current), float_rows(system.particular)
     start, coupling, at = integers(system.start), integers(system.first_pair), integers(system.inverse_start)
     far_index, near_index = integer_rows(system.far_index), integer_rows(system.near_index)
     near_far, inverses = float_blocks(system.near_far), floats(system.inverses)
-    for k in range(farthest, last - 1, -1):
+    for m in range(force.shape[0]):
+        for i in range(force.shape[1]):
+            particular[m, i] = 0.0
+    for k in range(system.farthest, system.nearest - 1, -1):
         a, first, end = start[k], coupling[k], coupling[k + 1]
         _multiply(inverses, at[k], start[k + 1] - a, force, a, particular, a)
         if k > 0:
             _subtract_coupling(first, end, near_index, far_index, near_far, particular, a, force, start[k - 1])
 
 
-@kernel
-def back_substitution(system, first, active, particular, displacement, pull):
-    """Recover the displacements of levels ``first`` and beyond from those of the nearer ones.
+@Unit
+def back(address):
+    """Recover the displacements of levels ``first_back`` to ``last_back`` from those of the nearer ones.
 
     Parameters
     ----------
-    system : SYSTEM
-        The tangent equations.
-    first, active : int
-        First level to recover, and number of levels; the ground, nearer than level 0, does not move.
-    particular, displacement : array (r, degrees of freedom)
-        In the order of the levels.
-    pull : array (r, degrees of freedom)
-        Scratch: forces of the nearer level.
+    address : int
+        Of the table of the tangent equations: ``current`` becomes the displacements; ``particular`` is the particular
+        solution, and is overwritten. The ground, nearer than level 0, does not move.
     """
+    system = system_at(address)
+    displacement, particular = float_rows(system.current), float_rows(system.particular)
     start, coupling, at = integers(system.start), integers(system.first_pair), integers(system.inverse_start)
     far_index, near_index = integer_rows(system.far_index), integer_rows(system.near_index)
     far_near, inverses = float_blocks(system.far_near), floats(system.inverses)
-    for k in range(first, active):
+    for k in range(system.first_back, system.last_back):
         a, b = start[k], start[k + 1]
         for j in range(displacement.shape[0]):
             for i in range(a, b):
                 displacement[j, i] = particular[j, i]
-                pull[j, i] = 0.0
+                particular[j, i] = 0.0  # from here on forces of the nearer level
         if k > 0:
             _subtract_coupling(
-                coupling[k], coupling[k + 1], far_index, near_index, far_near, displacement, start[k - 1], pull, a
+                coupling[k], coupling[k + 1], far_index, near_index, far_near, displacement, start[k - 1], particular, a
             )
-            _multiply(inverses, at[k], b - a, pull, a, displacement, a)
+            _multiply(inverses, at[k], b - a, particular, a, displacement, a)
 
 
 @law
@@ -273,23 +261,3 @@ def _subtract_coupling_columns(first, last, at_here, at_there, coupling, columns
                 there = at_there[e, c] * columns
                 if there >= 0:
                     add_row(-coupling[e, r, c], displacement[there : there + columns], force[here : here + columns])
-
-
-@Unit
-def substitute(address):
-    """Solve for the rows of forces in ``current``, which become displacements; none act beyond level ``farthest``.
-
-    Parameters
-    ----------
-    address : int
-        Of the table of the tangent equations.
-    """
-    system = system_at(address)
-    right, room = float_rows(system.current), float_rows(system.room)
-    count = right.shape[0]
-    particular, pull = room[:count], room[count : 2 * count]
-    for m in range(count):
-        for i in range(right.shape[1]):
-            particular[m, i] = 0.0
-    forward_elimination(system, system.farthest, 0, right, particular)
-    back_substitution(system, 0, system.active_levels, particular, right, pull)

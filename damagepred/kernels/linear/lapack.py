@@ -8,8 +8,9 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-from damagepred.kernels.jit import kernel, law
-from damagepred.kernels.table import bytes_of, floats, integers32
+from damagepred.kernels.jit import Unit, law
+from damagepred.kernels.linear.table import system_at
+from damagepred.kernels.table import bytes_of, float_rows, floats, integers32
 
 LOWER, PLAIN, TRANSPOSED = 0, 1, 2
 LETTERS = np.frombuffer(b"LNT", dtype=np.uint8).copy()
@@ -116,47 +117,26 @@ def solve_dense(system, size, columns, matrix, force):
     return count[2] == 0
 
 
-@law
-def _mirror(size, half, whole, first):
-    """Fill a symmetric matrix from its upper triangle, tile by tile."""
-    tile = 32
-    for top in range(0, size, tile):
-        for left in range(top, size, tile):
-            for r in range(top, min(top + tile, size)):
-                for c in range(max(left, r), min(left + tile, size)):
-                    whole[first + r * size + c] = whole[first + c * size + r] = half[r * size + c]
-
-
-@kernel
-def invert(system, size, symmetric, matrix, inverses, first):
+@Unit
+def invert(address):
     """Invert a matrix: by Cholesky's factors, in half the time, if symmetric and positive definite, else by LU.
 
     Parameters
     ----------
-    system : SYSTEM
-        Addresses of the routines, and room for their arguments, which are passed by reference.
-    size : int
-        Of the matrix.
-    symmetric : bool
-        Whether it is symmetric, but for rounding; then only one half counts.
-    matrix : array
-        Flat; overwritten.
-    inverses : array
-        Flat; filled from ``first`` on. Symmetric to the last bit if the factors are Cholesky's, NaN if there is none.
-    first : int
-        See there.
-
-    Returns
-    -------
-    float
-        Smallest pivot over the largest, 0 where there is no inverse.
+    address : int
+        Of the table of the tangent equations: ``matrix`` lies flat in the first row of ``scratch``, of size
+        ``matrix_size``, and is overwritten; its inverse is put into ``inverses`` from ``inverse_first`` on. If it is
+        ``symmetric``, but for rounding, only one half counts, and the inverse is symmetric to the last bit if the
+        factors are Cholesky's. ``pivot_ratio`` becomes the smallest pivot over the largest; where there is no inverse
+        it is 0, and the inverse NaN.
     """
-    count, squared, work = integers32(system.lapack_integers), size * size, floats(system.lapack_work)
-    letters, exchanges = bytes_of(system.lapack_letters), integers32(system.pivots)
-    count[0] = size
-    n, failed, lower, a = at(count, 0), at(count, 1), at(letters, LOWER), at(matrix, 0)
-    smallest, largest = np.inf, 0.0
-    if symmetric:
+    system = system_at(address)
+    size, first, matrix = system.matrix_size, system.inverse_first, float_rows(system.scratch)[0]
+    inverses, count, work = floats(system.inverses), integers32(system.lapack_integers), floats(system.lapack_work)
+    n, failed, lower = at(count, 0), at(count, 1), at(bytes_of(system.lapack_letters), LOWER)
+    a, exchanges = at(matrix, 0), at(integers32(system.pivots), 0)
+    smallest, largest, count[0] = np.inf, 0.0, size
+    if system.symmetric != 0:
         for i in range(size):
             work[i] = matrix[i * size + i]
         _call(system.dpotrf, (lower, n, a, n, failed))
@@ -165,24 +145,27 @@ def invert(system, size, symmetric, matrix, inverses, first):
                 pivot = matrix[i * size + i] ** 2
                 smallest, largest = min(smallest, pivot), max(largest, pivot)
             _call(system.dpotri, (lower, n, a, n, failed))
-            _mirror(size, matrix, inverses, first)
-            return smallest / largest
+            tile = 32
+            for top in range(0, size, tile):
+                for left in range(top, size, tile):
+                    for r in range(top, min(top + tile, size)):
+                        for c in range(max(left, r), min(left + tile, size)):
+                            inverses[first + r * size + c] = inverses[first + c * size + r] = matrix[r * size + c]
+            system.pivot_ratio = smallest / largest
+            return
         # not positive definite: softening joints. The lower half is untouched but for its diagonal
         for r in range(size):
             matrix[r * size + r] = work[r]
             for c in range(r):
                 matrix[c * size + r] = matrix[r * size + c]
-    pivots = at(exchanges, 0)
-    _call(system.dgetrf, (n, n, a, n, pivots, failed))
-    if count[1] != 0:
-        for i in range(squared):
-            inverses[first + i] = np.nan
-        return 0.0
-    for i in range(size):
-        pivot = abs(matrix[i * size + i])
-        smallest, largest = min(smallest, pivot), max(largest, pivot)
-    count[2] = work.size
-    _call(system.dgetri, (n, a, n, pivots, at(work, 0), at(count, 2), failed))
-    for i in range(squared):
-        inverses[first + i] = matrix[i]
-    return smallest / largest
+    _call(system.dgetrf, (n, n, a, n, exchanges, failed))
+    singular = count[1] != 0
+    if not singular:
+        for i in range(size):
+            pivot = abs(matrix[i * size + i])
+            smallest, largest = min(smallest, pivot), max(largest, pivot)
+        count[2] = work.size
+        _call(system.dgetri, (n, a, n, exchanges, at(work, 0), at(count, 2), failed))
+    for i in range(size * size):
+        inverses[first + i] = np.nan if singular else matrix[i]
+    system.pivot_ratio = 0.0 if singular else smallest / largest

@@ -1,7 +1,6 @@
 """Solution of the tangent equations: the last factorisation, corrected for few changes, or a new one."""
 
 from damagepred.kernels.jit import Unit, law
-from damagepred.kernels.linear.assembly import copy_rows, set_stiffness
 from damagepred.kernels.linear.table import system_at
 from damagepred.kernels.linear.woodbury import solve_factorised
 from damagepred.kernels.table import float_rows, floats, integers, run
@@ -9,28 +8,26 @@ from damagepred.kernels.table import float_rows, floats, integers, run
 
 @law
 def _list_changed(system):
-    """List the interfaces whose stiffness differs from the factorised one; return number and farthest level."""
+    """List the interfaces whose stiffness differs from the factorised one, and those of them without responses.
+
+    Return their numbers, and the farthest level of one.
+    """
     count, farthest, changed, level = 0, -1, integers(system.changed), integers(system.interface_level)
-    factorised, target = float_rows(system.stiffness), float_rows(system.target)
-    for i in integers(system.active):
-        for j in range(9):
-            if target[i, j] != factorised[i, j]:
-                changed[count] = i
-                count += 1
-                farthest = max(farthest, level[i])
-                break
-    return count, farthest
-
-
-@law
-def _list_new(system, count):
-    """List the changed interfaces without unit-load responses; return their number."""
+    factorised, target, wanted = float_rows(system.stiffness), float_rows(system.target), float_rows(system.wanted)
     listed, slot, new = integers(system.new), integers(system.slot), 0
-    for i in integers(system.changed)[:count]:
-        if slot[i] < 0:
-            listed[new] = i
-            new += 1
-    return new
+    for i in integers(system.active):
+        differs = False
+        for j in range(9):
+            target[i, j] = wanted[i, j]
+            differs |= wanted[i, j] != factorised[i, j]
+        if differs:
+            changed[count] = i
+            count += 1
+            farthest = max(farthest, level[i])
+            if slot[i] < 0:
+                listed[new] = i
+                new += 1
+    return count, new, farthest
 
 
 @law
@@ -78,7 +75,6 @@ def _discard_responses(system):
 @law
 def _factorise(system, count, farthest):
     """Factorise with the target stiffness of the listed interfaces."""
-    set_stiffness(system, integers(system.changed)[:count], float_rows(system.target))
     _discard_responses(system)  # those of a new factorisation differ
     farthest = max(farthest, system.farthest_changed)
     if system.keep_farther_levels == 0:
@@ -86,7 +82,7 @@ def _factorise(system, count, farthest):
     system.farthest_changed, system.spent = -1, 0.0
     if farthest >= 0:
         system.factorisations += 1
-        system.farthest, system.nearest, system.elastic = farthest, 0, 0
+        system.farthest, system.nearest, system.elastic, system.changed_count = farthest, 0, 0, count
         run(system.eliminate, system.here)
 
 
@@ -100,9 +96,8 @@ def _gather(system, right):
 
 
 @law
-def _correct(system, count):
+def _correct(system, count, new):
     """Correct the solution for the changed interfaces; return whether that is accurate."""
-    new = _list_new(system, count)
     for first in range(0, new, system.batch):
         system.first_new, system.last_new = first, min(first + system.batch, new)
         run(system.respond, system.here)
@@ -123,16 +118,15 @@ def solve_tangent(address):
         Of the table of the tangent equations; their factors are corrected or made anew.
     """
     system = system_at(address)
-    copy_rows(integers(system.active), float_rows(system.wanted), float_rows(system.target))
-    count, farthest = _list_changed(system)
-    if system.farthest_changed >= 0 or _refactorisation_pays(system, count, _list_new(system, count), farthest):
+    count, new, farthest = _list_changed(system)
+    if system.farthest_changed >= 0 or _refactorisation_pays(system, count, new, farthest):
         _factorise(system, count, farthest)
         count = 0
     right, last = float_rows(system.rows)[: system.row_count], system.active_levels - 1
     _gather(system, right)
     solve_factorised(system, right, last)
     if count > 0:
-        if _correct(system, count):
+        if _correct(system, count, new):
             system.corrections += 1
         else:
             _factorise(system, count, farthest)

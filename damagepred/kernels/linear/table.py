@@ -14,15 +14,15 @@ SYSTEM = table_type(
     # costs of factorisations and corrections
     "factorisation_cost level_sizes level_squares "
     # the active system, and scratch
-    "active active_dofs target changed new rows room scratch current wanted right solution "
+    "active active_dofs target changed new rows room scratch current particular wanted right solution "
     # arguments and workspace of LAPACK
     "lapack_integers lapack_reals lapack_letters pivots lapack_work",
-    integers="here eliminate substitute respond correct row_count farthest nearest elastic held first_new last_new "
-    "changed_count accurate "
-    "dgemm dpotrf dpotri dgetrf dgetri dgesv active_levels batch loop_rows "
-    "keep_farther_levels keep_responses "
+    integers="here invert eliminate forward back respond correct row_count farthest nearest elastic held "
+    "first_new last_new changed_count accurate matrix_size inverse_first symmetric first_back last_back "
+    "dgemm dpotrf dpotri dgetrf dgetri dgesv active_levels batch loop_rows keep_farther_levels keep_responses "
     "iterations factorisations corrections occupied farthest_changed blocks_level",
-    numbers="call_overhead solution_weight vector_weight product_weight woodbury_tolerance singular_pivot_ratio spent",
+    numbers="call_overhead solution_weight vector_weight product_weight woodbury_tolerance singular_pivot_ratio "
+    "pivot_ratio spent",
 )
 """Attributes, with s the size of a level, m interfaces of w degrees of freedom, n slots, a active degrees of freedom.
 
@@ -82,6 +82,8 @@ spent : float
 
 Active system
 -------------
+current, particular : array (r, degrees of freedom)
+    Right-hand sides in the order of the levels, and particular solutions, of ``forward`` and ``back``.
 active, active_dofs : array of int
     Interfaces and degrees of freedom of active levels.
 target : array (m, 9)
@@ -98,7 +100,7 @@ farthest_changed, blocks_level : int
     Farthest level that the next factorisation must eliminate at least, and that of a yielding block; -1: none.
 here : int
     Address of the table.
-eliminate, substitute, respond, correct : int
+invert, eliminate, forward, back, respond, correct : int
     Addresses of the units of these names.
 wanted : array (m, 9)
     Stiffness of the interfaces for the next solution, of which that of active ones is copied to ``target``.

@@ -60,10 +60,13 @@ def solve_factorised(system, right, farthest):
     farthest : int
         Level beyond which there are no forces.
     """
-    system.current.address = right.ctypes.data
-    system.current.rows, system.current.columns = right.shape
-    system.farthest = farthest
-    run(system.substitute, system.here)
+    count = right.shape[0]
+    system.current.address, system.particular.address = right.ctypes.data, float_rows(system.room).ctypes.data
+    system.current.rows = system.particular.rows = count
+    system.current.columns = system.particular.columns = right.shape[1]
+    system.farthest, system.nearest, system.first_back, system.last_back = farthest, 0, 0, system.active_levels
+    run(system.forward, system.here)
+    run(system.back, system.here)
 
 
 @Unit

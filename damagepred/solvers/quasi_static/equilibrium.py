@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
-from damagepred.kernels.equilibrium.iterate import LINE_SEARCH, NEWTON
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.residual import Residual
 from damagepred.solvers.quasi_static.tresca_fixed_point import coulomb_fixed_point
@@ -63,7 +62,7 @@ class Equilibrium(Residual):
         if self.jacks is not None:
             state.jack = self.jacks.load_at(state.load_factor, state.jack)
         first, load = begun if start is None else start, state.jack
-        found, ratio = self.newton(NEWTON, state, first)
+        found, ratio = self.newton(state, first)
         if ratio >= self.tolerance:
             if near:
                 return ratio
@@ -71,7 +70,7 @@ class Equilibrium(Residual):
                 self._searches_to_skip -= 1
                 return ratio
             state.jack = load
-            found, ratio = self.newton(LINE_SEARCH, state, first)
+            found, ratio = self.newton(state, first, searching=True)
         if ratio < self.tolerance:
             state.displacement[:] = found
             return ratio
@@ -90,7 +89,7 @@ class Equilibrium(Residual):
 
     def find_nearby(self, state: State) -> tuple[float, FloatArray]:
         """Find an equilibrium by Newton iteration from a state; return its unbalanced force ratio and displacements."""
-        found, ratio = self.newton(NEWTON, state, state.displacement)
+        found, ratio = self.newton(state, state.displacement)
         if ratio < self.tolerance:
             found = found.copy()
             self.complete(state, found)

@@ -14,9 +14,8 @@ from numba.extending import get_cython_function_address
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
-from damagepred.kernels.linear.assembly import set_stiffness
-from damagepred.kernels.linear.block_tridiagonal import eliminate, substitute
-from damagepred.kernels.linear.lapack import LETTERS
+from damagepred.kernels.linear.block_tridiagonal import back, eliminate, forward
+from damagepred.kernels.linear.lapack import LETTERS, invert
 from damagepred.kernels.linear.system import solve_tangent
 from damagepred.kernels.linear.table import SYSTEM
 from damagepred.kernels.linear.woodbury import correct, respond
@@ -117,7 +116,7 @@ class BlockTridiagonalSystem:
             first_coupling=at.first_coupling,
             pair=at.pair,
             far_is_b=at.far_is_b,
-            stiffness=np.empty((count, 9)),
+            stiffness=np.full((count, 9), np.nan),
             matrices=np.empty((count, dof.shape[1], dof.shape[1])),
             strain_stiffness=strain,
             regularisation=options.regularisation * np.where(diagonal > 0.0, diagonal, typical),
@@ -144,13 +143,14 @@ class BlockTridiagonalSystem:
             solution=np.empty((2, self.model.size)),
             here=self.address,
             eliminate=eliminate.address,
-            substitute=substitute.address,
+            invert=invert.address,
+            forward=forward.address,
+            back=back.address,
             respond=respond.address,
             correct=correct.address,
             **costs_of(at.size, options),
             **lapack_routines(max(largest, 3 * slots), options.inversion_panel),
         )
-        set_stiffness(self.tangent, np.arange(count), self.elastic)
         self._set_blocks(0, elastic=True)
 
     def _set(self, **values: Any) -> None:
@@ -223,8 +223,9 @@ class BlockTridiagonalSystem:
         if active_levels < self.active_levels:
             condensed = np.flatnonzero(self.layout.interface_level >= active_levels)
             self._set_blocks(active_levels, elastic=True)
-            set_stiffness(self.tangent, condensed, self.elastic)
-            self._set(farthest=levels - 1, nearest=active_levels, elastic=1)
+            self.arrays["target"][condensed] = self.elastic[condensed]
+            self.arrays["changed"][: len(condensed)] = condensed
+            self._set(farthest=levels - 1, nearest=active_levels, elastic=1, changed_count=len(condensed))
             eliminate(self.address)
             held = bool(self.tangent["held"])
         self.set_active_levels(active_levels if held else levels)
@@ -265,6 +266,45 @@ class BlockTridiagonalSystem:
         self._set(wanted=self._stiffness, row_count=len(rows))
         solve_tangent(self.address)
         return self.arrays["solution"][: len(rows)].reshape(force.shape).copy()
+
+    def condense_forces(self, nearest: int, force: FloatArray, particular: FloatArray) -> None:
+        """Condense forces on all levels from ``nearest`` on to the next level.
+
+        Parameters
+        ----------
+        nearest : int
+            Nearest level that is condensed.
+        force, particular : array (r, degrees of freedom)
+            In the order of the levels; updated, and filled with the solution, nearer levels fixed.
+        """
+        self._set(current=force, particular=particular, farthest=self.layout.levels - 1, nearest=nearest)
+        forward(self.address)
+
+    def recover(self, first: int, displacement: FloatArray, particular: FloatArray) -> None:
+        """Recover the displacements of all levels from ``first`` on from those of the nearer ones.
+
+        Parameters
+        ----------
+        first : int
+            Nearest level that is recovered.
+        displacement, particular : array (r, degrees of freedom)
+            In the order of the levels; updated, and the particular solution, overwritten.
+        """
+        self._set(current=displacement, particular=particular, first_back=first, last_back=self.layout.levels)
+        back(self.address)
+
+    def coupling_stiffness(self, k: int) -> FloatArray:
+        """Return the elastic stiffness of the couplings between levels k + 1 and k within level k, transposed."""
+        at, size = self.layout, int(self.layout.size[k])
+        listed = at.couplings_of(k + 1)
+        rows, dof = at.kinematics.rows[listed], at.kinematics.dof[listed]
+        own = np.einsum("mjr,mjk,mkc->mrc", rows, self.elastic[listed].reshape(-1, 3, 3), rows)
+        index = np.where((dof >= 0) & (at.level_of_dof[dof] == k), at.index_in_level[dof], -1)
+        down, along = np.broadcast_to(index[:, :, None], own.shape), np.broadcast_to(index[:, None], own.shape)
+        here = (down >= 0) & (along >= 0)
+        matrix = np.zeros((size, size))
+        np.add.at(matrix, (along[here], down[here]), own[here])
+        return matrix
 
     def _update_blocks(self) -> None:
         """Take over the tangents of active deformable blocks."""

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.kernels.concrete_section.forces import section_forces
-from damagepred.kernels.equilibrium.iterate import RESIDUAL, TRESCA, interpret, iterate
+from damagepred.kernels.equilibrium.newton import (
+    compiled_newton,
+    compiled_newton_with_line_search,
+    newton,
+    newton_with_line_search,
+)
 from damagepred.kernels.equilibrium.problem import (
     PROBLEM,
     RESIDUAL_UNITS,
@@ -21,6 +27,7 @@ from damagepred.kernels.equilibrium.problem import (
     bordered_step,
     with_constraint,
 )
+from damagepred.kernels.equilibrium.tresca import compiled_minimise, minimise
 from damagepred.kernels.interface.checks import farthest_sliding as farthest_sliding_level
 from damagepred.kernels.interface.internal_force import joint_forces, update_tresca_bounds
 from damagepred.kernels.interface.residual import free_residual, within_limit
@@ -103,6 +110,7 @@ class Residual:
     def change_model(self, model: Model) -> None:
         """Continue with other supports of the same stiffness."""
         self.model = model
+        self._set_whole()
         self._set_problem()
 
     def _blocks_of(self, prescribed: BoolArray) -> IntArray:
@@ -126,28 +134,27 @@ class Residual:
         size = self.dead_load.size
         self._force, self._stiffness = np.zeros(size), np.zeros((len(self._all_interfaces), 9))
         self._external, self._room = np.zeros(size), np.empty((4, size))
+        self._parameters = _parameters_of(self.options, self.tolerance)
+        self._compiled = self.superelements is None and self.model.sections is None
+        self._set_whole()
         self._set_loads(rest)
-        self._add_forces(self._all_interfaces, rest, rest.displacement, coulomb=False)
+        self._forces_at(self._all_interfaces, rest, rest.displacement, 0.0, coulomb=False)
         self._stiffness[self.model.properties.gap > 0.0] = 0.0  # until it closes
         return self._stiffness.copy()
 
-    def _set_problem(self) -> None:
-        """Set what the iterations take of the wall, with the present active levels."""
-        model, condensation = self.model, self.equations.condensation
-        records, elastic, options = model.interface_records, model.interfaces.elastic, self.return_mapping
-        self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
-        self.free[self.equations.active_dofs] = True
-        self._table, none = np.zeros(1, PROBLEM), np.empty(0)
-        self.equations.update(self._stiffness)
+    def _set_whole(self) -> None:
+        """Set the table of forces on all degrees of freedom, that of the iterations without active levels."""
+        model, options, none = self.model, self.return_mapping, np.empty(0)
+        records, elastic = model.interface_records, model.interfaces.elastic
+        self._whole = np.zeros(1, PROBLEM)
         self._arrays = {
-            "joints": self._joints(self.equations.active),
             "external": self._external,
             "force": self._force,
             "stiffness": self._stiffness,
             "strain_stiffness": self.system.strain_stiffness,
-            "boundary_dofs": np.empty(0, dtype=np.int64) if condensation is None else condensation.boundary_dofs,
-            "boundary_stiffness": np.empty((0, 0)) if condensation is None else condensation.stiffness,
-            "free": self.free,
+            "boundary_dofs": np.empty(0, dtype=np.int64),
+            "boundary_stiffness": np.empty((0, 0)),
+            "free": np.zeros(self.dead_load.size, dtype=np.bool_),
             "per_weight": self.per_weight,
             "arms": self.system.arms,
             "push": none if self.jacks is None else self.jacks.push,
@@ -162,21 +169,28 @@ class Residual:
         }
         if elastic is not None:
             self._arrays.update(side_dof=elastic.dof, side_rows=elastic.rows)
-        unit = RESIDUAL_UNITS[options.general, None if elastic is None else True]
-        own = {name: value for name, value in options._asdict().items() if name != "general"}
-        fill(
-            self._table[0],
-            {
-                **self._arrays,
-                **own,
-                "first_strain": self.system.strain_dofs.start,
+        mapping = {name: value for name, value in options._asdict().items() if name != "general"}
+        fill(self._whole[0], {**self._arrays, **mapping, "first_strain": self.system.strain_dofs.start})
+        self._unit = RESIDUAL_UNITS[options.general, None if elastic is None else True]
+
+    def _set_problem(self) -> None:
+        """Set the table of the iterations, with the present active levels."""
+        condensation = self.equations.condensation
+        self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
+        self.free[self.equations.active_dofs] = True
+        active = {"joints": self._joints(self.equations.active), "free": self.free}
+        if condensation is not None:
+            active.update(boundary_dofs=condensation.boundary_dofs, boundary_stiffness=condensation.stiffness)
+        self._active, self._table = active, self._whole.copy()
+        self.problem = Problem(self._parameters, self._table[0])
+        if self._compiled:
+            addresses = {
                 "here": self._table.ctypes.data,
                 "system": self.equations.address,
-                "compute_residual": unit.address,
+                "compute_residual": self._unit.address,
                 "solve_tangent": solve_tangent.address,
-            },
-        )
-        self._problem = Problem(_parameters_of(self.options, self.tolerance), self._table[0])
+            }
+            fill(self._table[0], {**active, **addresses})
 
     def _joints(self, interfaces: IntArray) -> IntArray:
         """Return those of some interfaces that follow the joint law, not that of a concrete section."""
@@ -190,6 +204,21 @@ class Residual:
         np.multiply(self.dead_load, state.load, out=self._external)
         if self._has_live_load:
             self._external += state.load_factor * self.live_load
+
+    def _set_state(self, table: np.void, state: State) -> None:
+        """Set the ground and the history of a state in a table."""
+        ground, (slip, dilatant_opening, cracked, kappa) = self.model.ground.at(state.load_factor), state.history
+        fill(
+            table,
+            {
+                "ground_normal": ground.normal,
+                "ground_shear": ground.shear,
+                "slip": slip,
+                "dilatant_opening": dilatant_opening,
+                "cracked": cracked,
+                "kappa": kappa,
+            },
+        )
 
     def _add_forces(self, interfaces: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
         """Add forces of joints, sections and deformable blocks to the residual, and set joint tangents."""
@@ -227,47 +256,20 @@ class Residual:
             superelements.scatter_facet_forces(self._force)
             superelements.add_internal_forces(state.load, state.load_factor, displacement, state.plastic, self._force)
 
-    def run(
-        self, method: int, state: State, start: FloatArray, tolerance: float = 0.0, limit: float = np.inf
-    ) -> tuple[FloatArray, float]:
-        """Run an iteration; return what it finds and the unbalanced force ratio. The load of the jacks is updated.
-
-        Parameters
-        ----------
-        method, tolerance, limit
-            As ``damagepred.kernels.equilibrium.iterate.iterate``.
-        state : State
-            Load, load factor and history.
-        start : array (size,)
-            First displacements.
-        """
+    def _prepare(self, state: State) -> Any:
+        """Set loads and history of a state; return the problem for the iterations."""
         check_time()
-        found = np.empty_like(start)
         self._set_loads(state)
         if (condensation := self.equations.condensation) is not None:
             self._external[condensation.boundary_dofs] += condensation.load(state.load, state.load_factor)
         deflection = np.nan if self.jacks is None else self.jacks.required_deflection(state.load_factor)
-        if self.superelements is None and self.model.sections is None:
-            ground, (slip, dilatant_opening, cracked, kappa) = self.model.ground.at(state.load_factor), state.history
-            fill(
-                self._table[0],
-                {
-                    "ground_normal": ground.normal,
-                    "ground_shear": ground.shear,
-                    "slip": slip,
-                    "dilatant_opening": dilatant_opening,
-                    "cracked": cracked,
-                    "kappa": kappa,
-                    "deflection": deflection,
-                },
-            )
-            self.equations.update(self._stiffness)
-            self.equations.prepare()
-            ratio, state.jack = iterate(method, self._problem, state.jack, start, found, self._room, tolerance, limit)
-        else:
-            problem = _InterpretedProblem(self, state, deflection)
-            ratio, state.jack = interpret(method, problem, state.jack, start, found, self._room, tolerance, limit)
-        return found, ratio
+        if not self._compiled:
+            return _InterpretedProblem(self, state, deflection)
+        self._set_state(self._table[0], state)
+        self._table[0]["deflection"] = deflection
+        self.equations.update(self._stiffness)
+        self.equations.prepare()
+        return self.problem
 
     def residual(self, state: State, displacement: FloatArray) -> tuple[FloatArray, float]:
         """Return the residual force of every degree of freedom, and the unbalanced force ratio.
@@ -279,21 +281,33 @@ class Residual:
         displacement : array (size,)
             Of all degrees of freedom; facets and the inside of yielding blocks are updated.
         """
-        return self.run(RESIDUAL, state, displacement)
+        problem, force = self._prepare(state), np.empty_like(displacement)
+        if not self._compiled:
+            return force, problem.compute_residual(state.jack, displacement, True, force)
+        table = self._table[0]
+        fill(table, {"jack": state.jack, "coulomb": 1, "displacement": displacement, "residual": force})
+        self._unit(self._table.ctypes.data)
+        missing = self.missing_deflection(state, displacement)
+        return force, float(with_constraint(self._parameters, float(table["ratio"]), missing, True))
 
-    def newton(self, method: int, state: State, start: FloatArray) -> tuple[FloatArray, float]:
+    def newton(self, state: State, start: FloatArray, searching: bool = False) -> tuple[FloatArray, float]:
         """Run Newton's method; return its best iterate and the unbalanced force ratio there.
 
         Parameters
         ----------
-        method : int
-            NEWTON with backtracking, or LINE_SEARCH.
         state : State
             Load, load factor and history; the load of the jacks becomes that of the best iterate.
         start : array (size,)
             First displacements.
+        searching : bool
+            Whether with line search, or with backtracking.
         """
-        found, ratio = self.run(method, state, start)
+        problem, found = self._prepare(state), np.empty_like(start)
+        if self._compiled:
+            iterate = compiled_newton_with_line_search if searching else compiled_newton
+        else:
+            iterate = newton_with_line_search if searching else newton
+        ratio, state.jack = iterate(problem, state.jack, start, found, self._room)
         if ratio < self.tolerance:
             self.store_tangent(state, found)
         return found, np.inf if self.has_diverged(state, found) else ratio
@@ -308,12 +322,13 @@ class Residual:
         tolerance : float
             Unbalanced force ratio at which the minimisation ends.
         """
-        limit = self._divergence_limit(state)
-        state.displacement[:], _ = self.run(TRESCA, state, state.displacement, tolerance, limit)
-        if not (within_limit(state.displacement, self.free, self.system.arms, limit) or self.has_diverged(state)):
+        iterate, limit = compiled_minimise if self._compiled else minimise, self._divergence_limit(state)
+        u, arms = state.displacement, self.system.arms
+        state.jack = iterate(self._prepare(state), state.jack, tolerance, limit, u, self._room)
+        if not (within_limit(u, self.free, arms, limit) or self.has_diverged(state)):
             # farther than rigid blocks move, not farther than the elastic wall
             limit += 2.0 * largest_elastic_displacement(self.model, state.load_factor)
-            state.displacement[:], _ = self.run(TRESCA, state, state.displacement, tolerance, limit)
+            state.jack = iterate(self._prepare(state), state.jack, tolerance, limit, u, self._room)
 
     def missing_deflection(self, state: State, displacement: FloatArray) -> float:
         """Return the missing deflection of jacks whose deflection is given (m).
@@ -332,12 +347,20 @@ class Residual:
         self._set_loads(state)
         return self._forces_at(self._all_interfaces, state, state.displacement, state.jack)
 
-    def _forces_at(self, interfaces: IntArray, state: State, displacement: FloatArray, jack: float) -> FloatArray:
+    def _forces_at(
+        self, interfaces: IntArray, state: State, displacement: FloatArray, jack: float, coulomb: bool = True
+    ) -> FloatArray:
         """Return the forces of the joints of some interfaces, of blocks, of jacks and of the external load set."""
+        if self._compiled:
+            self._set_state(self._whole[0], state)
+            values = {"joints": interfaces, "displacement": displacement, "jack": jack, "coulomb": coulomb}
+            fill(self._whole[0], values)
+            self._unit(self._whole.ctypes.data)
+            return self._force
         self._force[:] = self._external
         if self.jacks is not None:
             self._force += jack * self.jacks.push
-        self._add_forces(interfaces, state, displacement, coulomb=True)
+        self._add_forces(interfaces, state, displacement, coulomb)
         return self._force
 
     def condensed_energy(self, state: State) -> tuple[IntArray, float]:
@@ -559,7 +582,7 @@ class _InterpretedProblem:
 
     def __init__(self, wall: Residual, state: State, deflection: float) -> None:
         self._wall, self._state, self._deflection = wall, state, deflection
-        self.parameters = wall._problem.parameters
+        self.parameters = wall._parameters
 
     def compute_residual(self, jack: float, displacement: FloatArray, coulomb: bool, force: FloatArray) -> float:
         """Compute the residual force; see ``damagepred.kernels.equilibrium.problem.residual``."""

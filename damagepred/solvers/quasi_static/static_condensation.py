@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.kernels.linear.assembly import assemble_level
-from damagepred.kernels.linear.block_tridiagonal import back_substitution, forward_elimination
 
 if TYPE_CHECKING:
     from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
@@ -38,18 +36,16 @@ class StaticCondensation:
         loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
         reduced = np.ascontiguousarray(loads[:, at.dofs])
         self._particular = np.zeros(reduced.shape)
-        forward_elimination(equations.tangent, at.levels - 1, self._active_levels, reduced, self._particular)
+        equations.condense_forces(self._active_levels, reduced, self._particular)
         self._condensed_dofs = at.dofs[at.start[self._active_levels] :]
         self._load_on_condensed = loads[:, self._condensed_dofs]
         boundary, size = slice(at.start[level], at.start[level + 1]), int(at.size[level])
         self.boundary_dofs = at.dofs[boundary]
         self._load = reduced[:, boundary] - loads[:, self.boundary_dofs]
         self._last = 0.0, 0.0, np.zeros(size)  # load factors, and their load
-        transposed = np.empty(size**2)
-        assemble_level(equations.tangent, at.couplings_of(level + 1), level, size, transposed)
         first = equations.arrays["inverse_start"][level]
-        transposed -= equations.arrays["complements"][first : first + size**2]
-        self.stiffness = np.ascontiguousarray(transposed.reshape(size, size).T)
+        complement = equations.arrays["complements"][first : first + size**2].reshape(size, size)
+        self.stiffness = np.ascontiguousarray((equations.coupling_stiffness(level) - complement).T)
 
     def load(self, load: float, live: float) -> FloatArray:
         """Return the condensed load on the boundary degrees of freedom (N, N m).
@@ -94,9 +90,7 @@ class StaticCondensation:
         displacement, load, live
             As ``force``; displacements are updated.
         """
-        layout = self._equations.layout
-        dofs = layout.dofs
+        dofs = self._equations.layout.dofs
         u, particular = displacement[dofs], load * self._particular[0] + live * self._particular[1]
-        rows = particular[None], u[None], np.empty((1, len(u)))
-        back_substitution(self._equations.tangent, self._active_levels, layout.levels, *rows)
+        self._equations.recover(self._active_levels, u[None], particular[None])
         displacement[dofs] = u

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from damagepred.kernels.equilibrium.iterate import NEWTON
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.solvers.quasi_static.residual import Residual
 from damagepred.solvers.state.wall_state import State
@@ -50,7 +49,7 @@ def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_
             update = (attempt - options.full_updates) // options.updates_per_factor
             relaxation = _at_or_last(options.relaxation_factors, update)
         problem.update_tresca_bounds(state, relaxation)
-        found, ratio = problem.newton(NEWTON, state, state.displacement)
+        found, ratio = problem.newton(state, state.displacement)
         if ratio < problem.tolerance:
             state.displacement[:] = found
             break
