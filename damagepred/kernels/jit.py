@@ -51,7 +51,7 @@ class Unit:
     """
 
     def __init__(self, function):
-        self._function = function
+        self._function, self.name = function, function.__name__
 
     @cached_property
     def _compiled(self):

@@ -52,6 +52,20 @@ def fill(table: np.void, values: dict[str, Any]) -> None:
             table[name] = value
 
 
+def words_of(dtype: np.dtype[Any], names: str) -> np.ndarray:
+    """Return where in a table, taken as integers, the addresses of arrays are.
+
+    Parameters
+    ----------
+    dtype : numpy.dtype
+        Made by ``table_type``.
+    names : str
+        Of the arrays, between spaces.
+    """
+    offsets = dtype.fields or {}
+    return np.array([offsets[name][1] // 8 for name in names.split()])
+
+
 _REST = {dimensions: (0,) * (4 - dimensions) for dimensions in range(5)}
 
 
@@ -88,15 +102,19 @@ def _array_at(kind, dimensions):
     return array
 
 
-def table_at(dtype):
+def table_at(dtype, name):
     """Return what gives the table of a type at an address.
 
     Parameters
     ----------
     dtype : numpy.dtype
         Made by ``table_type``.
+    name : str
+        Of the type. numba would use all its entries as its name, with all functions that take it: half the time to
+        compile.
     """
     kind = from_dtype(dtype)
+    kind.name = name
 
     @intrinsic
     def table(typing_context, address):

@@ -96,9 +96,11 @@ class Parameters(NamedTuple):
 PROBLEM = table_type(
     "joints external ground_normal ground_shear slip dilatant_opening cracked kappa tresca_bound "
     "tresca_dilatant_opening tresca_kappa strain_stiffness boundary_dofs boundary_stiffness free per_weight arms "
-    "force stiffness push weights edge contact_offset contact_area side_dof side_rows properties displacement residual",
-    integers="here compute_residual solve_tangent system first_strain coulomb max_iterations dilatant_iterations",
-    numbers="deflection jack ratio relative_tolerance snap_back_ratio cap_slope_ratio yield_tolerance",
+    "force stiffness push weights edge contact_offset contact_area side_dof side_rows properties displacement "
+    "residual step",
+    integers="here compute_residual compute_step solve_tangent system first_strain coulomb bordered max_iterations "
+    "dilatant_iterations",
+    numbers="deflection jack jack_step ratio relative_tolerance snap_back_ratio cap_slope_ratio yield_tolerance",
 )
 """Attributes, with m interfaces of q contacts.
 
@@ -133,12 +135,16 @@ displacement, jack, coulomb
     or the Tresca problem is solved.
 residual, ratio : array (size,), float
     Its results: residual force, 0 where not free, and unbalanced force ratio.
+step, jack_step : array (size,), float
+    Results of ``compute_step``: steps of the displacements (m, rad) and of the load of each jack (N).
+bordered : bool
+    Whether the load of the jacks is unknown in that step, if their deflection is given.
 here, system : int
     Addresses of this table and of that of the tangent equations.
-compute_residual, solve_tangent : int
+compute_residual, compute_step, solve_tangent : int
     Addresses of units.
 """
-problem_at = table_at(PROBLEM)
+problem_at = table_at(PROBLEM, "PROBLEM")
 """What gives the table at an address."""
 
 
@@ -149,12 +155,12 @@ class Problem(NamedTuple):
     ----------
     parameters : Parameters
         Of the iterations.
-    table : PROBLEM
-        All the rest.
+    table : int
+        Address of the table of all the rest.
     """
 
     parameters: Parameters
-    table: Any
+    table: int
 
 
 class _Ground(NamedTuple):
@@ -349,7 +355,7 @@ def _residual(problem, jack, displacement, coulomb, force):
     """Compile ``residual`` for a ``Problem``."""
 
     def compiled(problem, jack, displacement, coulomb, force):
-        table = problem.table
+        table = problem_at(problem.table)
         table.jack, table.coulomb = jack, coulomb
         table.displacement.address, table.residual.address = displacement.ctypes.data, force.ctypes.data
         run(table.compute_residual, table.here)
@@ -381,24 +387,43 @@ def bordered_step(weights, responses, missing, step):
     return jack_step
 
 
+@Unit
+def compute_step(address):
+    """Solve the tangent equations for ``residual``, bordered by the condition on the deflection of the jacks.
+
+    Parameters
+    ----------
+    address : int
+        Of the table.
+    """
+    table = problem_at(address)
+    system, step = system_at(table.system), floats(table.step)
+    right, solution = float_rows(system.right), float_rows(system.solution)
+    borders = table.bordered != 0 and deflection_is_given(table)
+    copy(floats(table.residual), right[0])
+    if borders:
+        copy(floats(table.push), right[1])
+    system.row_count = 2 if borders else 1
+    system.iterations += 1
+    run(table.solve_tangent, table.system)
+    if borders:
+        missing = missing_deflection(table, floats(table.displacement))
+        table.jack_step = bordered_step(floats(table.weights), solution, missing, step)
+    else:
+        copy(solution[0], step)
+        table.jack_step = 0.0
+
+
 @overload(solve, jit_options=UNCOUNTED)
 def _solve(problem, bordered, displacement, force, step):
     """Compile ``solve`` for a ``Problem``."""
 
     def compiled(problem, bordered, displacement, force, step):
-        table, system = problem.table, system_at(problem.table.system)
-        right, solution = float_rows(system.right), float_rows(system.solution)
-        borders = bordered and deflection_is_given(table)
-        copy(force, right[0])
-        if borders:
-            copy(floats(table.push), right[1])
-        system.row_count = 2 if borders else 1
-        system.iterations += 1
-        run(table.solve_tangent, table.system)
-        if borders:
-            return bordered_step(floats(table.weights), solution, missing_deflection(table, displacement), step)
-        copy(solution[0], step)
-        return 0.0
+        table = problem_at(problem.table)
+        table.displacement.address, table.residual.address = displacement.ctypes.data, force.ctypes.data
+        table.step.address, table.bordered = step.ctypes.data, bordered
+        run(table.compute_step, table.here)
+        return table.jack_step
 
     return compiled
 
@@ -419,7 +444,7 @@ def _controls_deflection(problem):
     """Compile ``controls_deflection`` for a ``Problem``."""
 
     def compiled(problem):
-        return deflection_is_given(problem.table)
+        return deflection_is_given(problem_at(problem.table))
 
     return compiled
 
@@ -442,7 +467,7 @@ def _goes_too_far(problem, displacement, limit):
     """Compile ``goes_too_far`` for a ``Problem``."""
 
     def compiled(problem, displacement, limit):
-        table = problem.table
+        table = problem_at(problem.table)
         return not within_limit(displacement, flags(table.free), floats(table.arms), limit)
 
     return compiled
@@ -464,7 +489,7 @@ def _missing(problem, displacement):
     """Compile ``missing`` for a ``Problem``."""
 
     def compiled(problem, displacement):
-        return missing_deflection(problem.table, displacement)
+        return missing_deflection(problem_at(problem.table), displacement)
 
     return compiled
 
@@ -489,7 +514,8 @@ def _add_jack_load(problem, load, force):
     """Compile ``add_jack_load`` for a ``Problem``."""
 
     def compiled(problem, load, force):
-        push, free = floats(problem.table.push), flags(problem.table.free)
+        table = problem_at(problem.table)
+        push, free = floats(table.push), flags(table.free)
         for i in range(push.size):
             if free[i]:
                 force[i] += load * push[i]

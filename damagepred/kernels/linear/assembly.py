@@ -5,23 +5,22 @@ freedom of its two sides: three of a rigid block, or x and y of the two gridpoin
 D is a 3 x 3 matrix, unsymmetric where the flow rule is not associated. Matrices of a level are stored transposed.
 """
 
-from damagepred.kernels.jit import law
-from damagepred.kernels.table import float_blocks, float_rows, integer_rows, integers
+from damagepred.kernels.jit import Unit, law
+from damagepred.kernels.linear.table import system_at
+from damagepred.kernels.table import flags, float_blocks, float_rows, integer_rows, integers
 
 
-@law
-def set_stiffness(system, listed, stiffness):
-    """Set the factorised stiffness D of interfaces, and B^T D B between the degrees of freedom of their sides.
+@Unit
+def set_stiffness(address):
+    """Set the factorised stiffness D of changed interfaces, and B^T D B between the degrees of freedom of their sides.
 
     Parameters
     ----------
-    system : SYSTEM
-        The tangent equations.
-    listed : array of int
-        Those whose stiffness is set.
-    stiffness : array (m, 9)
-        Of all interfaces.
+    address : int
+        Of the table of the tangent equations: ``changed_count`` interfaces in ``changed``, and ``target``.
     """
+    system = system_at(address)
+    listed, stiffness = integers(system.changed)[: system.changed_count], float_rows(system.target)
     matrices, factorised = float_blocks(system.matrices), float_rows(system.stiffness)
     displacements = float_blocks(system.strain_displacement)
     for i in listed:
@@ -37,21 +36,19 @@ def set_stiffness(system, listed, stiffness):
                     matrices[i, r, c] += left * rows[j, c]
 
 
-@law
-def assemble_level(system, interfaces, k, size, matrix):
-    """Compute the stiffness of interfaces within level k, the displacements of all other levels held.
+@Unit
+def assemble_level(address):
+    """Compute the stiffness of interfaces within level ``k``, the displacements of all other levels held.
 
     Parameters
     ----------
-    system : SYSTEM
-        The tangent equations.
-    interfaces : array of int
-        Those that are assembled; their degrees of freedom in other levels are left out.
-    k, size : int
-        The level and its size.
-    matrix : array
-        Flat; filled, transposed.
+    address : int
+        Of the table of the tangent equations; the matrix is the first row of ``scratch``, flat and transposed.
     """
+    system = system_at(address)
+    k, first, start = system.k, integers(system.first_interface), integers(system.start)
+    size, matrix = start[k + 1] - start[k], float_rows(system.scratch)[0]
+    interfaces = integers(system.level_interfaces)[first[k] : first[k + 1]]
     dofs, index = integer_rows(system.dof), integers(system.index_in_level)
     level, matrices = integers(system.level_of_dof), float_blocks(system.matrices)
     for j in range(size * size):
@@ -84,23 +81,22 @@ def add_to_diagonal(values, start, size, matrix):
         matrix[j * size + j] += values[start + j]
 
 
-@law
-def assemble_couplings(couplings, pair, far_is_b, matrices, near_far, far_near):
-    """Compute the off-diagonal blocks: the stiffness between the sides of couplings.
+@Unit
+def assemble_couplings(address):
+    """Compute the off-diagonal blocks up to level ``farthest``: the stiffness between the sides of couplings.
 
     Parameters
     ----------
-    couplings : array of int (b,)
-        Interfaces between neighbouring levels.
-    pair : array of int (b,)
-        Pair of sides that each couples.
-    far_is_b : array of bool (b,)
-        Whether block b is the one farther from the ground, or a.
-    matrices : array (m, w, w)
-        See ``interface_stiffness``.
-    near_far, far_near : array (pairs, w / 2, w / 2)
-        Filled: force on the nearer side for displacements of the farther, and the other way round.
+    address : int
+        Of the table of the tangent equations: ``near_far`` is the force on the nearer side for displacements of the
+        farther, ``far_near`` the other way round.
     """
+    system = system_at(address)
+    last = integers(system.first_coupling)[system.farthest + 1]
+    pairs = integers(system.first_pair)[system.farthest + 1]
+    couplings, pair, far_is_b = integers(system.couplings)[:last], integers(system.pair), flags(system.far_is_b)
+    near_far, far_near = float_blocks(system.near_far)[:pairs], float_blocks(system.far_near)[:pairs]
+    matrices = float_blocks(system.matrices)
     side = matrices.shape[1] // 2
     for e in range(near_far.shape[0]):
         for r in range(side):

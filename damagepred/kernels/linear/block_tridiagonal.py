@@ -8,19 +8,24 @@ one is then a sum of its rows, which the compiler vectorises.
 from damagepred.kernels.jit import Unit, law
 from damagepred.kernels.linear.assembly import (
     add_to_diagonal,
-    assemble_couplings,
-    assemble_level,
     farthest_unsymmetric,
-    set_stiffness,
 )
 from damagepred.kernels.linear.lapack import multiply
 from damagepred.kernels.linear.table import system_at
-from damagepred.kernels.table import flags, float_blocks, float_rows, floats, integer_rows, integers, run
+from damagepred.kernels.table import float_blocks, float_rows, floats, integer_rows, integers, run
 
 
-@law
-def _schur_complement(system, k, work):
-    """Compute what eliminating level k subtracts from the next level: K_nf K_ff^-1 K_fn."""
+@Unit
+def schur_complement(address):
+    """Compute what eliminating level ``k`` subtracts from the next level: K_nf K_ff^-1 K_fn.
+
+    Parameters
+    ----------
+    address : int
+        Of the table of the tangent equations.
+    """
+    system = system_at(address)
+    k, work = system.k, float_rows(system.scratch)[1]
     pairs, start, at = integers(system.first_pair), integers(system.start), integers(system.inverse_start)
     far_index, near_index = integer_rows(system.far_index), integer_rows(system.near_index)
     near_far, far_near = float_blocks(system.near_far), float_blocks(system.far_near)
@@ -66,32 +71,19 @@ def eliminate(address):
     """
     system = system_at(address)
     elastic, farthest, work = system.elastic != 0, system.farthest, float_rows(system.scratch)
-    set_stiffness(system, integers(system.changed)[: system.changed_count], float_rows(system.target))
+    run(system.set_stiffness, address)
     starts, inverse_start, matrix = integers(system.start), integers(system.inverse_start), work[0]
-    first_of, listed, blocks = (
-        integers(system.first_interface),
-        integers(system.level_interfaces),
-        floats(system.blocks),
-    )
-    complements = floats(system.complements)
-    last, pairs = integers(system.first_coupling)[farthest + 1], integers(system.first_pair)[farthest + 1]
-    assemble_couplings(
-        integers(system.couplings)[:last],
-        integers(system.pair),
-        flags(system.far_is_b),
-        float_blocks(system.matrices),
-        float_blocks(system.near_far)[:pairs],
-        float_blocks(system.far_near)[:pairs],
-    )
+    blocks, complements = floats(system.blocks), floats(system.complements)
+    run(system.assemble_couplings, address)
     # Schur complements inherit symmetry from farther levels
     level, stiffness, unsymmetric = integers(system.interface_level), float_rows(system.stiffness), -1
     if not elastic:
         unsymmetric = max(farthest_unsymmetric(integers(system.active), level, stiffness), system.blocks_level)
     system.held = 1
     for k in range(farthest, system.nearest - 1, -1):
-        start, first, size = starts[k], inverse_start[k], starts[k + 1] - starts[k]
+        start, first, size, system.k = starts[k], inverse_start[k], starts[k + 1] - starts[k], k
         if size > 0:
-            assemble_level(system, listed[first_of[k] : first_of[k + 1]], k, size, matrix)
+            run(system.assemble_level, address)
             add_to_diagonal(floats(system.strain_stiffness), start, size, matrix)
             if blocks.size > 0:
                 add_row(1.0, blocks[first : first + size * size], matrix)
@@ -105,7 +97,7 @@ def eliminate(address):
                 system.held = 0
                 return
         if k > 0:
-            _schur_complement(system, k, work[1])
+            run(system.schur_complement, address)
 
 
 @law
@@ -213,21 +205,19 @@ def back(address):
             _multiply(inverses, at[k], b - a, particular, a, displacement, a)
 
 
-@law
-def solve_columns(system, active, farthest, columns, force, displacement):
-    """Solve for many columns of forces by matrix products: forward elimination and back substitution.
+@Unit
+def solve_columns(address):
+    """Solve for the unit loads, one a column, by matrix products: forward elimination and back substitution.
 
     Parameters
     ----------
-    system : SYSTEM
-        The tangent equations.
-    active, farthest : int
-        Number of active levels, and level beyond which there are no forces.
-    columns : int
-        Number of right-hand sides.
-    force, displacement : array (degrees of freedom, columns), flat
-        Forces, overwritten; and the solution, filled.
+    address : int
+        Of the table of the tangent equations: ``columns`` columns of ``unit``, overwritten, beyond level ``farthest``
+        all zero; the solution fills ``unit_response``.
     """
+    system = system_at(address)
+    active, farthest, columns = system.active_levels, system.farthest, system.columns
+    force, displacement = floats(system.unit), floats(system.unit_response)
     start, pairs, first = integers(system.start), integers(system.first_pair), integers(system.inverse_start)
     far_index, near_index = integer_rows(system.far_index), integer_rows(system.near_index)
     near_far, far_near = float_blocks(system.near_far), float_blocks(system.far_near)

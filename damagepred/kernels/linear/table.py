@@ -17,7 +17,10 @@ SYSTEM = table_type(
     "active active_dofs target changed new rows room scratch current particular wanted right solution "
     # arguments and workspace of LAPACK
     "lapack_integers lapack_reals lapack_letters pivots lapack_work",
-    integers="here invert eliminate forward back respond correct row_count farthest nearest elastic held "
+    integers="here k columns set_stiffness assemble_level assemble_couplings schur_complement invert eliminate "
+    "forward back solve_columns add_compliance stiffness_changes relative_displacements fill_capacitance "
+    "respond correct "
+    "row_count farthest nearest elastic held "
     "first_new last_new changed_count accurate matrix_size inverse_first symmetric first_back last_back "
     "dgemm dpotrf dpotri dgetrf dgetri dgesv active_levels batch loop_rows keep_farther_levels keep_responses "
     "iterations factorisations corrections occupied farthest_changed blocks_level",
@@ -100,7 +103,9 @@ farthest_changed, blocks_level : int
     Farthest level that the next factorisation must eliminate at least, and that of a yielding block; -1: none.
 here : int
     Address of the table.
-invert, eliminate, forward, back, respond, correct : int
+k, columns : int
+    Level, and number of columns or rows, that a unit works on.
+set_stiffness, assemble_level, ... correct : int
     Addresses of the units of these names.
 wanted : array (m, 9)
     Stiffness of the interfaces for the next solution, of which that of active ones is copied to ``target``.
@@ -110,5 +115,5 @@ batch, loop_rows : int
     Interfaces whose unit-load responses are computed at a time; right-hand sides up to which loops are faster.
 """
 
-system_at = table_at(SYSTEM)
+system_at = table_at(SYSTEM, "SYSTEM")
 """What gives the table at an address."""

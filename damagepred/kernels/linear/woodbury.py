@@ -7,7 +7,7 @@ correction forces p = D (x - C p), so (1 + D C) p = D x.
 import numpy as np
 
 from damagepred.kernels.jit import Unit, law
-from damagepred.kernels.linear.block_tridiagonal import add_row, solve_columns
+from damagepred.kernels.linear.block_tridiagonal import add_row
 from damagepred.kernels.linear.lapack import solve_dense
 from damagepred.kernels.linear.table import system_at
 from damagepred.kernels.table import float_blocks, float_rows, floats, integer_rows, integers, run
@@ -24,9 +24,18 @@ def _relative_displacement(dofs, rows, index, displacement, i, j):
     return total
 
 
-@law
-def _relative_displacements(system, changed, displacement, relative):
-    """Compute opening, shear and rotation of changed interfaces from rows of displacements."""
+@Unit
+def relative_displacements(address):
+    """Compute opening, shear and rotation of changed interfaces from the solutions in ``rows``.
+
+    Parameters
+    ----------
+    address : int
+        Of the table of the tangent equations.
+    """
+    system = system_at(address)
+    changed, relative = integers(system.changed)[: system.changed_count], float_rows(system.relative)
+    displacement = float_rows(system.rows)[: system.row_count]
     dofs, rows, index = integer_rows(system.dof), float_blocks(system.strain_displacement), integers(system.index)
     for m in range(displacement.shape[0]):
         for s in range(changed.size):
@@ -91,7 +100,8 @@ def respond(address):
     _add_unit_loads(system, new, columns, force)
     few = columns <= system.loop_rows
     if not few:
-        solve_columns(system, system.active_levels, farthest, columns, force, found)
+        system.farthest, system.columns = farthest, columns
+        run(system.solve_columns, address)
     for i in range(size):
         for c in range(columns):
             added[c, i] = force[i * columns + c] if few else found[i * columns + c]
@@ -101,13 +111,22 @@ def respond(address):
     for s in range(new.size):
         interface_of_slot[system.occupied + s] = new[s]
         slot[new[s]] = system.occupied + s
-    _add_compliance(system, first, columns)
+    system.columns = columns
+    run(system.add_compliance, address)
     system.occupied += new.size
 
 
-@law
-def _add_compliance(system, first, columns):
-    """Compute the relative displacements for new unit loads, and those of new interfaces for old ones."""
+@Unit
+def add_compliance(address):
+    """Compute the relative displacements for new unit loads, and those of new interfaces for old ones.
+
+    Parameters
+    ----------
+    address : int
+        Of the table of the tangent equations; the last ``columns`` of all responses are new.
+    """
+    system = system_at(address)
+    columns, first = system.columns, 3 * system.occupied
     response, compliance = float_rows(system.response), float_rows(system.compliance)
     dofs, rows, index = integer_rows(system.dof), float_blocks(system.strain_displacement), integers(system.index)
     interface_of_slot = integers(system.interface_of_slot)
@@ -120,12 +139,20 @@ def _add_compliance(system, first, columns):
                 )
 
 
-@law
-def _stiffness_changes(changed, target, factorised, change, rows):
-    """Compute the change D of the stiffness of interfaces, and list its rows that are not 0; return their number.
+@Unit
+def stiffness_changes(address):
+    """Compute the change D of the stiffness of changed interfaces, and list its rows that are not 0.
 
     A joint that slides changes its shear row alone.
+
+    Parameters
+    ----------
+    address : int
+        Of the table of the tangent equations; ``columns`` becomes the number of rows.
     """
+    system = system_at(address)
+    changed, target = integers(system.changed)[: system.changed_count], float_rows(system.target)
+    factorised, change, rows = float_rows(system.stiffness), float_rows(system.change), integers(system.changed_rows)
     count = 0
     for s in range(changed.size):
         i = changed[s]
@@ -137,7 +164,7 @@ def _stiffness_changes(changed, target, factorised, change, rows):
             if listed:
                 rows[count] = 3 * s + j
                 count += 1
-    return count
+    system.columns = count
 
 
 @law
@@ -148,9 +175,17 @@ def _correction_force(row, change, relative):
     return change[s, 3 * j] * first[0] + change[s, 3 * j + 1] * first[1] + change[s, 3 * j + 2] * first[2]
 
 
-@law
-def _fill_capacitance(system, changed, count):
-    """Fill 1 + D C, transposed."""
+@Unit
+def fill_capacitance(address):
+    """Fill 1 + D C, transposed.
+
+    Parameters
+    ----------
+    address : int
+        Of the table of the tangent equations; ``columns`` is its size.
+    """
+    system = system_at(address)
+    changed, count = integers(system.changed), system.columns
     change, compliance, slots = float_rows(system.change), float_rows(system.compliance), integers(system.slot)
     rows, matrix = integers(system.changed_rows), floats(system.capacitance)
     for r in range(count):
@@ -190,9 +225,10 @@ def correct(address):
     system.accurate = 0
     x, p, change = float_rows(system.relative), floats(system.correction_force), float_rows(system.change)
     rows, slots, response = integers(system.changed_rows), integers(system.slot), float_rows(system.response)
-    count = _stiffness_changes(changed, float_rows(system.target), float_rows(system.stiffness), change, rows)
-    _relative_displacements(system, changed, right, x)
-    _fill_capacitance(system, changed, count)
+    run(system.stiffness_changes, address)
+    count = system.columns
+    run(system.relative_displacements, address)
+    run(system.fill_capacitance, address)
     for m in range(right.shape[0]):
         for c in range(count):
             p[m * count + c] = _correction_force(rows[c], change, x[m])
@@ -202,7 +238,7 @@ def correct(address):
         for c in range(count):
             slot = 3 * slots[changed[rows[c] // 3]] + rows[c] % 3
             add_row(-p[m * count + c], response[slot], right[m])
-    _relative_displacements(system, changed, right, x)
+    run(system.relative_displacements, address)
     accurate = True
     for m in range(right.shape[0]):
         accurate &= _agrees(rows, count, change, x[m], p[m * count :], system.woodbury_tolerance)

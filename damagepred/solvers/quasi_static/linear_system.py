@@ -14,11 +14,9 @@ from numba.extending import get_cython_function_address
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
-from damagepred.kernels.linear.block_tridiagonal import back, eliminate, forward
-from damagepred.kernels.linear.lapack import LETTERS, invert
+from damagepred.kernels.linear import assembly, block_tridiagonal, lapack, woodbury
 from damagepred.kernels.linear.system import solve_tangent
 from damagepred.kernels.linear.table import SYSTEM
-from damagepred.kernels.linear.woodbury import correct, respond
 from damagepred.kernels.table import fill
 from damagepred.solvers.quasi_static.level_layout import LevelLayout
 from damagepred.solvers.quasi_static.options import LinearSystemOptions
@@ -27,6 +25,27 @@ from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 DEFAULTS = LinearSystemOptions()
+UNITS = {
+    unit.name: unit
+    for unit in (
+        assembly.set_stiffness,
+        assembly.assemble_level,
+        assembly.assemble_couplings,
+        block_tridiagonal.schur_complement,
+        lapack.invert,
+        block_tridiagonal.eliminate,
+        block_tridiagonal.forward,
+        block_tridiagonal.back,
+        block_tridiagonal.solve_columns,
+        woodbury.add_compliance,
+        woodbury.stiffness_changes,
+        woodbury.relative_displacements,
+        woodbury.fill_capacitance,
+        woodbury.respond,
+        woodbury.correct,
+    )
+}
+"""Units of the tangent equations that others call, by name."""
 
 
 class BlockTridiagonalSystem:
@@ -142,12 +161,7 @@ class BlockTridiagonalSystem:
             right=np.empty((2, self.model.size)),
             solution=np.empty((2, self.model.size)),
             here=self.address,
-            eliminate=eliminate.address,
-            invert=invert.address,
-            forward=forward.address,
-            back=back.address,
-            respond=respond.address,
-            correct=correct.address,
+            **{name: unit.address for name, unit in UNITS.items()},
             **costs_of(at.size, options),
             **lapack_routines(max(largest, 3 * slots), options.inversion_panel),
         )
@@ -226,7 +240,7 @@ class BlockTridiagonalSystem:
             self.arrays["target"][condensed] = self.elastic[condensed]
             self.arrays["changed"][: len(condensed)] = condensed
             self._set(farthest=levels - 1, nearest=active_levels, elastic=1, changed_count=len(condensed))
-            eliminate(self.address)
+            block_tridiagonal.eliminate(self.address)
             held = bool(self.tangent["held"])
         self.set_active_levels(active_levels if held else levels)
         if held:
@@ -245,7 +259,8 @@ class BlockTridiagonalSystem:
 
     def prepare(self) -> None:
         """Set the stiffness of the next ``solve`` for kernels that solve by themselves."""
-        self._set(wanted=self._stiffness)
+        if self.arrays.get("wanted") is not self._stiffness:
+            self._set(wanted=self._stiffness)
 
     def solve(self, force: FloatArray) -> FloatArray:
         """Solve for the displacements of all degrees of freedom.
@@ -263,7 +278,8 @@ class BlockTridiagonalSystem:
         self._update_blocks()
         rows = force.reshape(-1, force.shape[-1])
         self.arrays["right"][: len(rows)] = rows
-        self._set(wanted=self._stiffness, row_count=len(rows))
+        self.prepare()
+        self.tangent["row_count"] = len(rows)
         solve_tangent(self.address)
         return self.arrays["solution"][: len(rows)].reshape(force.shape).copy()
 
@@ -278,7 +294,7 @@ class BlockTridiagonalSystem:
             In the order of the levels; updated, and filled with the solution, nearer levels fixed.
         """
         self._set(current=force, particular=particular, farthest=self.layout.levels - 1, nearest=nearest)
-        forward(self.address)
+        block_tridiagonal.forward(self.address)
 
     def recover(self, first: int, displacement: FloatArray, particular: FloatArray) -> None:
         """Recover the displacements of all levels from ``first`` on from those of the nearer ones.
@@ -291,7 +307,7 @@ class BlockTridiagonalSystem:
             In the order of the levels; updated, and the particular solution, overwritten.
         """
         self._set(current=displacement, particular=particular, first_back=first, last_back=self.layout.levels)
-        back(self.address)
+        block_tridiagonal.back(self.address)
 
     def coupling_stiffness(self, k: int) -> FloatArray:
         """Return the elastic stiffness of the couplings between levels k + 1 and k within level k, transposed."""
@@ -350,7 +366,7 @@ def lapack_routines(largest: int, panel: int = DEFAULTS.inversion_panel) -> dict
         **{name: _address(name) for name in ("dgemm", "dpotrf", "dpotri", "dgetrf", "dgetri", "dgesv")},
         "lapack_integers": np.zeros(4, dtype=np.int32),
         "lapack_reals": np.zeros(2),
-        "lapack_letters": LETTERS,
+        "lapack_letters": lapack.LETTERS,
         "pivots": np.zeros(largest, dtype=np.int32),
         "lapack_work": np.zeros(panel * largest),
     }

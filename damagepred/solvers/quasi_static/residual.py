@@ -25,6 +25,7 @@ from damagepred.kernels.equilibrium.problem import (
     Parameters,
     Problem,
     bordered_step,
+    compute_step,
     with_constraint,
 )
 from damagepred.kernels.equilibrium.tresca import compiled_minimise, minimise
@@ -33,7 +34,7 @@ from damagepred.kernels.interface.internal_force import joint_forces, update_tre
 from damagepred.kernels.interface.residual import free_residual, within_limit
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.linear.system import solve_tangent
-from damagepred.kernels.table import fill
+from damagepred.kernels.table import fill, words_of
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
@@ -42,6 +43,9 @@ from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.time_limit import check_time
+
+_HISTORY_NAMES = "slip dilatant_opening cracked kappa"
+_HISTORY, _GROUND = words_of(PROBLEM, _HISTORY_NAMES), words_of(PROBLEM, "ground_normal ground_shear")
 
 
 class Residual:
@@ -165,12 +169,19 @@ class Residual:
             "properties": model.joint_parameters,
             "displacement": self._room[0],
             "residual": self._room[0],
+            "step": self._room[0],
             **dict(zip(("tresca_bound", "tresca_dilatant_opening", "tresca_kappa"), self.tresca)),
         }
         if elastic is not None:
             self._arrays.update(side_dof=elastic.dof, side_rows=elastic.rows)
         mapping = {name: value for name, value in options._asdict().items() if name != "general"}
         fill(self._whole[0], {**self._arrays, **mapping, "first_strain": self.system.strain_dofs.start})
+        rest = State.rest(model)
+        ground = model.ground.at(rest.load_factor)
+        history = dict(zip(_HISTORY_NAMES.split(), rest.history))
+        fill(self._whole[0], {**history, "ground_normal": ground.normal, "ground_shear": ground.shear})
+        self._listed: IntArray | None = None
+        self._known: list[Any] = [None, None, None, None]  # history and ground whose addresses are known
         self._unit = RESIDUAL_UNITS[options.general, None if elastic is None else True]
 
     def _set_problem(self) -> None:
@@ -182,12 +193,13 @@ class Residual:
         if condensation is not None:
             active.update(boundary_dofs=condensation.boundary_dofs, boundary_stiffness=condensation.stiffness)
         self._active, self._table = active, self._whole.copy()
-        self.problem = Problem(self._parameters, self._table[0])
+        self.problem = Problem(self._parameters, self._table.ctypes.data)
         if self._compiled:
             addresses = {
                 "here": self._table.ctypes.data,
                 "system": self.equations.address,
                 "compute_residual": self._unit.address,
+                "compute_step": compute_step.address,
                 "solve_tangent": solve_tangent.address,
             }
             fill(self._table[0], {**active, **addresses})
@@ -205,20 +217,15 @@ class Residual:
         if self._has_live_load:
             self._external += state.load_factor * self.live_load
 
-    def _set_state(self, table: np.void, state: State) -> None:
-        """Set the ground and the history of a state in a table."""
-        ground, (slip, dilatant_opening, cracked, kappa) = self.model.ground.at(state.load_factor), state.history
-        fill(
-            table,
-            {
-                "ground_normal": ground.normal,
-                "ground_shear": ground.shear,
-                "slip": slip,
-                "dilatant_opening": dilatant_opening,
-                "cracked": cracked,
-                "kappa": kappa,
-            },
-        )
+    def _set_state(self, table: np.ndarray, state: State) -> None:
+        """Set the addresses of ground and history of a state in a table; those of the last state are remembered."""
+        ground, known = self.model.ground.at(state.load_factor), self._known
+        if known[0] is not state.history:
+            known[0], known[1] = state.history, [values.ctypes.data for values in state.history]
+        if known[2] is not ground:
+            known[2], known[3] = ground, [values.ctypes.data for values in ground]
+        words = table.view(np.int64)
+        words[_HISTORY], words[_GROUND] = known[1], known[3]
 
     def _add_forces(self, interfaces: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
         """Add forces of joints, sections and deformable blocks to the residual, and set joint tangents."""
@@ -265,7 +272,7 @@ class Residual:
         deflection = np.nan if self.jacks is None else self.jacks.required_deflection(state.load_factor)
         if not self._compiled:
             return _InterpretedProblem(self, state, deflection)
-        self._set_state(self._table[0], state)
+        self._set_state(self._table, state)
         self._table[0]["deflection"] = deflection
         self.equations.update(self._stiffness)
         self.equations.prepare()
@@ -352,9 +359,12 @@ class Residual:
     ) -> FloatArray:
         """Return the forces of the joints of some interfaces, of blocks, of jacks and of the external load set."""
         if self._compiled:
-            self._set_state(self._whole[0], state)
-            values = {"joints": interfaces, "displacement": displacement, "jack": jack, "coulomb": coulomb}
-            fill(self._whole[0], values)
+            self._set_state(self._whole, state)
+            table = self._whole[0]
+            if self._listed is not interfaces:
+                self._listed = interfaces
+                fill(table, {"joints": interfaces})
+            fill(table, {"displacement": displacement, "jack": jack, "coulomb": coulomb})
             self._unit(self._whole.ctypes.data)
             return self._force
         self._force[:] = self._external
@@ -439,7 +449,7 @@ class Residual:
         perturbed = replace(state, load_factor=state.load_factor + step, displacement=displacement.copy())
         moved = step * self.model.ground.load_factor_rate(state.load_factor)
         perturbed.displacement[supports.prescribed] += moved * supports.prescribed_displacement
-        self._external[:] = 0.0
+        self._external.fill(0.0)
         before = self._forces_at(self._moving_interfaces, state, displacement, 0.0).copy()
         return (self._forces_at(self._moving_interfaces, perturbed, perturbed.displacement, 0.0) - before) / step
 
