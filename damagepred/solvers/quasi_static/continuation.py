@@ -304,11 +304,12 @@ class Continuation:
         step, trial = state.distance(target), state.at(*target)
         # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
         newton_only = self._locates_collapse or self._relaxes
-        residual = self.equilibrium.find(trial, ahead, newton_only)
+        may_halve = not newton_only and control.may_halve(step, self._allowed_halvings)
+        residual = self.equilibrium.find(trial, ahead, newton_only or may_halve)
         if residual >= self.tolerance and self._locates_collapse and step > control.minimum_step:
             control.reject_target(target)
             return None
-        if residual >= self.tolerance and not newton_only and control.may_halve(step, self._allowed_halvings):
+        if residual >= self.tolerance and may_halve:
             # a shorter step converges more easily, or shows more clearly that no equilibrium exists
             control.halve_step(state, target)
             return None
