@@ -77,12 +77,17 @@ class JointQuantile:
 
     def __init__(self, marginal: Marginal, options: QuantileTableOptions = DEFAULT) -> None:
         self.marginal, self.options = marginal, options
-        self.quick = isinstance(marginal, Table) or getattr(getattr(marginal, "dist", None), "name", "") in CLOSED
+        name = getattr(getattr(marginal, "dist", None), "name", "")
+        self.quick = isinstance(marginal, Table) or name in CLOSED
+        given = getattr(marginal, "kwds", {})
+        self._lognormal = given if name == "lognorm" and given.keys() == {"s", "scale"} else None
         self._table: tuple[FloatArray, FloatArray] | None = None
 
     def __call__(self, z: ArrayLike) -> FloatArray:
         """Return the values that standard normals z (n,) stand for, array (n,)."""
         z = np.asarray(z, dtype=np.float64)
+        if self._lognormal is not None:
+            return np.asarray(self._lognormal["scale"] * np.exp(self._lognormal["s"] * z))
         if self.quick:
             return from_normal(self.marginal, z)
         if self._table is None:
