@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
+from scipy import special
 
 from damagepred.arrays import FloatArray
 from damagepred.uq.marginals import Marginal, Table, breaks, from_normal
@@ -87,7 +88,9 @@ class JointQuantile:
         """Return the values that standard normals z (n,) stand for, array (n,)."""
         z = np.asarray(z, dtype=np.float64)
         if self._lognormal is not None:
-            return np.asarray(self._lognormal["scale"] * np.exp(self._lognormal["s"] * z))
+            # through the probability of the nearer tail, as in from_normal: the very same values
+            normal = np.copysign(special.ndtri(special.ndtr(-np.abs(z))), z)
+            return np.asarray(np.exp(self._lognormal["s"] * normal) * self._lognormal["scale"])
         if self.quick:
             return from_normal(self.marginal, z)
         if self._table is None:
