@@ -269,12 +269,12 @@ class JointMap:
         number : array of int (n,)
             The interfaces.
         """
-        order, way = (values[number] for values in self.contacts_along)
-        contacts = number[:, None] * self.contact_x.shape[1] + order
+        order, way = self.contacts_along
+        contacts, way = number[:, None] * order.shape[1] + order[number], way[number]
         if not self.extrapolates:
             return Profile(contacts, way, None)
-        ends = np.zeros((len(number), 1)), self.length[number, None]
-        return Profile(contacts, np.hstack((ends[0], way, ends[1])), self.ends.of(number))
+        way = np.column_stack((np.zeros(len(number)), way, self.length[number]))
+        return Profile(contacts, way, self.ends.of(number))
 
     @cached_property
     def dpc_profile(self) -> Profile:
