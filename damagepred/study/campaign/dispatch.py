@@ -36,7 +36,7 @@ class DispatchOptions:
     shortest_batch, longest_batch : float
         Work in a batch (s): long enough that not every wall has a file, short enough that a kill loses little.
     share_of_rest : float
-        Samples in a batch, at most, over those of a worker that no batch holds yet: the last batches are short.
+        Samples in a batch, at most, over a worker's share of those that no batch holds yet; one worker takes any.
     timeout_share : float
         Work in a batch, at most, over the time limit of a sample.
     assumed_workers : int
@@ -193,8 +193,8 @@ class Batches:
         work = min(max(each * self._count / options.most_parts, options.shortest_batch), options.longest_batch)
         if self._timeout is not None:
             work = min(work, self._timeout * options.timeout_share)
-        share = options.share_of_rest * (self._count - self._taken) / width
-        return max(1, int(min(work / each, share)))
+        rest = self._count - self._taken
+        return max(1, int(min(work / each, rest if width == 1 else options.share_of_rest * rest / width)))
 
     def next(self, width: int = 1) -> Batch | None:
         """Return the next batch: samples whose numbers follow each other.
