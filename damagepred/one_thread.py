@@ -60,7 +60,8 @@ class _Limit:
                 self.threads += 1
             self.own.depth = depth + 1
             for library in blas_libraries():
-                _set(library, 1)
+                if library.num_threads != 1:
+                    _set(library, 1)
 
     def leave(self) -> None:
         with self.lock:

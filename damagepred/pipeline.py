@@ -479,8 +479,9 @@ def shares_of_size(model: Model, steps: list[Step]) -> dict[str, float]:
     standing = [s for s in steps if not s.increment.collapsed]
     if not standing or np.isfinite(standing[0].increment.time):
         return dict.fromkeys(("displacement_share", "crack_share"), float("nan"))
-    size = float(np.ptp(model.blocks.vertices, axis=0).max())
-    moved = max(float(np.hypot(*s.increment.displacement[:, :2].T).max()) for s in standing)
+    size = max(float(np.ptp(along)) for along in model.blocks.vertices.T)
+    x, y, _ = np.moveaxis(_stacked(standing, "displacement"), -1, 0)
+    moved = float(np.sqrt((x**2 + y**2).max()))
     given = [state.largest() for state in model.ground.states()]
     given += [float(np.abs(model.supports.prescribed_displacement).max(initial=0.0)), model.central_deflection]
     widest = max(max(s.verdict.crack_width_max, s.verdict.crack_band_width_max) for s in standing)

@@ -17,7 +17,7 @@ from damagepred.enumerations import ContactKind
 from damagepred.scene import Solver
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # one geometry is told from another by identity
 class Geometry:
     """What does not change while materials, loads and movement do.
 

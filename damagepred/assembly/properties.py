@@ -37,15 +37,15 @@ def joint_properties(
     fields : mapping
         Values that vary from joint to joint, by material and field name.
     """
-    columns: dict[str, FloatArray] = {}
-    for name in (*JointProperties._fields[:-3], "fracture_energy", "shear_fracture_energy", "strength_factor"):
-        values = np.array([_value(m, name) for m in materials])[material]
-        for number, varied in fields.items():
-            if name in varied:
-                values = np.where(material == number, varied[name][joint], values)
-            elif name == "residual_friction" and "friction" in varied and materials[number].residual_friction is None:
-                values = np.where(material == number, varied["friction"][joint], values)
-        columns[name] = values
+    names = (*JointProperties._fields[:-3], "fracture_energy", "shear_fracture_energy", "strength_factor")
+    table = np.array([[_value(m, name) for m in materials] for name in names])
+    columns: dict[str, FloatArray] = dict(zip(names, np.take(table, material, axis=1)))
+    for number, varied in fields.items():
+        own = np.flatnonzero(material == number) if varied else joint[:0]
+        for name in columns.keys() & varied.keys():
+            columns[name][own] = varied[name][joint[own]]
+        if "friction" in varied and "residual_friction" not in varied and materials[number].residual_friction is None:
+            columns["residual_friction"][own] = varied["friction"][joint[own]]
     batch = columns.pop("strength_factor")
     for name in ("tensile_strength", "cohesion", "residual_tensile_strength", "residual_cohesion"):
         columns[name] = columns[name] * batch

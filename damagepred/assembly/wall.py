@@ -100,6 +100,8 @@ class WallGeometry(NamedTuple):
         Blocks of the footing, left to right; none where the wall's underside itself is moved.
     control : array of int (m,)
         Number of the control joint that each interface belongs to, -1 if it is none.
+    top_length : array (bricks,)
+        Length of wall top that each brick offers (m).
     """
 
     geometry: Geometry
@@ -107,6 +109,7 @@ class WallGeometry(NamedTuple):
     jambs: Jambs
     footing: IntArray
     control: IntArray
+    top_length: FloatArray
 
 
 @lru_cache(maxsize=8)
@@ -153,7 +156,8 @@ def _geometry(
     numbers = {(left, right): scene.control_joint.index(joint) for left, right, joint in meet}
     sides = zip(geometry.interfaces.block_a.tolist(), geometry.interfaces.block_b.tolist())
     control = np.array([numbers.get((min(pair), max(pair)), -1) for pair in sides], dtype=np.int64)
-    return WallGeometry(geometry, tuple(bricks), _jambs(scene, bricks, geometry), footing, control)
+    jambs = _jambs(scene, bricks, geometry)
+    return WallGeometry(geometry, tuple(bricks), jambs, footing, control, _top_length(wall, bricks))
 
 
 @lru_cache(maxsize=8)
@@ -163,7 +167,7 @@ def _footing_alone(known: Scene, solver: Solver, found: Foundation) -> WallGeome
     bricks = lay_bricks(known)
     footing = add_footing(assembly, found, bricks, wall.length, wall.block_length, alone=True)
     geometry = assembly.geometry(solver, no_tension=_no_tension(known))
-    return WallGeometry(geometry, (), NO_JAMBS, footing, np.full(len(geometry.interfaces.kind), -1))
+    return WallGeometry(geometry, (), NO_JAMBS, footing, np.full(len(geometry.interfaces.kind), -1), np.empty(0))
 
 
 def _blocks_at(brick: Brick, solver: Solver, dpc_course: int | None) -> str:
@@ -323,7 +327,7 @@ def footing_alone(scene: Scene, line_load: float = 0.0) -> Model:
 
 
 def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], line_load: float) -> Model:
-    geometry, bricks, jambs, footing, control = known
+    geometry, bricks, jambs, footing, control, top_length = known
     blocks, interfaces = geometry.blocks, geometry.interfaces
     material = IN_KIND[interfaces.kind]
     if not _own_bed(scene):
@@ -355,7 +359,7 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
     if has_beam(scene):
         load[len(bricks), 1] = -scene.loads.roof
     else:
-        load[: len(bricks), 1] -= _roof(scene, bricks)
+        load[: len(bricks), 1] -= scene.loads.roof * top_length / max(float(top_length.sum()), 1e-300)
     length = scene.wall.length
     if line_load:
         load[footing, 1] -= line_load * length * blocks.area[footing] / blocks.area[footing].sum()
@@ -549,17 +553,18 @@ def _of_joints(place: str, name: str, values: FloatArray) -> FloatArray:
     if not np.isfinite(found).all():
         raise InputError(f"'{place}': has values that are not finite.")
     for extreme in {found.min(), found.max()} if found.size else ():
-        one = Joint(normal_stiffness=1.0, shear_stiffness=1.0, tensile_strength=0.0, cohesion=0.0, friction=1e15)
         changed: dict[str, Any] = {name: float(extreme)}
-        replace(one, **changed)
+        replace(_ANY_JOINT, **changed)
     return found
 
 
-def _roof(scene: Scene, bricks: tuple[Brick, ...]) -> FloatArray:
-    """Share of the roof load on each brick (N), by the length of wall top it offers."""
+_ANY_JOINT = Joint(normal_stiffness=1.0, shear_stiffness=1.0, tensile_strength=0.0, cohesion=0.0, friction=1e15)
+"""Joint in which any single property may have any value that a joint can have."""
+
+
+def _top_length(wall: Wall, bricks: list[Brick]) -> FloatArray:
     left, _, right, top, _ = np.array(bricks).reshape(-1, 5).T
-    share = np.where(top > scene.wall.height * (1 - 1e-9), right - left, 0.0)
-    return scene.loads.roof * share / max(float(share.sum()), 1e-300)
+    return np.where(top > wall.height * (1 - 1e-9), right - left, 0.0)
 
 
 def _jambs(scene: Scene, bricks: list[Brick], geometry: Geometry) -> Jambs:

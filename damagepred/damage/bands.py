@@ -20,7 +20,7 @@ import numpy as np
 from scipy import sparse
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
-from damagepred.damage.joints import Ends
+from damagepred.damage.joints import Profile
 
 if TYPE_CHECKING:
     from damagepred.damage.joints import JointMap
@@ -32,17 +32,14 @@ class BandGauges:
 
     Attributes
     ----------
-    contacts : array of int (k, q)
-        Contacts, as positions among all m q, of the mortar joints of the wall proper, in order along each joint.
-    ends : Ends or None
-        How the openings at the ends of the joints follow; None where the outermost contacts lie at the ends.
+    profile : Profile
+        Nodes of the mortar joints of the wall proper.
     sums : sparse array (g, k q) or (g, k (q + 2))
         Share of the opening at each contact, of the ends before and behind them, too, in each reading of a gauge that
         crosses several joints.
     """
 
-    contacts: IntArray
-    ends: Ends | None
+    profile: Profile
     sums: sparse.csr_array
 
     @classmethod
@@ -57,15 +54,9 @@ class BandGauges:
             Of a gauge (m): joints that lie no farther apart than that are read together.
         """
         chosen = np.flatnonzero(joints.is_wall)
-        order, way = joints.contacts_along
-        order, way = order[chosen], way[chosen]
-        contacts = chosen[:, None] * order.shape[1] + order
-        ends, nodes = None, way
-        if way.shape[1] == 1 or joints.ends.share.any():
-            nodes = np.column_stack((np.zeros(len(chosen)), way, joints.length[chosen]))
-            ends = joints.ends.of(chosen)
-        parts = [_readings(joints, chosen, nodes, axis, length) for axis in (0, 1)]
-        return cls(contacts, ends, sparse.csr_array(sparse.vstack(parts)))
+        profile = joints.profile(chosen)
+        parts = [_readings(joints, chosen, profile.way, axis, length) for axis in (0, 1)]
+        return cls(profile, sparse.csr_array(sparse.vstack(parts)))
 
     def width(self, opening: FloatArray, cracked: BoolArray, threshold: float = 0.0) -> float:
         """Return the width of the widest crack band (m).
@@ -79,13 +70,11 @@ class BandGauges:
         threshold : float
             Opening (m) from which a joint's opening counts. Above 0 the sum hangs on how joints share an opening.
         """
-        broken = cracked.ravel()[self.contacts]
+        broken = cracked.ravel()[self.profile.contacts]
         if not broken.any():
             return 0.0
-        gap = opening.ravel()[self.contacts]
-        if self.ends is not None:
-            first, last = self.ends(opening).T
-            gap = np.column_stack((first, gap, last))
+        gap = self.profile.of(opening)
+        if self.profile.ends is not None:
             broken = np.column_stack((broken[:, 0], broken, broken[:, -1]))
         counted = np.where(broken & (gap > threshold), gap, 0.0).ravel()
         return float(max(counted.max(), (self.sums @ counted).max(initial=0.0)))

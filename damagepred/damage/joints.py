@@ -48,6 +48,53 @@ class Ends(NamedTuple):
         return np.asarray(outermost + self.share * (outermost - flat[self.beside]))
 
 
+class Profile(NamedTuple):
+    """Nodes of n interfaces: their contacts from start to end, with the ends themselves where contacts lie elsewhere.
+
+    Between nodes the opening is linear, as between rigid blocks; it is extrapolated beyond the outermost contacts.
+
+    Attributes
+    ----------
+    contacts : array of int (n, q)
+        Contacts, as positions among all m q.
+    way : array (n, q) or (n, q + 2)
+        Way of each node from the start of its interface (m).
+    ends : Ends or None
+        How openings at the ends follow; None where the outermost contacts lie there.
+    """
+
+    contacts: IntArray
+    way: FloatArray
+    ends: Ends | None
+
+    def of(self, values: FloatArray) -> FloatArray:
+        """Return values at the nodes, of the shape of ``way``, from those at all contacts, (m, q)."""
+        inside = np.ravel(values)[self.contacts]
+        if self.ends is None:
+            return inside
+        first, last = self.ends(values).T
+        return np.column_stack((first, inside, last))
+
+    def open_length(self, opening: FloatArray, threshold: float) -> float:
+        """Return the length (m) over which the interfaces are open by more than a threshold.
+
+        Parameters
+        ----------
+        opening : array (m, q)
+            Of all contacts (m).
+        threshold : float
+            In m.
+        """
+        beyond = self.of(opening) - threshold
+        if beyond.max(initial=0.0) <= 0.0:
+            return 0.0
+        first, second = beyond[:, :-1], beyond[:, 1:]
+        rise = np.abs(second - first)
+        crossing = np.maximum(first, second) / np.where(rise > 0.0, rise, 1.0)
+        share = np.where(np.minimum(first, second) > 0.0, 1.0, np.minimum(np.maximum(crossing, 0.0), 1.0))
+        return float(((self.way[:, 1:] - self.way[:, :-1]) * share).sum())
+
+
 @dataclass(frozen=True)
 class JointMap:
     """Where the interfaces of a wall lie; m interfaces with q contacts each.
@@ -183,6 +230,11 @@ class JointMap:
         return Ends(contact, np.maximum(np.where(beside >= 0, beside, other), 0), share)
 
     @cached_property
+    def extrapolates(self) -> bool:
+        """Whether any interface has an end without a contact."""
+        return self.contact_x.shape[1] == 1 or bool(self.ends.share.any())
+
+    @cached_property
     def _next_between_the_same_blocks(self) -> IntArray:
         """The interface that each goes over into at its start and at its end, (m, 2), -1 where there is none."""
         _, pair = np.unique(self.blocks, axis=0, return_inverse=True)
@@ -203,54 +255,36 @@ class JointMap:
         opening : array (m, q)
             Of all contacts (m).
         """
-        if not self.ends.share.any():
+        if not self.extrapolates:
             return opening
         found = opening.ravel().copy()
         np.maximum.at(found, self.ends.contact, self.ends(opening))
         return found.reshape(opening.shape)
 
-    def along(self, number: IntArray, opening: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the way along some interfaces (m), from start to end, and the opening there (m), (n, q + 2).
+    def profile(self, number: IntArray) -> Profile:
+        """Return the nodes of some interfaces, with which openings along them are measured.
 
         Parameters
         ----------
         number : array of int (n,)
             The interfaces.
-        opening : array (m, q)
-            Of all contacts (m).
         """
         order, way = self.contacts_along
-        order, way = order[number], way[number]
-        ends = self.ends.of(number)(opening)
-        inside = np.take_along_axis(opening[number], order, axis=1)
-        return (
-            np.column_stack((np.zeros(len(number)), way, self.length[number])),
-            np.column_stack((ends[:, 0], inside, ends[:, 1])),
-        )
+        contacts, way = number[:, None] * order.shape[1] + order[number], way[number]
+        if not self.extrapolates:
+            return Profile(contacts, way, None)
+        way = np.column_stack((np.zeros(len(number)), way, self.length[number]))
+        return Profile(contacts, way, self.ends.of(number))
 
-    def open_length(self, number: IntArray, opening: FloatArray, threshold: float) -> float:
-        """Return the length (m) over which some interfaces are open by more than a threshold.
+    @cached_property
+    def dpc_profile(self) -> Profile:
+        """Nodes of the dpc."""
+        return self.profile(self.dpc)
 
-        Between contacts the opening is linear, as between rigid blocks; it is extrapolated beyond the outermost.
-
-        Parameters
-        ----------
-        number : array of int (n,)
-            The interfaces, such as ``dpc`` or ``footing``.
-        opening : array (m, q)
-            Of all contacts (m).
-        threshold : float
-            In m.
-        """
-        if not number.size:
-            return 0.0
-        way, opening = self.along(number, opening)
-        beyond = opening - threshold
-        first, second = beyond[:, :-1], beyond[:, 1:]
-        rise = np.abs(second - first)
-        crossing = np.maximum(first, second) / np.where(rise > 0.0, rise, 1.0)
-        share = np.where(np.minimum(first, second) > 0.0, 1.0, np.clip(crossing, 0.0, 1.0))
-        return float((np.diff(way, axis=1) * share).sum())
+    @cached_property
+    def footing_profile(self) -> Profile:
+        """Nodes of the footing bed."""
+        return self.profile(self.footing)
 
     @cached_property
     def _gauges(self) -> dict[float, BandGauges]:

@@ -172,10 +172,9 @@ def judge(
     joint = float(gap[joints.is_wall[interface]].max(initial=0.0))
     band = max(joint, joints.band_gauges(rules.band_gauge).width(opening, cracked, rules.band_threshold))
     footing = float(gap[joints.is_footing[interface]].max(initial=0.0))
-    by_joint, by_band = (
-        int(rules.table.by_width_and_group(width, groups[-1] if rules.count_rule else 0.0))
-        for width in rules.widths(widest, band, footing, bool(joints.dpc.size))
-    )
+    judged = rules.widths(widest, band, footing, bool(joints.dpc.size))
+    group = groups[-1] if rules.count_rule else 0.0
+    by_joint, by_band = rules.table.by_width_and_group(np.array(judged), group).tolist()
     return Verdict(
         damage_category=by_band if rules.measure == "band" else by_joint,
         damage_category_band=by_band,
@@ -186,8 +185,8 @@ def judge(
         crack_group_width=groups[:-1],
         base_crack_width_max=float(gap[joints.is_base[interface]].max(initial=0.0)),
         dpc_opening_max=float(widths[joints.dpc].max(initial=0.0)),
-        dpc_separation_length=joints.open_length(joints.dpc, opening, rules.dpc_threshold),
+        dpc_separation_length=joints.dpc_profile.open_length(opening, rules.dpc_threshold),
         dpc_slip_max=float(np.abs(slip[joints.dpc]).max(initial=0.0)),
         footing_opening_max=footing,
-        footing_separation_length=joints.open_length(joints.footing, opening, rules.footing_threshold),
+        footing_separation_length=joints.footing_profile.open_length(opening, rules.footing_threshold),
     )

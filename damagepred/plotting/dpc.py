@@ -182,14 +182,11 @@ def opening_along(ds: xr.Dataset, kind: int = ContactKind.DPC) -> tuple[FloatArr
     left, right = np.sort(np.column_stack((joints.start[number, 0], joints.end[number, 0])), axis=1).T
     order = np.argsort(left)
     number, left, right = number[order], left[order], right[order]
-    shape = joints.contact_x.shape
-    along = [joints.along(number, opening.reshape(shape)) for opening in ds["contact_opening"].values]
-    opening = np.stack([values for _, values in along])
+    profile, shape = joints.profile(number), joints.contact_x.shape
+    opening = np.stack([profile.of(values.reshape(shape)) for values in ds["contact_opening"].values])
     backwards = joints.start[number, 0] > joints.end[number, 0]
-    place = np.where(backwards, -1.0, 1.0)[:, None] * along[0][0] + joints.start[number, :1]
+    place = np.where(backwards, -1.0, 1.0)[:, None] * profile.way + joints.start[number, :1]
     place[backwards], opening[:, backwards] = place[backwards, ::-1], opening[:, backwards, ::-1]
-    here = slice(None) if joints.ends.share.any() else slice(1, -1)
-    place, opening = place[:, here], opening[..., here]
     interrupted = np.flatnonzero(left[1:] > right[:-1] + 1e-9) + 1
     pieces = np.split(np.arange(place.size), interrupted * place.shape[1])
     return place.ravel(), opening.reshape(len(opening), -1), pieces

@@ -24,6 +24,16 @@ def _registry() -> Any:
     return pint.UnitRegistry()
 
 
+COMMON = {
+    "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2},
+    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm2": 1e6},
+    "Pa/m": {"Pa/m": 1.0, "N/mm3": 1e-3**-3, "MPa/mm": 1e9},
+    "kg/m**3": {"kg/m3": 1.0},
+    "N": {"N": 1.0, "kN": 1e3},
+    "1": {"%": 1e-2},
+}
+"""Units of most files by SI unit, with the factors of pint, which takes half a second to load."""
+
 LARGEST = 1e30
 """Largest number (SI) that is read: products of two are far from overflow."""
 
@@ -66,19 +76,22 @@ def _parse(text: str, unit: str) -> float:
         return float(text)
     except ValueError:
         pass
-    import pint
-
     # the number is read here: pint would take "8,5 mm" for 85 mm, "1e6" for a power of e, and "mm" for 1 mm
     parts = _NUMBER_AND_UNIT.fullmatch(text)
     if parts is None:
         raise ValueError(f"is not a number with a unit; expected something like {_example(unit)}")
+    number = float(parts["number"])
+    if (factor := COMMON.get(unit, {}).get(parts["unit"].strip())) is not None:
+        return number * factor
+    import pint
+
     registry = _registry()
     try:
         # "N/mm3" is how engineers write "N/mm**3"
         written = registry.Quantity(1.0, re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", parts["unit"]))
         if unit == "1" and written.to_root_units().units == registry.radian:
             raise ValueError("is an angle, where a pure number is due; a friction is the tangent of its angle")
-        return float((float(parts["number"]) * written).to("dimensionless" if unit == "1" else unit).magnitude)
+        return float((number * written).to("dimensionless" if unit == "1" else unit).magnitude)
     except ValueError:
         raise
     except pint.DimensionalityError as error:

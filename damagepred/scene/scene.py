@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from itertools import combinations
 from math import floor
 from pathlib import Path
@@ -393,7 +394,11 @@ class Scene:
 
     def number_places(self) -> list[str]:
         """Return the places of all real numbers in this scene, such as ``"joint.cohesion"``."""
-        return [place for place, value in _walk(self, "") if isinstance(value, float)]
+        return list(self._number_places)
+
+    @cached_property
+    def _number_places(self) -> dict[str, None]:
+        return {place: None for place, value in _walk(self, "") if isinstance(value, float)}
 
     @staticmethod
     def takes_number(place: str) -> bool:
@@ -424,8 +429,8 @@ class Scene:
         """
         tables = self.to_dict()
         for place, value in values.items():
-            if place not in (places := self.number_places()):
-                raise InputError(f"'{place}': no such number in this scene." + nearest(place, places))
+            if place not in self._number_places:
+                raise InputError(f"'{place}': no such number in this scene." + nearest(place, self.number_places()))
             target: Any = tables
             *way, last = (int(step) if step.isdigit() else step for step in place.split("."))
             for step in way:

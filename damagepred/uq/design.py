@@ -270,9 +270,7 @@ class Design:
             sequence = places.sequence if isinstance(places, JointPlaces) else places
             first = np.diff(sequence, prepend=sequence[0] - 1) != 0
             new = np.where(first, self.joint_factor @ independent, self.innovation_factor @ independent)
-            normal = np.array(
-                [course_autoregression(new[k], sequence, self.lag[place]) for k, place in enumerate(self.joint)]
-            )
+            normal = course_autoregression(new, sequence, [self.lag[place] for place in self.joint])
         return {place: self.joint_quantiles[place](normal[k]) for k, place in enumerate(self.joint)}
 
 

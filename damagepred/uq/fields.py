@@ -6,37 +6,37 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.errors import InputError
 
 
-def course_autoregression(innovation: FloatArray, sequence: IntArray, correlation: float) -> FloatArray:
+def course_autoregression(innovation: FloatArray, sequence: IntArray, correlation: ArrayLike) -> FloatArray:
     """Return standard normals with a given correlation between neighbours in a sequence.
 
     Parameters
     ----------
-    innovation : array (joints,)
-        Standard normals, independent of each other.
+    innovation : array (joints,) or (fields, joints)
+        Standard normals, those of a field independent of each other.
     sequence : array of int (joints,)
         Joints with the same number, next to each other in the array, are neighbours in a course.
-    correlation : float
+    correlation : float or array (fields,)
         Of the normals, from one joint to the next (first-order autoregression: k joints apart, its k-th power).
 
     Returns
     -------
-    array (joints,)
+    array of the shape of ``innovation``
     """
-    if correlation == 0.0:
-        return innovation.copy()
+    correlation = np.asarray(correlation)[..., None]
     normals = np.sqrt(1.0 - correlation**2) * innovation
     starts = np.flatnonzero(np.diff(sequence, prepend=sequence[0] - 1))
     lengths = np.diff(np.append(starts, len(sequence)))
     # the first joint has the full variance, not that of an innovation
-    normals[starts] = innovation[starts]
+    normals[..., starts] = innovation[..., starts]
     for step in range(1, lengths.max()):  # all sequences at once, one joint after the other
         here = starts[lengths > step] + step
-        normals[here] += correlation * normals[here - 1]
+        normals[..., here] += correlation * normals[..., here - 1]
     return normals
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
+from scipy import special
 
 from damagepred.arrays import FloatArray
 from damagepred.uq.marginals import Marginal, Table, breaks, from_normal
@@ -77,12 +78,19 @@ class JointQuantile:
 
     def __init__(self, marginal: Marginal, options: QuantileTableOptions = DEFAULT) -> None:
         self.marginal, self.options = marginal, options
-        self.quick = isinstance(marginal, Table) or getattr(getattr(marginal, "dist", None), "name", "") in CLOSED
+        name = getattr(getattr(marginal, "dist", None), "name", "")
+        self.quick = isinstance(marginal, Table) or name in CLOSED
+        given = getattr(marginal, "kwds", {})
+        self._lognormal = given if name == "lognorm" and given.keys() == {"s", "scale"} else None
         self._table: tuple[FloatArray, FloatArray] | None = None
 
     def __call__(self, z: ArrayLike) -> FloatArray:
         """Return the values that standard normals z (n,) stand for, array (n,)."""
         z = np.asarray(z, dtype=np.float64)
+        if self._lognormal is not None:
+            # through the probability of the nearer tail, as in from_normal: the very same values
+            normal = np.copysign(special.ndtri(special.ndtr(-np.abs(z))), z)
+            return np.asarray(np.exp(self._lognormal["s"] * normal) * self._lognormal["scale"])
         if self.quick:
             return from_normal(self.marginal, z)
         if self._table is None:

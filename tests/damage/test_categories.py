@@ -338,10 +338,10 @@ def test_the_opening_is_carried_to_the_ends_of_joints(rule: tuple[Any, int], whe
     for threshold in (0.1 * MM, 1 * MM):
         opening = np.zeros_like(joints.contact_x)
         opening[number] = threshold + tilt * (joints.contact_x[number] - open_from)
-        found = joints.open_length(number, opening, threshold)
+        found = joints.profile(number).open_length(opening, threshold)
         assert found == pytest.approx(1.2 - open_from, rel=1e-9)
         mirrored = 2 * threshold - opening
-        assert joints.open_length(number, mirrored, threshold) == pytest.approx(open_from, rel=1e-9)
+        assert joints.profile(number).open_length(mirrored, threshold) == pytest.approx(open_from, rel=1e-9)
 
 
 @pytest.mark.parametrize("count", [3, 5, 7])
@@ -359,7 +359,7 @@ def test_each_end_goes_on_as_the_contacts_beside_it(count: int):
     opening = np.full_like(joints.contact_x, -1.0)
     threshold, closed = 1 * MM, (1 - 0.5 / count) * length  # beyond the outermost contacts
     opening[piece] = 2 * threshold / closed * np.abs(joints.contact_x[piece] - middle)
-    assert joints.open_length(joints.dpc, opening, threshold) == pytest.approx(length - closed, rel=1e-9)
+    assert joints.dpc_profile.open_length(opening, threshold) == pytest.approx(length - closed, rel=1e-9)
 
 
 def test_one_contact_tells_nothing_of_a_tilt():
@@ -373,4 +373,4 @@ def test_one_contact_tells_nothing_of_a_tilt():
     opening = np.full_like(joints.contact_x, -1.0)
     opening[joints.dpc[:3]] = 2 * MM
     length = np.linalg.norm(joints.end - joints.start, axis=1)[joints.dpc[:3]].sum()
-    assert joints.open_length(joints.dpc, opening, 1 * MM) == pytest.approx(length)
+    assert joints.dpc_profile.open_length(opening, 1 * MM) == pytest.approx(length)

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from damagepred.scene import Scene
-from damagepred.scene.quantity import to_si
+from damagepred.scene import Scene, quantity
+from damagepred.scene.quantity import COMMON, to_si
 
 
 @pytest.mark.parametrize(
@@ -141,6 +141,14 @@ def test_numbers_are_taken_as_they_are(value: float):
 def test_any_float_as_python_writes_it_may_carry_a_unit(value: float, unit: tuple[str, float]):
     # repr writes 1e+16 and 1e-07: the exponent must survive the reading of units such as mm3
     assert to_si(f"{value!r} {unit[0]}", "m") == pytest.approx(value * unit[1], rel=1e-14, abs=1e-300)
+
+
+@pytest.mark.parametrize(("unit", "name"), [(unit, name) for unit, names in COMMON.items() for name in names])
+def test_common_units_are_those_of_pint_to_the_bit(unit: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    texts = [f"{value} {name}" for value in (0.453, 82, 1e-7, 1 / 3, -8.1)]
+    found = [to_si(text, unit) for text in texts]
+    monkeypatch.setattr(quantity, "COMMON", {})
+    assert found == [to_si(text, unit) for text in texts]
 
 
 @pytest.mark.parametrize(

@@ -227,6 +227,18 @@ def test_batches_hold_samples_that_follow_each_other() -> None:
     assert [numbers(batches.next()) for _ in range(5)] == [[1], [4, 5, 6], [7], [9], []]
 
 
+@pytest.mark.parametrize("width", [2, 8])
+def test_the_last_batches_are_short(width: int) -> None:
+    """Each takes at most half of a worker's share of the rest, so no worker is left with much when others have none."""
+    batches = Batches([(i, {}) for i in range(200)], 200)
+    batches.note(DispatchOptions.shortest_batch / 20.0)
+    sizes = [len(batch) for batch in iter(lambda: batches.next(width), None)]
+    assert sum(sizes) == 200
+    assert sizes == sorted(sizes, reverse=True)
+    assert sizes[0] == min(20, 100 // width)
+    assert set(sizes[-width:]) == {1}
+
+
 @pytest.mark.parametrize(
     ("seconds", "count", "timeout", "size"),
     [

@@ -279,7 +279,6 @@ class Campaign:
         state: Progress,
         on_progress: Callable[[Progress], None] | None,
     ) -> Progress:
-        warm_up(self.settings.scene)
         where = str(folder.path.resolve())
         values: dict[int, dict[str, float]] = {}
 
@@ -293,6 +292,7 @@ class Campaign:
         finished = False
         stop.at_first, stop.at_once = folder.ask_to_stop, engine.terminate
         try:
+            warm_up(self.settings.scene)  # while local workers load the program
             for result in run_all(engine, where, Batches(noted(), count, timeout), lambda: stop.asked):
                 message = ""
                 if isinstance(result, LostSample):

@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import dataclass
-from itertools import islice
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -36,6 +35,8 @@ class DispatchOptions:
         Files that a study folder is to hold at most, about.
     shortest_batch, longest_batch : float
         Work in a batch (s): long enough that not every wall has a file, short enough that a kill loses little.
+    share_of_rest : float
+        Samples in a batch, at most, over a worker's share of those that no batch holds yet; one worker takes any.
     timeout_share : float
         Work in a batch, at most, over the time limit of a sample.
     assumed_workers : int
@@ -48,8 +49,9 @@ class DispatchOptions:
 
     attempts: int = 2
     most_parts: int = 10_000
-    shortest_batch: float = 2.0
+    shortest_batch: float = 4.0
     longest_batch: float = 30.0
+    share_of_rest: float = 0.5
     timeout_share: float = 0.25
     assumed_workers: int = 8
     recount_interval: float = 10.0
@@ -170,14 +172,20 @@ class Batches:
         self._tasks = iter(tasks)
         self._next: tuple[int, Mapping[str, float]] | None = next(self._tasks, None)
         self._count, self._timeout, self._options = count, timeout, options
-        self._seconds, self._known = 0.0, 0
+        self._seconds, self._known, self._taken = 0.0, 0, 0
 
     def note(self, seconds: float) -> None:
         """Learn how long a sample took."""
         self._seconds, self._known = self._seconds + seconds, self._known + 1
 
-    def size(self) -> int:
-        """Return how many samples the next batch takes."""
+    def size(self, width: int = 1) -> int:
+        """Return how many samples the next batch takes (factoring: all workers are to end at one time).
+
+        Parameters
+        ----------
+        width : int
+            Batches that run at a time.
+        """
         if not self._known:
             return 1
         each = max(self._seconds / self._known, 1e-6)
@@ -185,20 +193,27 @@ class Batches:
         work = min(max(each * self._count / options.most_parts, options.shortest_batch), options.longest_batch)
         if self._timeout is not None:
             work = min(work, self._timeout * options.timeout_share)
-        return max(1, int(work / each))
+        rest = self._count - self._taken
+        return max(1, int(min(work / each, rest if width == 1 else options.share_of_rest * rest / width)))
 
-    def next(self) -> Batch | None:
-        """Return the next batch: samples whose numbers follow each other."""
+    def next(self, width: int = 1) -> Batch | None:
+        """Return the next batch: samples whose numbers follow each other.
+
+        Parameters
+        ----------
+        width : int
+            Batches that run at a time.
+        """
         if self._next is None:
             return None
-        batch = [self._next]
+        batch, size = [self._next], self.size(width)
         self._next = None
-        for task in islice(self._tasks, self.size()):
-            if len(batch) == self.size() or task[0] != batch[-1][0] + 1:
+        for task in self._tasks:
+            if len(batch) == size or task[0] != batch[-1][0] + 1:
                 self._next = task
-                return batch
+                break
             batch.append(task)
-        self._next = next(self._tasks, None)
+        self._taken += len(batch)
         return batch
 
 
@@ -237,7 +252,7 @@ def run_all(
     stopping = False
     while True:
         while not interrupts() and not stopping and len(running) < 2 * engine.width:
-            batch = again.pop(0) if again else batches.next()
+            batch = again.pop(0) if again else batches.next(engine.width)
             if batch is None:
                 break
             try:

@@ -6,7 +6,8 @@ import socket
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,7 @@ from damagepred.archive.schema import (
 )
 from damagepred.arrays import FloatArray
 from damagepred.assembly import wall_geometry
+from damagepred.assembly.interfaces import Geometry
 from damagepred.assembly.model import Model
 from damagepred.damage import Rules
 from damagepred.enumerations import FailureKind, SampleStatus
@@ -128,7 +130,12 @@ def _on_nearest(fields: dict[str, FloatArray], drawn_on: Scene, scene: Scene) ->
 
 def joint_places(scene: Scene) -> JointPlaces:
     """Return where the joints of a scene's wall are, and which are neighbours in a course."""
-    joints, brick = wall_geometry(scene).joints, scene.wall.block_length
+    return _places_on(wall_geometry(scene), scene.wall.block_length)
+
+
+@lru_cache(maxsize=1)  # the samples of a study mostly share one geometry
+def _places_on(geometry: Geometry, brick: float) -> JointPlaces:
+    joints = geometry.joints
     # a brick and a half: more than from one unit to the next, less than any opening leaves between two
     sequence = course_sequences(joints.course, joints.kind, joints.x, apart=1.5 * brick)
     return JointPlaces(sequence, joints.kind, joints.x, joints.y, brick)
@@ -303,6 +310,9 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     last = steps[-1].increment
     filled: dict[str, np.ndarray] = {}
     for name, column in values.items():
+        if not beyond:
+            filled[name] = column[None]
+            continue
         if column.dtype == np.int8:
             rest = FLAG_FILL if status == SampleStatus.FAILED or last.ended else column[-1]
         else:
@@ -333,7 +343,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         **{name: np.array([share]) for name, share in shares.items()},
         "implausible": np.array([implausible(shares, settings.scene.solver)], dtype=np.int8),
     }
-    columns = {name: Column(study_dims(name), value, VARIABLES[name].attributes()) for name, value in filled.items()}
+    columns = {name: _blank(name)._replace(values=value) for name, value in filled.items()}
     rules = Rules.from_settings(**asdict(settings.scene.damage))
     table = rules.table
     for name, more in (
@@ -355,6 +365,12 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
         columns["surface_movement"] = moved._replace(attributes={**moved.attributes, **GROWING_GROUND})
     # a rig that lets go ends the movement
     return _kept_of_movement(columns, settings.study.movement, len(steps) - 1 if last.ended else increments)
+
+
+@cache
+def _blank(name: str) -> Column:
+    """Return the column of a registered variable in a study, without values."""
+    return Column(study_dims(name), np.empty(0), MappingProxyType(VARIABLES[name].attributes()))
 
 
 def _kept_of_movement(columns: Columns, kept: str, end: int) -> Columns:

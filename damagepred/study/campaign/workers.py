@@ -124,12 +124,18 @@ class _Worker:
             stdin=subprocess.DEVNULL,
         )
         theirs.close()
-        self.socket.send((folder, task, ready))
-        self.is_ready = False
+        self.job = folder, task, ready
+        self.is_told = self.is_ready = False
         self.batch: Batch = ()
         self.future: Future[list[Outcome]] | None = None
         self.asked = time.monotonic()
         self.began: float | None = None
+
+    def tell(self) -> None:
+        """Send what it is to do; it has loaded the program meanwhile, and prepares itself."""
+        self.is_told, self.asked = True, time.monotonic()
+        with contextlib.suppress(OSError):  # it has just died, which is noticed when its socket is read
+            self.socket.send(self.job)
 
     def assign(self, batch: Batch, future: Future[list[Outcome]]) -> None:
         self.batch, self.future, self.asked, self.began = batch, future, time.monotonic(), None
@@ -145,7 +151,7 @@ class _Worker:
 
 
 class LocalPool:
-    """Worker processes on this machine.
+    """Worker processes on this machine; they load the program at once and prepare themselves at the first batch.
 
     Parameters
     ----------
@@ -177,6 +183,7 @@ class LocalPool:
         self._queue: deque[tuple[Batch, Future[list[Outcome]]]] = deque()
         self._workers: list[_Worker] = []
         self._failed_starts = 0
+        self._has_work = False
         self._ending: str | None = None
         self._lock = threading.Lock()
         self._woken, self._waker = Pipe(duplex=False)
@@ -188,6 +195,7 @@ class LocalPool:
         future: Future[list[Outcome]] = Future()
         with self._lock:
             self._queue.append((list(batch), future))
+            self._has_work = True
         self._waker.send(None)
         return future
 
@@ -240,6 +248,9 @@ class LocalPool:
     def _start_missing(self) -> None:
         while len(self._workers) < self.width and self._ending is None:
             self._workers.append(_Worker(self.folder, self.task, self.ready))
+        for worker in self._workers if self._has_work else ():
+            if not worker.is_told:
+                worker.tell()
 
     def _assign_batches(self) -> None:
         for worker in self._workers:
@@ -267,7 +278,7 @@ class LocalPool:
         if worker.began is not None:
             return math.inf if self.timeout is None else worker.began + self.timeout
         if not worker.is_ready:
-            return worker.asked + self.options.start_limit
+            return worker.asked + self.options.start_limit if worker.is_told else math.inf
         return math.inf if worker.future is None else worker.asked + self.options.answer_limit
 
     def _wait_time(self) -> float | None:
