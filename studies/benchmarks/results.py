@@ -17,13 +17,9 @@ ALL = "python studies/benchmarks/run.py"
 
 def in_short(table: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each benchmark: question, result, version, date and minutes."""
-    rows = []
-    for room in ROOMS.values():
-        own = table[table["room"] == room.name]
-        row = {"question": f"[{room.question}](#{anchor(room)})", "result": said(room)[1]}
-        row |= {name: "; ".join(dict.fromkeys(own[name])) for name in ("version", "date")}
-        rows.append(row | {"minutes": f"{own['minutes'].sum():.1f}"})
-    return pd.DataFrame(rows)
+    rows = [{"room": r.name, "question": f"[{r.question}](#{anchor(r)})", "result": said(r)[1]} for r in ROOMS.values()]
+    found = pd.DataFrame(rows).merge(table, on="room", how="left")
+    return found.assign(minutes=found["minutes"].map("{:.1f}".format)).drop(columns=["room", "machine", "end"])
 
 
 def anchor(room: Room) -> str:
@@ -34,7 +30,7 @@ def anchor(room: Room) -> str:
 def whence(table: pd.DataFrame) -> str:
     """Return machine and version of all measurements, and a caution where they are not of one run."""
     versions, machines, days = (list(dict.fromkeys(table[name])) for name in ("version", "machine", "date"))
-    last = table.groupby("room")["end"].last().reindex([*ROOMS])
+    last = table.set_index("room")["end"].reindex([*ROOMS])
     parted = last.index[last != "complete"]
     where = "On " + (machines[0] if len(machines) == 1 else "machines that differ: " + "; ".join(machines)) + "."
     if not len(parted) and len(versions) == len(machines) == 1:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 import shlex
 from pathlib import Path
@@ -15,7 +14,7 @@ from damagepred.archive.files import write_whole
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 MEASURED = HERE / "measured.csv"
-"""A row for each benchmark and version: date, machine, minutes of its calls, and how the last ended."""
+"""A row for each benchmark: version and date of its data, machine, minutes, and how the last call ended."""
 
 
 class Room(NamedTuple):
@@ -25,24 +24,25 @@ class Room(NamedTuple):
     ----------
     name : str
         Name on the command line.
-    folder : Path
-        Of its data and its page.
     question : str
         What it answers.
-    command : list of str
-        Command, after ``python``; the same command resumes an interrupted call.
-    quick : list of str
-        Its small form, which does not change the data in the repository; ``{}`` is replaced by a temporary folder.
+    minutes : float
+        Expected time of a whole measurement on two cores, from recorded times of its cases.
+    command, quick : list of str
+        Command, after ``python``, and its small form, which does not change the data.
+    folder : Path
+        Of its data and its page.
     data : tuple of str
         Files and folders of its data.
     """
 
     name: str
-    folder: Path
     question: str
+    minutes: float
     command: list[str]
     quick: list[str]
-    data: tuple[str, ...] = ("data.csv",)
+    folder: Path
+    data: tuple[str, ...]
 
     @property
     def shell(self) -> str:
@@ -50,34 +50,30 @@ class Room(NamedTuple):
         return shlex.join(["python", *self.command]).replace("'", '"')
 
 
-def _room(name: str, question: str, quick: str, data: str = "data.csv") -> Room:
+def _room(name: str, question: str, minutes: float, data: str = "data.csv") -> Room:
     script = f"studies/benchmarks/{name}/run.py"
-    return Room(name, HERE / name, question, [script], [script, *quick.split()], tuple(data.split()))
+    return Room(name, question, minutes, [script], [script, "--quick"], HERE / name, tuple(data.split()))
 
 
-RENEW = ["-m", "pytest", "tests/regressions", "-m", "benchmark or not benchmark", "--renew-baseline"]
+GATE = ["-m", "pytest", "tests/regressions"]
 ROOMS = {
     room.name: room
     for room in (
-        _room("work_precision", "error of a wall over computing time", "--quick"),
-        _room(
-            "probabilities",
-            "seconds to an error of a probability",
-            "--quick --wall window --output {} --into {}",
-            "data.csv floors.csv costs.csv results",
-        ),
-        _room("stress", "robustness with extreme input", "--quick", "cases.csv time_steps.csv cracking.csv"),
-        _room("scaling", "growth with the size of a wall", "--quick --output {}"),
-        _room("skips", "time saved by each skipped computation", "--quick --output {}"),
+        _room("work_precision", "error of a wall over computing time", 21),
+        _room("probabilities", "seconds to an error of a probability", 7, "data.csv floors.csv costs.csv results"),
+        _room("stress", "robustness with extreme input", 10, "cases.csv"),
+        _room("scaling", "growth with the size of a wall", 10),
+        _room("skips", "time saved by each skipped computation", 4),
         Room(
             "regressions",
-            ROOT / "tests" / "regressions",
             "time of kernels and of a user's commands",
-            RENEW,
-            ["-m", "pytest", "tests/regressions", "-k", "archive"],
+            6,
+            [*GATE, "-m", "benchmark or not benchmark", "--renew-baseline"],
+            [*GATE, "-k", "archive"],
+            ROOT / "tests" / "regressions",
             ("baseline.json",),
         ),
-        _room("beside_others", "time relative to other solvers", "--quick --output {}", "runs.csv"),
+        _room("beside_others", "time relative to other solvers", 12, "runs.csv"),
     )
 }
 """All, in the order of the page."""
@@ -92,29 +88,24 @@ def said(room: Room, folder: Path | None = None) -> tuple[str, str, str]:
     return summary.TITLE, summary.headline(place), summary.text(place)
 
 
-def fingerprint(room: Room) -> str:
-    """Return a hash of the data of a benchmark."""
-    found = hashlib.sha256()
-    for name in room.data:
-        place = room.folder / name
-        for file in sorted(place.rglob("*")) if place.is_dir() else [place] * place.is_file():
-            found.update(f"{file}, {file.stat().st_size}".encode() + file.read_bytes())
-    return found.hexdigest()
+def contents(room: Room) -> dict[Path, bytes]:
+    """Return the data of a benchmark."""
+    places = [room.folder / name for name in room.data]
+    return {file: file.read_bytes() for place in places for file in (place, *place.rglob("*")) if file.is_file()}
 
 
-def measured(file: Path = MEASURED) -> pd.DataFrame:
+def measured() -> pd.DataFrame:
     """Return the record of all measurements."""
     columns = ["room", "version", "date", "machine", "minutes", "end"]
-    return pd.read_csv(file, dtype={"version": str}) if file.is_file() else pd.DataFrame(columns=columns)
+    return pd.read_csv(MEASURED, dtype={"version": str}) if MEASURED.is_file() else pd.DataFrame(columns=columns)
 
 
-def record(room: Room, version: str, date: str, machine: str, minutes: float, end: str, anew: bool) -> None:
-    """Record a call: it replaces earlier ones if its data do, or adds to that of the same version."""
+def record(row: dict[str, object], anew: bool) -> None:
+    """Record a call: it replaces the earlier row if its data do, or else adds its minutes and version to that row."""
     table = measured()
-    if anew:
-        table = table[table["room"] != room.name]
-    same = (table["room"] == room.name) & (table["version"] == version)
-    minutes += float(table.loc[same, "minutes"].sum())
-    row = {"room": room.name, "version": version, "date": date, "machine": machine, "minutes": minutes, "end": end}
-    table = pd.DataFrame([*table[~same].to_dict("records"), row])
+    known = table[table["room"] == row["room"]].to_dict("records")
+    if known and not anew:
+        row = row | {name: "; ".join(dict.fromkeys([known[0][name], row[name]])) for name in ("version", "date")}
+        row["minutes"] = known[0]["minutes"] + row["minutes"]
+    table = pd.DataFrame([*table[table["room"] != row["room"]].to_dict("records"), row])
     write_whole(MEASURED, lambda path: table.to_csv(path, index=False, float_format="%.1f", lineterminator="\n"))

@@ -1,8 +1,8 @@
 """Random scenes of all joint laws, movements and footings; scene i of a seed depends on (seed, i) alone.
 
 Sizes, bond, openings and the materials of wide range are those of the stress campaign
-(``studies.benchmarks.stress.scenes``). Here the materials of most scenes are drawn again from the range of masonry, and
-laws, grounds and settings are added.
+(``studies.benchmarks.stress.random_scenes``). Here the materials of most scenes are drawn again from the range of
+masonry, and laws, grounds and settings are added.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from damagepred.assembly import wall_model
 from damagepred.errors import InputError
 from damagepred.scene import Scene
-from studies.benchmarks.stress.scenes import tables as stress_tables
+from studies.benchmarks.stress.random_scenes import tables as stress_tables
 
 LARGEST = (8, 16, 30, 60, 120)
 """Numbers of bricks that bound a scene, about; each is drawn as often as ``SHARES`` says."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import zip_longest
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from damagepred.scene import BlockMaterial, Scene, Solver
 from studies.benchmarks.skips.scenes import bryant, part_of_test
@@ -23,17 +23,7 @@ WEAK = BlockMaterial(cohesion=0.15e6, friction=0.75, tensile_strength=0.1e6)
 
 
 class Case(NamedTuple):
-    """One point of a curve.
-
-    Attributes
-    ----------
-    grows : str
-        Quantity that grows along the curve: see ``GROWING``.
-    curve : str
-        Name of the curve: walls and solver.
-    size : float
-        Size of the quantity.
-    """
+    """One point of a curve: the quantity that grows along it, its name in ``GROWING``, and the size of the quantity."""
 
     grows: str
     curve: str
@@ -53,6 +43,10 @@ class Curve(NamedTuple):
         Whether its blocks are deformable.
     sizes : tuple of float
         From small to large.
+    only_weight : bool
+        Whether the path is the equilibrium under dead load alone, by the explicit solver.
+    block : BlockMaterial
+        Of the bricks.
     """
 
     method: str
@@ -98,44 +92,28 @@ GROWING: dict[str, dict[str, Curve]] = {
     },
 }
 """Curves, by the quantity that grows along them."""
-QUICK = [
-    Case("blocks", "quasi-static, dpc", 30),
-    Case("blocks", "quasi-static, dpc", 60),
-    Case("blocks", "explicit, own weight", 30),
-    Case("blocks", "explicit, own weight", 60),
-    Case("contacts", "quasi-static, no dpc", 4),
-]
-"""Cases of the quick form."""
 
 
-def all_cases(grows: list[str] | None = None) -> list[Case]:
+def all_cases() -> list[Case]:
     """Return the cases of all curves, the smallest of each first, then the next."""
     curves = [
         [Case(what, name, size) for size in curve.sizes]
         for what, curves in GROWING.items()
         for name, curve in curves.items()
-        if grows is None or what in grows
     ]
     return [case for rank in zip_longest(*curves) for case in rank if case is not None]
 
 
-def curve_of(case: Case) -> Curve:
-    """Return the curve of a case."""
-    return GROWING[case.grows][case.curve]
-
-
 def scene_of(case: Case, blocks: int | None = None) -> Scene:
     """Return the wall of a case, or the same wall of another size."""
-    curve = curve_of(case)
-    method: Any = curve.method
+    curve = GROWING[case.grows][case.curve]
     settings = Solver(
-        method=method,
+        method=curve.method,  # type: ignore[arg-type]
         blocks="deformable" if curve.zoned else "rigid",
         maximum_cycles=PATIENCE,
-        # walls whose joints differ are not symmetric: the time of a whole wall matters
-        symmetric_half=False,
+        symmetric_half=False,  # walls whose joints differ are not symmetric: the time of a whole wall matters
     )
-    increments = INCREMENTS[method]
+    increments = INCREMENTS[curve.method]
     if curve.only_weight:
         settings = replace(settings, ramp_cycles=1)  # otherwise the ramp would dominate the time
     if case.grows == "contacts":
@@ -147,15 +125,11 @@ def scene_of(case: Case, blocks: int | None = None) -> Scene:
     elif case.grows == "increments":
         increments = int(case.size)
     count = blocks or (int(case.size) if case.grows == "blocks" else ALIKE)
-    scene = test_wall(count, curve.dpc)
-    return replace(scene, solver=settings, block=curve.block, movement=replace(scene.movement, increments=increments))
-
-
-def test_wall(blocks: int, dpc: bool) -> Scene:
-    """Return the test wall with about this number of bricks, at the deflection ratio of the test."""
     test = bryant("dishing").scene
-    brick, course = test.wall.block_length, test.wall.block_height
-    factor = math.sqrt(blocks / 816)
-    length = brick * round(test.wall.length / brick * factor)
-    height = course * round(test.wall.height / course * factor)
-    return part_of_test(replace(test, dpc=test.dpc if dpc else None), length, height)
+    factor = math.sqrt(count / 816)  # about this number of bricks, at the deflection ratio of the test
+    size = (
+        step * round(whole / step * factor)
+        for whole, step in ((test.wall.length, test.wall.block_length), (test.wall.height, test.wall.block_height))
+    )
+    scene = part_of_test(replace(test, dpc=test.dpc if curve.dpc else None), *size)
+    return replace(scene, solver=settings, block=curve.block, movement=replace(scene.movement, increments=increments))

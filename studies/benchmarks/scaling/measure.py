@@ -22,7 +22,7 @@ from damagepred.scene import Scene
 from damagepred.solvers import solve_path
 from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from studies.benchmarks.scaling.cases import Case, Curve, curve_of, scene_of
+from studies.benchmarks.scaling.cases import GROWING, Case, Curve, scene_of
 
 ENOUGH, REPEATS = 3.0, 5
 """What takes less than this in all (s) is repeated up to so often, and the median counts."""
@@ -37,18 +37,13 @@ Row = dict[str, Any]
 def measure(*key: Any) -> Row:
     """Solve a case and return its measurements: processor time (s), peak memory (MB), steps and sizes."""
     case = Case(*key)
-    curve, scene = curve_of(case), scene_of(case)
+    curve, scene = GROWING[case.grows][case.curve], scene_of(case)
     warm_up(case)
     before = memory("VmRSS")
     model = wall_model(scene)
-    row: Row = {
-        "memory_before": before,
-        "blocks": model.n_blocks,
-        "contacts": model.n_contacts,
-        "zones": 0 if model.mesh is None else len(model.mesh.zones),
-        "dofs": model.size,
-        "increments": scene.movement.increments,
-    }
+    row: Row = {"memory_before": before, "blocks": model.n_blocks, "contacts": model.n_contacts}
+    row |= {"zones": 0 if model.mesh is None else len(model.mesh.zones), "dofs": model.size}
+    row["increments"] = scene.movement.increments
     began = time.process_time()
     row |= follow(model, scene, curve, scene.movement.increments) | {"memory": memory("VmHWM")}
     row["seconds"] = time.process_time() - began
@@ -62,7 +57,7 @@ def measure(*key: Any) -> Row:
 def warm_up(case: Case) -> None:
     """Compile what a case needs, or load what is compiled."""
     small = scene_of(case, SMALL)
-    follow(wall_model(small), small, curve_of(case), 2)
+    follow(wall_model(small), small, GROWING[case.grows][case.curve], 2)
 
 
 def median_time(work: Callable[[], Any]) -> float:
@@ -112,8 +107,9 @@ def factorise(model: Model) -> Row:
 
     The orders are that of the courses and reverse Cuthill-McKee.
     """
-    free = DiscreteSystem.of(model).free_dofs
-    stiffness = DiscreteSystem.of(model).elastic_stiffness[free][:, free].tocsr()
+    system = DiscreteSystem.of(model)
+    free = system.free_dofs
+    stiffness = system.elastic_stiffness[free][:, free].tocsr()
     by_course = np.lexsort((model.blocks.x, model.blocks.course))
     orders = ((3 * by_course[:, None] + np.arange(3)).ravel(), reverse_cuthill_mckee(stiffness, symmetric_mode=True))
     ordered = [stiffness[order][:, order].tocoo() for order in orders]

@@ -1,21 +1,19 @@
 """Growth of time and memory of a path with blocks, contacts, zones and increments.
 
-    python studies/benchmarks/scaling/run.py [--grows blocks ...] [--limit 200] [--quick] [--output FOLDER]
+    python studies/benchmarks/scaling/run.py [--only blocks ...] [--limit 100] [--quick] [--output FOLDER]
 
 Cases larger than one that exceeded the limit are not run, and both are listed.
 """
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 from typing import Any
 
 from studies.benchmarks import cases as campaign
-from studies.benchmarks.scaling.cases import GROWING, QUICK, Case, all_cases
+from studies.benchmarks.scaling.cases import GROWING, Case, all_cases
 from studies.benchmarks.scaling.measure import measure, warm_up
 
-HERE = Path(__file__).resolve().parent
 FINE = ("complete", "collapsed")
 
 
@@ -32,22 +30,17 @@ def beyond(key: tuple[Any, ...], rows: list[dict[str, Any]]) -> dict[str, Any] |
 
 
 def run_all(cases: list[Case], data: Path, limit: float) -> None:
-    """Run cases, small ones first."""
-    for case in {case[:2]: case for case in cases}.values():  # before processes are forked
-        warm_up(case)
-    campaign.run(cases, Case._fields, measure, lost, data, limit, fresh_process=True, leave_out=beyond)
+    """Run cases, small ones first; what they need is compiled before processes are forked."""
 
+    def ready() -> None:
+        for case in {case[:2]: case for case in cases}.values():
+            warm_up(case)
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--grows", nargs="+", choices=tuple(GROWING), help="quantities that grow (all)")
-    parser.add_argument("--limit", type=float, default=200.0, help="time of a case (200 s)")
-    parser.add_argument("--quick", action="store_true", help="a few small cases")
-    parser.add_argument("--output", type=Path, default=HERE, help="folder of the data")
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
-    run_all(QUICK if options.quick else all_cases(options.grows), options.output / "data.csv", options.limit)
+    campaign.run(cases, Case._fields, measure, lost, data, limit, fresh_process=True, leave_out=beyond, before=ready)
 
 
 if __name__ == "__main__":
-    main()
+    options = campaign.options(__doc__, __file__, GROWING, 100.0)
+    asked = [case for case in all_cases() if not options.only or case.grows in options.only]
+    small = [case for case in asked if case[:2] == ("blocks", "quasi-static, dpc")][:2]
+    run_all(small if options.quick else asked, options.output / "data.csv", options.limit)

@@ -1,15 +1,14 @@
 """Measure the time that each skip of the program saves, and the differences it makes.
 
-    python studies/benchmarks/skips/run.py [--rounds 2] [--only condense half ...] [--quick] [--output FOLDER]
+    python studies/benchmarks/skips/run.py [--only condense half ...] [--limit 120] [--quick] [--output FOLDER]
 
-Each is turned off while the others stay at their defaults. Runs with and without alternate; times are processor times.
+Each is turned off while the others stay at their defaults. Runs with and without alternate, in two rounds; times are
+processor times. ``--quick`` measures a few skips on a few bricks.
 """
 
 from __future__ import annotations
 
-import argparse
-from functools import cache
-from pathlib import Path
+from functools import cache, partial
 from typing import Any
 
 from studies.benchmarks import cases
@@ -18,11 +17,9 @@ from studies.benchmarks.skips.scenes import SCENES, smaller
 from studies.benchmarks.skips.skips import SKIPS
 from studies.benchmarks.skips.study_skips import PARTS
 
-HERE = Path(__file__).resolve().parent
-QUICK = ("condense", "half", "correct", "restart", "keep", "elastic start", "stop")
+QUICK = ("condense", "half", "elastic start", "stop", "shared")
 """Skips of the quick form: none needs extra compiling."""
-LIMIT = 300.0
-"""Time of a pair of runs (s)."""
+ROUNDS = 2
 
 
 def measure(name: str, wall: str, number: int, small: bool) -> dict[str, Any]:
@@ -30,7 +27,7 @@ def measure(name: str, wall: str, number: int, small: bool) -> dict[str, Any]:
     if name in PARTS:
         return PARTS[name].measure(number, small)
     known = SCENES[wall]()
-    return compare(smaller(known) if small else known, SKIPS[name], bool(number % 2))
+    return compare(smaller(known) if small else known, SKIPS[name], number)
 
 
 @cache
@@ -39,20 +36,10 @@ def make_ready(name: str, wall: str) -> None:
     measure(name, wall, 0, True)
 
 
-def one(name: str, wall: str, number: int, small: bool) -> dict[str, Any]:
+def one(small: bool, name: str, wall: str, number: int) -> dict[str, Any]:
     """Measure a skip in a round."""
     make_ready(name, wall)
     return measure(name, wall, number, small)
-
-
-def whole(name: str, wall: str, number: int) -> dict[str, Any]:
-    """Measure a skip on the whole wall."""
-    return one(name, wall, number, False)
-
-
-def part(name: str, wall: str, number: int) -> dict[str, Any]:
-    """Measure a skip on a few bricks of the wall."""
-    return one(name, wall, number, True)
 
 
 def lost(_: tuple[Any, ...], message: str) -> dict[str, Any]:
@@ -60,27 +47,20 @@ def lost(_: tuple[Any, ...], message: str) -> dict[str, Any]:
     return {"end_on": message, "end_off": message}
 
 
-def pairs(only: list[str], quick: bool) -> list[tuple[str, str]]:
-    """Return every skip with each of its walls."""
-    walls = {name: skip.scenes[:1] if quick else skip.scenes for name, skip in SKIPS.items()}
-    walls |= {name: (one.scene,) for name, one in PARTS.items()}
-    return [(name, wall) for name, own in walls.items() if name in only for wall in own]
-
-
 def main() -> None:
     """Measure the cases of the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=2, help="pairs of runs with and without (2)")
-    parser.add_argument("--only", nargs="+", choices=(*SKIPS, *PARTS), help="of these skips (all)")
-    parser.add_argument("--quick", action="store_true", help="a few skips on small walls, one round")
-    parser.add_argument("--output", type=Path, default=HERE, help="folder of the data")
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
-    only = options.only or list(QUICK if options.quick else (*SKIPS, *PARTS))
-    rounds = range(1, 2 if options.quick else options.rounds + 1)
-    keys = [(*pair, number) for number in rounds for pair in pairs(only, options.quick)]
-    work = part if options.quick else whole
-    cases.run(keys, ("skip", "wall", "round"), work, lost, options.output / "data.csv", LIMIT)
+    options = cases.options(__doc__, __file__, (*SKIPS, *PARTS), 120.0)
+    quick, walls = options.quick, {name: skip.scenes for name, skip in SKIPS.items()}
+    walls |= {name: (part.scene,) for name, part in PARTS.items()}
+    only = options.only or (QUICK if quick else walls)
+    keys = [
+        (name, wall, number)
+        for number in range(1, 2 if quick else ROUNDS + 1)
+        for name in only
+        for wall in walls[name][: 1 if quick else None]
+    ]
+    file = options.output / "data.csv"
+    cases.run(keys, ("skip", "wall", "round"), partial(one, quick), lost, file, options.limit)
 
 
 if __name__ == "__main__":

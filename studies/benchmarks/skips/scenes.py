@@ -41,13 +41,6 @@ def deformable() -> Known:
     return Known(replace(scene, solver=Solver(blocks="deformable"), movement=replace(scene.movement, increments=8)))
 
 
-def yielding() -> Known:
-    """Return a smaller wall of weak deformable bricks, some of which yield as it dishes."""
-    scene = part_of_test(bryant("dishing").scene, 1.44, 0.45)
-    movement = replace(scene.movement, increments=4)
-    return Known(replace(scene, block=WEAK, dpc=None, solver=Solver(blocks="deformable"), movement=movement))
-
-
 def random() -> Known:
     """Return the solid wall with joints of random strength, as it is sampled in a study, without a dpc: it cracks."""
     tables = tomllib.loads((DATA / "bryant_study.toml").read_text(encoding="utf-8"))
@@ -114,7 +107,6 @@ SCENES: dict[str, Callable[[], Known]] = {
     "no dpc": without_dpc,
     "random joints": random,
     "deformable": deformable,
-    "deformable, yields": yielding,
     "explicit": explicit,
     "explicit, deformable": explicit_deformable,
     "in time, falls": in_time,

@@ -50,40 +50,28 @@ def not_finite(found: Found) -> str:
 
 def energy_made(found: Found) -> str:
     """Return a description of a gain of energy, '' if there is none."""
-    if found.run is not None:
-        return _made_in_time(found)
+    allowed = MADE if found.run is None else MADE_IN_TIME
+    begun, size = found.path[0].energy.kinetic_energy + found.path[0].energy.elastic_energy, 0.0
     for step in found.path:
-        if step.number == 0 and not found.model.ground.moves:
+        energy, when = step.energy, f"in increment {step.number}" if found.run is None else f"by {step.time:.3g} s"
+        if found.run is None and step.number == 0 and not found.model.ground.moves:
             given = np.abs(found.model.supports.load * step.displacement.ravel()).sum()
             held = stored(found.model, step)
             if held > (1.0 + MADE) * given and found.model.mesh is None and not step.collapsed:
                 return f"joints hold {held:.3g} J where the loads gave at most {given:.3g} J"
-        if np.isnan(step.energy.external_work):
+        if np.isnan(energy.external_work):
             continue
-        size = max(
-            abs(step.energy.external_work),
-            step.energy.elastic_energy,
-            step.energy.friction_work + step.energy.fracture_work,
-        )
-        for name in TAKEN:
-            if getattr(step.energy, name) < -MADE * size - 1e-12:
-                return f"{name} = {getattr(step.energy, name):.3g} J in increment {step.number}, of {size:.3g} J"
-    return ""
-
-
-def _made_in_time(found: Found) -> str:
-    first = found.path[0]
-    begun, size = first.energy.kinetic_energy + first.energy.elastic_energy, 0.0
-    for step in found.path:
-        taken = sum(getattr(step.energy, name) for name in TAKEN if np.isfinite(getattr(step.energy, name)))
-        size = max(
-            size, begun + abs(step.energy.external_work), step.energy.kinetic_energy + step.energy.elastic_energy, taken
-        )
-        if step.energy.energy_error < -MADE_IN_TIME * size - 1e-12:
-            return f"{-step.energy.energy_error:.3g} J made by {step.time:.3g} s, of {size:.3g} J"
-        for name in TAKEN:
-            if getattr(step.energy, name) < -MADE_IN_TIME * size - 1e-12:
-                return f"{name} = {getattr(step.energy, name):.3g} J by {step.time:.3g} s, of {size:.3g} J"
+        taken = {name: getattr(energy, name) for name in TAKEN if np.isfinite(getattr(energy, name))}
+        if found.run is None:
+            size = max(abs(energy.external_work), energy.elastic_energy, energy.friction_work + energy.fracture_work)
+        else:
+            held = energy.kinetic_energy + energy.elastic_energy
+            size = max(size, begun + abs(energy.external_work), held, sum(taken.values()))
+            if energy.energy_error < -allowed * size - 1e-12:
+                return f"{-energy.energy_error:.3g} J made {when}, of {size:.3g} J"
+        for name, value in taken.items():
+            if value < -allowed * size - 1e-12:
+                return f"{name} = {value:.3g} J {when}, of {size:.3g} J"
     return ""
 
 
@@ -118,14 +106,8 @@ def imbalance(model: Model, step: Increment) -> float:
 def plain_law(model: Model) -> bool:
     """Return whether all joints have the paper's law, or that with residual values."""
     law = model.properties
-    return not (
-        law.brittle_shear.any()
-        or law.critical_opening.any()
-        or law.dilation.any()
-        or law.gap.any()
-        or np.isfinite(law.compressive_strength).any()
-        or model.sections is not None
-    )
+    others = (law.brittle_shear, law.critical_opening, law.dilation, law.gap, np.isfinite(law.compressive_strength))
+    return model.sections is None and not any(other.any() for other in others)
 
 
 def beyond_law(model: Model, step: Increment) -> float:

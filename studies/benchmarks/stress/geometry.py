@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
-from studies.benchmarks.stress.case import STATIC, Case, Check, Found
+from studies.benchmarks.stress.case import NOT_LONG, STATIC, Case, Check, Found
 
 Corners = Sequence[tuple[float, float]]
 A, B = 0.24, 0.075
@@ -78,29 +80,14 @@ def stays(found: Found) -> Check:
 
 def cases() -> list[Case]:
     """Return all cases; a block that falls by statics lands on the block below in time."""
-    check: Callable[[Found], Check | None] = as_if_clean
-    floats = {"gap of 1 mm": lambda found: lies_lower(found, 1e-3), "bears on a corner": stays}
+    floats = {"gap of 1 mm": partial(lies_lower, by=1e-3), "bears on a corner": stays}
     still = Dynamics(duration=0.3, outputs=6, damping="local", start="unstressed")
-    made = [
-        Case(
-            "drawings",
-            name,
-            lambda d, m=corners: three(m, d),
-            expect,
-            check if expect == "stands" and name not in OTHER else None,
-            ways=STATIC if name in floats else (*STATIC, "in time, rigid"),
-        )
-        for name, (expect, corners) in MIDDLES.items()
-    ]
-    made += [
-        Case(
-            "drawings",
-            f"{name}, in time",
-            lambda d, m=MIDDLES[name][1]: three(m, d),
-            check=comes,
-            dynamics=lambda model: still,
-            ways=("in time, rigid",),
-        )
-        for name, comes in floats.items()
-    ]
+    made = []
+    for name, (expect, corners) in MIDDLES.items():
+        make = partial(three, corners)
+        check = as_if_clean if expect == "stands" and name not in OTHER else None
+        made.append(Case("drawings", name, make, expect, check, ways=STATIC if name in floats else NOT_LONG))
+        if name in floats:
+            again = replace(made[-1], name=f"{name}, in time", expect="", check=floats[name], ways=("in time, rigid",))
+            made.append(replace(again, dynamics=lambda _: still))
     return made

@@ -23,16 +23,7 @@ SEEN, FARTHER = 1e-4, 2.5
 
 def judge(case: Case, way: str) -> dict[str, Any]:
     """Solve a case in one way; return the row of its result."""
-    row: dict[str, Any] = {
-        "family": case.family,
-        "case": case.name,
-        "way": way,
-        "verdict": "FAILED",
-        "by": "",
-        "off": np.nan,
-        "seconds": 0.0,
-        "message": "",
-    }
+    row: dict[str, Any] = {"verdict": "FAILED", "by": "", "off": np.nan, "seconds": 0.0, "message": ""}
     begun = time.process_time()
     try:
         with warnings.catch_warnings():
@@ -40,13 +31,10 @@ def judge(case: Case, way: str) -> dict[str, Any]:
             result = found(case, way)
         row |= verdict(case, way, result)
     except NotTriedError as error:
-        row |= {"verdict": "not tried", "message": str(error)}
-    except InputError as error:
-        row |= {"verdict": "refused", "message": said(error)}
-    except SolverError as error:
-        row |= {"verdict": "gave up", "message": said(error)}
+        row |= {"verdict": "not tried", "message": said(error)}
     except DamagepredError as error:
-        row |= {"verdict": "refused", "message": said(error)}
+        gave_up = isinstance(error, SolverError) and not isinstance(error, InputError)
+        row |= {"verdict": "gave up" if gave_up else "refused", "message": said(error)}
     except Exception as error:
         row["message"] = f"{type(error).__name__}: {said(error)}"
     row["seconds"] = time.process_time() - begun

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linprog
-from scipy.sparse import coo_array, csr_array, hstack
+from scipy.sparse import block_array, coo_array, csr_array, eye_array, hstack, kron
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
@@ -32,20 +32,12 @@ class Statics(NamedTuple):
         Blocks that an interface joins, n is the ground; its normal points from a to b.
     middle, normal : array (m, 2)
         Of the interfaces (m, 1).
-    length : array (m,)
-        Of the interfaces (m).
-    tension, pressure, cohesion : array (m,)
-        Largest tension, pressure and bond in shear of each interface (N).
-    friction : array (m,)
-        Its friction.
-    centre : array (n, 2)
-        Centroids of the blocks (m).
-    gyration : array (n,)
-        Their radii of gyration (m).
-    load : array (n, 3)
-        On each block (N, N m).
-    free : array of bool (n, 3)
-        Free degrees of freedom.
+    length, tension, pressure, cohesion, friction : array (m,)
+        Length (m), largest tension, pressure and bond in shear (N), and friction (1) of the interfaces.
+    centre, gyration : array (n, 2), array (n,)
+        Centroids and radii of gyration of the blocks (m).
+    load, free : array (n, 3)
+        Load on each block (N, N m), and whether its degrees of freedom are free.
     reactions : array (n, 3, k)
         Directions of k loads of unknown size (per N).
     weight : float
@@ -70,26 +62,16 @@ class Statics(NamedTuple):
 
 
 def cannot_stand(model: Model, step: Increment) -> bool:
-    """Return whether no forces keep the wall in equilibrium, with the broken bonds of an increment.
-
-    Parameters
-    ----------
-    model : Model
-        n blocks, m interfaces.
-    step : Increment
-        Increment of the collapse.
-    """
+    """Return whether no forces keep the wall in equilibrium, with the broken bonds of an increment of its collapse."""
     face, law, n = model.interfaces, model.properties, model.n_blocks
     free = np.ones(3 * n, dtype=bool)
     free[model.supports.prescribed[model.supports.prescribed < free.size]] = False
     load = model.supports.load + step.load_factor * model.supports.live_load
     area = face.contact_area
-    # tension is positive
     whole = (step.state != ContactState.CRACKED) & (law.gap[:, None] == 0.0)
 
     def carries(intact: np.ndarray, left: np.ndarray) -> np.ndarray:
-        each = np.broadcast_to(np.where(whole, intact[:, None], left[:, None]), area.shape)
-        return np.asarray((area * each).sum(axis=1))
+        return np.asarray((area * np.where(whole, intact[:, None], left[:, None])).sum(axis=1))
 
     return out_of_reach(
         Statics(
@@ -113,64 +95,43 @@ def cannot_stand(model: Model, step: Increment) -> bool:
 
 
 def out_of_reach(wall: Statics) -> bool:
-    """Return whether no forces within the strengths of the interfaces keep the blocks in equilibrium.
+    """Return whether no forces within the strengths of the interfaces keep the blocks of a wall in equilibrium.
 
-    Parameters
-    ----------
-    wall : Statics
-        The wall.
+    Unknowns are the normal and shear force at both ends of each interface, the reactions, and the missing forces: one
+    in each direction on every degree of freedom, whose sum is minimised.
     """
     n, m, weight = len(wall.centre), len(wall.length), wall.weight
     tangent = np.column_stack((wall.normal[:, 1], -wall.normal[:, 0]))
-    rows, columns, values = [], [], []
-    for end, sign_end in enumerate((-0.5, 0.5)):
-        where = wall.middle + sign_end * wall.length[:, None] * tangent
-        for axis, direction in enumerate((wall.normal, tangent)):
-            column = 4 * np.arange(m) + 2 * end + axis
-            for block, sign in ((wall.block_a, 1.0), (wall.block_b, -1.0)):  # tension pulls a along the normal
-                inside = np.flatnonzero(block < n)
-                b = block[inside]
-                arm = where[inside] - wall.centre[b]
-                force = sign * direction[inside]
-                turn = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
-                for k, value in enumerate((force[:, 0], force[:, 1], turn)):
-                    rows.append(3 * b + k)
-                    columns.append(column[inside])
-                    values.append(value)
-    scale = np.ones(3 * n)
-    scale[2::3] /= wall.gyration
+    entries = []
+    for column, (end, direction) in enumerate((e, d) for e in (-0.5, 0.5) for d in (wall.normal, tangent)):
+        where = wall.middle + end * wall.length[:, None] * tangent
+        for block, sign in ((wall.block_a, 1.0), (wall.block_b, -1.0)):  # tension pulls a along the normal
+            inside = np.flatnonzero(block < n)
+            b, force = block[inside], sign * direction[inside]
+            arm = where[inside] - wall.centre[b]
+            turn = (arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]) / wall.gyration[b]
+            for k, value in enumerate((force[:, 0], force[:, 1], turn)):
+                entries.append((value, 3 * b + k, 4 * inside + column))
+    values, rows, columns = map(np.concatenate, zip(*entries, strict=True))
+    scale = np.ones((n, 3))
+    scale[:, 2] /= wall.gyration
     free = np.flatnonzero(wall.free.ravel())
-    row, column, value = (np.concatenate(part) for part in (rows, columns, values))
-    forces = coo_array((value * scale[row], (row, column)), shape=(3 * n, 4 * m)).tocsr()[free]
-    unknown = csr_array((wall.reactions.reshape(3 * n, -1) * scale[:, None])[free])
-    # minimise the missing forces: one in each direction on every degree of freedom
-    count, reactions = len(free), unknown.shape[1]
-    missing = coo_array((np.ones(count), (np.arange(count), np.arange(count))), shape=(count, count))
-    equilibrium = hstack([forces, unknown, missing, -1.0 * missing])
-    ends = np.arange(2 * m)
-    bond = np.repeat(wall.cohesion, 2) / weight
+    forces = coo_array((values, (rows, columns)), shape=(3 * n, 4 * m)).tocsr()[free]
+    unknown = csr_array((wall.reactions * scale[..., None]).reshape(3 * n, -1)[free])
+    count, others = len(free), unknown.shape[1] + 2 * len(free)
+    missing = eye_array(count)
     mu = np.repeat(wall.friction, 2)
-    cone = coo_array(
-        (
-            np.concatenate((np.ones(2 * m), mu, -np.ones(2 * m), mu)),
-            (
-                np.concatenate((ends, ends, ends + 2 * m, ends + 2 * m)),
-                np.concatenate((2 * ends + 1, 2 * ends, 2 * ends + 1, 2 * ends)),
-            ),
-        ),
-        shape=(4 * m, 4 * m + reactions + 2 * count),
-    )
-    most = np.repeat(wall.tension, 2) / weight
-    least = -np.repeat(wall.pressure, 2) / weight
-    bounds = [side for pair in zip(least, most, strict=True) for side in (pair, (None, None))]
-    bounds += [(None, None)] * reactions + [(0.0, None)] * (2 * count)
-    objective = np.concatenate((np.zeros(4 * m + reactions), np.ones(2 * count)))
+    pairs = eye_array(2 * m)  # at each end: mu times normal force, plus and minus the shear force, below the bond
+    sides = [kron(pairs.multiply(mu[:, None]), [[1.0, 0.0]]) + kron(pairs, [[0.0, sign]]) for sign in (1.0, -1.0)]
+    bounds = np.full((4 * m + others, 2), [-np.inf, np.inf])
+    bounds[: 4 * m : 2] = np.repeat(np.column_stack((-wall.pressure, wall.tension)) / weight, 2, axis=0)
+    bounds[-2 * count :, 0] = 0.0
     result = linprog(
-        objective,
-        A_ub=cone,
-        b_ub=np.concatenate((bond, bond)),
-        A_eq=equilibrium,
-        b_eq=-(wall.load.ravel() * scale)[free] / weight,
+        np.repeat((0.0, 1.0), (4 * m + unknown.shape[1], 2 * count)),
+        A_ub=block_array([[side, csr_array((2 * m, others))] for side in sides]),
+        b_ub=np.tile(np.repeat(wall.cohesion, 2) / weight, 2),
+        A_eq=hstack([forces, unknown, missing, -missing]),
+        b_eq=-(wall.load * scale).ravel()[free] / weight,
         bounds=bounds,
         method="highs",
     )

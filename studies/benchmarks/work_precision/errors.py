@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -58,22 +58,6 @@ SEQUENCES: dict[str, dict[tuple[str, str], float]] = {
 FINE_ENOUGH = 0.01
 
 
-class Reference(NamedTuple):
-    """A reference.
-
-    Attributes
-    ----------
-    axis, value : str
-        Its choice.
-    floor : dict
-        Its error by quantity: the largest difference to the next coarser references.
-    """
-
-    axis: str
-    value: str
-    floor: dict[str, float]
-
-
 def load(path: Path) -> pd.DataFrame:
     """Return the data, walls in the order of the choices."""
     rows = pd.read_csv(path, keep_default_na=True)
@@ -96,15 +80,11 @@ def difference(one: pd.Series, other: pd.Series, quantity: str) -> float:
     """
     a, b = values_of(one, quantity), values_of(other, quantity)
     if quantity == "first_crack" and np.isnan(a[-1]) != np.isnan(b[-1]):
-        in_time = str(one["axis"]).startswith("in time")  # runs in time do not record when bonds broke
-        return float("nan") if in_time else 1.0
+        return 1.0
     both = np.isfinite(a) & np.isfinite(b)
-    if not both.any():
+    if not both.any() or max(np.abs(a[both]).max(), np.abs(b[both]).max()) < LEAST[quantity]:
         return float("nan")
-    if max(np.abs(a[both]).max(), np.abs(b[both]).max()) < LEAST[quantity]:
-        return float("nan")
-    scale = max(float(np.abs(b[both]).max()), LEAST[quantity])
-    return float(np.abs(a - b)[both].max()) / scale
+    return float(np.abs(a - b)[both].max()) / max(float(np.abs(b[both]).max()), LEAST[quantity])
 
 
 def solved(rows: pd.DataFrame) -> pd.DataFrame:
@@ -112,26 +92,17 @@ def solved(rows: pd.DataFrame) -> pd.DataFrame:
     return rows[rows["status"] == "complete"]
 
 
-def reference(rows: pd.DataFrame, preferred: list[tuple[str, str]]) -> tuple[Reference, pd.Series] | None:
-    """Return the best reference of a wall and its row; None if there are not two.
+def reference(rows: pd.DataFrame, preferred: list[tuple[str, str]]) -> tuple[pd.Series, dict[str, float]] | None:
+    """Return the best reference of a wall, and its error by quantity; None if there are not two.
 
-    Parameters
-    ----------
-    rows : DataFrame
-        Of one wall.
-    preferred : list of (axis, value)
-        The best first.
+    The error is the largest difference to the next two coarser references; 0 where no reference has the quantity.
     """
     known = {(r["axis"], r["value"]): r for _, r in solved(rows).iterrows()}
-    have = [key for key in preferred if key in known]
+    have = [known[key] for key in preferred if key in known]
     if len(have) < 2:
         return None
-    best, others = known[have[0]], [known[key] for key in have[1:3]]
-    floor = {}
-    for quantity in QUANTITIES:
-        found = [difference(other, best, quantity) for other in others]
-        floor[quantity] = float(np.nanmax(found)) if np.isfinite(found).any() else float("nan")
-    return Reference(*have[0], floor), best
+    found = {q: np.array([difference(other, have[0], q) for other in have[1:3]]) for q in QUANTITIES}
+    return have[0], {q: float(np.nanmax(each)) if np.isfinite(each).any() else 0.0 for q, each in found.items()}
 
 
 def with_errors(rows: pd.DataFrame) -> pd.DataFrame:
@@ -140,41 +111,27 @@ def with_errors(rows: pd.DataFrame) -> pd.DataFrame:
     Columns are scene, axis, value, seconds, quantity, solution, solution_floor, model, model_floor: ``solution`` is
     against the same equations solved as closely as can be, ``model`` against the finest model of the wall.
     """
-    lines = []
-    for scene, own in rows.groupby("scene", sort=False):
-        same, finest = reference(own, SOLUTIONS), reference(own, MODELS)
-        changes = {(c.axis, c.value) for c in choices() if c.model}
+    lines, changes = [], {(c.axis, c.value) for c in choices() if c.model}
+    for _, own in rows.groupby("scene", sort=False):
+        found = {"solution": reference(own, SOLUTIONS), "model": reference(own, MODELS)}
         for _, row in solved(own).iterrows():
             for quantity in QUANTITIES:
-                line = {
-                    "scene": scene,
-                    "axis": row["axis"],
-                    "value": row["value"],
-                    "seconds": row["seconds"],
-                    "quantity": quantity,
-                }
-                for name, found in (("solution", same), ("model", finest)):
-                    if found is None or (name == "solution" and (row["axis"], row["value"]) in changes):
-                        line |= {name: np.nan, f"{name}_floor": np.nan}
-                        continue
-                    error, floor = difference(row, found[1], quantity), found[0].floor[quantity]
-                    # the references agree where none of them has the quantity
-                    floor = 0.0 if np.isfinite(error) and np.isnan(floor) else floor
+                line = {**row[["scene", "axis", "value", "seconds"]], "quantity": quantity}
+                for name, best in found.items():
+                    error = floor = np.nan
+                    if best is not None and not (name == "solution" and (row["axis"], row["value"]) in changes):
+                        error = difference(row, best[0], quantity)
+                        floor = best[1][quantity] if np.isfinite(error) else np.nan
                     line |= {name: error, f"{name}_floor": floor}
                 lines.append(line)
     return pd.DataFrame(lines)
 
 
 def worst(lines: pd.DataFrame, error: str, limit: float = FINE_ENOUGH) -> pd.DataFrame:
-    """Return for each wall and choice its largest error over the quantities whose reference is accurate enough.
-
-    Quantities of which the reference itself is uncertain by more than the limit are left out.
-    """
+    """Return for each wall and choice its largest error over the quantities whose reference is accurate enough."""
     fair = lines[(lines[f"{error}_floor"] <= limit) & lines[error].notna()]
     grouped = fair.groupby(["scene", "axis", "value"], sort=False)
-    table = grouped.agg(seconds=("seconds", "first"), worst=(error, "max")).reset_index()
-    which = fair.loc[grouped[error].idxmax(), ["scene", "axis", "value", "quantity"]]
-    return table.merge(which, on=["scene", "axis", "value"])
+    return grouped.agg(seconds=("seconds", "first"), worst=(error, "max")).reset_index()
 
 
 def orders(rows: pd.DataFrame) -> pd.DataFrame:
@@ -218,3 +175,16 @@ def observed_order(values: list[float], sizes: tuple[float, ...], least: float =
     if not ratio[0] <= first / second <= ratio[-1]:
         return float("nan")
     return float(np.interp(first / second, ratio, powers))
+
+
+def print_errors(data: Path) -> None:
+    """Print the errors of a file of results, by wall and way, against the finest model and the finest solution."""
+    lines = with_errors(load(data))
+    for against in ("model", "solution"):
+        known = lines.dropna(subset=[against])
+        table = known.pivot_table(index=["scene", "axis", "value"], columns="quantity", values=against, sort=False)
+        print(f"relative error against the finest {against}\n{table.to_string(float_format='{:.4f}'.format)}\n")
+
+
+if __name__ == "__main__":
+    print_errors(Path(sys.argv[1]) if sys.argv[1:] else Path(__file__).with_name("data.csv"))

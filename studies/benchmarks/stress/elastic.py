@@ -1,0 +1,333 @@
+"""Extreme proportions, sizes and movements: walls of which an elastic solution, or a sum, tells the answer.
+
+A stack of four bricks (three blocks where there is a sliver) stands on the ground under its own weight, with joints
+strong enough to stay elastic, so the solution is unique: a direct solution with residuals in extended precision.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from scipy.sparse.linalg import splu
+
+from damagepred.arrays import FloatArray
+from damagepred.assembly import Assembly, Model
+from damagepred.assembly.assembly import rectangle
+from damagepred.scene import BlockMaterial, Dpc, Dynamics, Joint, Loads, Movement, Scene, Solver, Wall
+from damagepred.solvers import solve_path
+from damagepred.solvers.system.deformable_blocks import transformation_matrix
+from damagepred.solvers.system.discrete_system import DiscreteSystem
+from studies.benchmarks.stress.case import IN_TIME, RIGID, STATIC, WAYS, Case, Check, Found
+from studies.benchmarks.stress.joints import FOOT, moved
+
+Pair = tuple[float, float]
+LENGTH, HEIGHT, COUNT = 0.24, 0.075, 4
+MODULUS = 9e9
+UNLUMPED = {"lump_block_elasticity": False}
+
+
+def joint(stiffness: float = 82e9) -> Joint:
+    """Return a joint that stays elastic."""
+    return Joint(normal_stiffness=stiffness, shear_stiffness=0.44 * stiffness, tensile_strength=1e12, cohesion=1e12)
+
+
+def block(modulus: float = MODULUS, density: float = 2000.0) -> BlockMaterial:
+    """Return an elastic material."""
+    return BlockMaterial(elastic_modulus=modulus, poisson_ratio=0.19, density=density)
+
+
+def stack(
+    deformable: bool,
+    *,
+    stiffness: Pair = (82e9, 82e9),
+    modulus: Pair = (MODULUS, MODULUS),
+    density: Pair = (2000.0, 2000.0),
+    height: float = HEIGHT,
+    at: float = 0.0,
+) -> Assembly:
+    """Return a stack on the ground; values of odd joints and blocks, and of even ones."""
+    assembly = Assembly(joint=joint(stiffness[0]))
+    for i in range(COUNT):
+        corners = rectangle(at, at + i * height, at + LENGTH, at + (i + 1) * height)
+        size = min(LENGTH, max(height, LENGTH / 8)) if deformable else 0.0
+        assembly.add_block(corners, block(modulus[i % 2], density[i % 2]), course=i, zone_size=size)
+    for i in range(1, COUNT):
+        assembly.set_joint(i - 1, i, joint(stiffness[i % 2]))
+    assembly.rest_on_ground([0], joint=joint(stiffness[0]))
+    return assembly
+
+
+def slivers(deformable: bool, ratio: float) -> Assembly:
+    """Return a stack in whose middle lies a triangle as long as a brick and a ``ratio`` thinner at its thick end."""
+    assembly, thin = Assembly(joint=joint(), block=block()), LENGTH / ratio
+    polygons = [
+        rectangle(0.0, 0.0, LENGTH, HEIGHT),
+        [(0.0, HEIGHT), (LENGTH, HEIGHT), (LENGTH, HEIGHT + thin)],
+        [(0.0, HEIGHT), (LENGTH, HEIGHT + thin), (LENGTH, 2.5 * HEIGHT), (0.0, 2.5 * HEIGHT)],
+    ]
+    for course, polygon in enumerate(polygons):
+        assembly.add_block(polygon, course=course, zone_size=LENGTH / 4 * deformable)
+    assembly.rest_on_ground([0])
+    return assembly
+
+
+def proportion() -> list[Case]:
+    """Return stacks with one extreme property, from none to the largest."""
+    found = [("in proportion", partial(stack))]
+    for power in (2, 4, 6):
+        r, soft = 10.0**power, 10.0**power * 1e8 / HEIGHT
+        found += [
+            (f"soft joints among stiff ones 1 : 1e{power}", partial(stack, stiffness=(8.2e12 / r, 8.2e12))),
+            (
+                f"stiff joints between soft blocks k_n h/E = 1e{power}",
+                partial(stack, stiffness=(soft, soft), modulus=(1e8, 1e8)),
+            ),
+            (f"soft blocks among stiff ones 1 : 1e{power}", partial(stack, modulus=(9e12 / r, 9e12))),
+        ]
+    for power in (2, 4):
+        dense = 2.0 * 10.0**power
+        found.append((f"heavy blocks on light ones 1e{power} : 1", partial(stack, density=(2.0, dense))))
+        found.append((f"light blocks on heavy ones 1 : 1e{power}", partial(stack, density=(dense, 2.0))))
+    found += [(f"slivers {r:g} : 1", partial(slivers, ratio=r)) for r in (10.0, 50.0, 1e3, 1e5)]
+    for r in (10.0, 50.0):
+        found.append((f"flat blocks {r:g} : 1", partial(stack, height=LENGTH / r)))
+        found.append((f"slender blocks 1 : {r:g}", partial(stack, height=LENGTH * r)))
+    found += [(f"far coordinates {far / 1e3:g} km", partial(stack, at=far)) for far in (1e3, 1e4, 1e6)]
+    made = [
+        Case("proportion", name, make, "stands", against_reference, settings=UNLUMPED, elastic_start=False)
+        for name, make in found
+    ]
+    slow = ("stiff joints between soft blocks k_n h/E = 1e6", "slivers 100000 : 1")
+    made += [
+        replace(case, name=f"{case.name}, from the elastic start", elastic_start=True, ways=("explicit, deformable",))
+        for case in made
+        if case.name in slow
+    ]
+    return sorted(made, key=lambda case: case.name)
+
+
+def against_reference(found: Found) -> Check:
+    """Compare settlements with the direct solution."""
+    exact = reference(found.model)[:, :2]
+    last = found.path[-1 if found.run is not None else 0].displacement[:, :2]
+    return Check("direct solution", float(np.abs(last - exact).max() / np.abs(exact).max()))
+
+
+def reference(model: Model) -> FloatArray:
+    """Return the displacement (n, 3) of the blocks under dead load, with residuals in extended precision."""
+    system = DiscreteSystem.of(model)
+    free = system.free_dofs
+    stiffness = system.elastic_stiffness[free][:, free].tocsc()
+    scale = 1.0 / np.sqrt(stiffness.diagonal())
+    stiffness.data *= scale[stiffness.indices] * np.repeat(scale, np.diff(stiffness.indptr))
+    load, factors, rows = scale * system.dead_load[free], splu(stiffness), stiffness.tocsr()
+    entries = rows.data.astype(np.longdouble)
+    row = np.repeat(np.arange(len(free)), np.diff(rows.indptr))
+    found = np.zeros(len(free), dtype=np.longdouble)
+    for _ in range(5):
+        residual = load.astype(np.longdouble)
+        np.subtract.at(residual, row, entries * found[rows.indices])
+        found += factors.solve(residual.astype(np.float64))
+    displacement = np.zeros(model.size)
+    displacement[free] = scale * found.astype(np.float64)
+    return system.complete(displacement)[: 3 * model.n_blocks].reshape(-1, 3)
+
+
+# -- a wall that cracks, far away and at other time steps -------------------------------------------------------------
+
+
+def cracking_wall(deformable: bool, at: float = 0.0) -> Assembly:
+    """Return a wall of 5 courses on a joint without tension, in dishing, its coordinates shifted by ``at`` (m)."""
+    weak = Joint(normal_stiffness=8.2e9, shear_stiffness=3.6e9, tensile_strength=0.0, cohesion=0.0, friction=0.5)
+    assembly = Assembly(joint=Joint(tensile_strength=0.05e6, cohesion=0.1e6))
+    for course in range(5):
+        edges = [0.0, *(LENGTH * (i + 0.5 * (course % 2)) for i in range(course % 2 == 0, 8)), 8 * LENGTH]
+        for left, right in itertools.pairwise(edges):
+            if right - left > 1e-9:
+                low = at + HEIGHT * course
+                corners = rectangle(at + left, low, at + right, low + HEIGHT)
+                assembly.add_block(corners, course=course, zone_size=HEIGHT * deformable)
+    half = 4 * LENGTH
+    assembly.rest_on_ground(range(8), lambda x: -1e-3 * (1 - ((x - at - half) / half) ** 2), joint=weak)
+    return assembly
+
+
+def as_here(found: Found) -> Check:
+    """Compare the largest opening with that of the same wall at the origin, with the time step by default."""
+    last = found.path[-1]
+    explicit = Solver(method="explicit", tolerance=1e-4, symmetric_half=False)
+    own = explicit if last.counters.cycles else Solver(symmetric_half=False)
+    exact = list(solve_path(cracking_wall(found.model.mesh is not None).build(own), own, 4))[-1]
+    return Check("the same wall", abs(float(last.opening.max() / exact.opening.max()) - 1))
+
+
+def cracking() -> list[Case]:
+    """Return the wall that cracks, 1 to 1000 km away, and with parts of the explicit solver's time step."""
+    case = Case("cracking", "", cracking_wall, "", as_here, 4, {"symmetric_half": False}, explicit_tolerance=1e-4)
+    return [
+        replace(case, name=f"{far / 1e3:g} km away", make=partial(cracking_wall, at=far), ways=STATIC)
+        for far in (1e3, 1e4, 1e6)
+    ] + [
+        replace(case, name=f"{s:g} of the time step", settings=case.settings | {"time_step_safety": s}, ways=STATIC[2:])
+        for s in (0.1, 0.5, 1.0)
+    ]
+
+
+# -- from one block to 20 000 -----------------------------------------------------------------------------------------
+
+MOST = dict(zip(WAYS, (20_000, 1000, 20_000, 1000, 5000, 100), strict=True))
+"""Largest number of blocks for each solver: some minutes at most."""
+
+
+def wall_of(_: bool, blocks: int) -> Scene:
+    """Return a wall of about this number of bricks, 2.5 times as long as high, in dishing of L/2000."""
+    courses = max(1, round((blocks * LENGTH / (2.5 * HEIGHT)) ** 0.5))
+    length, height = max(1, round(blocks / courses)) * LENGTH, courses * HEIGHT
+    return Scene(
+        wall=Wall(length=length, height=height),
+        dpc=Dpc(course=2) if courses > 3 else None,
+        loads=Loads(roof=1000.0 * length),
+        movement=Movement(central_deflection=length / 2000.0),
+    )
+
+
+def stack_of(_: bool, count: int) -> Assembly:
+    """Return a stack of rigid blocks on the ground."""
+    made = Assembly(joint=Joint(tensile_strength=1e12, cohesion=1e12))
+    for i in range(count):
+        made.add_block(rectangle(0.0, HEIGHT * i, LENGTH, HEIGHT * (i + 1)), course=i, zone_size=0.0)
+    made.rest_on_ground([0])
+    return made
+
+
+def closed_form(found: Found) -> Check:
+    """Compare the top of the stack with n (n + 1) W / (2 k_n A): FACTS, for rigid blocks with elastic joints alone."""
+    model, n = found.model, found.model.n_blocks
+    weight = 2000.0 * 9.81 * LENGTH * HEIGHT * model.thickness
+    exact = -weight * n * (n + 1) / (2 * model.properties.normal_stiffness[0] * LENGTH * model.thickness)
+    return Check("closed form", abs(float(found.path[-1].displacement[:, 1].min()) / exact - 1.0))
+
+
+def carries_all(found: Found) -> Check:
+    """Compare the force on the ground with the total weight."""
+    weight = -float(found.model.supports.load.reshape(-1, 3)[:, 1].sum())
+    return Check("weight", max(abs(step.base_reaction / weight - 1.0) for step in found.path))
+
+
+def shortly(_: Model) -> Dynamics:
+    """Return a short run from equilibrium."""
+    return Dynamics(duration=0.02, outputs=4, movement_time=0.02, damping="viscous")
+
+
+def sizes() -> list[Case]:
+    """Return walls in dishing, and stacks under their own weight."""
+    family, made = "1 to 20 000 blocks", []
+    for count in (1, 2, 10, 100, 1000, 5000, 20_000):
+        make, able = partial(wall_of, blocks=count), [way for way in WAYS if MOST[way] >= count]
+        static, short = (tuple(way for way in kind if way in able) for kind in (STATIC, IN_TIME))
+        made.append(Case(family, f"wall of {count}", make, "stands", carries_all, ways=static))
+        if short:
+            made.append(Case(family, f"wall of {count}, in time", make, "stands", dynamics=shortly, ways=short))
+    return made + [
+        Case(
+            family,
+            f"stack of {count}",
+            partial(stack_of, count=count),
+            "stands",
+            closed_form,
+            settings=UNLUMPED,
+            ways=RIGID[:2],
+        )
+        for count in (1, 10, 100, 1000, 5000)
+    ]
+
+
+# -- movements of every size, and walls without weight ----------------------------------------------------------------
+
+
+def moved_wall(_: bool, deflection: float, kind: str, unbreakable: bool) -> Scene:
+    """Return a small wall on a moving ground."""
+    strength = 1e15 if unbreakable else 5e4
+    return Scene(
+        wall=FOOT,
+        joint=Joint(tensile_strength=strength, cohesion=strength),
+        dpc=None if unbreakable else Dpc(course=1),
+        movement=Movement(kind=kind, central_deflection=deflection),  # type: ignore[arg-type]
+    )
+
+
+def in_proportion(found: Found) -> Check | None:
+    """Compare an elastic wall with its own elastic equations: it moves in proportion to the ground."""
+    if found.run is not None:
+        return None
+    exact = for_full_movement(found.model)
+    way = found.path[-1].displacement - found.path[0].displacement
+    return Check("proportion", float(np.abs(way - exact).max() / np.abs(exact).max()))
+
+
+def for_full_movement(model: Model) -> FloatArray:
+    """Return the displacement (n, 3) (m, rad) of an elastic wall's blocks on moving ground, by a direct solution."""
+    face, law, ground, system = model.interfaces, model.properties, model.ground.full, DiscreteSystem.of(model)
+    here = slice(len(face.x) - len(ground.normal), None)
+    # the prescribed displacement of the ground acts as an imposed opening of its joints
+    pull = -law.normal_stiffness[here, None] * ground.normal * face.contact_area[here]
+    drag = (-law.shear_stiffness[here, None] * ground.shear * face.contact_area[here]).sum(axis=1)
+    turning, pull = (pull * face.contact_offset[here]).sum(axis=1), pull.sum(axis=1)
+    x, y, force = face.normal_x[here], face.normal_y[here], np.zeros((model.n_bodies, 3))
+    for body, arm, aside, sign in (
+        (face.body_a, face.arm_normal_a, face.arm_shear_a, 1.0),
+        (face.body_b, face.arm_normal_b, face.arm_shear_b, -1.0),
+    ):
+        moment = pull * arm[here] + drag * aside[here] + turning
+        np.add.at(force, body[here], sign * np.column_stack((pull * x + drag * y, pull * y - drag * x, moment)))
+    on_all = np.zeros(model.size)
+    on_all[: force.size] = force.ravel()
+    found = system.elastic_solutions(on_all if model.mesh is None else transformation_matrix(model).T @ on_all)
+    assert found is not None
+    return system.complete(found[0])[: 3 * model.n_blocks].reshape(-1, 3)
+
+
+def movements() -> list[Case]:
+    """Return movements from a picometre to a metre, in one increment and in many."""
+    made, sizes = [], (0.0, 1e-12, 1e-9, 1e-6, 1e-3, 1e-2, 0.1, 1.0)
+    for kind, size, count, unbreakable in itertools.product(("dishing", "doming"), sizes, (1, 20), (True, False)):
+        if kind == "doming" and unbreakable and count == 1:
+            continue
+        ways = ("quasi-static, rigid", "explicit, rigid") if count > 1 else WAYS if kind == "dishing" else RIGID
+        name = f"{kind} by {size:g} m in {'one increment' if count == 1 else f'{count} increments'}"
+        make = partial(moved_wall, deflection=size, kind=kind, unbreakable=unbreakable)
+        check = in_proportion if unbreakable and size >= 1e-6 else None
+        name += ", unbreakable" * unbreakable
+        made.append(Case("movement", name, make, "", check, count, dynamics=moved, ways=ways))
+    return made
+
+
+def weightless_wall(_: bool, roof: float, strength: dict[str, float], deflection: float) -> Scene:
+    """Return a small wall of bricks without weight."""
+    return Scene(
+        wall=FOOT,
+        joint=Joint(**strength),  # type: ignore[arg-type]
+        block=BlockMaterial(density=0.0),
+        loads=Loads(roof=roof),
+        movement=Movement(central_deflection=deflection),
+    )
+
+
+def weightless() -> list[Case]:
+    """Return walls without weight, with and without strength and a roof."""
+    bonds = {"unbreakable": 1e15, "weak": None, "no bond": 0.0}
+    made = []
+    for roof, (bond, strength), size in itertools.product((0.0, 1e3), bonds.items(), (0.0, 1e-3)):
+        law = {} if strength is None else {"tensile_strength": strength, "cohesion": strength}
+        make = partial(weightless_wall, roof=roof, strength=law, deflection=size)
+        name = f"roof {roof:g} N, {bond}, dishing by {size:g} m"
+        made.append(Case("no weight", name, make, increments=2, dynamics=moved))
+    return made
+
+
+def cases() -> list[Case]:
+    """Return all cases."""
+    return proportion() + cracking() + sizes() + movements() + weightless()
