@@ -32,7 +32,9 @@ TOLD = ("seconds", "seconds_on", "status", "end", "message")
 """Columns of which the first that a case has is printed."""
 
 
-def options(doc: str | None, script: str, names: Iterable[str], limit: float) -> argparse.Namespace:
+def options(
+    doc: str | None, script: str, names: Iterable[str], limit: float, arguments: Sequence[str] | None = None
+) -> argparse.Namespace:
     """Read the command line of a benchmark: ``only``, ``limit``, ``quick`` and ``output``.
 
     The small form writes into a temporary folder where no other is given: it never changes the data.
@@ -42,7 +44,7 @@ def options(doc: str | None, script: str, names: Iterable[str], limit: float) ->
     parser.add_argument("--limit", type=float, default=limit, help=f"time of a case ({limit:g} s)")
     parser.add_argument("--quick", action="store_true", help="a few small cases, to see that it runs")
     parser.add_argument("--output", type=Path, help="folder of the data")
-    found = parser.parse_args()
+    found = parser.parse_args(arguments)
     if found.output is None:
         found.output = Path(tempfile.mkdtemp()) if found.quick else Path(script).resolve().parent
     found.output.mkdir(parents=True, exist_ok=True)

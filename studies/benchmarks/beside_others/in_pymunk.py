@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pymunk
-from record import FALLEN, Record, Wall, run
+from record import Record, Wall, run
 
 SLOP = 1e-5
 """Overlap that is not corrected (m); the default, 0.1, is meant for lengths in pixels."""
@@ -100,15 +100,5 @@ class Space:
         return force
 
 
-def stands(case: dict, settings: dict, factor: float) -> bool:
-    """Return whether the wall stands under a push by a share of its weight: applied over 0.25 s, constant for 1.5 s."""
-    space = Space(case, settings)
-    while space.now < 1.75:
-        share = min(1.0, space.now / 0.25)
-        space.space.gravity = (factor * share * case["gravity"], -case["gravity"])
-        space.step()
-    return bool(np.abs(space.displacement()[:, :2]).max() < FALLEN)
-
-
 if __name__ == "__main__":
-    run(Space, stands, pymunk.version)
+    run(pymunk.version, Space)

@@ -6,6 +6,7 @@ It needs numpy alone, because it runs in the environments of the other solvers.
 from __future__ import annotations
 
 import json
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -15,8 +16,6 @@ import numpy as np
 
 HOLD = 20
 """Consecutive checks below the smallest level after which a wall counts as converged."""
-FALLEN = 0.02
-"""Displacement from which a pushed wall counts as collapsed (m)."""
 
 
 class Wall:
@@ -89,21 +88,6 @@ class Record:
         return found
 
 
-def push(
-    path: Path, case: dict[str, Any], settings: dict[str, Any], limit: float, stands: Callable[..., bool], version: str
-) -> None:
-    """Write the bracket of the horizontal collapse load, in shares of the weight, by bisection."""
-    low, high = settings["bracket"]
-    trials = []
-    began = time.process_time()
-    while high - low > settings["width"] and time.process_time() - began < limit:
-        factor = (low + high) / 2
-        stood = stands(case, settings, factor)
-        trials.append([factor, stood])
-        low, high = (factor, high) if stood else (low, factor)
-    answer(path, seconds=time.process_time() - began, low=low, high=high, trials=trials, version=version)
-
-
 def settle(case: dict[str, Any], limit: float, build: Callable[[], Any]) -> dict[str, Any]:
     """Integrate a wall in time until it stays in equilibrium, or for a limit of processor time (s).
 
@@ -128,33 +112,18 @@ def settle(case: dict[str, Any], limit: float, build: Callable[[], Any]) -> dict
     return found | {"displacement": system.displacement()}
 
 
-def run(build: Callable[..., Any], stands: Callable[..., bool], version: str) -> None:
-    """Solve the case of the command line, and write the results."""
-    case, settings, path = read_case()
-    limit = settings.pop("limit")
-    if case["name"] == "tilt":
-        push(path, case, settings, limit, stands, version)
-    else:
-        answer(path, **settle(case, limit, lambda: build(case, settings)), version=version)
+def run(version: str, build: Callable[..., Any]) -> None:
+    """Settle the case of the command line, and write the results."""
+    case, settings, limit, path = read_case()
+    answer(path, **settle(case, limit, lambda: build(case, settings)), version=version)
 
 
-def read_case() -> tuple[dict[str, Any], dict[str, Any], Path]:
-    """Return case, settings and the file for the answer, as the command line names them."""
-    import sys
-
-    case = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    settings = json.loads(sys.argv[2])
-    return case, settings, Path(sys.argv[3])
+def read_case() -> tuple[dict[str, Any], dict[str, Any], float, Path]:
+    """Return case, settings, limit (s) and the file for the answer, as the command line names them."""
+    case, settings = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8")), json.loads(sys.argv[2])
+    return case, settings, settings.pop("limit"), Path(sys.argv[3])
 
 
 def answer(path: Path, **known: Any) -> None:
-    """Write the results."""
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, np.ndarray):
-            return value.tolist()
-        if isinstance(value, np.generic):
-            return value.item()
-        raise TypeError(type(value))
-
-    path.write_text(json.dumps(known, default=plain), encoding="utf-8")
+    """Write the results; arrays and numbers of numpy as lists and numbers."""
+    path.write_text(json.dumps(known, default=lambda value: value.tolist()), encoding="utf-8")

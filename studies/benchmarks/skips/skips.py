@@ -160,6 +160,9 @@ NOT_TURNED_OFF = {
     "no more walls once an estimate is good enough (`[study] stop_when`)": (
         "changes the number of walls, not the time of a wall: studies/benchmarks/probabilities"
     ),
+    "increments before the end of a sample's movement, and values of joints that follow from the seed, are not stored": (
+        '`[study] movement = "sampled"`, `store_fields = false`: bytes of an archive, and no time'
+    ),
     "walls that take less than a second share a part of the archive": (
         "a part for each would be the same bytes in more files; measured by studies/throughput"
     ),

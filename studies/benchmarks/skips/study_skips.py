@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -97,20 +95,6 @@ def zones_kept(number: int, quick: bool) -> Row:
     return row
 
 
-def archive(changes: dict[str, Any], number: int, quick: bool) -> Row:
-    """Run a study with and without settings of ``[study]``; return its size on disk for each sample."""
-    row: Row = {}
-    samples = 4 if quick else 64
-    for way in alternate(number):
-        settings = small_walls()
-        sampling = replace(settings.study, stop_at_category="none", **(changes if way == "on" else {}))
-        with tempfile.TemporaryDirectory() as place:
-            folder = Path(place) / "walls.dp"
-            assert not Study(replace(settings, study=sampling)).run(folder, samples=samples).failed
-            row[f"bytes_{way}"] = sum(f.stat().st_size for f in folder.rglob("*") if f.is_file()) / samples
-    return row
-
-
 PARTS: dict[str, Part] = {
     "stop": Part(
         "the movement after the category of interest (3)",
@@ -120,17 +104,5 @@ PARTS: dict[str, Part] = {
     ),
     "shared": Part("geometry and gauges of samples that share them", "another length", "sampled window walls", shared),
     "zones kept": Part("zones in the results", "`solve(..., store_zones=True)`, the default", "deformable", zones_kept),
-    "path kept": Part(
-        "increments before the end of a sample's movement",
-        '`[study] movement = "path"`, the default; without: `"sampled"`',
-        "small sampled walls",
-        partial(archive, {"movement": "sampled"}),
-    ),
-    "fields kept": Part(
-        "values of joints in the design file, which follow from the seed",
-        "`[study] store_fields = true`, the default",
-        "small sampled walls",
-        partial(archive, {"store_fields": False}),
-    ),
 }
 """Skips of studies, by short names."""

@@ -16,11 +16,10 @@ from scipy.sparse.linalg import splu
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import BlockMaterial, Dpc, Dynamics, Joint, Loads, Movement, Scene, Solver, Wall
-from damagepred.solvers import solve_path
+from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene
 from damagepred.solvers.system.deformable_blocks import transformation_matrix
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from studies.benchmarks.stress.case import IN_TIME, RIGID, STATIC, WAYS, Case, Check, Found
+from studies.benchmarks.stress.case import RIGID, WAYS, Case, Check, Found
 from studies.benchmarks.stress.joints import FOOT, moved
 
 Pair = tuple[float, float]
@@ -136,62 +135,7 @@ def reference(model: Model) -> FloatArray:
     return system.complete(displacement)[: 3 * model.n_blocks].reshape(-1, 3)
 
 
-# -- a wall that cracks, far away and at other time steps -------------------------------------------------------------
-
-
-def cracking_wall(deformable: bool, at: float = 0.0) -> Assembly:
-    """Return a wall of 5 courses on a joint without tension, in dishing, its coordinates shifted by ``at`` (m)."""
-    weak = Joint(normal_stiffness=8.2e9, shear_stiffness=3.6e9, tensile_strength=0.0, cohesion=0.0, friction=0.5)
-    assembly = Assembly(joint=Joint(tensile_strength=0.05e6, cohesion=0.1e6))
-    for course in range(5):
-        edges = [0.0, *(LENGTH * (i + 0.5 * (course % 2)) for i in range(course % 2 == 0, 8)), 8 * LENGTH]
-        for left, right in itertools.pairwise(edges):
-            if right - left > 1e-9:
-                low = at + HEIGHT * course
-                corners = rectangle(at + left, low, at + right, low + HEIGHT)
-                assembly.add_block(corners, course=course, zone_size=HEIGHT * deformable)
-    half = 4 * LENGTH
-    assembly.rest_on_ground(range(8), lambda x: -1e-3 * (1 - ((x - at - half) / half) ** 2), joint=weak)
-    return assembly
-
-
-def as_here(found: Found) -> Check:
-    """Compare the largest opening with that of the same wall at the origin, with the time step by default."""
-    last = found.path[-1]
-    explicit = Solver(method="explicit", tolerance=1e-4, symmetric_half=False)
-    own = explicit if last.counters.cycles else Solver(symmetric_half=False)
-    exact = list(solve_path(cracking_wall(found.model.mesh is not None).build(own), own, 4))[-1]
-    return Check("the same wall", abs(float(last.opening.max() / exact.opening.max()) - 1))
-
-
-def cracking() -> list[Case]:
-    """Return the wall that cracks, 1 to 1000 km away, and with parts of the explicit solver's time step."""
-    case = Case("cracking", "", cracking_wall, "", as_here, 4, {"symmetric_half": False}, explicit_tolerance=1e-4)
-    return [
-        replace(case, name=f"{far / 1e3:g} km away", make=partial(cracking_wall, at=far), ways=STATIC)
-        for far in (1e3, 1e4, 1e6)
-    ] + [
-        replace(case, name=f"{s:g} of the time step", settings=case.settings | {"time_step_safety": s}, ways=STATIC[2:])
-        for s in (0.1, 0.5, 1.0)
-    ]
-
-
-# -- from one block to 20 000 -----------------------------------------------------------------------------------------
-
-MOST = dict(zip(WAYS, (20_000, 1000, 20_000, 1000, 5000, 100), strict=True))
-"""Largest number of blocks for each solver: some minutes at most."""
-
-
-def wall_of(_: bool, blocks: int) -> Scene:
-    """Return a wall of about this number of bricks, 2.5 times as long as high, in dishing of L/2000."""
-    courses = max(1, round((blocks * LENGTH / (2.5 * HEIGHT)) ** 0.5))
-    length, height = max(1, round(blocks / courses)) * LENGTH, courses * HEIGHT
-    return Scene(
-        wall=Wall(length=length, height=height),
-        dpc=Dpc(course=2) if courses > 3 else None,
-        loads=Loads(roof=1000.0 * length),
-        movement=Movement(central_deflection=length / 2000.0),
-    )
+# -- tall stacks ------------------------------------------------------------------------------------------------------
 
 
 def stack_of(_: bool, count: int) -> Assembly:
@@ -211,38 +155,11 @@ def closed_form(found: Found) -> Check:
     return Check("closed form", abs(float(found.path[-1].displacement[:, 1].min()) / exact - 1.0))
 
 
-def carries_all(found: Found) -> Check:
-    """Compare the force on the ground with the total weight."""
-    weight = -float(found.model.supports.load.reshape(-1, 3)[:, 1].sum())
-    return Check("weight", max(abs(step.base_reaction / weight - 1.0) for step in found.path))
-
-
-def shortly(_: Model) -> Dynamics:
-    """Return a short run from equilibrium."""
-    return Dynamics(duration=0.02, outputs=4, movement_time=0.02, damping="viscous")
-
-
-def sizes() -> list[Case]:
-    """Return walls in dishing, and stacks under their own weight."""
-    family, made = "1 to 20 000 blocks", []
-    for count in (1, 2, 10, 100, 1000, 5000, 20_000):
-        make, able = partial(wall_of, blocks=count), [way for way in WAYS if MOST[way] >= count]
-        static, short = (tuple(way for way in kind if way in able) for kind in (STATIC, IN_TIME))
-        made.append(Case(family, f"wall of {count}", make, "stands", carries_all, ways=static))
-        if short:
-            made.append(Case(family, f"wall of {count}, in time", make, "stands", dynamics=shortly, ways=short))
-    return made + [
-        Case(
-            family,
-            f"stack of {count}",
-            partial(stack_of, count=count),
-            "stands",
-            closed_form,
-            settings=UNLUMPED,
-            ways=RIGID[:2],
-        )
-        for count in (1, 10, 100, 1000, 5000)
-    ]
+def tall_stacks() -> list[Case]:
+    """Return stacks of up to 5000 blocks under their own weight."""
+    case = Case("tall stacks", "", stack, "stands", closed_form, settings=UNLUMPED, ways=RIGID[:2])
+    counts = (1, 10, 100, 1000, 5000)
+    return [replace(case, name=f"stack of {count}", make=partial(stack_of, count=count)) for count in counts]
 
 
 # -- movements of every size, and walls without weight ----------------------------------------------------------------
@@ -330,4 +247,4 @@ def weightless() -> list[Case]:
 
 def cases() -> list[Case]:
     """Return all cases."""
-    return proportion() + cracking() + sizes() + movements() + weightless()
+    return proportion() + tall_stacks() + movements() + weightless()

@@ -8,20 +8,29 @@ run at a time. ``--quick`` runs every twentieth.
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
 from studies.benchmarks import cases
-from studies.benchmarks.stress import summary
-from studies.benchmarks.stress.case import WAYS
-from studies.benchmarks.stress.families import all_cases
-from studies.benchmarks.stress.judging import judge
+from studies.benchmarks.stress import collapse, elastic, geometry, in_time, joints, random_scenes, summary
+from studies.benchmarks.stress.case import WAYS, Case
+from studies.benchmarks.stress.checks import judge
 
 KEY = ("family", "case", "way")
 EVERY = 20
 """The quick form runs every twentieth case."""
+
+
+@cache
+def all_cases() -> dict[tuple[str, str], Case]:
+    """Return every case by family and name, in the order of the page."""
+    listed = [case for part in (elastic, joints, collapse, geometry, in_time, random_scenes) for case in part.cases()]
+    found = {(case.family, case.name): case for case in listed}
+    if len(found) != len(listed):
+        raise ValueError("two cases have one name")
+    return found
 
 
 def one(family: str, name: str, way: str) -> dict[str, Any]:

@@ -1,9 +1,8 @@
-"""Errors of every choice against a reference of known error; observed orders."""
+"""Errors of every choice against a reference of known error."""
 
 from __future__ import annotations
 
 import sys
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -39,22 +38,6 @@ MODELS = [
     ("zones", "default size"),
 ]
 """References, the best first; the next two give the error of the first available one."""
-SEQUENCES: dict[str, dict[tuple[str, str], float]] = {
-    "zone size, Lobatto 7 and 3": {("zones", "60 mm"): 60, ("zones", "40 mm"): 40, (FINEST, "30 mm, Lobatto 7"): 30},
-    "increments": {("increments", "80"): 4, (SOLID, "160 increments"): 2, (SOLID, "320 increments"): 1},
-    "explicit ramp": {
-        **{("explicit ramp", n): 1 / float(n) for n in ("1000", "3000")},
-        ("explicit", "default"): 1e-4,
-    },
-    "explicit tolerance": {
-        ("explicit tolerance", "0.01"): 1e-2,
-        ("explicit", "default"): 1e-3,
-        ("explicit tolerance", "0.0001"): 1e-4,
-    },
-    "midpoint contacts": {("contacts", f"midpoint {n}"): 1 / n for n in (3, 5, 9)},
-}
-"""Three refinements of which the order is observed, with their sizes."""
-
 FINE_ENOUGH = 0.01
 
 
@@ -132,49 +115,6 @@ def worst(lines: pd.DataFrame, error: str, limit: float = FINE_ENOUGH) -> pd.Dat
     fair = lines[(lines[f"{error}_floor"] <= limit) & lines[error].notna()]
     grouped = fair.groupby(["scene", "axis", "value"], sort=False)
     return grouped.agg(seconds=("seconds", "first"), worst=(error, "max")).reset_index()
-
-
-def orders(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return observed orders of convergence: for each wall, refinement and quantity, where three differences decrease.
-
-    With values f_1, f_2, f_3 at sizes h_1 > h_2 > h_3 the order p solves
-    (f_1 - f_2)/(f_2 - f_3) = (h_1^p - h_2^p)/(h_2^p - h_3^p).
-    """
-    found = []
-    for scene, own in solved(rows).groupby("scene", sort=False):
-        known = {(r["axis"], r["value"]): r for _, r in own.iterrows()}
-        for name, sequence in SEQUENCES.items():
-            if any(key not in known for key in sequence):
-                continue
-            steps = [known[key] for key in sequence]
-            for quantity in QUANTITIES:
-                at = [values_of(row, quantity)[-1] for row in steps]
-                order = observed_order(at, tuple(sequence.values()), 1e-7 * max(abs(at[-1]), LEAST[quantity]))
-                if np.isfinite(order):
-                    found.append({"scene": scene, "refinement": name, "quantity": quantity, "order": order})
-    return pd.DataFrame(found, columns=["scene", "refinement", "quantity", "order"])
-
-
-def observed_order(values: list[float], sizes: tuple[float, ...], least: float = 0.0) -> float:
-    """Return the order p with which three values converge; NaN if their differences do not shrink, or are rounding.
-
-    Parameters
-    ----------
-    values : list of float
-        At sizes h_1 > h_2 > h_3.
-    sizes : tuple of float
-        h_1, h_2, h_3.
-    least : float
-        Difference that counts as none.
-    """
-    (first, second), (h_1, h_2, h_3) = (a - b for a, b in pairwise(values)), sizes
-    if not (np.isfinite(first) and np.isfinite(second)) or abs(second) <= least or first / second <= 1.0:
-        return float("nan")
-    powers = np.linspace(0.02, 6.0, 600)
-    ratio = (h_1**powers - h_2**powers) / (h_2**powers - h_3**powers)
-    if not ratio[0] <= first / second <= ratio[-1]:
-        return float("nan")
-    return float(np.interp(first / second, ratio, powers))
 
 
 def print_errors(data: Path) -> None:

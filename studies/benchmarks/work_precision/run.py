@@ -19,10 +19,9 @@ from damagepred.pipeline import model_of, solve
 from damagepred.scene import Scene
 from damagepred.study.campaign.warm_up import warm_up
 from studies.benchmarks import cases
-from studies.benchmarks.work_precision.choices import FINEST, Choice, for_scene
+from studies.benchmarks.work_precision.choices import FINEST, Choice, for_scene, scenes
 from studies.benchmarks.work_precision.errors import print_errors
 from studies.benchmarks.work_precision.quantities import QUANTITIES, SHARES, read
-from studies.benchmarks.work_precision.scenes import scenes
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE / "data.csv"

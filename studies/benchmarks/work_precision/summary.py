@@ -9,10 +9,9 @@ import pandas as pd
 from damagepred.archive.files import write_whole
 from damagepred.scene.accuracy import PRESETS
 from studies.benchmarks.pages import markdown
-from studies.benchmarks.work_precision.choices import PRESET
-from studies.benchmarks.work_precision.errors import FINE_ENOUGH, load, orders, with_errors, worst
+from studies.benchmarks.work_precision.choices import PRESET, scenes
+from studies.benchmarks.work_precision.errors import FINE_ENOUGH, load, with_errors, worst
 from studies.benchmarks.work_precision.quantities import QUANTITIES
-from studies.benchmarks.work_precision.scenes import scenes
 
 TITLE = "Error of a wall over computing time"
 
@@ -26,7 +25,7 @@ def headline(folder: Path) -> str:
 
 
 def text(folder: Path) -> str:
-    """Return the accuracy of the default, the fastest choices within 1 %, presets, and orders."""
+    """Return the accuracy of the default, the fastest choices within 1 %, and the presets."""
     rows = load(folder / "data.csv")
     lines = with_errors(rows)
     left = rows[rows["status"] != "complete"]
@@ -41,8 +40,6 @@ def text(folder: Path) -> str:
             "*Presets*: worst error against the finest model, in % of quantities that are known to 1 %, x time "
             "over that of `standard`.",
             markdown(presets(lines)),
-            "*Observed orders of convergence*, over walls and quantities whose last differences decrease.",
-            markdown(observed(rows)),
             f"Paths that did not end regularly: {len(left)} of {len(rows)}{ends}.",
         )
     )
@@ -101,14 +98,6 @@ def presets(lines: pd.DataFrame) -> pd.DataFrame:
         }
         rows.append({"preset": f"{accuracy}, {method.replace('quasi_', 'quasi-')}", **cells})
     return pd.DataFrame(rows).fillna("")
-
-
-def observed(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the median of the observed orders of each refinement, and their range."""
-    found = orders(rows)
-    each = found["order"].round(1).groupby(found["refinement"], sort=False)
-    columns = {"median": "median", "from": "min", "to": "max", "found in": "size"}
-    return each.agg([*columns.values()]).set_axis([*columns], axis=1).reset_index()
 
 
 TOLD = 0.25

@@ -15,9 +15,6 @@ from scipy.optimize import linprog
 from scipy.sparse import block_array, coo_array, csr_array, eye_array, hstack, kron
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
-from damagepred.assembly import Model
-from damagepred.enumerations import ContactState
-from damagepred.solvers import Increment
 
 ENOUGH = 1e-7
 """Missing force that rounding explains, over the mean weight of a block."""
@@ -59,39 +56,6 @@ class Statics(NamedTuple):
     free: BoolArray
     reactions: FloatArray
     weight: float
-
-
-def cannot_stand(model: Model, step: Increment) -> bool:
-    """Return whether no forces keep the wall in equilibrium, with the broken bonds of an increment of its collapse."""
-    face, law, n = model.interfaces, model.properties, model.n_blocks
-    free = np.ones(3 * n, dtype=bool)
-    free[model.supports.prescribed[model.supports.prescribed < free.size]] = False
-    load = model.supports.load + step.load_factor * model.supports.live_load
-    area = face.contact_area
-    whole = (step.state != ContactState.CRACKED) & (law.gap[:, None] == 0.0)
-
-    def carries(intact: np.ndarray, left: np.ndarray) -> np.ndarray:
-        return np.asarray((area * np.where(whole, intact[:, None], left[:, None])).sum(axis=1))
-
-    return out_of_reach(
-        Statics(
-            face.block_a,
-            face.block_b,
-            np.column_stack((face.x, face.y)),
-            np.column_stack((face.normal_x, face.normal_y)),
-            face.length,
-            carries(law.tensile_strength, law.residual_tensile_strength),
-            law.compressive_strength * area.sum(axis=1),
-            carries(law.cohesion, law.residual_cohesion),
-            np.where(whole.any(axis=1), np.maximum(law.friction, law.residual_friction), law.residual_friction),
-            np.column_stack((model.blocks.x, model.blocks.y)),
-            np.sqrt(model.blocks.polar / model.blocks.area),
-            load.reshape(n, 3),
-            free.reshape(n, 3),
-            np.zeros((n, 3, 0)),
-            model.mean_block_weight,
-        )
-    )
 
 
 def out_of_reach(wall: Statics) -> bool:
