@@ -18,14 +18,14 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from studies.benchmarks import results
 from studies.benchmarks.pages import machine, version
-from studies.benchmarks.rooms import HERE, ROOMS, ROOT, SEPARATE, Room, contents, measured, record
+from studies.benchmarks.rooms import HERE, PAGE, ROOMS, ROOT, SEPARATE, Room, contents, measured, record, section, write
 
 PATIENCE = {signal.SIGINT: 30.0, signal.SIGTERM: 10.0, signal.SIGKILL: 10.0}
 """Signals that end a benchmark, and the time limit of each (s)."""
@@ -110,6 +110,17 @@ def measure(room: Room, minutes: float | None = None) -> int:
     return 1 if code is None else code
 
 
+def quick(room: Room) -> int | None:
+    """Run the small form of a benchmark, which changes no data, and print the section that it writes."""
+    say(f"== {room.name}, small form: python {' '.join(room.quick)}")
+    if room.name in SEPARATE:
+        return command(room.quick)
+    with tempfile.TemporaryDirectory() as folder:
+        code = command([*room.quick, "--output", folder])
+        say(section(room, Path(folder)))
+    return code
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Read the command line, measure, write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -123,7 +134,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     rooms, began, codes = [ROOMS[name] for name in ROOMS if name in options.rooms], time.monotonic(), {}
     if options.from_data:
-        results.write()
+        write()
         return 0
     for kind in (signal.SIGINT, signal.SIGTERM):  # a shell that runs this in the background ignores the first
         signal.signal(kind, signal.default_int_handler)
@@ -134,8 +145,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         for room in rooms:
             if options.quick:
-                say(f"== {room.name}, small form: python {' '.join(room.quick)}")
-                codes[room.name] = command(room.quick)
+                codes[room.name] = quick(room)
             else:
                 left = options.limit - (time.monotonic() - began) / 60
                 codes[room.name] = measure(room, max(min(SLACK * room.minutes, left), 0.0))
@@ -143,8 +153,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         say("stopped" + ("" if options.quick else "; the same command resumes" + ", without --anew" * options.anew))
         return 130
     if not options.quick:
-        results.write()
-        say(f"written: {results.PAGE.relative_to(ROOT)}")
+        write()
+        say(f"written: {PAGE.relative_to(ROOT)}")
     failed = [f"{name} ({code})" for name, code in codes.items() if code]
     if failed:
         say(f"not complete: {', '.join(failed)}; the same command resumes" + ", without --anew" * options.anew)

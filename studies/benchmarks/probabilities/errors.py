@@ -58,9 +58,10 @@ def write(into: Path, folder: Path, sets: dict[str, list[str]]) -> None:
     """Read all sets; write data.csv (errors of sampling), floors.csv (of the model) and costs.csv."""
     rows: list[Row] = []
     floors: list[Row] = []
-    spent, subset, done = (pd.read_csv(folder / f"{name}.csv") for name in ("costs", "subset", "sets"))
+    subset, done = (pd.read_csv(folder / f"{name}.csv") for name in ("subset", "sets"))
+    spent = done[["wall", "set"]].assign(mean=done["seconds"] / done["walls"])
     for wall, names in sets.items():
-        cost = spent[spent["wall"] == wall].set_index("form")["mean"]
+        cost = spent[spent["wall"] == wall].set_index("set")["mean"]
         banks = {name: walls.read(walls.file_of(folder, wall, name)) for name in names}
         rows += [{"wall": wall, **row} for row in curve_rows(banks, cost)]
         floors += [{"wall": wall, **row} for row in floors_of(wall, banks)]
@@ -126,7 +127,7 @@ def combined(values: Sequence[float], errors: Sequence[float]) -> Truth:
 
 def curve_rows(banks: dict[str, Bank], cost: pd.Series) -> list[Row]:
     """Return errors of the median."""
-    first, random, rows, path = banks["random"], np.random.default_rng(1), [], cost["path"]
+    first, random, rows, path = banks["random"], np.random.default_rng(1), [], cost["random"]
     truth, own = _truth(banks, random), Truth(median(first.lower[0], first.upper[0]), np.nan)
     for n in powers(8, first.lower.size // 2):
         found = np.array([_drawn(first, n, random) for _ in range(DRAWS)])
@@ -184,13 +185,13 @@ def rare_rows(wall: str, banks: dict[str, Bank], cost: pd.Series, subset: pd.Dat
     question, rows = Question("small probability", walls.RARE_AT[wall]), []
     truth = rare_truth(banks, subset)
     for n in powers(64, 1 << 14):
-        row = row_of(question, "random", n, n * cost["short path"], np.full(2, truth.value), truth)
+        row = row_of(question, "random", n, n * cost["rare random"], np.full(2, truth.value), truth)
         exact = np.sqrt((1 - truth.value) / (truth.value * n))
         rows.append(row | {"error": exact, "lower": np.nan, "upper": np.nan, "runs": 0})
     for name, method, form in (
-        ("rare sobol", "Sobol", "short path"),
-        ("importance", "importance", "short path, shifted"),
-        ("importance sobol", "importance, Sobol", "short path, shifted"),
+        ("rare sobol", "Sobol", "rare random"),
+        ("importance", "importance", "importance"),
+        ("importance sobol", "importance, Sobol", "importance"),
     ):
         for n in powers(64 if name == "rare sobol" else 16, banks[name].lower.shape[1]) if name in banks else []:
             found = probability(banks[name], question.at)[:, :n].mean(axis=1)

@@ -46,9 +46,9 @@ def text(folder: Path) -> str:
     said = "Processor time to a relative error, interpolated between numbers of walls; `<`, `>`: reached with the "
     said += "smallest number, or not with the largest."
     costs, floors = (pd.read_csv(folder / name) for name in ("costs.csv", "floors.csv"))
-    spent = costs.assign(mean=1e3 * costs["mean"]).pivot_table(index="form", columns="wall", values="mean", sort=False)
+    spent = costs.assign(mean=1e3 * costs["mean"]).pivot_table(index="set", columns="wall", values="mean", sort=False)
     percent = {"difference %": 100 * floors["difference"], "its standard error %": 100 * floors["error"]}
-    parts = [said, markdown(pd.DataFrame(rows)), "Time of a wall, ms:", markdown(spent.reset_index())]
+    parts = [said, markdown(pd.DataFrame(rows)), "Time of a wall of each set, ms:", markdown(spent.reset_index())]
     parts += ["Errors of the median that do not decrease with the number of walls:"]
     parts += [markdown(floors.assign(**percent)[["wall", "what", *percent]])]
     return "\n\n".join(parts)

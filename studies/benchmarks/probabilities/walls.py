@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import time
 import tomllib
-from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -145,12 +143,12 @@ def planned(wall: str, plan: Plan) -> StudySettings:
     return replace(settings, study=how)
 
 
-def solver_of(wall: str, plan: Plan, settings: StudySettings) -> Callable[[int], tuple[float, float]]:
-    """Return a function of a wall's number: movements between which it reaches the category; NaN if it failed."""
+def solved(wall: str, plan: Plan, settings: StudySettings) -> FloatArray:
+    """Return for each wall the movements between which it reaches the category, NaN if it failed; and its weight."""
     design, at = settings.design(), RARE_AT[wall]
-    drawn = design.wall_values(plan.walls)
+    drawn, weight = design.wall_values(plan.walls), design.weights(plan.walls)
 
-    def solved(number: int) -> tuple[float, float]:
+    def interval(number: int) -> tuple[float, float]:
         values = {place: float(each[number]) for place, each in drawn.items()}
         if plan.rare:  # only whether it does so by the small movement
             found = margin(*sampled_wall(settings, design, number, values), Question(CATEGORY, at, 1.0))
@@ -162,24 +160,18 @@ def solver_of(wall: str, plan: Plan, settings: StudySettings) -> Callable[[int],
         reached = np.flatnonzero(result.columns["damage_category"].values[0] >= CATEGORY)
         return (moved[reached[0] - 1], moved[reached[0]]) if len(reached) else (moved[-1], np.inf)
 
-    return solved
+    found = np.array([interval(number) for number in range(plan.walls)])
+    return np.array([*found.T, np.ones(plan.walls) if weight is None else weight])
 
 
 def solve(folder: Path, quick: bool, wall: str, name: str) -> dict[str, Any]:
     """Solve a set and write its file; return the number of walls and the time (s)."""
     plan = next(p for p in plans(wall, quick) if p.name == name)
     began, settings = time.process_time(), planned(wall, plan)
-    kept = np.zeros((3, plan.replicates, plan.walls))
-    for replicate in range(plan.replicates):
-        # a replicate's seed does not depend on their number
-        own = replace(settings, study=replace(settings.study, seed=settings.study.seed + 1000 * replicate))
-        solved, weight = solver_of(wall, plan, own), own.design().weights(plan.walls)
-        for number in range(plan.walls):
-            try:
-                found = solved(number)
-            except ArithmeticError:
-                found = np.nan, np.nan
-            kept[:, replicate, number] = *found, 1.0 if weight is None else weight[number]
+    # a replicate's seed does not depend on their number
+    seeds = [settings.study.seed + 1000 * replicate for replicate in range(plan.replicates)]
+    sets = [solved(wall, plan, replace(settings, study=replace(settings.study, seed=seed))) for seed in seeds]
+    kept = np.stack(sets, axis=1)
 
     def write(path: Path) -> None:
         with path.open("wb") as stream:
@@ -204,16 +196,10 @@ def read(file: Path) -> Bank:
     return Bank(np.where(failed, 0.0, lower), np.where(failed, np.inf, upper), weight)
 
 
-@cache
-def to_question(wall: str) -> tuple[StudySettings, Question]:
-    """Return a study whose paths go beyond the small movement, so that a margin is known; and its question."""
-    question = Question(CATEGORY, RARE_AT[wall])
-    return study_for_limit_state(rare_settings(wall), question), question
-
-
 def subset(wall: str, level: int, run: int) -> dict[str, Any]:
     """Estimate the small probability once, by subset simulation."""
-    settings, question = to_question(wall)
+    question = Question(CATEGORY, RARE_AT[wall])
+    settings = study_for_limit_state(rare_settings(wall), question)  # paths go on, so that a margin is known
     design = settings.design()
 
     def limit_state(z: np.ndarray, numbers: np.ndarray) -> np.ndarray:

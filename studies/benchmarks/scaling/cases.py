@@ -8,7 +8,7 @@ from itertools import zip_longest
 from typing import NamedTuple
 
 from damagepred.scene import BlockMaterial, Scene, Solver
-from studies.benchmarks.skips.scenes import bryant, part_of_test
+from studies.benchmarks.skips.skips import bryant, part_of_test
 
 ALIKE = 200
 """Blocks of the wall of which contacts, zones or increments grow."""

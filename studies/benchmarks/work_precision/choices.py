@@ -1,4 +1,4 @@
-"""The walls, and every choice that changes how a wall is solved, one at a time from the defaults; and the references."""
+"""The walls; every choice that changes how a wall is solved, one at a time from the defaults; and the references."""
 
 from __future__ import annotations
 
