@@ -157,4 +157,4 @@ if __name__ == "__main__":
     case, _, _, path = read_case()
     runs = [solved(case, level) for level in case["levels"]]
     times = [run["seconds"] if run.pop("settles") else None for run in runs]
-    answer(path, **runs[-1], settled={"seconds": times}, version=ops.version())
+    answer(path, **runs[-1], settled=times, version=ops.version())

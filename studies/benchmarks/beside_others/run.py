@@ -12,6 +12,7 @@ import itertools
 import json
 import os
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -149,8 +150,8 @@ def other(solver: str, case: Case, settings: Found) -> Found:
         if not answer.exists():
             words = done.stderr.decode(errors="replace").strip().splitlines() or [f"exit code {done.returncode}"]
             return {"note": words[-1][:200]}
-        found = json.loads(answer.read_text(encoding="utf-8"))
-    return found | ({"settled": found["settled"]["seconds"]} if "settled" in found else {})
+        found: Found = json.loads(answer.read_text(encoding="utf-8"))
+        return found
 
 
 def own(solver: str, case: Case, settings: Found) -> Found:
@@ -193,14 +194,16 @@ def main(arguments: list[str] | None = None) -> None:
     ]
     file = options.output / "runs.csv"
     left = {key[2] for key in keys if key not in campaign.keys_in(file, summary.KEY)}
-    for solver in left & set(environments.SOLVERS):
-        environments.make_ready(solver, folder())
+    absent = {solver for solver in left & set(environments.SOLVERS) if not environments.made(solver, folder())}
 
     def ready() -> None:
         for solver, name in itertools.product(left & set(OURS), CASES):
             own(solver, dry_wall(name, "5x6"), {})
 
+    keys = [key for key in keys if key[2] not in absent]
     campaign.run(keys, summary.KEY, one, lost, file, options.limit, digits=6, before=ready)
+    if absent:
+        sys.exit(f"not installed, and not measured: {', '.join(sorted(absent))}")
 
 
 if __name__ == "__main__":

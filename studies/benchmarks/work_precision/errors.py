@@ -12,20 +12,6 @@ from damagepred.arrays import FloatArray
 from studies.benchmarks.work_precision.choices import FINEST, SOLID, choices
 from studies.benchmarks.work_precision.quantities import QUANTITIES, SHARES
 
-LEAST = {
-    "dpc_opening": 1e-4,
-    "separation_length": 0.1,
-    "crack_width": 1e-4,
-    "base_crack_width": 1e-4,
-    "window": 1e-4,
-    "window_diagonal": 1e-4,
-    "first_crack": 1e-4,
-    "category": 1.0,
-    "base_reaction": 1.0,
-    "block_tension": 1e4,
-    "block_compression": 1e4,
-}
-"""Errors are shares of the reference, or of this where it is larger (SI): a hairline crack, 0.1 m, 0.01 MPa."""
 SOLUTIONS = [(SOLID, "320 increments"), (SOLID, "160 increments")]
 MODELS = [
     (FINEST, "30 mm, Lobatto 7"),
@@ -58,16 +44,16 @@ def values_of(row: pd.Series, quantity: str) -> FloatArray:
 def difference(one: pd.Series, other: pd.Series, quantity: str) -> float:
     """Return the error of a path against a reference, as a share of its largest value; NaN where neither has it.
 
-    Neither has a quantity of which both stay below ``LEAST``: a wall without a crack has no crack width. If only one of
-    them has a crack, the difference is its width.
+    Neither has a quantity of which both stay below its smallest value: a wall without a crack has no crack width. If
+    only one of them has a crack, the difference is its width.
     """
-    a, b = values_of(one, quantity), values_of(other, quantity)
+    a, b, least = values_of(one, quantity), values_of(other, quantity), QUANTITIES[quantity].least
     if quantity == "first_crack" and np.isnan(a[-1]) != np.isnan(b[-1]):
         return 1.0
     both = np.isfinite(a) & np.isfinite(b)
-    if not both.any() or max(np.abs(a[both]).max(), np.abs(b[both]).max()) < LEAST[quantity]:
+    if not both.any() or max(np.abs(a[both]).max(), np.abs(b[both]).max()) < least:
         return float("nan")
-    return float(np.abs(a - b)[both].max()) / max(float(np.abs(b[both]).max()), LEAST[quantity])
+    return float(np.abs(a - b)[both].max()) / max(float(np.abs(b[both]).max()), least)
 
 
 def solved(rows: pd.DataFrame) -> pd.DataFrame:

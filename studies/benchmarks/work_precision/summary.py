@@ -14,6 +14,7 @@ from studies.benchmarks.work_precision.errors import FINE_ENOUGH, load, with_err
 from studies.benchmarks.work_precision.quantities import QUANTITIES
 
 TITLE = "Error of a wall over computing time"
+WORDS = {name: quantity.words for name, quantity in QUANTITIES.items()}
 
 
 def headline(folder: Path) -> str:
@@ -61,7 +62,7 @@ def both(lines: pd.DataFrame) -> pd.DataFrame:
         return [f"{percent(e)} ({percent(f)})" if e == e and f > FINE_ENOUGH else percent(e) for e, f in pairs]
 
     told = [f"{a or '-'} / {b or '-'}" if a or b else "" for a, b in zip(cells("solution"), cells("model"))]
-    own = own.assign(cell=told, quantity=own["quantity"].map(QUANTITIES))
+    own = own.assign(cell=told, quantity=own["quantity"].map(WORDS))
     found = own.pivot_table(index=["scene", "seconds"], columns="quantity", values="cell", aggfunc="first", sort=False)
     return found.rename_axis(index=["wall", "time, s"], columns=None).reset_index().fillna("")
 
@@ -128,7 +129,7 @@ def preset_errors(lines: pd.DataFrame) -> pd.DataFrame:
             "wall": rows["scene"].str.replace(",", ""),
             "dpc": [int(wall.dpc is not None) for wall in walls],
             "opening": [int(bool(wall.opening)) for wall in walls],
-            "quantity": rows["quantity"].map(QUANTITIES),
+            "quantity": rows["quantity"].map(WORDS),
             "error": rows["model"].map("{:.3g}".format),
             "floor": rows["model_floor"].map("{:.3g}".format),
             "times": (rows["seconds"] / rows["usual"]).map("{:.3g}".format),
