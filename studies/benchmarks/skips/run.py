@@ -12,21 +12,25 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache, partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model, wall_model
 from damagepred.enumerations import ContactState
 from damagepred.errors import SolverError
 from damagepred.pipeline import Step, dynamic_run, follow, gauges, model_of
+from damagepred.scene import Scene
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.study import Study
 from damagepred.study.settings import StudySettings
-from studies.benchmarks import cases
-from studies.benchmarks.skips.skips import DATA, SCENES, SKIPS, Known, Skip, smaller
+from studies.benchmarks import cases, walls
 
+HERE = Path(__file__).resolve().parent
+SKIPS, WALLS = (walls.read(HERE / name) for name in ("skips.toml", "walls.toml"))
 QUICK = ("condense", "half", "elastic start", "stop", "shared")
 """Skips of the quick form: none needs extra compiling."""
 ROUNDS = 2
@@ -35,6 +39,7 @@ REPEATS, ENOUGH = 5, 2.0
 machine only makes runs slower."""
 
 Row = dict[str, Any]
+Fields = dict[str, FloatArray] | None
 WAYS = ("on", "off")
 
 
@@ -59,16 +64,28 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
     return time.process_time() - began, found
 
 
-def run(known: Known, skip: Skip, way: str) -> Ran:
+def known(wall: str, small: bool) -> tuple[Scene, Fields]:
+    """Return a wall, or a few of its bricks, and the values of its joints where they differ."""
+    scene, fields = walls.scene(WALLS.get(wall, WALLS["no dpc"])), None
+    if wall == "random joints":  # sampled as in a study
+        tables = walls.read(walls.DATA / "bryant_study.toml")
+        for place in ("movement.central_deflection", "dpc.friction"):
+            del tables["variables"][place]
+        scene, fields = Study(StudySettings.from_dict({**tables, "scene": scene.to_dict()})).sample(0, 1)
+    if not small:
+        return scene, fields
+    scene = walls.part_of_test(replace(scene, opening=()), 1.44, 0.45)
+    return walls.changed(scene, {"movement": {"increments": 4}}), None
+
+
+def run(wall: tuple[Scene, Fields], name: str, way: str) -> Ran:
     """Assemble and solve a wall with a skip or without."""
-    scene = (skip.on if way == "on" else skip.off)(known.scene)
-    blocks: Any = "deformable" if scene.solver.blocks == "auto" else scene.solver.blocks
-    # geometry is computed once for all samples
-    model_of(replace(scene, solver=replace(scene.solver, blocks=blocks)), known.fields)
+    scene, fields = walls.changed(wall[0], SKIPS[name].get(way, {})), wall[1]
+    model_of(scene, fields)  # geometry is computed once for all samples
     began, steps, end = time.process_time(), [], "complete"
-    model = model_of(scene, known.fields)
+    model = model_of(scene, fields)
     try:
-        for step in path(model, scene, way == "on" or skip.elastic_start):
+        for step in path(model, scene, way == "on" if name == "elastic start" else None):
             steps.append(step)
             end = "collapsed" if step.collapsed else "complete"
     except SolverError as error:
@@ -76,31 +93,31 @@ def run(known: Known, skip: Skip, way: str) -> Ran:
     return Ran(model, steps, time.process_time() - began, end)
 
 
-def path(model: Model, scene: Any, elastic_start: bool) -> Iterator[Increment]:
-    """Return the path of a wall, or its run in time."""
+def path(model: Model, scene: Scene, elastic_start: bool | None) -> Iterator[Increment]:
+    """Return the path of a wall, or its run in time; or the explicit one, from the elastic solution or from nothing."""
     if scene.dynamics is not None:
         return iter(dynamic_run(model, scene.solver, scene.dynamics))
-    if not elastic_start:
-        return explicit_path(model, scene.solver, scene.movement.increments, elastic_start=False)
+    if elastic_start is not None:
+        return explicit_path(model, scene.solver, scene.movement.increments, elastic_start=elastic_start)
     return solve_path(model, scene.solver, scene.movement.increments)
 
 
-def compare(known: Known, skip: Skip, number: int) -> Row:
+def compare(wall: tuple[Scene, Fields], name: str, number: int) -> Row:
     """Return the time of a wall with a skip and without, and the largest differences over all increments."""
-    ran = {way: run(known, skip, way) for way in alternate(number)}
+    ran = {way: run(wall, name, way) for way in alternate(number)}
     seconds = {way: [one.seconds] for way, one in ran.items()}
     while len(seconds["on"]) < REPEATS and sum(map(sum, seconds.values())) < ENOUGH:
         for way in alternate(number):
-            seconds[way].append(run(known, skip, way).seconds)
+            seconds[way].append(run(wall, name, way).seconds)
     row: Row = {}
     for way in WAYS:
         steps = ran[way].steps
         row |= {f"seconds_{way}": min(seconds[way]), f"end_{way}": ran[way].end}
         row[f"steps_{way}"] = sum(s.counters.newton_iterations + s.counters.cycles for s in steps)
-    return row | differences(known, ran["on"], ran["off"])
+    return row | differences(wall[0], ran["on"], ran["off"])
 
 
-def differences(known: Known, on: Ran, off: Ran) -> Row:
+def differences(scene: Scene, on: Ran, off: Ran) -> Row:
     """Return the largest differences over all increments that both reached, and contacts that cracked otherwise."""
     same = on.model.interfaces.contact_area.shape == off.model.interfaces.contact_area.shape
     bricks = min(on.model.n_blocks, off.model.n_blocks)
@@ -111,7 +128,7 @@ def differences(known: Known, on: Ran, off: Ran) -> Row:
         if same:
             cracked = [step.state == ContactState.CRACKED for step in pair]
             otherwise = max(otherwise, int((cracked[0] != cracked[1]).sum()))
-    sideways, upwards = moved / known.scene.movement.central_deflection
+    sideways, upwards = moved / scene.movement.central_deflection
     return {"sideways": sideways, "upwards": upwards, "otherwise": otherwise if same else np.nan}
 
 
@@ -124,12 +141,12 @@ STOP_AT = 3
 
 def window_walls(quick: bool) -> Study:
     """Return the study of the test wall with a window, or that of a wall of four bricks by six courses."""
-    return Study(small_walls() if quick else StudySettings.from_toml(DATA / "bryant_study.toml"))
+    return Study(small_walls() if quick else StudySettings.from_toml(walls.DATA / "bryant_study.toml"))
 
 
 def small_walls() -> StudySettings:
     """Return the study of a wall of four bricks by six courses."""
-    settings = StudySettings.from_toml(DATA.parent / "studies" / "durability" / "small.toml")
+    settings = StudySettings.from_toml(walls.DATA.parent / "studies" / "durability" / "small.toml")
     small = replace(settings.scene.wall, length=0.96, height=0.45)
     return replace(settings, scene=replace(settings.scene, wall=small))
 
@@ -193,8 +210,7 @@ def measure(name: str, wall: str, number: int, small: bool) -> Row:
     """Measure a skip on a wall, or on a few of its bricks."""
     if name in PARTS:
         return PARTS[name][-1](number, small)
-    known = SCENES[wall]()
-    return compare(smaller(known) if small else known, SKIPS[name], number)
+    return compare(known(wall, small), name, number)
 
 
 @cache
@@ -217,14 +233,14 @@ def lost(_: tuple[Any, ...], message: str) -> dict[str, Any]:
 def main() -> None:
     """Measure the cases of the command line."""
     options = cases.options(__doc__, __file__, (*SKIPS, *PARTS), 120.0)
-    quick, walls = options.quick, {name: skip.scenes for name, skip in SKIPS.items()}
-    walls |= {name: (part[2],) for name, part in PARTS.items()}
-    only = options.only or (QUICK if quick else walls)
+    quick, measured_on = options.quick, {name: skip["walls"] for name, skip in SKIPS.items()}
+    measured_on |= {name: [part[2]] for name, part in PARTS.items()}
+    only = options.only or (QUICK if quick else measured_on)
     keys = [
         (name, wall, number)
         for number in range(1, 2 if quick else ROUNDS + 1)
         for name in only
-        for wall in walls[name][: 1 if quick else None]
+        for wall in measured_on[name][: 1 if quick else None]
     ]
     file = options.output / "data.csv"
     cases.run(keys, ("skip", "wall", "round"), partial(one, quick), lost, file, options.limit)

@@ -7,8 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from studies.benchmarks.pages import markdown
-from studies.benchmarks.skips.run import PARTS
-from studies.benchmarks.skips.skips import NOT_TURNED_OFF, SKIPS
+from studies.benchmarks.skips.run import PARTS, SKIPS
 
 TITLE = "Time saved and differences made by skipped computations"
 CHANGES = ["upwards", "sideways", "otherwise"]
@@ -32,7 +31,7 @@ def headline(folder: Path) -> str:
 def text(folder: Path) -> str:
     """Return for each skip and wall the ratio of times and the differences; and the unmeasured skips."""
     found = medians(pd.read_csv(folder / "data.csv"))
-    known = {name: skip[0] for name, skip in (SKIPS | PARTS).items()}
+    known = {name: skip["what"] for name, skip in SKIPS.items()} | {name: part[0] for name, part in PARTS.items()}
 
     def joined(values: pd.Series, form: str) -> str:
         return "; ".join("" if v != v else format(v, form) if v else "0" for v in values).strip("; ")
@@ -51,8 +50,6 @@ def text(folder: Path) -> str:
         f"Runs with and without alternate, {found['rounds'].min()} to {found['rounds'].max()} times each; walls are in "
         "the same order in each column.",
         markdown(pd.DataFrame(lines)),
-        "Also skipped, but not measured here:",
-        "\n".join(f"- {what}: {why}" for what, why in NOT_TURNED_OFF.items()),
     ]
     missing = [f"- {what} ({name})" for name, what in known.items() if name not in set(found["skip"])]
     return "\n\n".join(parts + (["Not measured yet:", "\n".join(missing)] if missing else []))

@@ -4,37 +4,22 @@ from __future__ import annotations
 
 import itertools
 from functools import partial
+from pathlib import Path
 
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Movement, Scene, Wall
+from studies.benchmarks import walls
 from studies.benchmarks.stress.case import RIGID, WAYS, Case
 
 FOOT = Wall(length=1.2, height=0.6, block_length=0.24, block_height=0.1)
-ODD: dict[str, tuple[float, float, float, dict[str, float]]] = {
-    "cohesion alone": (0.0, 1e5, 0.5, {}),
-    "tension alone, cut at the apex": (1e5, 0.0, 0.5, {}),
-    "tension alone, no friction": (1e5, 0.0, 0.0, {}),
-    "strength is all left by a crack": (1e4, 1e4, 0.5, {"residual_tensile_strength": 1e4, "residual_cohesion": 1e4}),
-    "hardly any fracture energy": (1e5, 1e5, 0.5, {"fracture_energy": 1e-12}),
-    "endless fracture energy": (1e4, 1e4, 0.5, {"fracture_energy": 1e9}),
-    "both bonds wear": (1e5, 1e5, 0.5, {"fracture_energy": 10.0, "shear_fracture_energy": 100.0}),
-    "brittle shear": (1e5, 1e5, 0.5, {"brittle_shear": True}),
-    "dilation as much as friction": (1e4, 1e4, 0.5, {"dilation": 0.5}),
-    "friction grows when it cracks": (1e4, 1e4, 0.2, {"residual_friction": 2.0}),
-    "crushed at once": (1e4, 1e4, 0.5, {"compressive_strength": 1e3}),
-    "crushed a little": (1e4, 1e4, 0.5, {"compressive_strength": 3e4}),
-    "soft, k_n = 1e3 Pa/m": (1e4, 1e4, 0.5, {"normal_stiffness": 1e3, "shear_stiffness": 1e3}),
-    "stiff, k_n = 1e16 Pa/m": (1e4, 1e4, 0.5, {"normal_stiffness": 1e16, "shear_stiffness": 1e16}),
-    "k_s = 1e-6 k_n": (1e4, 1e4, 0.5, {"shear_stiffness": 82e3}),
-    "k_s = 1e6 k_n": (1e4, 1e4, 0.5, {"normal_stiffness": 36e3}),
-}
-"""Unusual laws: tensile strength and cohesion (Pa), friction, other keys of ``[joint]``."""
+ODD = walls.read(Path(__file__).with_name("laws.toml"))
+"""Unusual laws: keys of ``[joint]``."""
 
 
-def wall(_: bool, strength: float, cohesion: float, friction: float, law: dict[str, float]) -> Scene:
+def wall(_: bool, law: dict[str, float]) -> Scene:
     """Return a small wall in dishing of 1 mm."""
-    joint = Joint(tensile_strength=strength, cohesion=cohesion, friction=friction, **law)  # type: ignore[arg-type]
+    joint = Joint(**{"tensile_strength": 1e4, "cohesion": 1e4, "friction": 0.5} | law)  # type: ignore[arg-type]
     return Scene(wall=FOOT, joint=joint, movement=Movement(central_deflection=1e-3, increments=4))
 
 
@@ -46,14 +31,13 @@ def moved(_: Model) -> Dynamics:
 def strengths() -> list[Case]:
     """Return the wall with joints of every strength and friction, and of unusual laws."""
     plain = {
-        f"f_t = C = {f_t:g} Pa, mu = {mu:g}": (f_t, f_t, mu, {})
+        f"f_t = C = {f_t:g} Pa, mu = {mu:g}": {"tensile_strength": f_t, "cohesion": f_t, "friction": mu}
         for f_t, mu in itertools.product((0.0, 1.0, 1e3, 1e4, 1e5, 1e6, 1e9, 1e15), (0.0, 0.5, 2.0))
     }
     made = []
-    for name, (f_t, cohesion, mu, law) in (plain | ODD).items():
-        make = partial(wall, strength=f_t, cohesion=cohesion, friction=mu, law=law)
-        ways = WAYS if name in ODD or mu == 0.5 else RIGID
-        made.append(Case("strengths", name, make, increments=4, dynamics=moved, ways=ways))
+    for name, law in (plain | ODD).items():
+        ways = WAYS if name in ODD or law["friction"] == 0.5 else RIGID
+        made.append(Case("strengths", name, partial(wall, law=law), increments=4, dynamics=moved, ways=ways))
     return made
 
 
