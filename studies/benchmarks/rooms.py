@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import shlex
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
@@ -13,6 +14,7 @@ import pandas as pd
 
 from damagepred.archive.files import write_whole
 from studies.benchmarks.pages import markdown
+from studies.benchmarks.walls import read
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -21,7 +23,7 @@ MEASURED = HERE / "measured.csv"
 
 
 class Room(NamedTuple):
-    """A benchmark with its folder, whose ``summary.py`` summarises the data.
+    """A benchmark with its folder, whose ``summary.py`` summarises the data; ``rooms.toml`` has them all.
 
     Attributes
     ----------
@@ -30,22 +32,22 @@ class Room(NamedTuple):
     question : str
         What it answers.
     minutes : float
-        Expected time of a whole measurement on two cores, from recorded times of its cases.
-    command, quick : list of str
-        Command, after ``python``, and its small form, which does not change the data.
+        Expected time of a whole measurement.
+    data : list of str
+        Files and folders of its data.
     folder : Path
         Of its data and its page.
-    data : tuple of str
-        Files and folders of its data.
+    command, quick : list of str
+        Command, after ``python``, and its small form, which does not change the data.
     """
 
     name: str
     question: str
     minutes: float
+    data: list[str]
+    folder: Path
     command: list[str]
     quick: list[str]
-    folder: Path
-    data: tuple[str, ...]
 
     @property
     def shell(self) -> str:
@@ -53,32 +55,14 @@ class Room(NamedTuple):
         return shlex.join(["python", *self.command]).replace("'", '"')
 
 
-def _room(name: str, question: str, minutes: float, data: str = "data.csv") -> Room:
-    script = f"studies/benchmarks/{name}/run.py"
-    return Room(name, question, minutes, [script], [script, "--quick"], HERE / name, tuple(data.split()))
+def _rooms() -> Iterator[Room]:
+    for name, table in read(HERE / "rooms.toml").items():
+        script = f"studies/benchmarks/{name}/run.py"
+        known = {"folder": f"studies/benchmarks/{name}", "command": [script], "quick": [script, "--quick"], **table}
+        yield Room(name, **known | {"folder": ROOT / known["folder"]})
 
 
-GATE = ["-m", "pytest", "tests/regressions"]
-ROOMS = {
-    room.name: room
-    for room in (
-        _room("work_precision", "error of a wall over computing time", 21),
-        _room("probabilities", "seconds to an error of a probability", 7, "data.csv floors.csv costs.csv results"),
-        _room("stress", "robustness with extreme input", 10, "cases.csv"),
-        _room("scaling", "growth with the size of a wall", 10),
-        _room("skips", "time saved by each skipped computation", 4),
-        Room(
-            "regressions",
-            "time of kernels and of a user's commands",
-            6,
-            [*GATE, "-m", "benchmark or not benchmark", "--renew-baseline"],
-            [*GATE, "-k", "archive"],
-            ROOT / "tests" / "regressions",
-            ("baseline.json",),
-        ),
-        _room("beside_others", "time relative to other solvers", 12, "runs.csv"),
-    )
-}
+ROOMS = {room.name: room for room in _rooms()}
 """All, in the order of the page."""
 SEPARATE = ("regressions",)
 """Benchmarks whose data are never moved aside: every call measures all of its figures, and tests read them."""

@@ -106,7 +106,7 @@ def toy(ours: dict[str, ModuleType], tmp_path: Path, monkeypatch: pytest.MonkeyP
     (tmp_path / "toy.py").write_text(TOY)
     monkeypatch.setattr(ours["rooms"], "MEASURED", tmp_path / "measured.csv")
     call = [str(tmp_path / "toy.py"), "0", "0"]
-    return ours["rooms"].Room("toy", "how many rows", 1.0, call, call, tmp_path, ("data.csv",))
+    return ours["rooms"].Room("toy", "how many rows", 1.0, ["data.csv"], tmp_path, call, call)
 
 
 def test_measurements_are_recorded(

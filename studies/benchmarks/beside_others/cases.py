@@ -14,31 +14,21 @@ A case is a dictionary that can be written as JSON, because the other solvers ru
 from __future__ import annotations
 
 import itertools
+from pathlib import Path
 from typing import Any
+
+from studies.benchmarks import walls
 
 Case = dict[str, Any]
 
-LENGTH, HEIGHT = 0.24, 0.075  # of a brick (m), as in the paper's wall
-SIZES = {"5x6": (5, 6), "10x12": (10, 12), "25x28": (25, 28)}
-"""Bricks in a course, and courses; every other course has a half brick at either end."""
+DATA = walls.read(Path(__file__).with_name("walls.toml"))
+LENGTH, HEIGHT = DATA["brick"].values()
+LEVELS: list[float] = DATA["levels"]
+SIZES: dict[str, list[int]] = DATA["sizes"]
 CASES = ("settling", "gap")
 """Under its own weight; where the ground drops under its middle."""
-DROPPED = {"5x6": 3, "10x12": 4, "25x28": 9}
-"""Bricks of the lowest course under whose middle the ground drops."""
 GAP, DEPTH, DROP = 2e-3, 0.2, 8e-3
-LEVELS = (1e-1, 1e-2, 1e-3, 1e-4)
-
-MATERIAL: Case = {
-    "thickness": 0.11,
-    "density": 2000.0,
-    "gravity": 9.81,
-    "friction": 0.75,
-    "elastic_modulus": 9000e6,
-    "poisson_ratio": 0.19,
-    "normal_stiffness": 82e9,
-    "shear_stiffness": 36e9,
-}
-"""The paper's brick and joint, without bond."""
+"""Between pieces of ground, their depth, and how far one drops (m)."""
 
 
 def box(left: float, bottom: float, right: float, top: float) -> list[list[float]]:
@@ -58,11 +48,11 @@ def running_bond(units: int, courses: int) -> list[list[list[float]]]:
 
 def dry_wall(name: str, size: str) -> Case:
     """Return a case; the ground of "gap" drops under the middle of the wall, so that it has to arch."""
-    units, courses = SIZES[size]
+    units, courses, dropped = SIZES[size]
     ground, moves = [(-LENGTH, (units + 1) * LENGTH)], name == "gap"
     if moves:
-        left = (units - DROPPED[size]) // 2 * LENGTH
-        right, half = left + DROPPED[size] * LENGTH, GAP / 2
+        left = (units - dropped) // 2 * LENGTH
+        right, half = left + dropped * LENGTH, GAP / 2
         ground = [(-LENGTH, left - half), (left + half, right - half), (right + half, (units + 1) * LENGTH)]
     return {
         "name": name,
@@ -72,6 +62,6 @@ def dry_wall(name: str, size: str) -> Case:
         "drop": [0.0, DROP, 0.0] if moves else [0.0],
         "drop_from": 0.25 * moves,
         "drop_until": 0.5 * moves,
-        "levels": list(LEVELS),
-        **MATERIAL,
+        "levels": LEVELS,
+        **DATA["material"],
     }

@@ -27,7 +27,7 @@ from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
 from studies.benchmarks import cases as campaign
 from studies.benchmarks.beside_others import environments, summary
-from studies.benchmarks.beside_others.cases import CASES, SIZES, Case, dry_wall
+from studies.benchmarks.beside_others.cases import CASES, DATA, SIZES, Case, dry_wall
 from studies.benchmarks.beside_others.record import Wall
 
 HERE = Path(__file__).resolve().parent
@@ -40,14 +40,7 @@ REPEATS, ENOUGH = 10, 0.5
 Found = dict[str, Any]
 INCREMENTS = 20
 """Default number of increments of the ground's settlement."""
-OURS: dict[str, list[Found]] = {
-    "quasi_static": [{}, {"symmetric_half": False}],
-    "explicit": [{}, {"tolerance": 1e-4}],
-}
-"""Our solvers with their defaults; without the symmetry reduction; and with a smaller tolerance."""
-PYMUNK = [{"dt": dt, "iterations": n} for dt in (0.003, 0.001) for n in (10, 30, 100)] + [
-    {"dt": 0.01, "iterations": 100}
-]
+OURS = ("quasi_static", "explicit")
 
 
 def assembly(case: Case) -> Assembly:
@@ -98,16 +91,10 @@ def solve(case: Case, settings: Solver, increments: int = INCREMENTS) -> Found:
 
 def settings_of(solver: str, case: str, size: str) -> list[Found]:
     """Return the settings a solver is tried with; the fastest of them counts at each residual."""
-    small = size == "5x6"
-    if case == "gap" and solver == "quasi_static":
-        return [*OURS[solver], {"increments": 2}, {"increments": 1}]
-    others: dict[str, list[Found]] = {
-        "pymunk": [*PYMUNK, {"dt": 0.01, "iterations": 100}],
-        "lmgc90": [{"dt": dt} for dt in (0.01, 0.003, 0.001)[: 3 if small else 1]],
-        "openseespy": [{"scheme": "static"}] * (case == "settling"),
-        "exudyn": [{"scheme": "explicit", "dt": 2e-5, "slab": 0.005}] * (size != "25x28"),
-    }
-    return (OURS | others).get(solver, [])
+    asked = [
+        one for one in DATA["settings"][solver] if one.get("only", case) == case and size in one.get("sizes", size)
+    ]
+    return [{name: value for name, value in one.items() if name not in ("only", "sizes")} for one in asked]
 
 
 def described(settings: Found) -> str:

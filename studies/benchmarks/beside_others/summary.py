@@ -41,15 +41,12 @@ def row_of(case: Case, solver: str, settings: str, found: dict[str, Any]) -> dic
     wall, moved, base = Wall(case), np.array(found["displacement"]), np.array(found["base"])
     row["weight on the ground"] = base.sum() / wall.weight.sum()
     row["largest base force"] = base.max() / base.mean()
-    row["top settles mm"] = -1e3 * moved[wall.centre[:, 1] > wall.centre[:, 1].max() - 1e-6, 1].mean()
-    row["drift mm"] = 1e3 * np.abs(moved[:, 0]).max()
     drop = max(case["drop"])
     if drop:
         left, right = (f([x for x, _ in case["ground"][case["drop"].index(drop)]]) for f in (min, max))
         x = wall.centre[wall.lowest, 0]
         row["blocks down"] = int((moved[:, 1] < -drop / 2).sum())
         row["weight on what dropped"] = base[(left < x) & (x < right)].sum() / wall.weight.sum()
-        row["thrust opening mm"] = 1e3 * np.ptp(moved[:, 0])
     return row
 
 

@@ -182,7 +182,7 @@ def _sobol_rows(bank: Bank, truth: Truth, cost: float, random: np.random.Generat
 
 def rare_rows(wall: str, banks: dict[str, Bank], cost: pd.Series, subset: pd.DataFrame) -> list[Row]:
     """Return errors of a small probability."""
-    question, rows = Question("small probability", walls.RARE_AT[wall]), []
+    question, rows = Question("small probability", walls.SETS[wall]["rare_at"]), []
     truth = rare_truth(banks, subset)
     for n in powers(64, 1 << 14):
         row = row_of(question, "random", n, n * cost["rare random"], np.full(2, truth.value), truth)
@@ -231,7 +231,7 @@ def floors_of(wall: str, banks: dict[str, Bank]) -> list[Row]:
         row = {"question": "median", "what": what, "difference": difference(np.arange(size))}
         rows.append(row | {"error": float(np.nanstd(again)), "walls": size})
 
-    for name in (name for name in walls.VARIANTS[wall] if name in banks):
+    for name in (name for name in walls.SETS[wall]["variants"] if name in banks):
         size = min(banks[which].lower.size for which in ("random", name))
         pair = [(b.lower[0, :size], b.upper[0, :size]) for b in (banks[name], banks["random"])]
 

@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 
 from studies.benchmarks.pages import markdown
+from studies.benchmarks.probabilities.walls import WALLS
 
 TITLE = "Error of a median and of a small probability over computing time"
-WALLS = ("window", "joints")
 METHODS = (
     *("random", "Latin hypercube", "Sobol", "Sobol, 8 scrambles"),
     *("importance", "importance, Sobol", "subset simulation"),

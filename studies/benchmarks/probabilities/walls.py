@@ -7,7 +7,6 @@ are computed from the files without solving.
 from __future__ import annotations
 
 import time
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,27 +21,15 @@ from damagepred.study.campaign.sample import joint_places, sampled_wall, solve_s
 from damagepred.study.settings import StudySettings
 from damagepred.uq.importance import Proposal
 from damagepred.uq.subset import subset_simulation
+from studies.benchmarks.walls import read as read_tables
 
 HERE = Path(__file__).resolve().parent
 CATEGORY = 1
 """The only quantity is whether, or at which movement, this category is reached."""
-RARE_AT = {"window": 0.4e-3, "joints": 0.113e-3}
-"""Movement (m) by which few walls reach it."""
 RARE_INCREMENTS = 4
 """Increments of the path to that movement, at which the path ends."""
-VARIANTS: dict[str, dict[str, dict[str, dict[str, Any]]]] = {
-    wall: {
-        "two contacts": {"solver": {"contacts_per_interface": 2}},
-        "five contacts": {"solver": {"contacts_per_interface": 5}},
-        "increments x 4": {"movement": {"increments": increments}},
-    }
-    for wall, increments in (("window", 64), ("joints", 40))
-}
-"""Coarser and finer forms, by their difference from the wall."""
-SHIFTS = {"window": {"joint.tensile_strength": -2.0, "joint.cohesion": -1.5}}
-"""Shift of importance sampling, in standard deviations of the underlying normal: variables of the whole wall."""
-SUBSET_RUNS = {"window": {50: 12, 100: 6}, "joints": {50: 8}}
-"""Number of runs of subset simulation, by the number of walls of a level."""
+SETS = read_tables(HERE / "plans.toml")
+WALLS = ("window", "joints")
 
 
 class Plan(NamedTuple):
@@ -91,37 +78,16 @@ class Bank(NamedTuple):
 
 def plans(wall: str, quick: bool = False) -> list[Plan]:
     """Return the sets of a wall: for the errors of a curve, and of a small probability."""
-    if quick:
-        return [
-            Plan("random", "random", 24, 1),
-            Plan("sobol", "sobol", 8, 2),
-            Plan("lhs 8", "lhs", 8, 2),
-            Plan("rare random", "random", 24, 1, rare=True),
-            Plan("importance", "random", 8, 2, rare=True, shifted=True),
-        ]
-    random, sobol = (1024, 32) if wall == "joints" else (2048, 128)
-    found = [Plan("random", "random", random, 1), Plan("sobol", "sobol", sobol, 16)]
-    found += [Plan(name, "random", 512 if name == "two contacts" else 256, 1, name) for name in VARIANTS[wall]]
-    found.append(Plan("rare random", "random", random, 1, rare=True))
-    if wall == "joints":  # no variable of the whole wall decides, so there is none to shift
-        return found
-    return [
-        *found,
-        *[Plan(f"lhs {n}", "lhs", n, 16) for n in (16, 64)],
-        Plan("importance", "random", 128, 16, rare=True, shifted=True),
-        Plan("importance sobol", "sobol", 128, 16, rare=True, shifted=True),
-        Plan("rare sobol", "sobol", 256, 16, rare=True),
-    ]
+    return [Plan(**plan) for plan in SETS["quick" if quick else wall]["plans"]]
 
 
 def settings_of(wall: str, variant: str = "") -> StudySettings:
     """Return the study of a wall in one of its forms; random fields are those of the wall itself."""
-    tables = tomllib.loads((HERE / f"{wall}.toml").read_text(encoding="utf-8"))
-    settings = StudySettings.from_dict(tables, wall)
+    settings = StudySettings.from_toml(HERE / f"{wall}.toml")
     settings = replace(settings, study=replace(settings.study, sampler="random", store_fields=False))
     if not variant:
         return settings
-    changed = replace(settings, study=replace(settings.study, coarse=VARIANTS[wall][variant]))
+    changed = replace(settings, study=replace(settings.study, coarse=SETS[wall]["variants"][variant]))
     how = replace(settings.study, fields_from=settings.scene)
     return replace(settings, scene=changed.coarse_scene(), study=how)
 
@@ -129,7 +95,7 @@ def settings_of(wall: str, variant: str = "") -> StudySettings:
 def rare_settings(wall: str, variant: str = "") -> StudySettings:
     """Return a study whose paths end at the small movement, in a few increments."""
     settings = settings_of(wall, variant)
-    moved = replace(settings.scene.movement, central_deflection=RARE_AT[wall], increments=RARE_INCREMENTS)
+    moved = replace(settings.scene.movement, central_deflection=SETS[wall]["rare_at"], increments=RARE_INCREMENTS)
     return replace(settings, scene=replace(settings.scene, movement=moved))
 
 
@@ -138,14 +104,14 @@ def planned(wall: str, plan: Plan) -> StudySettings:
     settings = rare_settings(wall, plan.variant) if plan.rare else settings_of(wall, plan.variant)
     how = replace(settings.study, sampler=plan.sampler)
     if plan.shifted:
-        proposals = {place: Proposal(shift=shift) for place, shift in SHIFTS[wall].items()}
+        proposals = {place: Proposal(shift=shift) for place, shift in SETS[wall]["shifts"].items()}
         how = replace(how, importance=proposals, nominal_share=0.1)
     return replace(settings, study=how)
 
 
 def solved(wall: str, plan: Plan, settings: StudySettings) -> FloatArray:
     """Return for each wall the movements between which it reaches the category, NaN if it failed; and its weight."""
-    design, at = settings.design(), RARE_AT[wall]
+    design, at = settings.design(), SETS[wall]["rare_at"]
     drawn, weight = design.wall_values(plan.walls), design.weights(plan.walls)
 
     def interval(number: int) -> tuple[float, float]:
@@ -198,7 +164,7 @@ def read(file: Path) -> Bank:
 
 def subset(wall: str, level: int, run: int) -> dict[str, Any]:
     """Estimate the small probability once, by subset simulation."""
-    question = Question(CATEGORY, RARE_AT[wall])
+    question = Question(CATEGORY, SETS[wall]["rare_at"])
     settings = study_for_limit_state(rare_settings(wall), question)  # paths go on, so that a margin is known
     design = settings.design()
 

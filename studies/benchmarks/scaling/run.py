@@ -20,7 +20,6 @@ from scipy.linalg import LinAlgError, cholesky_banded
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from damagepred.assembly import Model, wall_model
-from damagepred.enumerations import ContactState, ZoneState
 from damagepred.errors import DamagepredError
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
@@ -78,18 +77,14 @@ def median_time(work: Callable[[], Any]) -> float:
 
 def follow(model: Model, scene: Scene, curve: Curve, increments: int) -> Row:
     """Follow a path, or only its equilibrium under dead load, without storing it; return its work."""
-    row: Row = {"iterations": 0, "events": 0, "factorisations": 0, "end": "complete"}
+    row: Row = {"iterations": 0, "factorisations": 0, "end": "complete"}
     path = solve_path(model, scene.solver, increments)
     if curve.only_weight:
         path = islice(explicit_path(model, scene.solver, 1, elastic_start=False), 1)
     try:
         for step in path:
             row["iterations"] += step.counters.newton_iterations + step.counters.cycles
-            row["events"] += step.counters.events
             row["factorisations"] += step.counters.factorisations
-            row["cracked"] = int((step.state == ContactState.CRACKED).sum())
-            if step.zones is not None:
-                row["yielded"] = int((step.zones.state > ZoneState.ELASTIC).sum())
             row["end"] = "collapsed" if step.collapsed else row["end"]
     except DamagepredError as error:
         row |= {"end": "failed", "message": f"{type(error).__name__}: {error}"}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from scipy.sparse.linalg import splu
@@ -19,6 +20,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene
 from damagepred.solvers.system.deformable_blocks import transformation_matrix
 from damagepred.solvers.system.discrete_system import DiscreteSystem
+from studies.benchmarks import walls
 from studies.benchmarks.stress.case import RIGID, WAYS, Case, Check, Found
 from studies.benchmarks.stress.joints import FOOT, moved
 
@@ -74,38 +76,16 @@ def slivers(deformable: bool, ratio: float) -> Assembly:
 
 
 def proportion() -> list[Case]:
-    """Return stacks with one extreme property, from none to the largest."""
-    found = [("in proportion", partial(stack))]
-    for power in (2, 4, 6):
-        r, soft = 10.0**power, 10.0**power * 1e8 / HEIGHT
-        found += [
-            (f"soft joints among stiff ones 1 : 1e{power}", partial(stack, stiffness=(8.2e12 / r, 8.2e12))),
-            (
-                f"stiff joints between soft blocks k_n h/E = 1e{power}",
-                partial(stack, stiffness=(soft, soft), modulus=(1e8, 1e8)),
-            ),
-            (f"soft blocks among stiff ones 1 : 1e{power}", partial(stack, modulus=(9e12 / r, 9e12))),
-        ]
-    for power in (2, 4):
-        dense = 2.0 * 10.0**power
-        found.append((f"heavy blocks on light ones 1e{power} : 1", partial(stack, density=(2.0, dense))))
-        found.append((f"light blocks on heavy ones 1 : 1e{power}", partial(stack, density=(dense, 2.0))))
-    found += [(f"slivers {r:g} : 1", partial(slivers, ratio=r)) for r in (10.0, 50.0, 1e3, 1e5)]
-    for r in (10.0, 50.0):
-        found.append((f"flat blocks {r:g} : 1", partial(stack, height=LENGTH / r)))
-        found.append((f"slender blocks 1 : {r:g}", partial(stack, height=LENGTH * r)))
-    found += [(f"far coordinates {far / 1e3:g} km", partial(stack, at=far)) for far in (1e3, 1e4, 1e6)]
-    made = [
-        Case("proportion", name, make, "stands", against_reference, settings=UNLUMPED, elastic_start=False)
-        for name, make in found
-    ]
-    slow = ("stiff joints between soft blocks k_n h/E = 1e6", "slivers 100000 : 1")
-    made += [
-        replace(case, name=f"{case.name}, from the elastic start", elastic_start=True, ways=("explicit, deformable",))
-        for case in made
-        if case.name in slow
-    ]
-    return sorted(made, key=lambda case: case.name)
+    """Return stacks with one extreme property; two also from the elastic start."""
+    made, starts = [], ("stiff joints between soft blocks k_n h/E = 1e6", "slivers 100000 : 1")
+    for name, values in walls.read(Path(__file__).with_name("stacks.toml")).items():
+        make = partial(slivers, ratio=values["sliver"]) if "sliver" in values else partial(stack, **values)
+        case = Case("proportion", name, make, "stands", against_reference, settings=UNLUMPED, elastic_start=False)
+        made.append(case)
+        if name in starts:
+            name, ways = f"{name}, from the elastic start", ("explicit, deformable",)
+            made.append(replace(case, name=name, elastic_start=True, ways=ways))
+    return made
 
 
 def against_reference(found: Found) -> Check:

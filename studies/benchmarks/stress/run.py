@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from studies.benchmarks import cases
-from studies.benchmarks.stress import collapse, elastic, geometry, in_time, joints, random_scenes, summary
+from studies.benchmarks.stress import collapse, elastic, geometry, in_time, joints, summary
 from studies.benchmarks.stress.case import WAYS, Case
 from studies.benchmarks.stress.checks import judge
 
@@ -26,7 +26,7 @@ EVERY = 20
 @cache
 def all_cases() -> dict[tuple[str, str], Case]:
     """Return every case by family and name, in the order of the page."""
-    listed = [case for part in (elastic, joints, collapse, geometry, in_time, random_scenes) for case in part.cases()]
+    listed = [case for part in (elastic, joints, collapse, geometry, in_time) for case in part.cases()]
     found = {(case.family, case.name): case for case in listed}
     if len(found) != len(listed):
         raise ValueError("two cases have one name")

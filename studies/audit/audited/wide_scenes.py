@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 import numpy as np
-
-from damagepred.scene import Scene
-from studies.benchmarks.stress.case import RIGID, WAYS, Case
-from studies.benchmarks.stress.joints import moved
 
 SEED = 2026
 
@@ -80,19 +75,3 @@ def tables(number: int, most: int = 60, rng: np.random.Generator | None = None) 
             }
         ]
     return found
-
-
-def cases(scenes: int = 120, all_ways: int = 30) -> list[Case]:
-    """Return random scenes, the first also with deformable blocks and in time."""
-    made = []
-    for number in range(scenes):
-        found = tables(number)
-        make, count = partial(scene, found), found["movement"]["increments"]
-        ways = WAYS if number < all_ways else RIGID[:2]
-        made.append(Case("random scenes", f"scene {number}", make, increments=count, dynamics=moved, ways=ways))
-    return made
-
-
-def scene(found: dict[str, Any], _: bool) -> Scene:
-    """Return the scene of some tables."""
-    return Scene.from_dict(found)
