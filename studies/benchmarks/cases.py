@@ -91,26 +91,20 @@ def run(
 
     Parameters
     ----------
-    keys : sequence of tuple
-        The cases.
-    columns : sequence of str
-        Columns of the key.
+    keys, columns : sequence of tuple, sequence of str
+        The cases, and the columns of their keys.
     work : callable
         Values of a key -> its row, in a process that may hang or die.
     lost : callable
         Key and reason -> row of a case that hung or died.
-    file : Path
-        Of the rows.
-    limit : float
-        Wall-clock time of a case (s).
+    file, limit, digits : Path, float, int
+        File of the rows, wall-clock time of a case (s), digits of the numbers.
     processes : int
         How many at a time: 1 where times are the result.
     fresh_process : bool
         Whether each case has a new process: where memory is the result.
     leave_out : callable, optional
         Key and rows so far -> the row of a case that is not run.
-    digits : int
-        Of the numbers.
     every : int
         Cases after which the progress is printed.
     before : callable, optional

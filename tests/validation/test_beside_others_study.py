@@ -46,7 +46,7 @@ def test_convergence_of_a_run() -> None:
 
 
 def test_another_solver_without_its_environment_is_noted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv(run.ENVIRONMENTS, str(tmp_path))
+    monkeypatch.setenv(run.environments.ENVIRONMENTS, str(tmp_path))
     (tmp_path / "pymunk" / "bin").mkdir(parents=True)
     (tmp_path / "pymunk" / "bin" / "python").symlink_to("/bin/false")
     row = run.one("settling", "5x6", "pymunk", "dt 0.001, iterations 10")

@@ -23,7 +23,7 @@ from record import Record, Wall, run
 
 RADIUS = 2e-3
 """Radius of the spheres (m)."""
-STIFFNESS, DAMPING = 1e7, 2e3
+CONTACT = {"contactStiffness": 1e7, "contactDamping": 2e3, "frictionMaterialIndex": 0}
 """Stiffness and damping of a contact (N/m, N s/m): a hundred times softer than mortar, for a larger time step."""
 CREEP = 1e-2
 """Velocity below which friction is reduced (m/s)."""
@@ -66,11 +66,8 @@ class System:
             for axis in range(3):
                 at = self.system.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=axis))
                 share = 0.01 if axis == 2 else 1.0
-                spring = self.system.AddObject(
-                    CoordinateSpringDamper(
-                        markerNumbers=[still, at], stiffness=GROUND[1] * share, damping=GROUND[2] * share
-                    )
-                )
+                law = {"stiffness": GROUND[1] * share, "damping": GROUND[2] * share}
+                spring = self.system.AddObject(CoordinateSpringDamper(markerNumbers=[still, at], **law))
                 if axis == 1 and case["drop"][piece]:
                     self.drops.append((spring, case["drop"][piece]))
         cells = max(4, int(np.sqrt(len(wall.mass))))
@@ -95,16 +92,10 @@ class System:
         front = [[x, y, -depth] for x, y in corners]
         points = front + [[x, y, depth] for x, y in corners]
         triangles = []
-        for i in range(4):
-            j = (i + 1) % 4
+        for i, j in ((0, 1), (1, 2), (2, 3), (3, 0)):
             triangles += [[i, j, j + 4], [i, j + 4, i + 4]]
         self.contact.AddTrianglesRigidBodyBased(
-            rigidBodyMarkerIndex=marker,
-            contactStiffness=STIFFNESS,
-            contactDamping=DAMPING,
-            frictionMaterialIndex=0,
-            pointList=points,
-            triangleList=triangles,
+            rigidBodyMarkerIndex=marker, pointList=points, triangleList=triangles, **CONTACT
         )
 
     def _spheres(self, body: int, size: np.ndarray) -> None:
@@ -114,9 +105,7 @@ class System:
             places += [(-RADIUS, -y), (RADIUS, -y)]
         for place in places:
             marker = self.system.AddMarker(MarkerBodyRigid(bodyNumber=body, localPosition=[*place, 0.0]))
-            self.contact.AddSphereWithMarker(
-                marker, radius=RADIUS, contactStiffness=STIFFNESS, contactDamping=DAMPING, frictionMaterialIndex=0
-            )
+            self.contact.AddSphereWithMarker(marker, radius=RADIUS, **CONTACT)
 
     def advance(self, record: Record) -> int:
         """Integrate over an interval of time, the ground moving at its beginning; return the number of steps."""

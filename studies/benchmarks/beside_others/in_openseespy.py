@@ -68,16 +68,13 @@ class Model:
         for a, b in sorted(pairs):
             (low_a, high_a), (low_b, _) = box[a], box[b]
             common = sorted(set(self.nodes[a]) & set(self.nodes[b]))
-            if len(common) < 2:
+            on, beside = abs(high_a[1] - low_b[1]) < 1e-6, abs(high_a[0] - low_b[0]) < 1e-6
+            if len(common) < 2 or not (on or beside):
                 continue
-            if abs(high_a[1] - low_b[1]) < 1e-6:  # b lies on a
-                area = self.half * thickness / 2
-                for place in common:
-                    self._contact(self.nodes[b][place], self.nodes[a][place], area, (0.0, 1.0))
-            elif abs(high_a[0] - low_b[0]) < 1e-6:  # b stands to the right of a
-                area = (high_a[1] - low_a[1]) * thickness / 2
-                for place in common:
-                    self._contact(self.nodes[b][place], self.nodes[a][place], area, (1.0, 0.0))
+            area = (self.half if on else high_a[1] - low_a[1]) * thickness / 2
+            for place in common:
+                normal = (0.0, 1.0) if on else (1.0, 0.0)
+                self._contact(self.nodes[b][place], self.nodes[a][place], area, normal)
 
     def _on_ground(self) -> None:
         """Connect every node of the underside to a fixed node of the ground."""
@@ -92,13 +89,6 @@ class Model:
                 ops.fix(node, 1, 1)
                 under.append(node)
             self.base.append(under)
-
-    def weigh(self) -> None:
-        """Apply the weight."""
-        ops.timeSeries("Linear", 1)
-        ops.pattern("Plain", 1, 1)
-        for node, mass in self.load.items():
-            ops.load(node, 0.0, -mass * self.case["gravity"])
 
     def unbalanced(self) -> np.ndarray:
         """Return the residual force on each block (n, 3), without inertia."""
@@ -131,7 +121,10 @@ def solved(case: dict, level: float) -> dict:
     """Solve the wall under its own weight statically, to a residual."""
     began = time.process_time()
     model = Model(case)
-    model.weigh()
+    ops.timeSeries("Linear", 1)
+    ops.pattern("Plain", 1, 1)
+    for node, mass in model.load.items():
+        ops.load(node, 0.0, -mass * case["gravity"])
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system("UmfPack")

@@ -42,25 +42,20 @@ class Space:
         self.space.add(body, shape)
 
     def step(self) -> None:
-        """Integrate over a time step."""
-        self.space.step(self.dt)
-        self.now += self.dt
-
-    def move_ground(self) -> None:
-        """Set the velocity of the ground at the present time."""
+        """Integrate over a time step, with the velocity of the ground at its beginning."""
         first, last = self.case["drop_from"], self.case["drop_until"]
         moving = first <= self.now < last - 1e-9
         for body, drop in zip(self.ground, self.case["drop"]):
             if drop:
                 body.velocity = (0.0, -drop / (last - first) if moving else 0.0)
+        self.space.step(self.dt)
+        self.now += self.dt
 
     def advance(self, record: Record) -> int:
         """Integrate over some steps, and note the change of velocities in the last; return their number."""
         record.start()
         for _ in range(self.every - 1):
-            self.move_ground()
             self.step()
-        self.move_ground()
         record.stop()
         before = self.velocity()
         record.start()

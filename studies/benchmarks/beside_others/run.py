@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -31,8 +30,6 @@ from studies.benchmarks.beside_others.cases import CASES, DATA, SIZES, Case, dry
 from studies.benchmarks.beside_others.record import Wall
 
 HERE = Path(__file__).resolve().parent
-ENVIRONMENTS = "DAMAGEPRED_BENCHMARK_ENVIRONMENTS"
-"""Variable of the environment that names the folder of the other solvers' environments."""
 LIMIT, LIMITS = 20.0, {"lmgc90": 150.0}
 """Processor time of one run of another solver (s): enough to show that it is ten, or 300 times slower."""
 REPEATS, ENOUGH = 10, 0.5
@@ -115,21 +112,16 @@ def repeated(once: Callable[[], Found]) -> Found:
     return {**found[0], "build": min(f["build"] for f in found), "settled": least}
 
 
-def folder() -> Path:
-    """Return the folder of the other solvers' environments."""
-    return Path(os.environ.get(ENVIRONMENTS, environments.default_folder()))
-
-
 def other(solver: str, case: Case, settings: Found) -> Found:
     """Run a case in another solver's environment; return the answer of its script, or the reason why there is none."""
     settings = {**settings, "limit": LIMITS.get(solver, LIMIT)}
     with tempfile.TemporaryDirectory() as place:
         case_file, answer = Path(place) / "case.json", Path(place) / "answer.json"
         case_file.write_text(json.dumps(case), encoding="utf-8")
-        script = [str(environments.python_of(solver, folder())), str(HERE / f"in_{solver}.py")]
+        script = [str(environments.python_of(solver)), str(HERE / f"in_{solver}.py")]
         done = subprocess.run(
             [*script, str(case_file), json.dumps(settings), str(answer)],
-            env=environments.variables(solver, folder()),
+            env=environments.variables(solver),
             capture_output=True,
             cwd=place,
             check=False,
@@ -181,7 +173,7 @@ def main(arguments: list[str] | None = None) -> None:
     ]
     file = options.output / "runs.csv"
     left = {key[2] for key in keys if key not in campaign.keys_in(file, summary.KEY)}
-    absent = {solver for solver in left & set(environments.SOLVERS) if not environments.made(solver, folder())}
+    absent = {solver for solver in left & set(environments.SOLVERS) if not environments.made(solver)}
 
     def ready() -> None:
         for solver, name in itertools.product(left & set(OURS), CASES):

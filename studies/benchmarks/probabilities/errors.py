@@ -62,7 +62,7 @@ def write(into: Path, folder: Path, sets: dict[str, list[str]]) -> None:
     spent = done[["wall", "set"]].assign(mean=done["seconds"] / done["walls"])
     for wall, names in sets.items():
         cost = spent[spent["wall"] == wall].set_index("set")["mean"]
-        banks = {name: walls.read(walls.file_of(folder, wall, name)) for name in names}
+        banks = {name: walls.read(folder, wall, name) for name in names}
         rows += [{"wall": wall, **row} for row in curve_rows(banks, cost)]
         floors += [{"wall": wall, **row} for row in floors_of(wall, banks)]
         if np.isfinite(banks["rare random"].upper).any():
@@ -88,10 +88,8 @@ def row_of(
     ----------
     question, method, count, seconds
         Quantity, method, number of walls, and processor time (s).
-    found : array
-        Estimate of each replicate; NaN if there is none.
-    truth : Truth
-        Reference value.
+    found, truth : array, Truth
+        Estimate of each replicate, NaN if there is none; and the reference value.
     independent : float, optional
         Number of independent estimates, where estimates share replicates.
     """

@@ -143,20 +143,15 @@ def solve(folder: Path, quick: bool, wall: str, name: str) -> dict[str, Any]:
         with path.open("wb") as stream:
             np.savez_compressed(stream, kept=kept)
 
-    file = file_of(folder, wall, name)
+    file = folder / wall / f"{name}.npz"
     file.parent.mkdir(parents=True, exist_ok=True)
     write_whole(file, write)
     return {"walls": kept[0].size, "seconds": time.process_time() - began}
 
 
-def file_of(folder: Path, wall: str, name: str) -> Path:
-    """Return the file of a set."""
-    return folder / wall / f"{name.replace(' ', '_')}.npz"
-
-
-def read(file: Path) -> Bank:
+def read(folder: Path, wall: str, name: str) -> Bank:
     """Return a set."""
-    with np.load(file) as held:
+    with np.load(folder / wall / f"{name}.npz") as held:
         lower, upper, weight = held["kept"]
     failed = np.isnan(lower)
     return Bank(np.where(failed, 0.0, lower), np.where(failed, np.inf, upper), weight)

@@ -47,23 +47,17 @@ def steps_of(**more: Any) -> Callable[[Model], Dynamics]:
     return dynamics
 
 
-def pair(deformable: bool) -> Assembly:
-    """Return two bonded blocks in free flight with rotation, without gravity."""
-    made = Assembly(gravity=(0.0, 0.0), joint=BOND)
-    for i in range(2):
+def bonded(deformable: bool, blocks: int) -> Assembly:
+    """Return two bonded blocks in free flight with rotation, without gravity; or a stack that rings on the ground."""
+    flies = blocks == 2
+    made = Assembly(gravity=(0.0, 0.0 if flies else -9.81), joint=BOND)
+    for i in range(blocks):
         block = made.add_block(rectangle(0.0, 0.1 * i, 0.24, 0.1 * (i + 1)), zone_size=0.24 * deformable)
-        # as one body, about the joint's middle
-        made.set_velocity(block, x=0.3 - 20.0 * (0.1 * i - 0.05), y=0.2, rotation=20.0)
-    return made
-
-
-def ringing(deformable: bool) -> Assembly:
-    """Return a bonded stack on the ground with an initial velocity of its top."""
-    made = Assembly(joint=BOND)
-    for i in range(5):
-        made.add_block(rectangle(0.0, 0.1 * i, 0.24, 0.1 * (i + 1)), zone_size=0.24 * deformable)
-    made.rest_on_ground([0])
-    made.set_velocity(4, x=0.01, y=0.01)
+        if flies:  # as one body, about the joint's middle
+            made.set_velocity(block, x=0.3 - 20.0 * (0.1 * i - 0.05), y=0.2, rotation=20.0)
+    if not flies:
+        made.rest_on_ground([0])
+        made.set_velocity(blocks - 1, x=0.01, y=0.01)
     return made
 
 
@@ -154,6 +148,7 @@ def chatter() -> list[Case]:
 def cases() -> list[Case]:
     """Return all cases."""
     falls, rings = steps_of(start="unstressed"), steps_of(start="equilibrium", new_contacts=False)
+    pair, five = (partial(bonded, blocks=blocks) for blocks in (2, 5))
     once = Case("a million steps", "a bonded pair flies and turns", pair, "", momentum, dynamics=falls, ways=IN_TIME)
-    endless = [once, replace(once, name="a bonded stack rings", make=ringing, check=drift, dynamics=rings)]
+    endless = [once, replace(once, name="a bonded stack rings", make=five, check=drift, dynamics=rings)]
     return [*(replace(case, most_steps=np.inf) for case in endless), *chatter(), *time_steps()]

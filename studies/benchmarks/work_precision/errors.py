@@ -56,17 +56,12 @@ def difference(one: pd.Series, other: pd.Series, quantity: str) -> float:
     return float(np.abs(a - b)[both].max()) / max(float(np.abs(b[both]).max()), least)
 
 
-def solved(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the complete paths."""
-    return rows[rows["status"] == "complete"]
-
-
 def reference(rows: pd.DataFrame, preferred: list[tuple[str, str]]) -> tuple[pd.Series, dict[str, float]] | None:
     """Return the best reference of a wall, and its error by quantity; None if there are not two.
 
     The error is the largest difference to the next two coarser references; 0 where no reference has the quantity.
     """
-    known = {(r["axis"], r["value"]): r for _, r in solved(rows).iterrows()}
+    known = {(r["axis"], r["value"]): r for _, r in rows.iterrows()}
     have = [known[key] for key in preferred if key in known]
     if len(have) < 2:
         return None
@@ -81,9 +76,9 @@ def with_errors(rows: pd.DataFrame) -> pd.DataFrame:
     against the same equations solved as closely as can be, ``model`` against the finest model of the wall.
     """
     lines, changes = [], {(c.axis, c.value) for c in choices() if c.model}
-    for _, own in rows.groupby("scene", sort=False):
+    for _, own in rows[rows["status"] == "complete"].groupby("scene", sort=False):
         found = {"solution": reference(own, SOLUTIONS), "model": reference(own, MODELS)}
-        for _, row in solved(own).iterrows():
+        for _, row in own.iterrows():
             for quantity in QUANTITIES:
                 line = {**row[["scene", "axis", "value", "seconds"]], "quantity": quantity}
                 for name, best in found.items():
