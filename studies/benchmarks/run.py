@@ -152,9 +152,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         say("stopped" + ("" if options.quick else "; the same command resumes" + ", without --anew" * options.anew))
         return 130
-    if not options.quick:
+    missing = [room.name for room in ROOMS.values() if not contents(room)]
+    if not options.quick and not missing:
         write()
-        say(f"written: {PAGE.relative_to(ROOT)}")
+    say(f"no page without data of {', '.join(missing)}" if missing else f"the page: {PAGE.relative_to(ROOT)}")
     failed = [f"{name} ({code})" for name, code in codes.items() if code]
     if failed:
         say(f"not complete: {', '.join(failed)}; the same command resumes" + ", without --anew" * options.anew)

@@ -4,6 +4,7 @@ import pytest
 
 from studies.benchmarks.skips import run
 
+
 @pytest.mark.parametrize("name", ["condense", "half", "astray", "elastic start"])
 def test_the_answer_is_the_same_without_a_skip(name: str) -> None:
     walls = run.SKIPS[name]["walls"]

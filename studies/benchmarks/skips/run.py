@@ -134,7 +134,6 @@ def differences(scene: Scene, on: Ran, off: Ran) -> Row:
 
 # -- studies -----------------------------------------------------------------------------------------------------------
 
-
 STOP_AT = 3
 """Category of interest: moderate damage."""
 
