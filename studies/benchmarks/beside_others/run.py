@@ -1,6 +1,6 @@
 """The same dry walls in damagepred and in other public solvers: time to equilibrium, and the results.
 
-    python studies/benchmarks/beside_others/run.py [--only SOLVER ...] [--limit 400] [--quick] [--output FOLDER]
+    python studies/benchmarks/beside_others/run.py [--only SOLVER ...] [--limit 600] [--quick] [--output FOLDER]
 
 The other solvers run in separate environments, which ``environments.py`` makes where they are missing. ``--quick`` is
 our side of the smallest wall.
@@ -163,7 +163,7 @@ def lost(key: tuple[Any, ...], message: str) -> dict[str, Any]:
 def main(arguments: list[str] | None = None) -> None:
     """Run the cases of the command line."""
     every = (*OURS, *environments.SOLVERS)
-    options = campaign.options(__doc__, __file__, every, 400.0, arguments)
+    options = campaign.options(__doc__, __file__, every, 600.0, arguments)
     keys = [
         (name, size, solver, described(settings))
         for name, size in itertools.product(CASES, SIZES)
