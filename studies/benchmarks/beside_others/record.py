@@ -88,7 +88,7 @@ class Record:
 
 
 def settle(case: dict[str, Any], limit: float, build: Callable[[], Any]) -> dict[str, Any]:
-    """Integrate a wall in time until it stays in equilibrium, or a limit of processor time (s), or twice that by the clock.
+    """Integrate a wall until it stays in equilibrium, or for a limit of processor time (s), or twice that by the clock.
 
     A system that is built has its time ``now``, and functions ``advance(record)`` (integrate to the next check with the
     clock running; return the number of steps), ``check`` (residual, forces of the ground) and ``displacement``.
