@@ -6,11 +6,13 @@ the same call resumes an interrupted one. Every row has the version of the packa
 
 from __future__ import annotations
 
+import argparse
 import multiprocessing
 import sys
+import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import TimeoutError as TooLateError
 from contextlib import ExitStack
 from datetime import UTC, datetime
@@ -28,8 +30,25 @@ Key = tuple[Any, ...]
 Row = dict[str, Any]
 TOLD = ("seconds", "seconds_on", "status", "end", "message")
 """Columns of which the first that a case has is printed."""
-EVERY = 50
-"""Cases after which the progress is printed, if not each is."""
+
+
+def options(
+    doc: str | None, script: str, names: Iterable[str], limit: float, arguments: Sequence[str] | None = None
+) -> argparse.Namespace:
+    """Read the command line of a benchmark: ``only``, ``limit``, ``quick`` and ``output``.
+
+    The small form writes into a temporary folder where no other is given: it never changes the data.
+    """
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="+", choices=sorted(names), metavar="NAME", help=f"of {', '.join(names)}")
+    parser.add_argument("--limit", type=float, default=limit, help=f"time of a case ({limit:g} s)")
+    parser.add_argument("--quick", action="store_true", help="a few small cases, to see that it runs")
+    parser.add_argument("--output", type=Path, help="folder of the data")
+    found = parser.parse_args(arguments)
+    if found.output is None:
+        found.output = Path(tempfile.mkdtemp()) if found.quick else Path(script).resolve().parent
+    found.output.mkdir(parents=True, exist_ok=True)
+    return found
 
 
 def read(file: Path) -> pd.DataFrame:
@@ -53,11 +72,6 @@ def _cell(value: Any) -> str:
     return f"{value:g}" if isinstance(value, Number) else str(value)
 
 
-def stamp() -> Row:
-    """Return version and date of a measurement."""
-    return {"version": version(), "date": f"{datetime.now(UTC):%Y-%m-%d}"}
-
-
 def run(
     keys: Sequence[Key],
     columns: Sequence[str],
@@ -70,52 +84,50 @@ def run(
     fresh_process: bool = False,
     leave_out: Callable[[Key, list[Row]], Row | None] | None = None,
     digits: int = 5,
-    each: bool = True,
+    every: int = 1,
+    before: Callable[[], object] | None = None,
 ) -> None:
     """Measure the cases that are not in a file.
 
     Parameters
     ----------
-    keys : sequence of tuple
-        The cases.
-    columns : sequence of str
-        Columns of the key.
+    keys, columns : sequence of tuple, sequence of str
+        The cases, and the columns of their keys.
     work : callable
         Values of a key -> its row, in a process that may hang or die.
     lost : callable
         Key and reason -> row of a case that hung or died.
-    file : Path
-        Of the rows.
-    limit : float
-        Wall-clock time of a case (s).
+    file, limit, digits : Path, float, int
+        File of the rows, wall-clock time of a case (s), digits of the numbers.
     processes : int
         How many at a time: 1 where times are the result.
     fresh_process : bool
         Whether each case has a new process: where memory is the result.
     leave_out : callable, optional
         Key and rows so far -> the row of a case that is not run.
-    digits : int
-        Of the numbers.
-    each : bool
-        Whether every case is printed.
+    every : int
+        Cases after which the progress is printed.
+    before : callable, optional
+        Called before processes are forked, where cases are left: it compiles.
     """
-    rows = read(file).to_dict("records")
-    known = keys_in(file, columns)
+    rows, known = read(file).to_dict("records"), keys_in(file, columns)
     todo = [key for key in keys if tuple(map(_cell, key)) not in known]
+    if todo and before is not None:
+        before()
     waiting: deque[tuple[Key, Any]] = deque()
-    mark, began = stamp(), time.perf_counter()
-    done = 0
+    mark, began, done = {"version": version(), "date": f"{datetime.now(UTC):%Y-%m-%d}"}, time.perf_counter(), 0
 
     def take(key: Key, found: Row) -> None:
         nonlocal done
         done += 1
         rows.append({**dict(zip(columns, key, strict=True)), **found, **mark})
         write(rows, file, digits)
-        if each or done % EVERY == 0 or done == len(todo):
+        if done % every == 0 or done == len(todo):
+            spent = time.perf_counter() - began
+            left = f"{spent / done * (len(todo) - done):.0f} s left" if done < len(todo) else "complete"
             result = next((found[name] for name in TOLD if name in found), "")
             told = f"{', '.join(map(str, key))}: {f'{result:.3g} s' if isinstance(result, float) else result}"
-            spent = f"{done} of {len(todo)}, {time.perf_counter() - began:.0f} s"
-            print(f"{spent}; {told}" if each else spent, file=sys.stderr, flush=True)
+            print(f"{done} of {len(todo)}, {spent:.0f} s, {left}; {told}", file=sys.stderr, flush=True)
 
     def finish() -> None:
         key, future = waiting.popleft()

@@ -34,21 +34,14 @@ def version() -> str:
 
 def processor_model() -> str:
     """Return the model of the processor, with its cache and whether it has AVX-512."""
-    maker, cache = "", ""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
         lines = []
-    for line in lines:
-        key, _, value = (part.strip() for part in line.partition(":"))
-        if key == "model name":
-            maker = value
-        elif key == "cache size":
-            cache = value
-        elif key == "flags" and "avx512f" in value.split():
-            cache += ", AVX-512"
-            break
-    return f"{maker or platform.processor() or platform.machine()} ({cache})"
+    told = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in lines)}
+    wide = ", AVX-512" if "avx512f" in told.get("flags", "").split() else ""
+    model = told.get("model name") or platform.processor() or platform.machine()
+    return f"{model} ({told.get('cache size', '')}{wide})"
 
 
 def machine() -> str:

@@ -1,4 +1,4 @@
-"""Summary of the baseline, for studies/benchmarks/results.py."""
+"""Summary of the baseline, for studies/benchmarks/rooms.py."""
 
 from __future__ import annotations
 

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from damagepred.scene import Solver
 from studies.benchmarks.beside_others import run, summary
 
 ROOM = Path(__file__).resolve().parents[2] / "studies" / "benchmarks" / "beside_others"
@@ -13,12 +14,10 @@ WEIGHT = 5 * 6 * 0.24 * 0.075 * 0.11 * 2000 * 9.81
 
 
 def test_damagepred_in_the_comparison(tmp_path: Path) -> None:
-    from studies.benchmarks.beside_others.settings import OURS, our_solver
-
     run.main(["--quick", "--output", str(tmp_path)])
     runs = pd.read_csv(tmp_path / "runs.csv").set_index(["case", "solver", "settings"])
-    for solver in OURS:
-        assert runs.loc[("settling", solver, "default"), "residual"] < our_solver(solver, {}).tolerance_used
+    for solver in run.OURS:
+        assert runs.loc[("settling", solver, "default"), "residual"] < Solver(method=solver).tolerance_used
     np.testing.assert_allclose(runs["weight on the ground"], 1.0, atol=1e-4)
     settled, dropped = (run.solved(case, "5x6", "quasi_static", "default") for case in ("settling", "gap"))
     # uniform under its own weight: perpends carry nothing, and half bricks stand at the ends of every other course
@@ -30,27 +29,27 @@ def test_damagepred_in_the_comparison(tmp_path: Path) -> None:
 
 
 def test_convergence_of_a_run() -> None:
-    from studies.benchmarks.beside_others.cases import settling
+    from studies.benchmarks.beside_others.cases import dry_wall
     from studies.benchmarks.beside_others.record import HOLD, Record, Wall
 
-    case = settling("5x6") | {"levels": [1e-1, 1e-3]}
+    case = dry_wall("settling", "5x6") | {"levels": [1e-1, 1e-3]}
     record = Record(case, limit=1.0)
     residuals = [1.0, 0.05, 0.5, 0.09, 0.01, *[1e-4] * HOLD]
     for i, residual in enumerate(residuals):
         record.seconds = 0.01 * i
-        go_on = record.look(0.1 * (i + 1), residual, 0.0)
+        go_on = record.look(0.1 * (i + 1), residual)
         assert go_on == (i < len(residuals) - 1)
-    assert record.settled()["seconds"] == [0.03, 0.05]  # not at the dip before
+    assert record.settled() == [0.03, 0.05]  # not at the dip before
     wall = Wall(case)
     falling = np.tile([0.0, -9.81e-3, 0.0], (len(wall.mass), 1))
     assert wall.from_velocity(falling, 1e-3) == pytest.approx(wall.weight.max() / wall.weight.mean())
 
 
 def test_another_solver_without_its_environment_is_noted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv(run.ENVIRONMENTS, str(tmp_path))
+    monkeypatch.setenv(run.environments.ENVIRONMENTS, str(tmp_path))
     (tmp_path / "pymunk" / "bin").mkdir(parents=True)
     (tmp_path / "pymunk" / "bin" / "python").symlink_to("/bin/false")
-    row = run.one("settling", "5x6", "pymunk", "dt 0.01, iterations 10")
+    row = run.one("settling", "5x6", "pymunk", "dt 0.001, iterations 10")
     assert row["note"] == "exit code 1"
     assert np.isnan(row["s at 0.1"])
 
@@ -62,17 +61,6 @@ def test_the_committed_data() -> None:
     settled = runs[(runs["case"] == "settling") & (runs["residual"] < 1e-3)]
     assert {"quasi_static", "explicit", "pymunk", "lmgc90"} <= set(settled["solver"])
     np.testing.assert_allclose(settled["weight on the ground"], 1.0, atol=1e-3)
-    # limit analysis takes joints to dilate: nothing stands beyond it; joints of all solvers here do not
-    falls = runs[runs["case"] == "tilt"].set_index(["size", "solver", "settings"])
-    for size in falls.index.unique("size"):
-        bound = falls.loc[(size, "limit analysis", "default"), "low"]
-        iterated = falls.loc[(size, "pymunk", "dt 0.001, iterations 100"), ["low", "high"]].mean()
-        for solver in ("quasi_static", "explicit"):
-            if (size, solver, "default") in falls.index:
-                ours = falls.loc[(size, solver, "default"), "low"]
-                assert 0.97 * iterated < ours < 1.005 * bound
-                # without dilation a wall may rest, brought there gently, under more than what fells one that shakes
-                assert solver == "quasi_static" or ours < 1.03 * iterated
 
 
 def test_pymunk_agrees(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,10 +69,10 @@ def test_pymunk_agrees(monkeypatch: pytest.MonkeyPatch) -> None:
     import in_pymunk
     import record
 
-    from studies.benchmarks.beside_others.cases import settling
+    from studies.benchmarks.beside_others.cases import dry_wall
 
-    case = settling("5x6")
+    case = dry_wall("settling", "5x6")
     found = record.settle(case, 5.0, lambda: in_pymunk.Space(case, {"dt": 1e-3, "iterations": 30}))
-    assert found["settled"]["seconds"][2] is not None
+    assert found["settled"][2] is not None
     assert np.sum(found["base"]) == pytest.approx(WEIGHT, rel=1e-3)
     assert found["residual"] < 1e-3

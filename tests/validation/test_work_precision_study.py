@@ -4,29 +4,17 @@ import os
 import time
 from dataclasses import replace
 
-import numpy as np
-import pytest
-
 from damagepred.scene import Solver
 from studies.benchmarks import cases
 from studies.benchmarks.work_precision import choices, errors, run
 
 
-def test_observed_orders_are_those_of_known_sequences():
-    for order in (0.5, 1.0, 2.0):
-        sizes = (60.0, 40.0, 30.0)
-        values = [3.0 + 1e-3 * h**order for h in sizes]
-        assert errors.observed_order(values, sizes) == pytest.approx(order, rel=1e-3)
-    assert np.isnan(errors.observed_order([1.0, 2.0, 0.0], (4.0, 2.0, 1.0)))  # they do not shrink
-    assert np.isnan(errors.observed_order([1.0, 1.0, 1.0], (4.0, 2.0, 1.0), 1e-9))
-
-
 def test_a_wall_is_solved_noted_and_compared(tmp_path, monkeypatch):
     data = tmp_path / "data.csv"
     names = ("default", "same model", "explicit increments")
-    todo = [c for c in run.for_scene("stack") if c.axis in names and c.value != "80"]
+    todo = [c for c in run.for_scene("stack") if c.axis in names]
     monkeypatch.setattr(run, "for_scene", lambda name: todo)
-    run.run(data, ["stack"], [], 60.0)
+    run.run(data, ["stack"], (), 60.0)
     assert cases.keys_in(data, run.KEY) == {("stack", c.axis, c.value) for c in todo}
     rows = errors.load(data)
     assert (rows["status"] == "complete").all()
@@ -42,7 +30,7 @@ def test_a_wall_is_solved_noted_and_compared(tmp_path, monkeypatch):
 def test_what_takes_too_long_or_dies_is_listed(tmp_path, monkeypatch):
     monkeypatch.setattr(run, "one", _hangs_or_dies)
     monkeypatch.setattr(run, "for_scene", lambda name: [c for c in choices.choices() if c.axis == "tolerance"][:2])
-    run.run(tmp_path / "data.csv", ["stack"], [], 0.5)
+    run.run(tmp_path / "data.csv", ["stack"], (), 0.5)
     rows = errors.load(tmp_path / "data.csv")
     assert rows["status"][0] == "over 0.5 s"
     assert "died" in rows["status"][1]

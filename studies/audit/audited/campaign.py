@@ -219,7 +219,7 @@ def run(wanted: Sequence[Job], file: Path, limit: float, processes: int = 1) -> 
     def lost(job: tuple[Any, ...], words: str) -> dict[str, Any]:
         return empty_row(Job(*job), words) | {"seconds": limit}
 
-    cases.run(todo, Job._fields, one_of, lost, file, limit, processes=processes, each=False)
+    cases.run(todo, Job._fields, one_of, lost, file, limit, processes=processes, every=50)
 
 
 def one_of(*job: Any) -> dict[str, Any]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from audited.limit import Statics, out_of_reach
 from audited.wall import CONTROL, CRACKED, SECTION, ArchivedWall
-from studies.benchmarks.stress.limit import Statics, out_of_reach
 
 UNBROKEN = 1e4
 """Force in mean block weights that represents an unlimited strength."""

@@ -1,8 +1,7 @@
 """Random scenes of all joint laws, movements and footings; scene i of a seed depends on (seed, i) alone.
 
-Sizes, bond, openings and the materials of wide range are those of the stress campaign
-(``studies.benchmarks.stress.scenes``). Here the materials of most scenes are drawn again from the range of masonry, and
-laws, grounds and settings are added.
+Sizes, bond, openings and the materials of wide range are those of ``audited.wide_scenes``. Here the materials of most
+scenes are drawn again from the range of masonry, and laws, grounds and settings are added.
 """
 
 from __future__ import annotations
@@ -11,10 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from audited.wide_scenes import tables as wide_tables
 from damagepred.assembly import wall_model
 from damagepred.errors import InputError
 from damagepred.scene import Scene
-from studies.benchmarks.stress.scenes import tables as stress_tables
 
 LARGEST = (8, 16, 30, 60, 120)
 """Numbers of bricks that bound a scene, about; each is drawn as often as ``SHARES`` says."""
@@ -97,7 +96,7 @@ def scene_of(seed: int, number: int) -> Drawn:
 def tables(rng: np.random.Generator) -> dict[str, Any]:
     """Return the tables of a scene, which may be refused."""
     draw = Draw(rng)
-    found = stress_tables(0, int(rng.choice(LARGEST, p=SHARES)), rng)
+    found = wide_tables(0, int(rng.choice(LARGEST, p=SHARES)), rng)
     found.pop("title")
     if draw.chance(0.8):
         _masonry(found, draw)

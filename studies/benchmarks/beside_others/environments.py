@@ -14,6 +14,8 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
+ENVIRONMENTS = "DAMAGEPRED_BENCHMARK_ENVIRONMENTS"
+"""Variable of the environment that names the folder of the other solvers' environments."""
 SOLVERS = ("pymunk", "lmgc90", "openseespy", "exudyn")
 IMPORTED = {
     "pymunk": "pymunk",
@@ -24,59 +26,48 @@ IMPORTED = {
 LIBRARIES = ("libblas3", "liblapack3", "libgfortran5", "libquadmath0")
 
 
-def default_folder() -> Path:
-    """Return the default folder of the environments."""
-    cache = os.environ.get("XDG_CACHE_HOME")
-    return Path(cache or tempfile.gettempdir()) / "damagepred-beside-others"
+def folder() -> Path:
+    """Return the folder of the environments."""
+    cache = os.environ.get("XDG_CACHE_HOME") or tempfile.gettempdir()
+    return Path(os.environ.get(ENVIRONMENTS) or Path(cache) / "damagepred-beside-others")
 
 
-def python_of(solver: str, folder: Path) -> Path:
-    return folder / solver / "bin" / "python"
+def python_of(solver: str) -> Path:
+    return folder() / solver / "bin" / "python"
 
 
-def variables(solver: str, folder: Path) -> dict[str, str]:
+def variables(solver: str) -> dict[str, str]:
     """Return the environment variables of a solver: one thread, and the folder of unpacked libraries."""
     known = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     known.pop("PYTHONPATH", None)
-    places = sorted({str(found.parent) for found in (folder / solver / "libraries").rglob("*.so.*")})
+    places = sorted({str(found.parent) for found in (folder() / solver / "libraries").rglob("*.so.*")})
     if places:
         known["LD_LIBRARY_PATH"] = os.pathsep.join(places)
     return known
 
 
-def works(solver: str, folder: Path) -> bool:
+def works(solver: str) -> bool:
     """Return whether a solver is installed and can be imported."""
-    python = python_of(solver, folder)
+    python = python_of(solver)
     if not python.exists():
         return False
     command = [str(python), "-c", f"import {IMPORTED[solver]}"]
-    return subprocess.run(command, env=variables(solver, folder), capture_output=True, check=False).returncode == 0
+    return subprocess.run(command, env=variables(solver), capture_output=True, check=False).returncode == 0
 
 
-def make_ready(solver: str, folder: Path) -> None:
-    """Make the environment of a solver where it is missing.
-
-    Raises
-    ------
-    RuntimeError
-        If it cannot be imported afterwards.
-    """
-    if works(solver, folder):
-        return
-    place = folder / solver
+def made(solver: str) -> bool:
+    """Make the environment of a solver where it is missing; return whether the solver can be imported."""
+    if works(solver):
+        return True
+    place = folder() / solver
     subprocess.run([sys.executable, "-m", "venv", str(place)], check=True)
-    pip = [str(python_of(solver, folder)), "-m", "pip", "install", "--quiet", "--only-binary", ":all:"]
+    pip = [str(python_of(solver)), "-m", "pip", "install", "--quiet", "--only-binary", ":all:"]
     pip += ["--no-deps"] if solver == "lmgc90" else []
-    subprocess.run([*pip, "-r", str(HERE / "requirements" / f"{solver}.txt")], check=True)
-    if solver == "openseespy" and not works(solver, folder):
-        unpack(place / "libraries")
-    if not works(solver, folder):
-        raise RuntimeError(f"{solver}: installed in {place}, but it cannot be imported")
-
-
-def unpack(place: Path) -> None:
-    """Unpack the libraries that openseespy needs, without installing them."""
-    place.mkdir(parents=True, exist_ok=True)
-    subprocess.run(["apt-get", "download", "--quiet", *LIBRARIES], cwd=place, check=True)
-    for package in place.glob("*.deb"):
-        subprocess.run(["dpkg-deb", "-x", str(package), str(place)], check=True)
+    subprocess.run([*pip, "-r", str(HERE / "requirements" / f"{solver}.txt")], check=False)
+    if solver == "openseespy" and not works(solver):
+        libraries = place / "libraries"  # unpacked without installing them
+        libraries.mkdir(parents=True, exist_ok=True)
+        subprocess.run(["apt-get", "download", "--quiet", *LIBRARIES], cwd=libraries, check=False)
+        for package in libraries.glob("*.deb"):
+            subprocess.run(["dpkg-deb", "-x", str(package), str(libraries)], check=True)
+    return works(solver)

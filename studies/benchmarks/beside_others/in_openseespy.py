@@ -1,9 +1,8 @@
 """A case in OpenSees through openseespy: elastic blocks of two finite elements each, contact springs at their nodes.
 
 Every half brick is a four-node element (plane stress), every joint between two half bricks a pair of
-``zeroLengthContact2D`` elements, no-tension springs with friction, with the stiffness of the mortar. Under
-its own weight, and pushed, the wall is solved statically (Newton). Where the ground drops, blocks separate, and no
-static step converges: there it is solved in time (Newmark, or central differences; damped).
+``zeroLengthContact2D`` elements, no-tension springs with friction, with the stiffness of the mortar. The wall is solved
+statically (Newton) under its own weight.
 """
 
 from __future__ import annotations
@@ -13,10 +12,7 @@ import time
 
 import numpy as np
 import openseespy.opensees as ops
-from record import Record, Wall, answer, read_case, settle
-
-ALPHA = 300.0
-"""Damping in proportion to mass (1/s) of runs in time."""
+from record import Wall, answer, read_case
 
 
 class Model:
@@ -45,9 +41,7 @@ class Model:
                 for node in four:
                     self.load[node] = self.load.get(node, 0.0) + share
             self.nodes.append(own)
-        for node, mass in self.load.items():
-            ops.mass(node, mass, mass)
-        self.half, self.ground = half, {}
+        self.half = half
         self._joints()
         self._on_ground()
 
@@ -56,21 +50,11 @@ class Model:
         ops.node(self.node, float(x), float(y))
         return self.node
 
-    def _contact(self, upper: int, lower: int, area: float, normal: tuple[float, float]) -> int:
+    def _contact(self, upper: int, lower: int, area: float, normal: tuple[float, float]) -> None:
         case = self.case
         self.element += 1
-        ops.element(
-            "zeroLengthContact2D",
-            self.element,
-            upper,
-            lower,
-            case["normal_stiffness"] * area,
-            case["shear_stiffness"] * area,
-            case["friction"],
-            "-normal",
-            *normal,
-        )
-        return self.element
+        law = (case["normal_stiffness"] * area, case["shear_stiffness"] * area, case["friction"])
+        ops.element("zeroLengthContact2D", self.element, upper, lower, *law, "-normal", *normal)
 
     def _joints(self) -> None:
         """Join nodes of different blocks that lie on each other: those of a bed joint and those of a head joint."""
@@ -84,44 +68,27 @@ class Model:
         for a, b in sorted(pairs):
             (low_a, high_a), (low_b, _) = box[a], box[b]
             common = sorted(set(self.nodes[a]) & set(self.nodes[b]))
-            if len(common) < 2:
+            on, beside = abs(high_a[1] - low_b[1]) < 1e-6, abs(high_a[0] - low_b[0]) < 1e-6
+            if len(common) < 2 or not (on or beside):
                 continue
-            if abs(high_a[1] - low_b[1]) < 1e-6:  # b lies on a
-                area = self.half * thickness / 2
-                for place in common:
-                    self._contact(self.nodes[b][place], self.nodes[a][place], area, (0.0, 1.0))
-            elif abs(high_a[0] - low_b[0]) < 1e-6:  # b stands to the right of a
-                area = (high_a[1] - low_a[1]) * thickness / 2
-                for place in common:
-                    self._contact(self.nodes[b][place], self.nodes[a][place], area, (1.0, 0.0))
+            area = (self.half if on else high_a[1] - low_a[1]) * thickness / 2
+            for place in common:
+                normal = (0.0, 1.0) if on else (1.0, 0.0)
+                self._contact(self.nodes[b][place], self.nodes[a][place], area, normal)
 
     def _on_ground(self) -> None:
         """Connect every node of the underside to a fixed node of the ground."""
         self.base: list[list[int]] = []
         for block in self.wall.lowest:
             own = sorted(p for p in self.nodes[block] if abs(p[1]) < 1e-9)
-            x = self.wall.centre[block, 0]
-            piece = next(
-                i for i, g in enumerate(self.case["ground"]) if np.min(g, axis=0)[0] < x < np.max(g, axis=0)[0]
-            )
             under = []
             for i, place in enumerate(own):
                 node = self._node(*place)
                 share = self.half * self.case["thickness"] / (2 if i in (0, len(own) - 1) else 1)
                 self._contact(self.nodes[block][place], node, share, (0.0, 1.0))
-                ops.fix(node, 1, 0 if self.case["drop"][piece] else 1)
-                self.ground[node] = self.case["drop"][piece]
+                ops.fix(node, 1, 1)
                 under.append(node)
             self.base.append(under)
-
-    def weigh(self, factor: float = 0.0) -> None:
-        """Apply the weight, and with it a horizontal share of it if there is one."""
-        if not factor:
-            ops.timeSeries("Linear", 1)
-            ops.pattern("Plain", 1, 1)
-        for node, mass in self.load.items():
-            weight = mass * self.case["gravity"]
-            ops.load(node, factor * weight, 0.0 if factor else -weight)
 
     def unbalanced(self) -> np.ndarray:
         """Return the residual force on each block (n, 3), without inertia."""
@@ -150,149 +117,37 @@ class Model:
         return found
 
 
-def solved_by(tolerance: float, iterations: int) -> None:
+def solved(case: dict, level: float) -> dict:
+    """Solve the wall under its own weight statically, to a residual."""
+    began = time.process_time()
+    model = Model(case)
+    ops.timeSeries("Linear", 1)
+    ops.pattern("Plain", 1, 1)
+    for node, mass in model.load.items():
+        ops.load(node, 0.0, -mass * case["gravity"])
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system("UmfPack")
-    ops.test("NormUnbalance", tolerance, iterations)
+    ops.test("NormUnbalance", level * model.wall.weight.mean(), 100)
     ops.algorithm("Newton")
-
-
-def own_weight(case: dict, limit: float) -> dict:
-    """Solve the wall under its own weight statically, once for each residual."""
-    times, found = [], None
-    for level in case["levels"]:
-        began = time.process_time()
-        model = Model(case)
-        model.weigh()
-        build = time.process_time() - began
-        solved_by(level * model.wall.weight.mean(), 100)
-        ops.integrator("LoadControl", 1.0)
-        ops.analysis("Static")
+    found = {"build": time.process_time() - began, "seconds": 0.0, "note": ""}
+    for load in (1.0, *[0.0] * 20):  # committing a step moves the points where contacts stick: until it balances
+        ops.integrator("LoadControl", load)
+        if load:
+            ops.analysis("Static")
         began = time.process_time()
         converged = ops.analyze(1) == 0
-        seconds = time.process_time() - began
+        found["seconds"] += time.process_time() - began
         residual = model.wall.residual(model.unbalanced())
-        for _ in range(20):  # committing a step moves the points where contacts stick: iterate until it balances
-            if residual <= level or not converged:
-                break
-            ops.integrator("LoadControl", 0.0)
-            began = time.process_time()
-            converged = ops.analyze(1) == 0
-            seconds += time.process_time() - began
-            residual = model.wall.residual(model.unbalanced())
-        times.append(seconds if converged and residual <= level else None)
-        found = {
-            "build": build,
-            "seconds": seconds,
-            "steps": ops.testIter(),
-            "residual": residual,
-            "base": model.base_force(),
-            "displacement": model.displacement(),
-            "note": "" if converged else "static Newton did not converge",
-        }
-    return {**found, "settled": {"seconds": times}}
-
-
-def stepped(dt: float, halvings: int) -> int:
-    """Integrate over a time step, with substeps where Newton's method diverges; return their number, 0 if none."""
-    end, step, count = ops.getTime() + dt, dt, 0
-    while ops.getTime() < end - 1e-12:
-        if ops.analyze(1, min(step, end - ops.getTime())) == 0:
-            count += 1
-            step = min(dt, 2 * step)
-            continue
-        step /= 2
-        if step < dt / 2**halvings:
-            return 0
-    return count
-
-
-class InTime(Model):
-    """The wall in time: weight at once, then the ground drops."""
-
-    def __init__(self, case: dict, settings: dict) -> None:
-        super().__init__(case)
-        self.settings, self.explicit = settings, settings["scheme"] == "explicit"
-        ops.timeSeries("Constant", 1)
-        ops.pattern("Plain", 1, 1)
-        for node, mass in self.load.items():
-            ops.load(node, 0.0, -mass * case["gravity"])
-        ops.timeSeries(
-            "Path", 2, "-time", 0.0, case["drop_from"], case["drop_until"], 1e6, "-values", 0.0, 0.0, 1.0, 1.0
-        )
-        ops.pattern("Plain", 2, 2)
-        for node, drop in self.ground.items():
-            if drop:
-                ops.sp(node, 2, -drop)
-        ops.rayleigh(ALPHA, 0.0, 0.0, 0.0)
-        if self.explicit:
-            ops.constraints("Transformation")
-            ops.numberer("Plain")
-            ops.system("Diagonal")
-            ops.algorithm("Linear")
-            ops.integrator("CentralDifference")
-        else:
-            solved_by(1e-2 * min(case["levels"]) * self.wall.weight.mean(), 50)
-            ops.integrator("Newmark", 0.6, 0.3025)
-        ops.analysis("Transient")
-
-    @property
-    def now(self) -> float:
-        """Time (s)."""
-        return ops.getTime()
-
-    def advance(self, record: Record) -> int:
-        """Integrate to the next check; return the number of steps, 0 where none converges."""
-        record.start()
-        if self.explicit:
-            every = self.settings["every"]
-            steps = every if ops.analyze(every, self.settings["dt"]) == 0 else 0
-        else:
-            steps = stepped(self.settings["dt"], self.settings.get("halvings", 10))
-        record.stop()
-        return steps
-
-    def check(self) -> tuple[float, np.ndarray]:
-        """Return the residual, and the vertical force of the ground on each of the lowest blocks (N)."""
-        return self.wall.residual(self.unbalanced()), self.base_force()
-
-
-def pushed(case: dict, settings: dict, limit: float) -> dict:
-    """Push the wall by a growing share of its weight until no static step, however small, converges."""
-    began = time.process_time()
-    model = Model(case)
-    model.weigh()
-    solved_by(1e-3 * model.wall.weight.mean(), 50)
-    ops.integrator("LoadControl", 1.0)
-    ops.analysis("Static")
-    if ops.analyze(1):
-        return {"note": "does not converge under its own weight"}
-    ops.loadConst("-time", 0.0)
-    ops.timeSeries("Linear", 2)
-    ops.pattern("Plain", 2, 2)
-    model.weigh(1.0)
-    step, reached = 0.05, 0.0
-    while step > settings["width"] / 2 and time.process_time() - began < limit and reached < 1.5:
-        ops.integrator("LoadControl", step)
-        if ops.analyze(1):
-            step /= 2
-        else:
-            reached = ops.getTime()
-    return {"seconds": time.process_time() - began, "low": reached, "high": reached + 2 * step}
-
-
-def main() -> None:
-    case, settings, path = read_case()
-    limit = settings.pop("limit")
-    if case["name"] == "tilt":
-        found = pushed(case, settings, limit)
-    elif any(case["drop"]):
-        found = settle(case, limit, lambda: InTime(case, settings))
-    else:
-        found = own_weight(case, limit)
-    answer(path, **found, version=ops.version())
+        if residual <= level or not converged:
+            break
+    found |= {"steps": ops.testIter(), "residual": residual, "base": model.base_force()}
+    found["note"] = "" if converged else "static Newton did not converge"
+    return found | {"displacement": model.displacement(), "settles": bool(converged and residual <= level)}
 
 
 if __name__ == "__main__":
-    main()
+    case, _, _, path = read_case()
+    runs = [solved(case, level) for level in case["levels"]]
+    times = [run["seconds"] if run.pop("settles") else None for run in runs]
+    answer(path, **runs[-1], settled=times, version=ops.version())

@@ -6,6 +6,7 @@ It needs numpy alone, because it runs in the environments of the other solvers.
 from __future__ import annotations
 
 import json
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -15,8 +16,6 @@ import numpy as np
 
 HOLD = 20
 """Consecutive checks below the smallest level after which a wall counts as converged."""
-FALLEN = 0.02
-"""Displacement from which a pushed wall counts as collapsed (m)."""
 
 
 class Wall:
@@ -57,7 +56,7 @@ class Record:
         self.levels = case["levels"]
         self.after = case["drop_until"]
         self.limit = limit
-        self.looks: list[tuple[float, float, float, float]] = []
+        self.looks: list[tuple[float, float, float]] = []
         self.seconds = 0.0
         self.below = 0
         self._began = 0.0
@@ -70,91 +69,53 @@ class Record:
         """Stop the clock: checks are not part of the solver's work."""
         self.seconds += time.process_time() - self._began
 
-    def look(self, at: float, residual: float, reaction: float) -> bool:
-        """Record the residual and the force on the ground (N) at a time (s); return whether to continue."""
-        self.looks.append((self.seconds, at, residual, reaction))
+    def look(self, at: float, residual: float) -> bool:
+        """Record the residual at a time (s); return whether to continue."""
+        self.looks.append((self.seconds, at, residual))
         self.below = self.below + 1 if residual <= min(self.levels) and at > self.after else 0
         return self.below < HOLD and self.seconds < self.limit and np.isfinite(residual)
 
-    def settled(self) -> dict[str, list[float | None]]:
-        """Return the processor time and the time from which the residual stays below each level."""
-        looks = np.array(self.looks).reshape(-1, 4)
-        found: dict[str, list[float | None]] = {"seconds": [], "time": []}
+    def settled(self) -> list[float | None]:
+        """Return the processor time from which the residual stays below each level."""
+        seconds, at, residual = np.array(self.looks).reshape(-1, 3).T
+        found: list[float | None] = []
         for level in self.levels:
-            above = np.flatnonzero(~((looks[:, 2] <= level) & (looks[:, 1] > self.after)))
+            above = np.flatnonzero(~((residual <= level) & (at > self.after)))
             first = above[-1] + 1 if above.size else 0
-            stays = first <= len(looks) - min(HOLD, len(looks))  # a short dip at the end does not count
-            found["seconds"].append(float(looks[first, 0]) if stays else None)
-            found["time"].append(float(looks[first, 1]) if stays else None)
+            stays = first <= len(at) - min(HOLD, len(at))  # a short dip at the end does not count
+            found.append(float(seconds[first]) if stays else None)
         return found
 
 
-def push(
-    path: Path, case: dict[str, Any], settings: dict[str, Any], limit: float, stands: Callable[..., bool], version: str
-) -> None:
-    """Write the bracket of the horizontal collapse load, in shares of the weight, by bisection."""
-    low, high = settings["bracket"]
-    trials = []
-    began = time.process_time()
-    while high - low > settings["width"] and time.process_time() - began < limit:
-        factor = (low + high) / 2
-        stood = stands(case, settings, factor)
-        trials.append([factor, stood])
-        low, high = (factor, high) if stood else (low, factor)
-    answer(path, seconds=time.process_time() - began, low=low, high=high, trials=trials, version=version)
-
-
 def settle(case: dict[str, Any], limit: float, build: Callable[[], Any]) -> dict[str, Any]:
-    """Integrate a wall in time until it stays in equilibrium, or for a limit of processor time (s).
+    """Integrate a wall until it stays in equilibrium, or for a limit of processor time (s), or twice that by the clock.
 
     A system that is built has its time ``now``, and functions ``advance(record)`` (integrate to the next check with the
-    clock running; return the number of steps, 0 where none converges), ``check`` (residual, forces of the ground) and
-    ``displacement``.
+    clock running; return the number of steps), ``check`` (residual, forces of the ground) and ``displacement``.
     """
-    began = time.process_time()
+    began, clock = time.process_time(), time.monotonic()
     system = build()
     found: dict[str, Any] = {"build": time.process_time() - began, "steps": 0}
     record, go_on = Record(case, limit), True
     while go_on:
-        steps = system.advance(record)
-        found["steps"] += steps
-        if not steps:
-            found["note"] = f"no convergence at {system.now:.4f} s"
-            break
-        residual, base = system.check()
-        found["residual"] = residual
-        go_on = record.look(system.now, residual, float(base.sum()))
-    found |= {"settled": record.settled(), "seconds": record.seconds, "base": system.check()[1]}
-    return found | {"displacement": system.displacement()}
+        found["steps"] += system.advance(record)
+        found["residual"], found["base"] = system.check()
+        go_on = record.look(system.now, found["residual"]) and time.monotonic() - clock < 2 * limit
+    return found | {"settled": record.settled(), "seconds": record.seconds, "displacement": system.displacement()}
 
 
-def run(build: Callable[..., Any], stands: Callable[..., bool], version: str) -> None:
-    """Solve the case of the command line, and write the results."""
-    case, settings, path = read_case()
-    limit = settings.pop("limit")
-    if case["name"] == "tilt":
-        push(path, case, settings, limit, stands, version)
-    else:
-        answer(path, **settle(case, limit, lambda: build(case, settings)), version=version)
+def run(version: str, build: Callable[..., Any]) -> None:
+    """Settle the case of the command line, and write the results."""
+    case, settings, limit, path = read_case()
+    answer(path, **settle(case, limit, lambda: build(case, settings)), version=version)
 
 
-def read_case() -> tuple[dict[str, Any], dict[str, Any], Path]:
-    """Return case, settings and the file for the answer, as the command line names them."""
-    import sys
-
-    case = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    settings = json.loads(sys.argv[2])
-    return case, settings, Path(sys.argv[3])
+def read_case() -> tuple[dict[str, Any], dict[str, Any], float, Path]:
+    """Return case, settings, limit (s) and the file for the answer, as the command line names them."""
+    case, settings = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8")), json.loads(sys.argv[2])
+    return case, settings, settings.pop("limit"), Path(sys.argv[3])
 
 
 def answer(path: Path, **known: Any) -> None:
-    """Write the results."""
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, np.ndarray):
-            return value.tolist()
-        if isinstance(value, np.generic):
-            return value.item()
-        raise TypeError(type(value))
-
-    path.write_text(json.dumps(known, default=plain), encoding="utf-8")
+    """Write the results; arrays and numbers of numpy as lists and numbers."""
+    path.write_text(json.dumps(known, default=lambda value: value.tolist()), encoding="utf-8")

@@ -33,7 +33,7 @@ def row_of(case: Case, solver: str, settings: str, found: dict[str, Any]) -> dic
     """Return the row of one run in ``runs.csv``."""
     row: dict[str, Any] = {"case": case["name"], "size": case["size"], "solver": solver, "settings": settings}
     row |= {"blocks": len(case["blocks"]), "solver version": found.get("version", ""), "note": found.get("note", "")}
-    row |= {name: found.get(name, np.nan) for name in ("build", "seconds", "steps", "residual", "low", "high")}
+    row |= {name: found.get(name, np.nan) for name in ("build", "seconds", "steps", "residual")}
     seconds = found.get("settled") or [None] * len(LEVELS)
     row |= dict(zip(COLUMNS, (np.nan if s is None else s for s in seconds), strict=True))
     if "displacement" not in found:
@@ -41,24 +41,13 @@ def row_of(case: Case, solver: str, settings: str, found: dict[str, Any]) -> dic
     wall, moved, base = Wall(case), np.array(found["displacement"]), np.array(found["base"])
     row["weight on the ground"] = base.sum() / wall.weight.sum()
     row["largest base force"] = base.max() / base.mean()
-    row["top settles mm"] = -1e3 * moved[wall.centre[:, 1] > wall.centre[:, 1].max() - 1e-6, 1].mean()
-    row["drift mm"] = 1e3 * np.abs(moved[:, 0]).max()
     drop = max(case["drop"])
     if drop:
+        left, right = (f([x for x, _ in case["ground"][case["drop"].index(drop)]]) for f in (min, max))
+        x = wall.centre[wall.lowest, 0]
         row["blocks down"] = int((moved[:, 1] < -drop / 2).sum())
-        row["weight on what dropped"] = base[on_dropped(case, wall)].sum() / wall.weight.sum()
-        row["thrust opening mm"] = 1e3 * (moved[:, 0].max() - moved[:, 0].min())
+        row["weight on what dropped"] = base[(left < x) & (x < right)].sum() / wall.weight.sum()
     return row
-
-
-def on_dropped(case: Case, wall: Wall) -> np.ndarray:
-    """Return which of the lowest blocks stand on a piece of ground that drops."""
-    x = wall.centre[wall.lowest, 0]
-    inside = np.zeros(len(x), dtype=bool)
-    for corners, drop in zip(case["ground"], case["drop"], strict=True):
-        ends = np.array(corners)[:, 0]
-        inside |= bool(drop) & (x > ends.min()) & (x < ends.max())
-    return inside
 
 
 def fastest(runs: pd.DataFrame, case: str) -> pd.DataFrame:
@@ -94,12 +83,6 @@ def compared(runs: pd.DataFrame, case: str) -> pd.DataFrame:
     return told.reset_index().assign(solver=[NAMES[str(s)] for s in rows.index.get_level_values("solver")])
 
 
-def collapse(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return the bracket of the collapse load, in shares of the weight."""
-    part = order(runs[runs["case"] == "tilt"])[["blocks", "solver", "settings", "low", "high", "seconds"]]
-    return part.assign(solver=[NAMES.get(s, "limit analysis") for s in part["solver"]])
-
-
 def headline(folder: Path) -> str:
     """Return the least time of other solvers over ours at a residual of 0.001, in a sentence."""
     runs = pd.read_csv(folder / "runs.csv")
@@ -120,5 +103,4 @@ def text(folder: Path) -> str:
         own = fastest(runs, case).xs("quasi_static", level="solver")["s at 0.0001"]
         took = ", ".join(f"{1e3 * s:.3g} ms ({n} blocks)" for n, s in own.items())
         parts += [f"*{words[0].upper()}{words[1:]}*; quasi-static to 0.0001 in {took}.", markdown(compared(runs, case))]
-    parts += ["*Pushed*: the collapse load as a share of the weight.", markdown(collapse(runs))]
     return "\n\n".join(parts)

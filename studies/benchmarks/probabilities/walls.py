@@ -7,7 +7,6 @@ are computed from the files without solving.
 from __future__ import annotations
 
 import time
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,42 +16,20 @@ import numpy as np
 from damagepred.archive.files import write_whole
 from damagepred.arrays import FloatArray
 from damagepred.study.analyses.limit_state import Question, margin, study_for_limit_state
-from damagepred.study.campaign.sample import sampled_wall, solve_sample
-from damagepred.study.campaign.warm_up import warm_up
+from damagepred.study.analyses.rare_event_samples import normals_to_wall
+from damagepred.study.campaign.sample import joint_places, sampled_wall, solve_sample
 from damagepred.study.settings import StudySettings
 from damagepred.uq.importance import Proposal
+from damagepred.uq.subset import subset_simulation
+from studies.benchmarks.walls import read as read_tables
 
 HERE = Path(__file__).resolve().parent
-
 CATEGORY = 1
 """The only quantity is whether, or at which movement, this category is reached."""
-
-RARE_AT = {"joints": 0.113e-3, "window": 0.4e-3}
-"""Movement (m) by which few walls reach it."""
-
 RARE_INCREMENTS = 4
 """Increments of the path to that movement, at which the path ends."""
-
-VARIANTS: dict[str, dict[str, dict[str, dict[str, Any]]]] = {
-    "joints": {
-        "larger blocks": {"wall": {"block_length": 0.8, "block_height": 0.4}},
-        "two contacts": {"solver": {"contacts_per_interface": 2}},
-        "half the increments": {"movement": {"increments": 5}},
-        "increments x 4": {"movement": {"increments": 40}},
-        "five contacts": {"solver": {"contacts_per_interface": 5}},
-    },
-    "window": {
-        "larger blocks": {"wall": {"block_length": 0.8}},
-        "two contacts": {"solver": {"contacts_per_interface": 2}},
-        "half the increments": {"movement": {"increments": 8}},
-        "increments x 4": {"movement": {"increments": 64}},
-        "five contacts": {"solver": {"contacts_per_interface": 5}},
-    },
-}
-"""Coarser and finer forms, by their difference from the wall."""
-
-SHIFTS = {"window": {"joint.tensile_strength": -2.0, "joint.cohesion": -1.5}}
-"""Shift of importance sampling, in standard deviations of the underlying normal: variables of the whole wall."""
+SETS = read_tables(HERE / "plans.toml")
+WALLS = ("window", "joints")
 
 
 class Plan(NamedTuple):
@@ -84,129 +61,113 @@ class Plan(NamedTuple):
 
 
 class Bank(NamedTuple):
-    """Results of a set, as far as it is solved: arrays (replicates, walls), except for the last.
+    """Results of a set: arrays (replicates, walls).
 
     Attributes
     ----------
     lower, upper : array
-        Interval of the movement (m) at which the category is reached.
+        Interval of the movement (m) at which the category is reached; a failed wall counts as not damaged.
     weight : array
         Weight of importance sampling.
-    failed : int
-        Number of failed walls.
     """
 
     lower: FloatArray
     upper: FloatArray
     weight: FloatArray
-    failed: int
+
+
+def plans(wall: str, quick: bool = False) -> list[Plan]:
+    """Return the sets of a wall: for the errors of a curve, and of a small probability."""
+    return [Plan(**plan) for plan in SETS["quick" if quick else wall]["plans"]]
 
 
 def settings_of(wall: str, variant: str = "") -> StudySettings:
     """Return the study of a wall in one of its forms; random fields are those of the wall itself."""
-    tables = tomllib.loads((HERE / f"{wall}.toml").read_text(encoding="utf-8"))
-    settings = StudySettings.from_dict(tables, wall)
+    settings = StudySettings.from_toml(HERE / f"{wall}.toml")
     settings = replace(settings, study=replace(settings.study, sampler="random", store_fields=False))
     if not variant:
         return settings
-    changed = replace(settings, study=replace(settings.study, coarse=VARIANTS[wall][variant]))
+    changed = replace(settings, study=replace(settings.study, coarse=SETS[wall]["variants"][variant]))
     how = replace(settings.study, fields_from=settings.scene)
     return replace(settings, scene=changed.coarse_scene(), study=how)
 
 
-def rare_settings(settings: StudySettings, at: float) -> StudySettings:
-    """Return a study whose paths end at a small movement, in a few increments."""
-    moved = replace(settings.scene.movement, central_deflection=at, increments=RARE_INCREMENTS)
+def rare_settings(wall: str, variant: str = "") -> StudySettings:
+    """Return a study whose paths end at the small movement, in a few increments."""
+    settings = settings_of(wall, variant)
+    moved = replace(settings.scene.movement, central_deflection=SETS[wall]["rare_at"], increments=RARE_INCREMENTS)
     return replace(settings, scene=replace(settings.scene, movement=moved))
 
 
 def planned(wall: str, plan: Plan) -> StudySettings:
     """Return the study from which a plan samples its walls."""
-    settings = settings_of(wall, plan.variant)
-    if plan.rare:
-        settings = rare_settings(settings, RARE_AT[wall])
+    settings = rare_settings(wall, plan.variant) if plan.rare else settings_of(wall, plan.variant)
     how = replace(settings.study, sampler=plan.sampler)
     if plan.shifted:
-        proposals = {place: Proposal(shift=shift) for place, shift in SHIFTS[wall].items()}
+        proposals = {place: Proposal(shift=shift) for place, shift in SETS[wall]["shifts"].items()}
         how = replace(how, importance=proposals, nominal_share=0.1)
     return replace(settings, study=how)
 
 
-def question_of(wall: str) -> Question:
-    """Return the question whose answer is the small probability."""
-    return Question(CATEGORY, RARE_AT[wall])
+def solved(wall: str, plan: Plan, settings: StudySettings) -> FloatArray:
+    """Return for each wall the movements between which it reaches the category, NaN if it failed; and its weight."""
+    design, at = settings.design(), SETS[wall]["rare_at"]
+    drawn, weight = design.wall_values(plan.walls), design.weights(plan.walls)
 
-
-def settings_to_question(wall: str) -> StudySettings:
-    """Return a study whose paths go beyond the small movement, so that a margin is known."""
-    return study_for_limit_state(rare_settings(settings_of(wall), RARE_AT[wall]), question_of(wall))
-
-
-def make_ready(wall: str) -> None:
-    """Compile, or load what is compiled, before processes are forked."""
-    for variant in ("", *VARIANTS[wall]):
-        warm_up(settings_of(wall, variant).scene)
-
-
-def values_of(drawn: dict[str, FloatArray], number: int) -> dict[str, float]:
-    """Return the values of a wall."""
-    return {place: float(values[number]) for place, values in drawn.items()}
-
-
-def solved(
-    wall: str, plan: Plan, settings: StudySettings, design: Any, number: int, values: dict[str, float]
-) -> tuple[float, float]:
-    """Solve a wall: the movements between which it reaches the category; NaN if it failed."""
-    if plan.rare:  # only whether it does so by the small movement
-        at = RARE_AT[wall]
-        found = margin(*sampled_wall(settings, design, number, values), Question(CATEGORY, at, 1.0))
-        if found.most == np.inf:
+    def interval(number: int) -> tuple[float, float]:
+        values = {place: float(each[number]) for place, each in drawn.items()}
+        if plan.rare:  # only whether it does so by the small movement
+            found = margin(*sampled_wall(settings, design, number, values), Question(CATEGORY, at, 1.0))
+            return (np.nan, np.nan) if found.most == np.inf else (0.0, at) if found.most <= 0 else (at, np.inf)
+        result = solve_sample(settings, design, number, values)
+        if result.reason or result.columns is None:
             return np.nan, np.nan
-        return (0.0, at) if found.most <= 0 else (at, np.inf)
-    result = solve_sample(settings, design, number, values)
-    if result.reason or result.columns is None:
-        return np.nan, np.nan
-    moved = result.columns["central_deflection"].values[0]
-    reached = np.flatnonzero(result.columns["damage_category"].values[0] >= CATEGORY)
-    return (moved[reached[0] - 1], moved[reached[0]]) if len(reached) else (moved[-1], np.inf)
+        moved = result.columns["central_deflection"].values[0]
+        reached = np.flatnonzero(result.columns["damage_category"].values[0] >= CATEGORY)
+        return (moved[reached[0] - 1], moved[reached[0]]) if len(reached) else (moved[-1], np.inf)
+
+    found = np.array([interval(number) for number in range(plan.walls)])
+    return np.array([*found.T, np.ones(plan.walls) if weight is None else weight])
 
 
-def solve(wall: str, plan: Plan, file: Path) -> dict[str, Any]:
+def solve(folder: Path, quick: bool, wall: str, name: str) -> dict[str, Any]:
     """Solve a set and write its file; return the number of walls and the time (s)."""
+    plan = next(p for p in plans(wall, quick) if p.name == name)
     began, settings = time.process_time(), planned(wall, plan)
-    kept = np.zeros((3, plan.replicates, plan.walls))
-    for replicate in range(plan.replicates):
-        # a replicate's seed does not depend on their number
-        own = replace(settings, study=replace(settings.study, seed=settings.study.seed + 1000 * replicate))
-        design = own.design()
-        drawn, weight = design.wall_values(plan.walls), design.weights(plan.walls)
-        for number in range(plan.walls):
-            try:
-                found = solved(wall, plan, own, design, number, values_of(drawn, number))
-            except ArithmeticError:
-                found = np.nan, np.nan
-            kept[:, replicate, number] = *found, 1.0 if weight is None else weight[number]
+    # a replicate's seed does not depend on their number
+    seeds = [settings.study.seed + 1000 * replicate for replicate in range(plan.replicates)]
+    sets = [solved(wall, plan, replace(settings, study=replace(settings.study, seed=seed))) for seed in seeds]
+    kept = np.stack(sets, axis=1)
 
     def write(path: Path) -> None:
         with path.open("wb") as stream:
             np.savez_compressed(stream, kept=kept)
 
+    file = folder / wall / f"{name}.npz"
     file.parent.mkdir(parents=True, exist_ok=True)
     write_whole(file, write)
     return {"walls": kept[0].size, "seconds": time.process_time() - began}
 
 
-def file_of(folder: Path, wall: str, plan: Plan) -> Path:
-    """Return the file of a set."""
-    return folder / wall / f"{plan.name.replace(' ', '_')}.npz"
-
-
-def read(file: Path) -> Bank | None:
-    """Return a set; None if there is nothing yet."""
-    if not file.is_file():
-        return None
-    with np.load(file) as held:
+def read(folder: Path, wall: str, name: str) -> Bank:
+    """Return a set."""
+    with np.load(folder / wall / f"{name}.npz") as held:
         lower, upper, weight = held["kept"]
     failed = np.isnan(lower)
-    # a failed wall counts as not damaged; their number is printed
-    return Bank(np.where(failed, 0.0, lower), np.where(failed, np.inf, upper), weight, int(failed.sum()))
+    return Bank(np.where(failed, 0.0, lower), np.where(failed, np.inf, upper), weight)
+
+
+def subset(wall: str, level: int, run: int) -> dict[str, Any]:
+    """Estimate the small probability once, by subset simulation."""
+    question = Question(CATEGORY, SETS[wall]["rare_at"])
+    settings = study_for_limit_state(rare_settings(wall), question)  # paths go on, so that a margin is known
+    design = settings.design()
+
+    def limit_state(z: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+        return np.array([margin(*normals_to_wall(settings, design, row), question).most for row in z])
+
+    size = len(design.wall) + (len(design.joint) * len(joint_places(settings.scene).x) if design.joint else 0)
+    began = time.process_time()
+    found = subset_simulation(limit_state, size, samples=level, seed=1000 * level + run)
+    seconds = time.process_time() - began
+    return {"probability": found.probability, "walls": found.evaluations, "seconds": seconds}

@@ -23,8 +23,8 @@ def solved(rows: pd.DataFrame) -> pd.DataFrame:
     fine = rows[rows["end"].isin(FINE)]
     fine = fine.assign(at=[row[row["grows"]] for _, row in fine.iterrows()])
     fine = fine.assign(wall_memory=(fine["memory"] - fine["memory_before"]).where(lambda m: m > NOT_MORE))
-    order = {name: k for k, name in enumerate((w, c) for w in GROWING for c in GROWING[w])}
-    rank = [order.get(name, len(order)) for name in zip(fine["grows"], fine["curve"])]
+    order = [(what, curve) for what, curves in GROWING.items() for curve in curves]
+    rank = [order.index(name) for name in zip(fine["grows"], fine["curve"])]
     return fine.assign(rank=rank).sort_values(["rank", "at"], kind="stable")
 
 

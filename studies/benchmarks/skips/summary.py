@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from studies.benchmarks.pages import markdown
-from studies.benchmarks.skips.skips import NOT_TURNED_OFF, SKIPS
-from studies.benchmarks.skips.study_skips import PARTS
+from studies.benchmarks.skips.run import PARTS, SKIPS
 
 TITLE = "Time saved and differences made by skipped computations"
 CHANGES = ["upwards", "sideways", "otherwise"]
@@ -17,13 +15,11 @@ CHANGES = ["upwards", "sideways", "otherwise"]
 
 
 def medians(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each skip and wall: rounds, median ratio of time or size, largest differences."""
-    rows = rows.reindex(columns=["skip", "wall", "seconds_on", "seconds_off", "bytes_on", "bytes_off", *CHANGES])
-    sizes, times = rows["bytes_off"] / rows["bytes_on"], rows["seconds_off"] / rows["seconds_on"]
-    cases = rows.assign(ratio=np.where(times.isna(), sizes, times)).groupby(["skip", "wall"], sort=False)
+    """Return a row for each skip and wall: rounds, median ratio of times, largest differences."""
+    cases = rows.assign(ratio=rows["seconds_off"] / rows["seconds_on"]).groupby(["skip", "wall"], sort=False)
     found = cases[CHANGES].max().assign(ratio=cases["ratio"].median(), rounds=cases.size()).reset_index()
-    order = {name: k for k, name in enumerate((*SKIPS, *PARTS))}
-    return found.sort_values("skip", key=lambda s: s.map(order), kind="stable")
+    order = [*SKIPS, *PARTS]
+    return found.sort_values("skip", key=lambda s: s.map(order.index), kind="stable")
 
 
 def headline(folder: Path) -> str:
@@ -35,7 +31,7 @@ def headline(folder: Path) -> str:
 def text(folder: Path) -> str:
     """Return for each skip and wall the ratio of times and the differences; and the unmeasured skips."""
     found = medians(pd.read_csv(folder / "data.csv"))
-    known = {**SKIPS, **PARTS}
+    known = {name: skip["what"] for name, skip in SKIPS.items()} | {name: part[0] for name, part in PARTS.items()}
 
     def joined(values: pd.Series, form: str) -> str:
         return "; ".join("" if v != v else format(v, form) if v else "0" for v in values).strip("; ")
@@ -43,8 +39,8 @@ def text(folder: Path) -> str:
     lines = [
         {
             "skip": name,
-            "skipped": known[str(name)].what,
-            "times as fast, or as small": "; ".join(f"{r.wall} {r.ratio:.2f}" for r in own.itertuples()),
+            "skipped": known[str(name)],
+            "times as fast": "; ".join(f"{r.wall} {r.ratio:.2f}" for r in own.itertuples()),
             "displacements differ by, over the movement": joined(own[["upwards", "sideways"]].max(axis=1), ".0e"),
             "contacts cracked otherwise": joined(own["otherwise"], ".0f"),
         }
@@ -54,8 +50,6 @@ def text(folder: Path) -> str:
         f"Runs with and without alternate, {found['rounds'].min()} to {found['rounds'].max()} times each; walls are in "
         "the same order in each column.",
         markdown(pd.DataFrame(lines)),
-        "Not turned off there:",
-        "\n".join(f"- {what}: {why}" for what, why in NOT_TURNED_OFF.items()),
     ]
-    missing = [f"- {one.what} ({name})" for name, one in known.items() if name not in set(found["skip"])]
+    missing = [f"- {what} ({name})" for name, what in known.items() if name not in set(found["skip"])]
     return "\n\n".join(parts + (["Not measured yet:", "\n".join(missing)] if missing else []))

@@ -24,13 +24,12 @@ WAYS = STATIC + IN_TIME
 """The solvers, and whether blocks are deformable."""
 RIGID = tuple(way for way in WAYS if way.endswith("rigid"))
 """Ways of all cases; zones take longer and are used for some cases only."""
-PERIODS = 30.0
-"""Periods of the slowest vibration within which a locally damped run in time comes to rest."""
+NOT_LONG = (*STATIC, "in time, rigid")
+"""Ways of walls of which runs in time with zones take more than ``STEPS``."""
 STEPS = 1_000_000
 """Largest number of time steps of a run in time, fewer with more degrees of freedom: some seconds."""
-
-VERDICTS = ("right", "fell, rightly", "solved", "fell", "refused", "gave up", "not tried", "WRONG", "FAILED")
-"""Verdicts of a case; the page explains them."""
+PERIODS = 30.0
+"""Periods of the slowest vibration within which a locally damped run in time comes to rest."""
 
 
 class Check(NamedTuple):
@@ -124,15 +123,7 @@ def built(case: Case, way: str) -> tuple[Model, Solver]:
 
 
 def found(case: Case, way: str) -> Found:
-    """Solve a case.
-
-    Raises
-    ------
-    DamagepredError
-        As the solver does.
-    NotTriedError
-        If a run in time is too long.
-    """
+    """Solve a case, unless it is a run in time that takes too long."""
     model, solver = built(case, way)
     if case.follow is not None:
         return case.follow(model, solver)
@@ -148,20 +139,20 @@ def found(case: Case, way: str) -> Found:
     return Found(model, list(run), run)
 
 
-def to_rest(model: Model) -> Dynamics:
+def to_rest(model: Model, **more: Any) -> Dynamics:
     """Return a run that lets blocks drop onto unstressed joints and comes to rest."""
-    return Dynamics(duration=PERIODS * slowest(model), outputs=60, damping="local", start="unstressed")
+    return Dynamics(duration=PERIODS * slowest(model), outputs=60, damping="local", start="unstressed", **more)
 
 
 def slowest(model: Model) -> float:
     """Return the longest period of vibration (s)."""
-    free = DiscreteSystem.of(model).free_dofs
-    inertia = np.zeros(model.size)
+    system = DiscreteSystem.of(model)
+    free, inertia = system.free_dofs, np.zeros(model.size)
     whole = np.column_stack((model.mass, model.mass, model.mass * model.blocks.polar / model.blocks.area))
     inertia[: whole.size] = whole.ravel()
     if model.mesh is not None:
         inertia[model.mesh.dof_x] = inertia[model.mesh.dof_y] = gridpoint_mass(model)
     root = 1.0 / np.sqrt(inertia[free])
-    dynamic = DiscreteSystem.of(model).elastic_stiffness[free][:, free].toarray() * root[:, None] * root
+    dynamic = system.elastic_stiffness[free][:, free].toarray() * root[:, None] * root
     # the lowest is lost in rounding: the inverse has it first
     return float(2 * np.pi * np.sqrt(linalg.eigvalsh(linalg.inv(0.5 * (dynamic + dynamic.T)))[-1]))

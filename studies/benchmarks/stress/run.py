@@ -1,72 +1,69 @@
 """Run all solvers with extreme input and count the outcomes.
 
-    python studies/benchmarks/stress/run.py [--family NAME] [--way NAME] [--fresh] [-j N]
+    python studies/benchmarks/stress/run.py [--only FAMILY ...] [--limit 60] [--quick] [--output FOLDER]
 
-Every case is solved in a separate process, within ``--limit`` seconds. Finished cases are stored in ``cases.csv`` and
-not repeated, unless with ``--fresh``: the same command resumes an interrupted run. ``--quick`` runs every twentieth
-case and stores nothing.
+Finished runs are stored in ``cases.csv`` and not repeated: the same command resumes. Times are not the result, so two
+run at a time. ``--quick`` runs every twentieth.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
-import tempfile
-from pathlib import Path
+from functools import cache, partial
+from typing import Any
 
-import pandas as pd
+import numpy as np
 
-from studies.benchmarks.stress import summary
-from studies.benchmarks.stress.campaign import jobs, run
-from studies.benchmarks.stress.time_steps import SHARES, cracking, longer_steps
+from studies.benchmarks import cases
+from studies.benchmarks.stress import collapse, elastic, geometry, in_time, joints, summary
+from studies.benchmarks.stress.case import WAYS, Case
+from studies.benchmarks.stress.checks import judge
 
-HERE = Path(__file__).resolve().parent
-
-CASES, STEPS, CRACKS = (HERE / name for name in ("cases.csv", "time_steps.csv", "cracking.csv"))
+KEY = ("family", "case", "way")
 EVERY = 20
 """The quick form runs every twentieth case."""
 
 
-def time_steps() -> None:
-    """Run the cases of the time step, and write their results."""
-    rows = [
-        {"share": share, "solver": name} | found.row()
-        for share in SHARES
-        for name, found in longer_steps(share).items()
-    ]
-    pd.DataFrame(rows).to_csv(STEPS, index=False, float_format="%.3g")
-    pd.DataFrame(cracking()).to_csv(CRACKS, index=False, float_format="%.3g")
+@cache
+def all_cases() -> dict[tuple[str, str], Case]:
+    """Return every case by family and name, in the order of the page."""
+    listed = [case for part in (elastic, joints, collapse, geometry, in_time) for case in part.cases()]
+    found = {(case.family, case.name): case for case in listed}
+    if len(found) != len(listed):
+        raise ValueError("two cases have one name")
+    return found
+
+
+def one(family: str, name: str, way: str) -> dict[str, Any]:
+    """Do one job."""
+    row = judge(all_cases()[family, name], way)
+    if row["verdict"] in ("FAILED", "WRONG"):
+        print(f"{family} | {name} | {way}: {row['verdict']} {row['message']}", flush=True)
+    return row
+
+
+def lost(_: tuple[Any, ...], message: str) -> dict[str, Any]:
+    """Return the row of a job that hung or died."""
+    return {"verdict": "FAILED", "by": "", "off": np.nan, "seconds": np.nan, "message": message}
+
+
+def warm_up() -> None:
+    """Compile all kernels, before workers are forked."""
+    with np.errstate(all="ignore"):
+        for way in WAYS:
+            for key in (("proportion", "in proportion"), ("strengths", "both bonds wear")):
+                judge(all_cases()[key], way)
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--family", action="append", default=[], help="only this family (repeat for more)")
-    parser.add_argument("--way", action="append", default=[], help="only this solver, as 'explicit, rigid'")
-    parser.add_argument("--limit", type=float, default=60.0, help="seconds that one case may take (60)")
-    parser.add_argument(
-        "-j", "--processes", type=int, default=2, help="number of processes (2): times are not the result"
-    )
-    parser.add_argument("--csv", type=Path, default=CASES, help="file of the rows")
-    parser.add_argument("--fresh", action="store_true", help="delete the stored rows")
-    parser.add_argument("--quick", action="store_true", help=f"every {EVERY}th case, storing nothing")
-    options = parser.parse_args()
-    wanted = jobs(options.family, options.way)
-    if options.quick:
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "cases.csv"
-            run(wanted[::EVERY], file, options.limit, options.processes)
-            rows = summary.read(file)
-        print(summary.in_a_word(rows))
-        return int(rows["verdict"].isin(["WRONG", "FAILED"]).any())
-    if options.fresh:
-        options.csv.unlink(missing_ok=True)
-    if options.fresh or not CRACKS.exists():  # written last
-        time_steps()
-    print(f"{len(wanted)} runs, about half a second each", file=sys.stderr)
-    run(wanted, options.csv, options.limit, options.processes)
-    print(summary.in_a_word(summary.read(options.csv)))
+    """Run the cases of the command line."""
+    keys = [(*key, way) for key, case in all_cases().items() for way in case.ways]
+    options = cases.options(__doc__, __file__, {key[0] for key in keys}, 60.0)
+    keys = [key for key in keys if not options.only or key[0] in options.only][:: EVERY if options.quick else 1]
+    campaign = partial(cases.run, processes=2, digits=3, every=50, before=warm_up)
+    campaign(keys, KEY, one, lost, options.output / "cases.csv", options.limit)
+    print(summary.in_a_word(summary.read(options.output / "cases.csv")))
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

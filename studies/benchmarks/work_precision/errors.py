@@ -1,10 +1,9 @@
-"""Errors of every choice against a reference of known error; observed orders."""
+"""Errors of every choice against a reference of known error."""
 
 from __future__ import annotations
 
-from itertools import pairwise
+import sys
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,20 +12,6 @@ from damagepred.arrays import FloatArray
 from studies.benchmarks.work_precision.choices import FINEST, SOLID, choices
 from studies.benchmarks.work_precision.quantities import QUANTITIES, SHARES
 
-LEAST = {
-    "dpc_opening": 1e-4,
-    "separation_length": 0.1,
-    "crack_width": 1e-4,
-    "base_crack_width": 1e-4,
-    "window": 1e-4,
-    "window_diagonal": 1e-4,
-    "first_crack": 1e-4,
-    "category": 1.0,
-    "base_reaction": 1.0,
-    "block_tension": 1e4,
-    "block_compression": 1e4,
-}
-"""Errors are shares of the reference, or of this where it is larger (SI): a hairline crack, 0.1 m, 0.01 MPa."""
 SOLUTIONS = [(SOLID, "320 increments"), (SOLID, "160 increments")]
 MODELS = [
     (FINEST, "30 mm, Lobatto 7"),
@@ -39,39 +24,7 @@ MODELS = [
     ("zones", "default size"),
 ]
 """References, the best first; the next two give the error of the first available one."""
-SEQUENCES: dict[str, dict[tuple[str, str], float]] = {
-    "zone size, Lobatto 7 and 3": {("zones", "60 mm"): 60, ("zones", "40 mm"): 40, (FINEST, "30 mm, Lobatto 7"): 30},
-    "increments": {("increments", "80"): 4, (SOLID, "160 increments"): 2, (SOLID, "320 increments"): 1},
-    "explicit ramp": {
-        **{("explicit ramp", n): 1 / float(n) for n in ("1000", "3000")},
-        ("explicit", "default"): 1e-4,
-    },
-    "explicit tolerance": {
-        ("explicit tolerance", "0.01"): 1e-2,
-        ("explicit", "default"): 1e-3,
-        ("explicit tolerance", "0.0001"): 1e-4,
-    },
-    "midpoint contacts": {("contacts", f"midpoint {n}"): 1 / n for n in (3, 5, 9)},
-}
-"""Three refinements of which the order is observed, with their sizes."""
-
 FINE_ENOUGH = 0.01
-
-
-class Reference(NamedTuple):
-    """A reference.
-
-    Attributes
-    ----------
-    axis, value : str
-        Its choice.
-    floor : dict
-        Its error by quantity: the largest difference to the next coarser references.
-    """
-
-    axis: str
-    value: str
-    floor: dict[str, float]
 
 
 def load(path: Path) -> pd.DataFrame:
@@ -91,47 +44,29 @@ def values_of(row: pd.Series, quantity: str) -> FloatArray:
 def difference(one: pd.Series, other: pd.Series, quantity: str) -> float:
     """Return the error of a path against a reference, as a share of its largest value; NaN where neither has it.
 
-    Neither has a quantity of which both stay below ``LEAST``: a wall without a crack has no crack width. If only one of
-    them has a crack, the difference is its width.
+    Neither has a quantity of which both stay below its smallest value: a wall without a crack has no crack width. If
+    only one of them has a crack, the difference is its width.
     """
-    a, b = values_of(one, quantity), values_of(other, quantity)
+    a, b, least = values_of(one, quantity), values_of(other, quantity), QUANTITIES[quantity].least
     if quantity == "first_crack" and np.isnan(a[-1]) != np.isnan(b[-1]):
-        in_time = str(one["axis"]).startswith("in time")  # runs in time do not record when bonds broke
-        return float("nan") if in_time else 1.0
+        return 1.0
     both = np.isfinite(a) & np.isfinite(b)
-    if not both.any():
+    if not both.any() or max(np.abs(a[both]).max(), np.abs(b[both]).max()) < least:
         return float("nan")
-    if max(np.abs(a[both]).max(), np.abs(b[both]).max()) < LEAST[quantity]:
-        return float("nan")
-    scale = max(float(np.abs(b[both]).max()), LEAST[quantity])
-    return float(np.abs(a - b)[both].max()) / scale
+    return float(np.abs(a - b)[both].max()) / max(float(np.abs(b[both]).max()), least)
 
 
-def solved(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the complete paths."""
-    return rows[rows["status"] == "complete"]
+def reference(rows: pd.DataFrame, preferred: list[tuple[str, str]]) -> tuple[pd.Series, dict[str, float]] | None:
+    """Return the best reference of a wall, and its error by quantity; None if there are not two.
 
-
-def reference(rows: pd.DataFrame, preferred: list[tuple[str, str]]) -> tuple[Reference, pd.Series] | None:
-    """Return the best reference of a wall and its row; None if there are not two.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        Of one wall.
-    preferred : list of (axis, value)
-        The best first.
+    The error is the largest difference to the next two coarser references; 0 where no reference has the quantity.
     """
-    known = {(r["axis"], r["value"]): r for _, r in solved(rows).iterrows()}
-    have = [key for key in preferred if key in known]
+    known = {(r["axis"], r["value"]): r for _, r in rows.iterrows()}
+    have = [known[key] for key in preferred if key in known]
     if len(have) < 2:
         return None
-    best, others = known[have[0]], [known[key] for key in have[1:3]]
-    floor = {}
-    for quantity in QUANTITIES:
-        found = [difference(other, best, quantity) for other in others]
-        floor[quantity] = float(np.nanmax(found)) if np.isfinite(found).any() else float("nan")
-    return Reference(*have[0], floor), best
+    found = {q: np.array([difference(other, have[0], q) for other in have[1:3]]) for q in QUANTITIES}
+    return have[0], {q: float(np.nanmax(each)) if np.isfinite(each).any() else 0.0 for q, each in found.items()}
 
 
 def with_errors(rows: pd.DataFrame) -> pd.DataFrame:
@@ -140,81 +75,37 @@ def with_errors(rows: pd.DataFrame) -> pd.DataFrame:
     Columns are scene, axis, value, seconds, quantity, solution, solution_floor, model, model_floor: ``solution`` is
     against the same equations solved as closely as can be, ``model`` against the finest model of the wall.
     """
-    lines = []
-    for scene, own in rows.groupby("scene", sort=False):
-        same, finest = reference(own, SOLUTIONS), reference(own, MODELS)
-        changes = {(c.axis, c.value) for c in choices() if c.model}
-        for _, row in solved(own).iterrows():
+    lines, changes = [], {(c.axis, c.value) for c in choices() if c.model}
+    for _, own in rows[rows["status"] == "complete"].groupby("scene", sort=False):
+        found = {"solution": reference(own, SOLUTIONS), "model": reference(own, MODELS)}
+        for _, row in own.iterrows():
             for quantity in QUANTITIES:
-                line = {
-                    "scene": scene,
-                    "axis": row["axis"],
-                    "value": row["value"],
-                    "seconds": row["seconds"],
-                    "quantity": quantity,
-                }
-                for name, found in (("solution", same), ("model", finest)):
-                    if found is None or (name == "solution" and (row["axis"], row["value"]) in changes):
-                        line |= {name: np.nan, f"{name}_floor": np.nan}
-                        continue
-                    error, floor = difference(row, found[1], quantity), found[0].floor[quantity]
-                    # the references agree where none of them has the quantity
-                    floor = 0.0 if np.isfinite(error) and np.isnan(floor) else floor
+                line = {**row[["scene", "axis", "value", "seconds"]], "quantity": quantity}
+                for name, best in found.items():
+                    error = floor = np.nan
+                    if best is not None and not (name == "solution" and (row["axis"], row["value"]) in changes):
+                        error = difference(row, best[0], quantity)
+                        floor = best[1][quantity] if np.isfinite(error) else np.nan
                     line |= {name: error, f"{name}_floor": floor}
                 lines.append(line)
     return pd.DataFrame(lines)
 
 
 def worst(lines: pd.DataFrame, error: str, limit: float = FINE_ENOUGH) -> pd.DataFrame:
-    """Return for each wall and choice its largest error over the quantities whose reference is accurate enough.
-
-    Quantities of which the reference itself is uncertain by more than the limit are left out.
-    """
+    """Return for each wall and choice its largest error over the quantities whose reference is accurate enough."""
     fair = lines[(lines[f"{error}_floor"] <= limit) & lines[error].notna()]
     grouped = fair.groupby(["scene", "axis", "value"], sort=False)
-    table = grouped.agg(seconds=("seconds", "first"), worst=(error, "max")).reset_index()
-    which = fair.loc[grouped[error].idxmax(), ["scene", "axis", "value", "quantity"]]
-    return table.merge(which, on=["scene", "axis", "value"])
+    return grouped.agg(seconds=("seconds", "first"), worst=(error, "max")).reset_index()
 
 
-def orders(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return observed orders of convergence: for each wall, refinement and quantity, where three differences decrease.
-
-    With values f_1, f_2, f_3 at sizes h_1 > h_2 > h_3 the order p solves
-    (f_1 - f_2)/(f_2 - f_3) = (h_1^p - h_2^p)/(h_2^p - h_3^p).
-    """
-    found = []
-    for scene, own in solved(rows).groupby("scene", sort=False):
-        known = {(r["axis"], r["value"]): r for _, r in own.iterrows()}
-        for name, sequence in SEQUENCES.items():
-            if any(key not in known for key in sequence):
-                continue
-            steps = [known[key] for key in sequence]
-            for quantity in QUANTITIES:
-                at = [values_of(row, quantity)[-1] for row in steps]
-                order = observed_order(at, tuple(sequence.values()), 1e-7 * max(abs(at[-1]), LEAST[quantity]))
-                if np.isfinite(order):
-                    found.append({"scene": scene, "refinement": name, "quantity": quantity, "order": order})
-    return pd.DataFrame(found, columns=["scene", "refinement", "quantity", "order"])
+def print_errors(data: Path) -> None:
+    """Print the errors of a file of results, by wall and way, against the finest model and the finest solution."""
+    lines = with_errors(load(data))
+    for against in ("model", "solution"):
+        known = lines.dropna(subset=[against])
+        table = known.pivot_table(index=["scene", "axis", "value"], columns="quantity", values=against, sort=False)
+        print(f"relative error against the finest {against}\n{table.to_string(float_format='{:.4f}'.format)}\n")
 
 
-def observed_order(values: list[float], sizes: tuple[float, ...], least: float = 0.0) -> float:
-    """Return the order p with which three values converge; NaN if their differences do not shrink, or are rounding.
-
-    Parameters
-    ----------
-    values : list of float
-        At sizes h_1 > h_2 > h_3.
-    sizes : tuple of float
-        h_1, h_2, h_3.
-    least : float
-        Difference that counts as none.
-    """
-    (first, second), (h_1, h_2, h_3) = (a - b for a, b in pairwise(values)), sizes
-    if not (np.isfinite(first) and np.isfinite(second)) or abs(second) <= least or first / second <= 1.0:
-        return float("nan")
-    powers = np.linspace(0.02, 6.0, 600)
-    ratio = (h_1**powers - h_2**powers) / (h_2**powers - h_3**powers)
-    if not ratio[0] <= first / second <= ratio[-1]:
-        return float("nan")
-    return float(np.interp(first / second, ratio, powers))
+if __name__ == "__main__":
+    print_errors(Path(sys.argv[1]) if sys.argv[1:] else Path(__file__).with_name("data.csv"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import xarray as xr
 
@@ -10,31 +12,34 @@ from damagepred.assembly import Model
 
 SHARES = (0.25, 0.5, 0.75, 1.0)
 """Shares of the movement at which quantities are taken; runs in time have the last only."""
-READ = {
-    "dpc_opening": "dpc_opening_max",
-    "separation_length": "dpc_separation_length",
-    "crack_width": "crack_width_max",
-    "base_crack_width": "base_crack_width_max",
-    "category": "damage_category",
-    "base_reaction": "base_reaction",
-}
-"""Quantities that are variables of the path."""
 MORTAR = (0, 1)
 """Kinds of contact that crack: bed joints and perpends."""
+
+
+class Quantity(NamedTuple):
+    """A quantity of a path: its words on the page, the smallest value that counts (SI), and its variable if it is one.
+
+    Errors are shares of the reference, or of the smallest value where that is larger (a hairline crack, for example).
+    """
+
+    words: str
+    least: float = 1e-4
+    variable: str = ""
+
+
 QUANTITIES = {
-    "dpc_opening": "opening of the dpc",
-    "separation_length": "separation length of the dpc",
-    "crack_width": "widest crack",
-    "base_crack_width": "widest crack below the dpc",
-    "window": "change of the window's width",
-    "window_diagonal": "change of the window's diagonal",
-    "first_crack": "movement at first crack",
-    "category": "damage category",
-    "base_reaction": "base reaction",
-    "block_tension": "largest tension of a block along the wall",
-    "block_compression": "largest upright pressure of a block",
+    "dpc_opening": Quantity("opening of the dpc", variable="dpc_opening_max"),
+    "separation_length": Quantity("separation length of the dpc", 0.1, "dpc_separation_length"),
+    "crack_width": Quantity("widest crack", variable="crack_width_max"),
+    "base_crack_width": Quantity("widest crack below the dpc", variable="base_crack_width_max"),
+    "window": Quantity("change of the window's width"),
+    "window_diagonal": Quantity("change of the window's diagonal"),
+    "first_crack": Quantity("movement at first crack"),
+    "category": Quantity("damage category", 1.0, "damage_category"),
+    "base_reaction": Quantity("base reaction", 1.0, "base_reaction"),
+    "block_tension": Quantity("largest tension of a block along the wall", 1e4),
+    "block_compression": Quantity("largest upright pressure of a block", 1e4),
 }
-"""All quantities, in the words of the page."""
 
 
 def read(ds: xr.Dataset, model: Model) -> dict[str, list[float]]:
@@ -50,7 +55,7 @@ def read(ds: xr.Dataset, model: Model) -> dict[str, list[float]]:
     places = [int(np.abs(ds["progress"].values - share).argmin()) for share in SHARES]
     reached = [abs(float(ds["progress"][p]) - share) < 1e-9 for p, share in zip(places, SHARES)]
     tension, compression = block_stresses(ds, model)
-    found = {name: ds[variable].values.astype(float) for name, variable in READ.items()}
+    found = {name: ds[one.variable].values.astype(float) for name, one in QUANTITIES.items() if one.variable}
     found |= {"block_tension": tension, "block_compression": compression}
     if "opening" in ds.sizes:
         of_first = {"window": "opening_width_change", "window_diagonal": "opening_diagonal_change"}

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from damagepred.archive.files import write_whole
 from damagepred.scene.accuracy import PRESETS
 from studies.benchmarks.pages import markdown
-from studies.benchmarks.work_precision.choices import PRESET
-from studies.benchmarks.work_precision.errors import FINE_ENOUGH, load, orders, with_errors, worst
+from studies.benchmarks.work_precision.choices import PRESET, scenes
+from studies.benchmarks.work_precision.errors import FINE_ENOUGH, load, with_errors, worst
 from studies.benchmarks.work_precision.quantities import QUANTITIES
-from studies.benchmarks.work_precision.scenes import scenes
 
 TITLE = "Error of a wall over computing time"
+WORDS = {name: quantity.words for name, quantity in QUANTITIES.items()}
 
 
 def headline(folder: Path) -> str:
@@ -27,7 +26,7 @@ def headline(folder: Path) -> str:
 
 
 def text(folder: Path) -> str:
-    """Return the accuracy of the default, the fastest choices within 1 %, presets, and orders."""
+    """Return the accuracy of the default, the fastest choices within 1 %, and the presets."""
     rows = load(folder / "data.csv")
     lines = with_errors(rows)
     left = rows[rows["status"] != "complete"]
@@ -42,8 +41,6 @@ def text(folder: Path) -> str:
             "*Presets*: worst error against the finest model, in % of quantities that are known to 1 %, x time "
             "over that of `standard`.",
             markdown(presets(lines)),
-            "*Observed orders of convergence*, over walls and quantities whose last differences decrease.",
-            markdown(observed(rows)),
             f"Paths that did not end regularly: {len(left)} of {len(rows)}{ends}.",
         )
     )
@@ -65,7 +62,7 @@ def both(lines: pd.DataFrame) -> pd.DataFrame:
         return [f"{percent(e)} ({percent(f)})" if e == e and f > FINE_ENOUGH else percent(e) for e, f in pairs]
 
     told = [f"{a or '-'} / {b or '-'}" if a or b else "" for a, b in zip(cells("solution"), cells("model"))]
-    own = own.assign(cell=told, quantity=own["quantity"].map(QUANTITIES))
+    own = own.assign(cell=told, quantity=own["quantity"].map(WORDS))
     found = own.pivot_table(index=["scene", "seconds"], columns="quantity", values="cell", aggfunc="first", sort=False)
     return found.rename_axis(index=["wall", "time, s"], columns=None).reset_index().fillna("")
 
@@ -73,28 +70,21 @@ def both(lines: pd.DataFrame) -> pd.DataFrame:
 def soonest(lines: pd.DataFrame) -> pd.DataFrame:
     """Return, wall by wall, the accuracy of the default and the fastest choice within 1 % of each reference."""
     few = lines["axis"].isin(("increments", "explicit increments")) & lines["value"].isin(("4", "8"))
-    lines = lines[~(few | lines["axis"].str.startswith("in time"))]  # as many points of the path as the default
-    found = []
+    lines, found = lines[~few], []  # as many points of the path as the default
     for error, name in (("solution", "same equations"), ("model", "finest model")):
         known = lines.dropna(subset=[error])
         varies = known.groupby(["scene", "quantity"])[error].transform("max") >= 1e-6
-        default, worse = known[varies & (known["axis"] == "default")], worst(lines, error)
-        rows = []
-        for scene, own in default.groupby("scene", sort=False):
-            told = own[own[f"{error}_floor"] <= FINE_ENOUGH]
-            fine = worse[(worse["scene"] == scene) & (worse["worst"] <= FINE_ENOUGH)].sort_values("seconds")
-            best = fine.iloc[0] if len(fine) else {"axis": "", "value": "none", "seconds": np.nan}
-            rows.append(
-                {
-                    "wall": scene,
-                    "default, s": own["seconds"].iloc[0],
-                    f"default within 1 % ({name})": f"{(told[error] <= FINE_ENOUGH).sum()} of {len(told)}",
-                    f"fastest ({name})": f"{best['axis']}: {best['value']}".removeprefix(": "),
-                    f"its time, s ({name})": best["seconds"],
-                }
-            )
-        found.append(pd.DataFrame(rows).set_index(["wall", "default, s"]))
-    return pd.concat(found, axis=1).reset_index()
+        default = known[varies & (known["axis"] == "default")]
+        told = default[default[f"{error}_floor"] <= FINE_ENOUGH]
+        fine = worst(lines, error).query("worst <= @FINE_ENOUGH").sort_values("seconds").groupby("scene").first()
+        within = (told[error] <= FINE_ENOUGH).groupby(told["scene"]).agg(["sum", "size"])
+        within = within["sum"].astype(str) + " of " + within["size"].astype(str)
+        own = default.groupby("scene", sort=False)[["seconds"]].first().rename(columns={"seconds": "default, s"})
+        own[f"default within 1 % ({name})"] = within.reindex(own.index).fillna("0 of 0")
+        own[f"fastest ({name})"] = (fine["axis"] + ": " + fine["value"]).reindex(own.index).fillna("none")
+        own[f"its time, s ({name})"] = fine["seconds"].reindex(own.index)
+        found.append(own.set_index("default, s", append=True))
+    return pd.concat(found, axis=1).rename_axis(["wall", "default, s"]).reset_index()
 
 
 def presets(lines: pd.DataFrame) -> pd.DataFrame:
@@ -111,54 +101,40 @@ def presets(lines: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows).fillna("")
 
 
-def observed(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the median of the observed orders of each refinement, and their range."""
-    found = orders(rows)
-    each = found["order"].round(1).groupby(found["refinement"], sort=False)
-    columns = {"median": "median", "from": "min", "to": "max", "found in": "size"}
-    return each.agg([*columns.values()]).set_axis([*columns], axis=1).reset_index()
-
-
 TOLD = 0.25
 """Error of a reference up to which it is used for a preset."""
-STATICALLY_DETERMINATE = ("base_reaction",)
-"""Quantities that follow from the weights alone: they do not depend on a preset."""
 
 
 def preset_errors(lines: pd.DataFrame) -> pd.DataFrame:
     """Return the errors of the presets against the finest model, and their times over those of the default.
 
     Left out are quantities on which the finest models do not agree to ``TOLD``, quantities that a wall does not have
-    (no crack, and so no width and no category), and those that follow from the weights alone.
+    (no crack, and so no width and no category), and the base reaction, which follows from the weights alone.
     """
-    known, rows = scenes(), []
-    for method in ("quasi_static", "explicit"):
-        told = lines[lines["model"].notna() & (lines["model_floor"] <= TOLD)]
-        told = told[~told["quantity"].isin(STATICALLY_DETERMINATE)]
-        own = told[told["axis"] == "preset, explicit"]
-        if method == "quasi_static":
-            parts = [told[(told["axis"] == a) & (told["value"] == v)].assign(value=p) for p, (a, v) in PRESET.items()]
-            own = pd.concat(parts)
-        usual = own[own["value"] == "standard"].groupby("scene")["seconds"].first()
-        for accuracy in PRESETS:
-            for _, line in own[own["value"] == accuracy].iterrows():
-                if line["scene"] not in usual:
-                    continue
-                scene = known[line["scene"]]
-                rows.append(
-                    {
-                        "accuracy": accuracy,
-                        "method": method,
-                        "wall": line["scene"].replace(",", ""),
-                        "dpc": int(scene.dpc is not None),
-                        "opening": int(bool(scene.opening)),
-                        "quantity": QUANTITIES[line["quantity"]],
-                        "error": f"{line['model']:.3g}",
-                        "floor": f"{line['model_floor']:.3g}",
-                        "times": f"{line['seconds'] / usual[line['scene']]:.3g}",
-                    }
-                )
-    return pd.DataFrame(rows)
+    told = lines[lines["model"].notna() & (lines["model_floor"] <= TOLD) & (lines["quantity"] != "base_reaction")]
+    names = {**{which: ("quasi_static", name) for name, which in PRESET.items()}}
+    names |= {("preset, explicit", name): ("explicit", name) for name in PRESETS}
+    known, found = scenes(), []
+    for which, (method, accuracy) in names.items():
+        own = told[(told["axis"] == which[0]) & (told["value"] == which[1])]
+        found.append(own.assign(accuracy=accuracy, method=method))
+    rows = pd.concat(found)
+    usual = rows[rows["accuracy"] == "standard"].groupby(["method", "scene"])["seconds"].first().rename("usual")
+    rows = rows.merge(usual, on=["method", "scene"])
+    walls = rows["scene"].map(known)
+    return pd.DataFrame(
+        {
+            "accuracy": rows["accuracy"],
+            "method": rows["method"],
+            "wall": rows["scene"].str.replace(",", ""),
+            "dpc": [int(wall.dpc is not None) for wall in walls],
+            "opening": [int(bool(wall.opening)) for wall in walls],
+            "quantity": rows["quantity"].map(WORDS),
+            "error": rows["model"].map("{:.3g}".format),
+            "floor": rows["model_floor"].map("{:.3g}".format),
+            "times": (rows["seconds"] / rows["usual"]).map("{:.3g}".format),
+        }
+    )
 
 
 def write_presets(data: Path, file: Path) -> None:

@@ -6,25 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from damagepred.scene import Scene
-from studies.benchmarks.stress.case import WAYS, Case
-from studies.benchmarks.stress.joints import moved
-
 SEED = 2026
 
 
 def tables(number: int, most: int = 60, rng: np.random.Generator | None = None) -> dict[str, Any]:
-    """Return the tables of a scene.
-
-    Parameters
-    ----------
-    number : int
-        Seed of the scene.
-    most : int
-        Approximate number of blocks.
-    rng : numpy.random.Generator, optional
-        Generator, by default seeded with the number.
-    """
+    """Return the tables of a scene of about ``most`` blocks, from a generator, by default seeded with the number."""
     rng = np.random.default_rng([SEED, number]) if rng is None else rng
 
     def log(low: float, high: float) -> float:
@@ -89,23 +75,3 @@ def tables(number: int, most: int = 60, rng: np.random.Generator | None = None) 
             }
         ]
     return found
-
-
-def scene(number: int) -> Scene:
-    """Return a random scene."""
-    return Scene.from_dict(tables(number))
-
-
-def cases(count: int = 120, all_ways: int = 30) -> list[Case]:
-    """Return random scenes, the first also with deformable blocks and in time."""
-    return [
-        Case(
-            "random scenes",
-            f"scene {number}",
-            lambda d, k=number: scene(k),
-            increments=int(tables(number)["movement"]["increments"]),
-            dynamics=moved,
-            ways=WAYS if number < all_ways else ("quasi-static, rigid", "explicit, rigid"),
-        )
-        for number in range(count)
-    ]
