@@ -82,10 +82,10 @@ def assemble_couplings(couplings, pair, far_is_b, matrices, near_far, far_near):
     matrices : array (m, w, w)
         See ``interface_stiffness``.
     near_far, far_near : array (pairs, w / 2, w / 2)
-        Filled: force on the nearer side for displacements of the farther, and the other way round.
+        Filled but for pairs of blocks: force on the nearer side for displacements of the farther, and the other way round.
     """
     side = matrices.shape[1] // 2
-    for e in range(near_far.shape[0]):
+    for e in pair:
         for r in range(side):
             for c in range(side):
                 near_far[e, r, c] = 0.0

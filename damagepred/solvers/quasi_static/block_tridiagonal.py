@@ -67,6 +67,8 @@ class BlockTridiagonalFactors:
         indices, couplings = (layout.far_index, layout.near_index), np.zeros((2, len(layout.far_index), side, side))
         inverses = np.zeros(inverse_start[-1])
         self.levels = Levels(layout.start, inverses, inverse_start, layout.first_pair, *indices, *couplings)
+        for d, block in enumerate(self._superelement_stiffness):
+            layout.couple_block(d, block, *couplings)
         self.schur_complements = [np.zeros((s, s)) for s in layout.size]
         diagonals = [self._level_stiffness(k, elastic=True).diagonal() for k in range(layout.levels)]
         # a block without joints keeps its place
@@ -110,6 +112,7 @@ class BlockTridiagonalFactors:
             for d, tangent in self._superelements.tangent.items():
                 if tangent is not self._superelement_stiffness[d]:
                     self._superelement_stiffness[d] = tangent
+                    self.layout.couple_block(d, tangent, self.levels.near_far, self.levels.far_near)
                     farthest = max(farthest, int(self.layout.superelement_level[d]))
         return farthest
 

@@ -1,7 +1,8 @@
 """Levels of a wall: the order in which block tridiagonal elimination takes its degrees of freedom and interfaces.
 
-Blocks that touch the ground or a support are level 0, their neighbours level 1, and so on. An interface lies within a
-level or couples two neighbouring ones.
+Blocks that touch the ground or a support are level 0, their neighbours level 1, and so on. A level of deformable blocks
+is divided in two: gridpoints that touch the level before, then all others. An interface, and a divided block, lies
+within a level or couples two neighbouring ones.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from damagepred.arrays import IntArray
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.interface_kinematics import interface_kinematics
@@ -32,63 +33,115 @@ class LevelLayout:
     ----------
     levels : int
         Number of levels.
+    whole_blocks : array of int (levels + 1,)
+        Smallest number of levels, at least as large, that ends with whole blocks.
     level_of_dof : array of int (size,)
         Level of each degree of freedom.
     dofs, size, start : array of int
         Free degrees of freedom in the order of the levels, their number in each level, and where each level starts.
     index_in_level : array of int (size,)
         Index of each degree of freedom in its level, -1 if it is in none.
-    interface_level, interfaces_of_level
-        Level of each interface, of a coupling the farther one; and the interfaces of each level.
+    kinematics : InterfaceKinematics
+        Of the interfaces; the sides of one within divided blocks are its degrees of freedom in either level.
+    interface_level, interfaces_at_level
+        Level of each interface, of a coupling the farther one; and the interfaces with a side in each level.
     couplings, first_coupling, far_is_b, pair : array
         Interfaces between levels, those between k and k - 1 from ``first_coupling[k]`` to ``first_coupling[k + 1]``;
-        whether block b is the one in the farther level; and the pair of sides that each couples.
+        whether the second side is the one in the farther level; and the pair of sides that each couples.
     first_pair : array of int (levels + 1,)
-        As ``first_coupling``, of the pairs: the parts of one joint couple the same sides.
+        As ``first_coupling``, of the pairs: the parts of one joint couple the same sides. Pairs of divided blocks
+        follow those of interfaces.
     far_index, near_index : array of int (pairs, w / 2)
         Indices in their levels of the degrees of freedom of a pair's two sides, -1 where prescribed.
     superelement_level, superelements_of_level
-        Level of each deformable block; and for each level the block, its free degrees of freedom and their indices.
+        Farther level of each deformable block; and for each level the block, its free degrees of freedom and their
+        indices.
     """
 
     def __init__(self, system: DiscreteSystem, superelements: Superelements | None) -> None:
-        self.level_of_block = block_levels(system)
-        self.level_of_dof = self.level_of_block[system.block_of_dof]
-        dofs = system.free_dofs if superelements is None else np.setdiff1d(system.free_dofs, superelements.interior)
+        level_of_block, self.kinematics = block_levels(system), interface_kinematics(system.model)
+        self.level_of_dof, self.whole_blocks = level_of_block[system.block_of_dof], np.arange(level_of_block.max() + 2)
+        dofs = system.free_dofs
+        if superelements is not None:
+            dofs = np.setdiff1d(dofs, superelements.interior)
+            self._divide_levels(system, level_of_block)
         self.dofs = dofs[np.lexsort((dofs, self.level_of_dof[dofs]))]
-        self.levels = int(self.level_of_block.max()) + 1
+        self.levels = len(self.whole_blocks) - 1
         self.size = np.bincount(self.level_of_dof[self.dofs], minlength=self.levels).astype(np.int64)
         self.start = np.concatenate(([0], np.cumsum(self.size)))
         self.index_in_level = np.full(system.model.size, -1, dtype=np.int64)
         self.index_in_level[self.dofs] = np.arange(len(self.dofs)) - self.start[self.level_of_dof[self.dofs]]
-        self.kinematics = interface_kinematics(system.model)
+        self._list_blocks([] if superelements is None else superelements.boundary)
         self._list_interfaces(system)
+
+    def _divide_levels(self, system: DiscreteSystem, level_of_block: IntArray) -> None:
+        """Divide each level, unless an interface would couple three levels, or more than half its width to another."""
+        face, n, (dof, rows) = system.model.interfaces, system.model.n_blocks, self.kinematics
+        block, half = np.stack((face.block_a, face.block_b), axis=1), dof.shape[1] // 2
+        level = np.where(block == n, -1, level_of_block[block])  # (m, 2)
+        on_block = (dof >= 0) & np.repeat(block != n, half, axis=1)
+        touches = np.zeros(system.model.size, dtype=np.bool_)
+        nearer = (level > level[:, ::-1]) & ~system.model.guides[:, None]
+        touches[dof[np.repeat(nearer, half, axis=1) & on_block]] = True
+        near = on_block & touches[dof]
+        count, others = near.sum(axis=1), (on_block & ~near).sum(axis=1)
+        divided = np.bincount(self.level_of_dof[touches], minlength=len(self.whole_blocks) - 1) > 0
+        farther = (level < level[:, ::-1]) & (level >= 0)
+        divided[level[farther & near.reshape(-1, 2, half).any(axis=2)]] = False
+        of_one = (level[:, 0] == level[:, 1]) | (level < 0).any(axis=1)
+        divided[level.max(axis=1)[of_one & (count > 0) & (others > 0) & (np.maximum(count, others) > half)]] = False
+        last = np.cumsum(1 + divided) - 1
+        self.whole_blocks = (last + 1)[np.searchsorted(last + 1, np.arange(last[-1] + 2))]
+        self.whole_blocks[0] = 0
+        for i in np.flatnonzero(of_one & (count > 0) & (others > 0) & divided[level.max(axis=1)]):
+            first, second = np.flatnonzero(near[i]), np.flatnonzero(on_block[i] & ~near[i])
+            none = np.flatnonzero(~on_block[i])
+            order = np.concatenate((first, none[: half - len(first)], second, none[half - len(first) :]))
+            dof[i], rows[i] = dof[i, order], rows[i][:, order]
+        own = divided[self.level_of_dof]
+        self.level_of_dof = last[self.level_of_dof] - (own & touches)
+
+    def _list_blocks(self, boundary: list[IntArray]) -> None:
+        """List the degrees of freedom of deformable blocks in each level, and the pairs of divided ones."""
         self.superelements_of_level: list[list[tuple[int, IntArray, IntArray]]] = [[] for _ in range(self.levels)]
-        self.superelement_level = np.empty(0, dtype=np.int64)
-        if superelements is not None:
-            self.superelement_level = self.level_of_block[superelements.block]
-            for d, k in enumerate(self.superelement_level):
-                index = self.index_in_level[superelements.boundary[d]]
+        self.superelement_level = np.array([self.level_of_dof[dofs].max() for dofs in boundary], dtype=np.int64)
+        side = self.kinematics.dof.shape[1] // 2
+        pairs = [np.empty((0, 2, side), dtype=np.int64)]
+        for d, k in enumerate(self.superelement_level):
+            parts = []
+            for level in (k, k - 1):
+                index = np.where(self.level_of_dof[boundary[d]] == level, self.index_in_level[boundary[d]], -1)
                 free = np.flatnonzero(index >= 0)
-                self.superelements_of_level[k].append((d, free, index[free]))
+                if len(free):
+                    self.superelements_of_level[level].append((d, free, index[free]))
+                parts.append(np.pad(free, (0, -len(free) % side), constant_values=-1).reshape(-1, side))
+            far, near = parts
+            pairs.append(np.stack((np.repeat(far, len(near), axis=0), np.tile(near, (len(far), 1))), axis=1))
+        self._first_block_pair = np.cumsum([len(p) for p in pairs])
+        self._block_pairs = np.concatenate(pairs)  # (p, 2, side): places on the boundary
+        at = [np.where(p >= 0, self.index_in_level[b[p]], -1) for b, p in zip(boundary, pairs[1:])]
+        self._block_sides = np.concatenate([pairs[0], *at])
+        self._block_pair_level = np.repeat(self.superelement_level, np.diff(self._first_block_pair))
 
     def _list_interfaces(self, system: DiscreteSystem) -> None:
-        face, n, levels = system.model.interfaces, system.model.n_blocks, np.arange(self.levels + 1)
-        a, b = face.block_a, face.block_b
-        level_a, level_b = self.level_of_block[a], self.level_of_block[b]
-        self.interface_level = np.where(a == n, level_b, np.where(b == n, level_a, np.maximum(level_a, level_b)))
-        couplings = np.flatnonzero((level_a != level_b) & (a != n) & (b != n))
+        n, levels, count = system.model.n_blocks, np.arange(self.levels + 1), len(self.kinematics.dof)
+        dof = self.kinematics.dof.reshape(count, 2, -1)
+        level = np.where((dof >= 0) & (dof // 3 != n), self.level_of_dof[dof], -1).max(axis=2)  # (m, 2), ground -1
+        self.interface_level = level.max(axis=1)
+        couplings = np.flatnonzero((level[:, 0] != level[:, 1]) & (level >= 0).all(axis=1))
         self.couplings = couplings[np.argsort(self.interface_level[couplings], kind="stable")]
         self.first_coupling = np.searchsorted(self.interface_level[self.couplings], levels)
-        self.far_is_b = ~(level_a > level_b)[self.couplings]
-        dof = self.kinematics.dof[self.couplings].reshape(len(self.couplings), 2, self.kinematics.dof.shape[1] // 2)
-        index = np.where(dof >= 0, self.index_in_level[dof], -1)
-        each, far, level = np.arange(len(self.couplings)), self.far_is_b.astype(np.int64), self.interface_level
-        sides = np.column_stack((level[self.couplings], index[each, far], index[each, 1 - far]))
+        self.far_is_b = (level[:, 1] > level[:, 0])[self.couplings]
+        index = np.where(dof >= 0, self.index_in_level[dof], -1)[self.couplings]
+        each, far = np.arange(len(self.couplings)), self.far_is_b.astype(np.int64)
+        sides = np.column_stack((self.interface_level[self.couplings], index[each, far], index[each, 1 - far]))
         _, first, pair = np.unique(sides, axis=0, return_index=True, return_inverse=True)
         in_order = np.argsort(first)  # as the couplings, which are in the order of the levels
-        self.pair = np.argsort(in_order)[pair.ravel()]
-        sides = sides[first[in_order]]
+        of_blocks = np.column_stack((self._block_pair_level, self._block_sides.reshape(len(self._block_sides), -1)))
+        sides = np.concatenate((sides[first[in_order]], of_blocks))
+        order = np.argsort(sides[:, 0], kind="stable")
+        sides, place = sides[order], np.argsort(order)
+        self.pair, self._block_pair = place[np.argsort(in_order)[pair.ravel()]], place[len(first) :]
         self.first_pair = np.searchsorted(sides[:, 0], levels)
         self.far_index, self.near_index = map(np.ascontiguousarray, np.hsplit(sides[:, 1:], 2))
         order = np.argsort(self.interface_level, kind="stable")
@@ -96,6 +149,23 @@ class LevelLayout:
         of_level = [order[first:last] for first, last in pairwise(edges)]
         self.interfaces_at_level = [np.append(i, self.couplings_of(k + 1)) for k, i in enumerate(of_level[:-1])]
         self.interfaces_at_level.append(of_level[-1])
+
+    def couple_block(self, d: int, stiffness: FloatArray, near_far: FloatArray, far_near: FloatArray) -> None:
+        """Set the couplings of a divided block.
+
+        Parameters
+        ----------
+        d : int
+            The block.
+        stiffness : array (r, r)
+            Of its boundary.
+        near_far, far_near : array (pairs, w / 2, w / 2)
+            Couplings of all levels; updated.
+        """
+        own = slice(self._first_block_pair[d], self._first_block_pair[d + 1])
+        pair, (far, near) = self._block_pair[own], self._block_pairs[own].swapaxes(0, 1)
+        near_far[pair] = stiffness[near[:, :, None], far[:, None]]
+        far_near[pair] = stiffness[far[:, :, None], near[:, None]]
 
     def couplings_of(self, k: int) -> IntArray:
         """Return the interfaces between levels k and k - 1."""

@@ -87,7 +87,8 @@ class BlockTridiagonalSystem:
         load, live_load : array (size,)
             Dead and live load at load factor 1 (N, N m); None: no live load.
         """
-        levels, factors, held = self.layout.levels, self.factors, active_levels < self.layout.levels
+        active_levels, levels = int(self.layout.whole_blocks[active_levels]), self.layout.levels
+        factors, held = self.factors, active_levels < levels
         if active_levels < self.active_levels:
             condensed = self.layout.interface_level >= active_levels
             self.target_stiffness[condensed] = factors.elastic[condensed]
