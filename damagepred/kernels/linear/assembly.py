@@ -5,7 +5,91 @@ freedom of its two sides: three of a rigid block, or x and y of the two gridpoin
 D is a 3 x 3 matrix, unsymmetric where the flow rule is not associated. Matrices of a level are stored transposed.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
 from damagepred.kernels.jit import kernel
+
+
+class BlockPlaces(NamedTuple):
+    """Where d deformable blocks act in the levels.
+
+    Attributes
+    ----------
+    first_dof, dofs : array of int (d + 1,), array of int
+        Where the degrees of freedom on the boundary of each block begin, and these.
+    first_pair : array of int (d + 1,)
+        Where the pairs of each block divided among two levels begin.
+    pair : array of int (p,)
+        Place among the pairs of ``Levels``.
+    far, near : array of int (p, w / 2)
+        Places on the boundary of the two sides of each pair, -1 where there are fewer.
+    """
+
+    first_dof: NDArray[np.int64]
+    dofs: NDArray[np.int64]
+    first_pair: NDArray[np.int64]
+    pair: NDArray[np.int64]
+    far: NDArray[np.int64]
+    near: NDArray[np.int64]
+
+
+@kernel
+def assemble_blocks(blocks, places, first_entry, tangents, index_in_level, level, k, size, matrix):
+    """Add the stiffness of deformable blocks to the diagonal block of level k.
+
+    Parameters
+    ----------
+    blocks : array of int
+        Those with degrees of freedom in the level.
+    places : BlockPlaces
+        Of all blocks.
+    first_entry, tangents
+        Stiffness of all blocks; see ``Superelements``.
+    index_in_level, level
+        As ``assemble_level``.
+    k, size : int
+        The level and its size.
+    matrix : array
+        Of the level, flat, added to, transposed.
+    """
+    for d in blocks:
+        dofs = places.dofs[places.first_dof[d] : places.first_dof[d + 1]]
+        for r in range(dofs.size):
+            row, entry = index_in_level[dofs[r]], first_entry[d] + r * dofs.size
+            if row < 0 or level[dofs[r]] != k:
+                continue
+            for c in range(dofs.size):
+                if level[dofs[c]] == k and index_in_level[dofs[c]] >= 0:
+                    matrix[index_in_level[dofs[c]] * size + row] += tangents[entry + c]
+
+
+@kernel
+def couple_blocks(blocks, places, first_entry, tangents, near_far, far_near):
+    """Compute the couplings of blocks that are divided among two levels.
+
+    Parameters
+    ----------
+    blocks : array of int
+        The blocks.
+    places, first_entry, tangents
+        As ``assemble_blocks``.
+    near_far, far_near : array (pairs, w / 2, w / 2)
+        Filled for the pairs of these blocks; see ``assemble_couplings``.
+    """
+    side = places.far.shape[1]
+    for d in blocks:
+        count, at = places.first_dof[d + 1] - places.first_dof[d], first_entry[d]
+        for p in range(places.first_pair[d], places.first_pair[d + 1]):
+            pair = places.pair[p]
+            for r in range(side):
+                for c in range(side):
+                    far, near = places.far[p, c], places.near[p, r]
+                    if far >= 0 and near >= 0:
+                        near_far[pair, r, c] = tangents[at + near * count + far]
+                        far_near[pair, c, r] = tangents[at + far * count + near]
 
 
 @kernel
@@ -82,7 +166,8 @@ def assemble_couplings(couplings, pair, far_is_b, matrices, near_far, far_near):
     matrices : array (m, w, w)
         See ``interface_stiffness``.
     near_far, far_near : array (pairs, w / 2, w / 2)
-        Filled but for pairs of blocks: force on the nearer side for displacements of the farther, and the other way round.
+        Filled but for pairs of blocks: force on the nearer side for displacements of the farther, and the other way
+        round.
     """
     side = matrices.shape[1] // 2
     for e in pair:

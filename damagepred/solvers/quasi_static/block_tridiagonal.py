@@ -10,8 +10,10 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.kernels.linear.assembly import (
+    assemble_blocks,
     assemble_couplings,
     assemble_level,
+    couple_blocks,
     farthest_unsymmetric,
     interface_stiffness,
 )
@@ -50,7 +52,6 @@ class BlockTridiagonalFactors:
     ) -> None:
         self.layout, self.elastic, self.options = layout, elastic, options
         self._superelements = superelements
-        self._superelement_stiffness = [] if superelements is None else list(superelements.elastic)
         self._first_strain, self._strain_stiffness = system.strain_dofs.start, system.strain_stiffness
         inverse_start = np.concatenate(([0], np.cumsum(layout.size**2)))
         if (needed := 16e-9 * float(inverse_start[-1])) > options.max_memory:
@@ -67,10 +68,10 @@ class BlockTridiagonalFactors:
         indices, couplings = (layout.far_index, layout.near_index), np.zeros((2, len(layout.far_index), side, side))
         inverses = np.zeros(inverse_start[-1])
         self.levels = Levels(layout.start, inverses, inverse_start, layout.first_pair, *indices, *couplings)
-        for d, block in enumerate(self._superelement_stiffness):
-            layout.couple_block(d, block, *couplings)
+        if superelements is not None:
+            self._couple_blocks(np.arange(len(superelements.block)))
         self.schur_complements = [np.zeros((s, s)) for s in layout.size]
-        diagonals = [self._level_stiffness(k, elastic=True).diagonal() for k in range(layout.levels)]
+        diagonals = [self._level_stiffness(k).diagonal() for k in range(layout.levels)]
         # a block without joints keeps its place
         typical_diagonal = max((float(values.max(initial=0.0)) for values in diagonals), default=0.0) or 1.0
         self._regularisation = [options.regularisation * np.where(d > 0.0, d, typical_diagonal) for d in diagonals]
@@ -107,14 +108,17 @@ class BlockTridiagonalFactors:
 
     def update_superelements(self) -> int:
         """Take over the tangents of active deformable blocks; return the farthest level that they change, or -1."""
-        farthest = -1
-        if self._superelements is not None:
-            for d, tangent in self._superelements.tangent.items():
-                if tangent is not self._superelement_stiffness[d]:
-                    self._superelement_stiffness[d] = tangent
-                    self.layout.couple_block(d, tangent, self.levels.near_far, self.levels.far_near)
-                    farthest = max(farthest, int(self.layout.superelement_level[d]))
-        return farthest
+        if self._superelements is None:
+            return -1
+        changed = self._superelements.update_tangents()
+        self._couple_blocks(changed)
+        return int(self.layout.superelement_level[changed].max(initial=-1))
+
+    def _couple_blocks(self, blocks: IntArray) -> None:
+        """Compute the couplings of divided blocks."""
+        assert self._superelements is not None
+        of_blocks = self._superelements.first_entry, self._superelements.tangents
+        couple_blocks(blocks, self.layout.block_places, *of_blocks, self.levels.near_far, self.levels.far_near)
 
     def refactorise(self, farthest: int, active: IntArray) -> None:
         """Eliminate all levels from the farthest changed one to the ground.
@@ -128,8 +132,9 @@ class BlockTridiagonalFactors:
         """
         self._assemble_couplings(farthest)
         # Schur complements inherit symmetry from farther levels; tangents of yielding blocks need not have it
-        yielding = [] if self._superelements is None else list(self._superelements.tangent)
-        yields = int(self.layout.superelement_level[yielding].max(initial=-1))
+        yields = -1
+        if self._superelements is not None:
+            yields = int(self.layout.superelement_level[self._superelements.yielding].max(initial=-1))
         farthest_unsymmetric_level = max(
             farthest_unsymmetric(active, self.layout.interface_level, self.stiffness), yields
         )
@@ -161,7 +166,7 @@ class BlockTridiagonalFactors:
             if k > 0:
                 self.schur_complements[k - 1][:] = 0.0
             return True
-        matrix = self._level_stiffness(k, elastic=not regularised)
+        matrix = self._level_stiffness(k)
         if regularised:
             matrix.ravel()[:: len(matrix) + 1] += self._regularisation[k]
         if k + 1 < at.levels:
@@ -191,15 +196,15 @@ class BlockTridiagonalFactors:
         assemble_level(interfaces, dofs, self.interface_matrices, at.index_in_level, at.level_of_dof, k, matrix)
         return matrix
 
-    def _level_stiffness(self, k: int, elastic: bool) -> FloatArray:
-        """Return the stiffness within a level, transposed, with deformable blocks elastic or as they are."""
+    def _level_stiffness(self, k: int) -> FloatArray:
+        """Return the stiffness within a level, transposed."""
         at = self.layout
         matrix = self.assemble_level(k, at.interfaces_at_level[k])
         if len(self._strain_stiffness):
             strain = at.dofs[at.start[k] : at.start[k + 1]] - self._first_strain
             strains = np.flatnonzero(strain >= 0)
             matrix[strains, strains] += self._strain_stiffness[strain[strains]]
-        for d, free, index in at.superelements_of_level[k]:
-            block = self._superelements.elastic[d] if elastic else self._superelement_stiffness[d]  # type: ignore[union-attr]
-            matrix[index[:, None], index] += block.T if len(free) == len(block) else block[free[:, None], free].T
+        if (blocks := self._superelements) is not None:
+            of_blocks = at.block_places, blocks.first_entry, blocks.tangents, at.index_in_level, at.level_of_dof
+            assemble_blocks(at.superelements_at_level[k], *of_blocks, k, len(matrix), matrix.ravel())
         return matrix

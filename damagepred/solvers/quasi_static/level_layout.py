@@ -13,7 +13,8 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from damagepred.arrays import FloatArray, IntArray
+from damagepred.arrays import IntArray
+from damagepred.kernels.linear.assembly import BlockPlaces
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.interface_kinematics import interface_kinematics
@@ -53,9 +54,10 @@ class LevelLayout:
         follow those of interfaces.
     far_index, near_index : array of int (pairs, w / 2)
         Indices in their levels of the degrees of freedom of a pair's two sides, -1 where prescribed.
-    superelement_level, superelements_of_level
-        Farther level of each deformable block; and for each level the block, its free degrees of freedom and their
-        indices.
+    superelement_level, superelements_at_level
+        Farther level of each deformable block; and the blocks with degrees of freedom in each level.
+    block_places : BlockPlaces
+        Where the blocks act in the levels.
     """
 
     def __init__(self, system: DiscreteSystem, superelements: Superelements | None) -> None:
@@ -71,8 +73,10 @@ class LevelLayout:
         self.start = np.concatenate(([0], np.cumsum(self.size)))
         self.index_in_level = np.full(system.model.size, -1, dtype=np.int64)
         self.index_in_level[self.dofs] = np.arange(len(self.dofs)) - self.start[self.level_of_dof[self.dofs]]
-        self._list_blocks([] if superelements is None else superelements.boundary)
-        self._list_interfaces(system)
+        self._side = self.kinematics.dof.shape[1] // 2
+        boundary = [] if superelements is None else superelements.boundary
+        self.superelement_level = np.array([self.level_of_dof[dofs].max() for dofs in boundary], dtype=np.int64)
+        self._list_interfaces(system, boundary)
 
     def _divide_levels(self, system: DiscreteSystem, level_of_block: IntArray) -> None:
         """Divide each level, unless an interface would couple three levels, or more than half its width to another."""
@@ -101,31 +105,17 @@ class LevelLayout:
         own = divided[self.level_of_dof]
         self.level_of_dof = last[self.level_of_dof] - (own & touches)
 
-    def _list_blocks(self, boundary: list[IntArray]) -> None:
-        """List the degrees of freedom of deformable blocks in each level, and the pairs of divided ones."""
-        self.superelements_of_level: list[list[tuple[int, IntArray, IntArray]]] = [[] for _ in range(self.levels)]
-        self.superelement_level = np.array([self.level_of_dof[dofs].max() for dofs in boundary], dtype=np.int64)
-        side = self.kinematics.dof.shape[1] // 2
-        pairs = [np.empty((0, 2, side), dtype=np.int64)]
-        for d, k in enumerate(self.superelement_level):
-            parts = []
-            for level in (k, k - 1):
-                index = np.where(self.level_of_dof[boundary[d]] == level, self.index_in_level[boundary[d]], -1)
-                free = np.flatnonzero(index >= 0)
-                if len(free):
-                    self.superelements_of_level[level].append((d, free, index[free]))
-                parts.append(np.pad(free, (0, -len(free) % side), constant_values=-1).reshape(-1, side))
-            far, near = parts
-            pairs.append(np.stack((np.repeat(far, len(near), axis=0), np.tile(near, (len(far), 1))), axis=1))
-        self._first_block_pair = np.cumsum([len(p) for p in pairs])
-        self._block_pairs = np.concatenate(pairs)  # (p, 2, side): places on the boundary
-        at = [np.where(p >= 0, self.index_in_level[b[p]], -1) for b, p in zip(boundary, pairs[1:])]
-        self._block_sides = np.concatenate([pairs[0], *at])
-        self._block_pair_level = np.repeat(self.superelement_level, np.diff(self._first_block_pair))
+    def _pair_block(self, boundary: IntArray, k: int) -> IntArray:
+        """Return the places on the boundary (p, 2, w / 2) of the pairs that couple a block's levels k and k - 1."""
+        level, side = np.where(self.index_in_level[boundary] >= 0, self.level_of_dof[boundary], -1), self._side
+        parts = [np.flatnonzero(level == k), np.flatnonzero(level == k - 1) if k else np.empty(0, dtype=np.int64)]
+        far, near = (np.pad(p, (0, -len(p) % side), constant_values=-1).reshape(-1, side) for p in parts)
+        return np.stack((np.repeat(far, len(near), axis=0), np.tile(near, (len(far), 1))), axis=1)
 
-    def _list_interfaces(self, system: DiscreteSystem) -> None:
+    def _list_interfaces(self, system: DiscreteSystem, boundary: list[IntArray]) -> None:
+        """List interfaces, deformable blocks, and the pairs of sides that they couple, level by level."""
         n, levels, count = system.model.n_blocks, np.arange(self.levels + 1), len(self.kinematics.dof)
-        dof = self.kinematics.dof.reshape(count, 2, -1)
+        dof = self.kinematics.dof.reshape(count, 2, self._side)
         level = np.where((dof >= 0) & (dof // 3 != n), self.level_of_dof[dof], -1).max(axis=2)  # (m, 2), ground -1
         self.interface_level = level.max(axis=1)
         couplings = np.flatnonzero((level[:, 0] != level[:, 1]) & (level >= 0).all(axis=1))
@@ -137,11 +127,30 @@ class LevelLayout:
         sides = np.column_stack((self.interface_level[self.couplings], index[each, far], index[each, 1 - far]))
         _, first, pair = np.unique(sides, axis=0, return_index=True, return_inverse=True)
         in_order = np.argsort(first)  # as the couplings, which are in the order of the levels
-        of_blocks = np.column_stack((self._block_pair_level, self._block_sides.reshape(len(self._block_sides), -1)))
-        sides = np.concatenate((sides[first[in_order]], of_blocks))
+        sides = sides[first[in_order]]
+        blocks = [np.empty((0, sides.shape[1]), dtype=np.int64)]
+        places = [np.empty((0, 2, self._side), dtype=np.int64)]
+        for dofs, k in zip(boundary, self.superelement_level):
+            places.append(self._pair_block(dofs, k))
+            index = np.where(places[-1] >= 0, self.index_in_level[dofs[places[-1]]], -1)
+            blocks.append(np.column_stack((np.full(len(index), k), index.reshape(-1, 2 * self._side))))
+        sides = np.concatenate((sides, *blocks))
         order = np.argsort(sides[:, 0], kind="stable")
         sides, place = sides[order], np.argsort(order)
-        self.pair, self._block_pair = place[np.argsort(in_order)[pair.ravel()]], place[len(first) :]
+        self.pair = place[np.argsort(in_order)[pair.ravel()]]
+        far, near = np.concatenate(places).swapaxes(0, 1)
+        self.block_places = BlockPlaces(
+            np.cumsum([0, *map(len, boundary)]),
+            np.concatenate((blocks[0][:0, 0], *boundary)),
+            np.cumsum([len(p) for p in places]),
+            place[len(first) :],
+            np.ascontiguousarray(far),
+            np.ascontiguousarray(near),
+        )
+        # a block lies in its farther level, and in the one before if it is divided
+        near = self.superelement_level - (np.diff(self.block_places.first_pair) > 0)
+        of_levels = [(self.superelement_level == k) | (near == k) for k in range(self.levels)]
+        self.superelements_at_level = [np.flatnonzero(listed) for listed in of_levels]
         self.first_pair = np.searchsorted(sides[:, 0], levels)
         self.far_index, self.near_index = map(np.ascontiguousarray, np.hsplit(sides[:, 1:], 2))
         order = np.argsort(self.interface_level, kind="stable")
@@ -149,23 +158,6 @@ class LevelLayout:
         of_level = [order[first:last] for first, last in pairwise(edges)]
         self.interfaces_at_level = [np.append(i, self.couplings_of(k + 1)) for k, i in enumerate(of_level[:-1])]
         self.interfaces_at_level.append(of_level[-1])
-
-    def couple_block(self, d: int, stiffness: FloatArray, near_far: FloatArray, far_near: FloatArray) -> None:
-        """Set the couplings of a divided block.
-
-        Parameters
-        ----------
-        d : int
-            The block.
-        stiffness : array (r, r)
-            Of its boundary.
-        near_far, far_near : array (pairs, w / 2, w / 2)
-            Couplings of all levels; updated.
-        """
-        own = slice(self._first_block_pair[d], self._first_block_pair[d + 1])
-        pair, (far, near) = self._block_pair[own], self._block_pairs[own].swapaxes(0, 1)
-        near_far[pair] = stiffness[near[:, :, None], far[:, None]]
-        far_near[pair] = stiffness[far[:, :, None], near[:, None]]
 
     def couplings_of(self, k: int) -> IntArray:
         """Return the interfaces between levels k and k - 1."""
