@@ -157,7 +157,7 @@ class Superelements:
         local = place[(2 * cells[:, :, None] + np.arange(2)).reshape(-1, 10)]
         stiffness = np.zeros((len(kept), len(kept)))
         np.add.at(stiffness, (local[:, :, None], local[:, None, :]), cell_matrices(self.model, self._zones.rows, zones))
-        flexibility = np.linalg.inv(stiffness[r:, r:])
+        flexibility = np.asarray(np.linalg.inv(stiffness[r:, r:]), dtype=np.float64)
         recovery = flexibility @ stiffness[r:, :r]
         condensed = stiffness[:r, :r] - stiffness[:r, r:] @ recovery
         condensed = 0.5 * (condensed + condensed.T)
