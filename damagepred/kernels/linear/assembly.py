@@ -5,9 +5,65 @@ freedom of its two sides: three of a rigid block, or x and y of the two gridpoin
 D is a 3 x 3 matrix, unsymmetric where the flow rule is not associated. Matrices of a level are stored transposed.
 """
 
-from damagepred.kernels.jit import Unit, law
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damagepred.kernels.jit import Unit, kernel, law
 from damagepred.kernels.linear.table import system_at
-from damagepred.kernels.table import flags, float_blocks, float_rows, integer_rows, integers
+from damagepred.kernels.table import flags, float_blocks, float_rows, floats, integer_rows, integers
+
+
+class BlockPlaces(NamedTuple):
+    """Where d deformable blocks act in the levels.
+
+    Attributes
+    ----------
+    first_dof, dofs : array of int (d + 1,), array of int
+        Where the degrees of freedom on the boundary of each block begin, and these.
+    first_pair : array of int (d + 1,)
+        Where the pairs of each block divided among two levels begin.
+    pair : array of int (p,)
+        Place among the pairs of ``Levels``.
+    far, near : array of int (p, w / 2)
+        Places on the boundary of the two sides of each pair, -1 where there are fewer.
+    """
+
+    first_dof: NDArray[np.int64]
+    dofs: NDArray[np.int64]
+    first_pair: NDArray[np.int64]
+    pair: NDArray[np.int64]
+    far: NDArray[np.int64]
+    near: NDArray[np.int64]
+
+
+@kernel
+def couple_blocks(blocks, places, first_entry, tangents, near_far, far_near):
+    """Compute the couplings of blocks that are divided among two levels.
+
+    Parameters
+    ----------
+    blocks : array of int
+        The blocks.
+    places : BlockPlaces
+        Of all blocks.
+    first_entry, tangents : array
+        Stiffness of all blocks; see ``Superelements``.
+    near_far, far_near : array (pairs, w / 2, w / 2)
+        Filled for the pairs of these blocks; see ``assemble_couplings``.
+    """
+    side = places.far.shape[1]
+    for d in blocks:
+        count, at = places.first_dof[d + 1] - places.first_dof[d], first_entry[d]
+        for p in range(places.first_pair[d], places.first_pair[d + 1]):
+            pair = places.pair[p]
+            for r in range(side):
+                for c in range(side):
+                    far, near = places.far[p, c], places.near[p, r]
+                    if far >= 0 and near >= 0:
+                        near_far[pair, r, c] = tangents[at + near * count + far]
+                        far_near[pair, c, r] = tangents[at + far * count + near]
 
 
 @Unit
@@ -82,6 +138,32 @@ def add_to_diagonal(values, start, size, matrix):
 
 
 @Unit
+def assemble_blocks(address):
+    """Add the stiffness of deformable blocks to that within level ``k``.
+
+    Parameters
+    ----------
+    address : int
+        Of the table of the tangent equations; the matrix is the first row of ``scratch``, flat and transposed.
+    """
+    system = system_at(address)
+    k, first, start = system.k, integers(system.first_block), integers(system.start)
+    size, matrix = start[k + 1] - start[k], float_rows(system.scratch)[0]
+    first_dof, all_dofs = integers(system.block_first_dof), integers(system.block_dofs)
+    first_entry, tangents = integers(system.first_entry), floats(system.tangents)
+    index, level = integers(system.index_in_level), integers(system.level_of_dof)
+    for d in integers(system.level_blocks)[first[k] : first[k + 1]]:
+        dofs = all_dofs[first_dof[d] : first_dof[d + 1]]
+        for r in range(dofs.size):
+            row, entry = index[dofs[r]], first_entry[d] + r * dofs.size
+            if row < 0 or level[dofs[r]] != k:
+                continue
+            for c in range(dofs.size):
+                if level[dofs[c]] == k and index[dofs[c]] >= 0:
+                    matrix[index[dofs[c]] * size + row] += tangents[entry + c]
+
+
+@Unit
 def assemble_couplings(address):
     """Compute the off-diagonal blocks up to level ``farthest``: the stiffness between the sides of couplings.
 
@@ -89,7 +171,7 @@ def assemble_couplings(address):
     ----------
     address : int
         Of the table of the tangent equations: ``near_far`` is the force on the nearer side for displacements of the
-        farther, ``far_near`` the other way round.
+        farther, ``far_near`` the other way round. Pairs of divided blocks stay as they are.
     """
     system = system_at(address)
     last = integers(system.first_coupling)[system.farthest + 1]
@@ -98,7 +180,7 @@ def assemble_couplings(address):
     near_far, far_near = float_blocks(system.near_far)[:pairs], float_blocks(system.far_near)[:pairs]
     matrices = float_blocks(system.matrices)
     side = matrices.shape[1] // 2
-    for e in range(near_far.shape[0]):
+    for e in pair[:last]:
         for r in range(side):
             for c in range(side):
                 near_far[e, r, c] = 0.0

@@ -73,7 +73,7 @@ def eliminate(address):
     elastic, farthest, work = system.elastic != 0, system.farthest, float_rows(system.scratch)
     run(system.set_stiffness, address)
     starts, inverse_start, matrix = integers(system.start), integers(system.inverse_start), work[0]
-    blocks, complements = floats(system.blocks), floats(system.complements)
+    complements = floats(system.complements)
     run(system.assemble_couplings, address)
     # Schur complements inherit symmetry from farther levels
     level, stiffness, unsymmetric = integers(system.interface_level), float_rows(system.stiffness), -1
@@ -85,8 +85,8 @@ def eliminate(address):
         if size > 0:
             run(system.assemble_level, address)
             add_to_diagonal(floats(system.strain_stiffness), start, size, matrix)
-            if blocks.size > 0:
-                add_row(1.0, blocks[first : first + size * size], matrix)
+            if system.has_blocks != 0:
+                run(system.assemble_blocks, address)
             if not elastic:
                 add_to_diagonal(floats(system.regularisation), start, size, matrix)
             if k + 1 < starts.size - 1:

@@ -7,7 +7,9 @@ SYSTEM = table_type(
     "start inverse_start inverses complements first_pair far_index near_index near_far far_near "
     # assembly
     "dof strain_displacement interface_level level_interfaces first_interface index_in_level level_of_dof "
-    "couplings first_coupling pair far_is_b stiffness matrices strain_stiffness regularisation blocks "
+    "couplings first_coupling pair far_is_b stiffness matrices strain_stiffness regularisation "
+    # deformable blocks
+    "first_block level_blocks block_first_dof block_dofs first_entry tangents "
     # Woodbury corrections
     "index slot interface_of_slot response compliance change changed_rows relative correction_force capacitance "
     "unit unit_response "
@@ -17,13 +19,14 @@ SYSTEM = table_type(
     "active active_dofs target changed new rows room scratch current particular wanted right solution "
     # arguments and workspace of LAPACK
     "lapack_integers lapack_reals lapack_letters pivots lapack_work",
-    integers="here k columns set_stiffness assemble_level assemble_couplings schur_complement invert eliminate "
+    integers="here k columns set_stiffness assemble_level assemble_blocks assemble_couplings schur_complement invert "
+    "eliminate "
     "forward back solve_columns add_compliance stiffness_changes relative_displacements fill_capacitance "
     "respond correct "
     "row_count farthest nearest elastic held "
     "first_new last_new changed_count accurate matrix_size inverse_first symmetric first_back last_back "
     "dgemm dpotrf dpotri dgetrf dgetri dgesv active_levels batch loop_rows keep_farther_levels keep_responses "
-    "iterations factorisations corrections occupied farthest_changed blocks_level",
+    "iterations factorisations corrections occupied farthest_changed has_blocks blocks_level",
     numbers="call_overhead solution_weight vector_weight product_weight woodbury_tolerance singular_pivot_ratio "
     "pivot_ratio spent",
 )
@@ -55,8 +58,13 @@ stiffness, matrices : array (m, 9), array (m, w, w)
     Factorised stiffness of the interfaces, and the same between the degrees of freedom of their sides.
 strain_stiffness, regularisation : array (degrees of freedom,)
     In the order of the levels: stiffness of strains of elastic blocks, and what keeps detached blocks in place.
-blocks : array
-    Stiffness of deformable blocks within the levels, as ``inverses``; empty if there are none.
+
+Deformable blocks
+-----------------
+first_block, level_blocks : array of int
+    Blocks with degrees of freedom in each level, one level after the other, and where each level begins.
+block_first_dof, block_dofs, first_entry, tangents
+    See ``BlockPlaces`` and ``Superelements``; empty where ``has_blocks`` is 0.
 
 Corrections
 -----------

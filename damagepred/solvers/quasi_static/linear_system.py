@@ -88,7 +88,6 @@ class BlockTridiagonalSystem:
         self.model, self.options, self.elastic = system.model, options, elastic
         self.layout = LevelLayout(system, superelements)
         self._superelements = superelements
-        self._block_tangents: dict[int, FloatArray] = {}
         self._stiffness = elastic
         self._table, self.arrays = np.zeros(1, SYSTEM), {}
         self.tangent, self.address = self._table[0], self._table.ctypes.data
@@ -100,8 +99,7 @@ class BlockTridiagonalSystem:
         at, options, count = self.layout, self.options, len(self.elastic)
         inverse_start = np.concatenate(([0], np.cumsum(at.size**2)))
         entries, largest = int(inverse_start[-1]), int(at.size.max())
-        matrices = 2 if self._superelements is None else 3
-        if (needed := 8e-9 * matrices * entries) > options.max_memory:
+        if (needed := 16e-9 * entries) > options.max_memory:
             raise InputError(
                 f"the quasi-static solver would need {needed:.0f} GB for its matrices, and takes "
                 f"{options.max_memory:g} GB at most; take a larger solver.zone_size, cut fewer blocks, or take "
@@ -139,7 +137,6 @@ class BlockTridiagonalSystem:
             matrices=np.empty((count, dof.shape[1], dof.shape[1])),
             strain_stiffness=strain,
             regularisation=options.regularisation * np.where(diagonal > 0.0, diagonal, typical),
-            blocks=np.zeros(0 if self._superelements is None else entries),
             interface_of_slot=np.empty(slots, dtype=np.int64),
             compliance=np.empty((3 * slots, 3 * slots)),
             change=np.empty((slots, 9)),
@@ -165,7 +162,8 @@ class BlockTridiagonalSystem:
             **costs_of(at.size, options),
             **lapack_routines(max(largest, 3 * slots), options.inversion_panel),
         )
-        self._set_blocks(0, elastic=True)
+        if self._superelements is not None:
+            self._set_blocks(self._superelements)
 
     def _set(self, **values: Any) -> None:
         """Set entries of the table, and keep its arrays."""
@@ -182,17 +180,26 @@ class BlockTridiagonalSystem:
                 total[boundary] += stiffness.diagonal()
         return total[self.layout.dofs] + strain_stiffness
 
-    def _set_blocks(self, first_level: int, elastic: bool) -> None:
-        """Set the stiffness of deformable blocks in all levels from ``first_level`` on."""
-        if (blocks := self._superelements) is None:
-            return
-        at, start, stiffness = self.layout, self.arrays["inverse_start"], self.arrays["blocks"]
-        for k in range(first_level, at.levels):
-            matrix = stiffness[start[k] : start[k + 1]].reshape(at.size[k], at.size[k])
-            matrix[:] = 0.0
-            for d, free, index in at.superelements_of_level[k]:
-                own = blocks.elastic[d] if elastic else self._block_tangents.get(d, blocks.elastic[d])
-                matrix[index[:, None], index] += own.T if len(free) == len(own) else own[free[:, None], free].T
+    def _set_blocks(self, blocks: Superelements) -> None:
+        """Set the deformable blocks of all levels, and couple those that are divided among two."""
+        at, places = self.layout, self.layout.block_places
+        self._set(
+            first_block=np.concatenate(([0], np.cumsum([len(i) for i in at.superelements_at_level]))),
+            level_blocks=np.concatenate(at.superelements_at_level),
+            block_first_dof=places.first_dof,
+            block_dofs=places.dofs,
+            first_entry=blocks.first_entry,
+            tangents=blocks.tangents,
+            assemble_blocks=assembly.assemble_blocks.address,
+            has_blocks=1,
+        )
+        self._couple_blocks(blocks, np.arange(len(blocks.block)))
+
+    def _couple_blocks(self, blocks: Superelements, listed: IntArray) -> None:
+        """Compute the couplings of divided blocks."""
+        near_far, far_near = self.arrays["near_far"], self.arrays["far_near"]
+        places = self.layout.block_places
+        assembly.couple_blocks(listed, places, blocks.first_entry, blocks.tangents, near_far, far_near)
 
     def set_active_levels(self, active_levels: int) -> None:
         """Set the number of active levels; see ``condense`` for those beyond."""
@@ -233,10 +240,10 @@ class BlockTridiagonalSystem:
         load, live_load : array (size,)
             Dead and live load at load factor 1 (N, N m); None: no live load.
         """
-        levels, held = self.layout.levels, active_levels < self.layout.levels
+        active_levels, levels = int(self.layout.whole_blocks[active_levels]), self.layout.levels
+        held = active_levels < levels
         if active_levels < self.active_levels:
             condensed = np.flatnonzero(self.layout.interface_level >= active_levels)
-            self._set_blocks(active_levels, elastic=True)
             self.arrays["target"][condensed] = self.elastic[condensed]
             self.arrays["changed"][: len(condensed)] = condensed
             self._set(farthest=levels - 1, nearest=active_levels, elastic=1, changed_count=len(condensed))
@@ -326,15 +333,13 @@ class BlockTridiagonalSystem:
         """Take over the tangents of active deformable blocks."""
         if (blocks := self._superelements) is None:
             return
-        changed = [d for d, tangent in blocks.tangent.items() if tangent is not self._block_tangents.get(d)]
-        if changed:
-            self._block_tangents.update((d, blocks.tangent[d]) for d in changed)
-            level = self.layout.superelement_level
-            self._set_blocks(int(level[changed].min()), elastic=False)
-            self._set(
-                farthest_changed=max(int(self.tangent["farthest_changed"]), int(level[changed].max())),
-                blocks_level=int(level[list(blocks.tangent)].max()),
-            )
+        changed = blocks.update_tangents()
+        self._couple_blocks(blocks, changed)
+        level = self.layout.superelement_level
+        self._set(
+            farthest_changed=max(int(self.tangent["farthest_changed"]), int(level[changed].max(initial=-1))),
+            blocks_level=int(level[blocks.yielding].max(initial=-1)),
+        )
 
     def continue_counts(self, before: BlockTridiagonalSystem) -> None:
         """Count iterations and factorisations on from those of the same wall with other supports."""

@@ -542,7 +542,7 @@ class Residual:
 
     def _farthest_active_block(self) -> int:
         """Return the farthest level of an uncondensed deformable block; 0 if there is none."""
-        listed = [] if self.superelements is None else list(self.superelements.tangent)
+        listed = np.empty(0, np.int64) if self.superelements is None else self.superelements.active
         return int(self.equations.layout.superelement_level[listed].max(initial=0))
 
     def complete(self, state: State, displacement: FloatArray | None = None) -> None:

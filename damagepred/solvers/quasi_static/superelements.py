@@ -14,15 +14,19 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.kernels.interface.residual import largest_block_resultant
 from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces
-from damagepred.kernels.zone.superelement import commit_plastic_strain, condensed_response
+from damagepred.kernels.zone.superelement import (
+    ShapeArrays,
+    ZoneArrays,
+    commit_plastic_strain,
+    condensed_forces,
+    condensed_tangents,
+)
 from damagepred.solvers.quasi_static.options import NewtonOptions
 from damagepred.solvers.state.increment import ZoneResults
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.state.zone_history import ZoneField, exceeds_yield_limit, zone_results
 from damagepred.solvers.system.deformable_blocks import (
-    Bending,
     at_gridpoints,
-    bending,
     block_moduli,
     can_yield,
     cell_gridpoints,
@@ -30,7 +34,6 @@ from damagepred.solvers.system.deformable_blocks import (
     facets_of,
     gridpoint_arms,
     strain_rows,
-    zone_slopes,
 )
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
@@ -51,10 +54,10 @@ class BlockShape:
         Schur complement on the boundary (N/m).
     recovery : array (i, r)
         Recovery matrix, in u_interior = particular - recovery u_boundary.
-    flexibility : array (i, i)
-        Inverse of the interior stiffness (m/N).
     particular : array (2, b, i)
         Interior displacement under dead and under live load, with the boundary held (m).
+    arrays : ShapeArrays
+        The same, as kernels of yielding blocks take them.
     """
 
     member: IntArray
@@ -62,8 +65,8 @@ class BlockShape:
     interior: IntArray
     stiffness: FloatArray
     recovery: FloatArray
-    flexibility: FloatArray
     particular: FloatArray
+    arrays: ShapeArrays
 
 
 class Superelements:
@@ -78,6 +81,12 @@ class Superelements:
 
     Attributes
     ----------
+    active : array of int
+        Blocks of which a zone yields, or has yielded.
+    tangents, first_entry : array, array of int (d + 1,)
+        Tangent of each block on its boundary, row by row (N/m), and where it begins; see ``update_tangents``.
+    yielding : array of bool (d,)
+        Whether a zone of the block yields in these tangents, which then need not be symmetric.
     condensed_loads : array (2, size)
         Dead and live load (N, N m); that on interior degrees of freedom is condensed to the boundaries.
     """
@@ -95,10 +104,11 @@ class Superelements:
         self._arms, self._on_blocks = gridpoint_arms(model), np.zeros((model.n_blocks, 3))
         self.boundary: list[IntArray] = [np.empty(0, np.int64)] * len(self.block)
         self.elastic: list[FloatArray] = [np.empty((0, 0))] * len(self.block)
-        self.tangent: dict[int, FloatArray] = {}
-        self._inelastic: dict[int, FloatArray] = {}
         self._loads = np.stack((system.dead_load, system.live_load))
-        self._rows = strain_rows(model)
+        self._elasticity, self._strength = block_moduli(model)
+        count = len(self.mesh.zones)
+        self._volume = self.mesh.zone_area * model.block_law.thickness[self.mesh.zone_block]
+        self._zones = ZoneArrays(strain_rows(model), self._volume, np.zeros((count, 4)))
         self.shapes = [self._condense(members) for members in self._group_by_shape()]
         self.interior = np.concatenate([k.interior.ravel() for k in self.shapes])
         self.condensed_loads = self._loads.copy()
@@ -106,10 +116,10 @@ class Superelements:
             for load in self.condensed_loads:
                 load[shape.boundary] -= load[shape.interior] @ shape.recovery
                 load[shape.interior] = 0.0
-        self._shape_of = {int(d): (shape, at) for shape in self.shapes for at, d in enumerate(shape.member)}
-        self._slopes, self._bending = zone_slopes(self.mesh).reshape(-1, 4), bending(model)
-        self._volume = self.mesh.zone_area * model.block_law.thickness[self.mesh.zone_block]
-        self._elasticity, self._strength = block_moduli(model)
+        self.active, self._in_shape = np.empty(0, dtype=np.int64), [np.empty(0, dtype=np.int64)] * len(self.shapes)
+        self.yielding, self._outdated = np.zeros(len(self.block), dtype=np.bool_), False
+        self.first_entry = np.concatenate(([0], np.cumsum([k.size for k in self.elastic])))
+        self.tangents = np.concatenate([k.ravel() for k in self.elastic])
 
     def _group_by_shape(self) -> list[IntArray]:
         """Return which deformable blocks share a condensation: same shape, material and supports."""
@@ -138,26 +148,38 @@ class Superelements:
 
     def _condense(self, members: IntArray) -> BlockShape:
         mesh, d = self.mesh, int(members[0])
-        cells = (
-            cell_gridpoints(mesh.zones)[mesh.first_zone[d] // 4 : mesh.first_zone[d + 1] // 4] - mesh.first_gridpoint[d]
-        )
-        size = 2 * (mesh.first_gridpoint[d + 1] - mesh.first_gridpoint[d])
-        local = (2 * cells[:, :, None] + np.arange(2)).reshape(-1, 10)
-        stiffness = np.zeros((size, size))
-        matrices = cell_matrices(self.model, self._rows, slice(mesh.first_zone[d], mesh.first_zone[d + 1]))
-        np.add.at(stiffness, (local[:, :, None], local[:, None, :]), matrices)
+        zones = slice(mesh.first_zone[d], mesh.first_zone[d + 1])
+        cells = cell_gridpoints(mesh.zones)[zones.start // 4 : zones.stop // 4] - mesh.first_gridpoint[d]
         kept = np.repeat(mesh.on_boundary[mesh.first_gridpoint[d] : mesh.first_gridpoint[d + 1]], 2)
         kept |= np.isin(self._dofs(d), self.model.supports.prescribed)
-        boundary, interior = np.flatnonzero(kept), np.flatnonzero(~kept)
-        flexibility = np.linalg.inv(stiffness[np.ix_(interior, interior)])
-        recovery = flexibility @ stiffness[np.ix_(interior, boundary)]
-        condensed = stiffness[np.ix_(boundary, boundary)] - stiffness[np.ix_(boundary, interior)] @ recovery
+        order, r = np.argsort(~kept, kind="stable"), int(kept.sum())
+        place = np.argsort(order)
+        local = place[(2 * cells[:, :, None] + np.arange(2)).reshape(-1, 10)]
+        stiffness = np.zeros((len(kept), len(kept)))
+        np.add.at(stiffness, (local[:, :, None], local[:, None, :]), cell_matrices(self.model, self._zones.rows, zones))
+        flexibility = np.asarray(np.linalg.inv(stiffness[r:, r:]), dtype=np.float64)
+        recovery = flexibility @ stiffness[r:, :r]
+        condensed = stiffness[:r, :r] - stiffness[:r, r:] @ recovery
         condensed = 0.5 * (condensed + condensed.T)
-        dofs = np.array([self._dofs(int(m)) for m in members])
-        for m, own in zip(members, dofs):
-            self.boundary[m], self.elastic[m] = own[boundary], condensed
-        particular = self._loads[:, dofs[:, interior]] @ flexibility
-        return BlockShape(members, dofs[:, boundary], dofs[:, interior], condensed, recovery, flexibility, particular)
+        dofs = np.array([self._dofs(int(m)) for m in members])[:, order]
+        boundary, interior = dofs[:, :r], dofs[:, r:]
+        for m, own in zip(members, boundary):
+            self.boundary[m], self.elastic[m] = own, condensed
+        loads = self._loads[:, interior]
+        arrays = ShapeArrays(
+            dof=dofs,
+            first_zone=mesh.first_zone[members],
+            cells=local,
+            stiffness=stiffness,
+            flexibility=flexibility,
+            recovery=recovery,
+            condensed=condensed,
+            elasticity=self._elasticity[mesh.block[d]],
+            strength=self._strength[mesh.block[members]],
+            loads=loads,
+            inelastic=np.zeros(interior.shape),
+        )
+        return BlockShape(members, boundary, interior, condensed, recovery, loads @ flexibility, arrays)
 
     # -- forces ---------------------------------------------------------------------------------------------------
 
@@ -194,53 +216,43 @@ class Superelements:
         """
         for shape in self.shapes:
             force[shape.boundary] -= displacement[shape.boundary] @ shape.stiffness
-        for d in self.tangent:
-            shape, at = self._shape_of[d]
-            boundary, load_here = shape.boundary[at], self._interior_load(d, load, load_factor)
-            found, tangent = self._response(d, load_here, displacement, plastic)
-            # replaces the force of the elastic block, with the condensed load
-            force[boundary] += displacement[boundary] @ shape.stiffness + load_here @ shape.recovery - found
-            self.tangent[d] = tangent
+        self._correct_active(self._zones.trial, load, load_factor, displacement, plastic, force)
+        self._outdated = True
 
-    def _response(
-        self, d: int, load_here: FloatArray, displacement: FloatArray, plastic: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Bring the interior of an active block to equilibrium; return force and tangent on its boundary."""
-        mesh, (shape, at) = self.mesh, self._shape_of[d]
-        dofs, zones = self._dofs(d), slice(mesh.first_zone[d], mesh.first_zone[d + 1])
-        local = np.argsort(dofs)
-        place = local[np.searchsorted(dofs, np.concatenate((shape.boundary[at], shape.interior[at])), sorter=local)]
-        # start from the elastic interior, shifted by the inelastic part of the last call
-        elastic = shape.flexibility @ load_here - shape.recovery @ displacement[shape.boundary[at]]
-        u = displacement[dofs]
-        count = shape.boundary.shape[1]
-        u[place[count:]] = elastic + self._inelastic.get(d, 0.0)
-        block = int(mesh.block[d])
-        force, tangent = np.zeros(count), np.zeros((count, count))
-        condensed_response(
-            mesh.zones[zones] - mesh.first_gridpoint[d],
-            self._slopes[zones],
-            self._volume[zones],
-            self._elasticity[block],
-            self._strength[block],
-            plastic[zones],
-            self._bending_of(zones),
-            place,
-            count,
-            shape.flexibility,
-            load_here,
-            self._tolerance,
-            u,
-            force,
-            tangent,
-        )
-        if np.isfinite(force).all():
-            self._inelastic[d] = u[place[count:]] - elastic
-        displacement[shape.interior[at]] = u[place[count:]]
-        return force, tangent
+    def _correct_active(
+        self,
+        trial: FloatArray,
+        load: float,
+        load_factor: float,
+        displacement: FloatArray,
+        plastic: FloatArray,
+        force: FloatArray,
+    ) -> None:
+        """Bring the interior of active blocks to equilibrium, and correct the elastic forces on their boundaries."""
+        shares = float(load), float(load_factor)
+        for shape, listed in zip(self.shapes, self._in_shape):
+            if len(listed):
+                condensed_forces(
+                    shape.arrays, self._zones, listed, plastic, shares, self._tolerance, trial, displacement, force
+                )
 
-    def _bending_of(self, zones: slice) -> Bending:
-        return Bending(self._bending.gamma[zones], self._bending.strain[zones])
+    def update_tangents(self) -> IntArray:
+        """Condense the tangents of active blocks as of the last residual; return the blocks whose tangent changed."""
+        if not self._outdated or not len(self.active):
+            return self.active[:0]
+        changed = self.yielding.copy()
+        for shape, listed in zip(self.shapes, self._in_shape):
+            if len(listed):
+                yields = self.yielding[shape.member]
+                first = self.first_entry[shape.member]
+                condensed_tangents(shape.arrays, self._zones, listed, first, self.tangents, yields)
+                self.yielding[shape.member] = yields
+        self._outdated = False
+        return np.flatnonzero(changed | self.yielding)
+
+    def tangent(self, d: int) -> FloatArray:
+        """Return the tangent of a block on its boundary (r, r) (N/m)."""
+        return self.tangents[self.first_entry[d] : self.first_entry[d + 1]].reshape(self.elastic[d].shape)
 
     # -- recovery and history --------------------------------------------------------------------------------------
 
@@ -259,20 +271,15 @@ class Superelements:
         for shape in self.shapes:
             particular = load * shape.particular[0] + load_factor * shape.particular[1]
             displacement[shape.interior] = particular - displacement[shape.boundary] @ shape.recovery.T
-        for d in self.tangent:
-            self._response(d, self._interior_load(d, load, load_factor), displacement, plastic)
+        if len(self.active):  # the tangents stay those of the last residual
+            trial, force = np.empty_like(self._zones.trial), np.zeros_like(displacement)
+            self._correct_active(trial, load, load_factor, displacement, plastic, force)
         self.place_facets(displacement)
         self.field.mean_motion(displacement)
 
-    def _interior_load(self, d: int, load: float, load_factor: float) -> FloatArray:
-        """Return the load on the interior of a block (N)."""
-        shape, at = self._shape_of[d]
-        dead, live = self._loads[:, shape.interior[at]]
-        return np.asarray(load * dead + load_factor * live)
-
     def activate_yielding(
         self, displacement: FloatArray, load: float, load_factor: float, plastic: FloatArray
-    ) -> list[int]:
+    ) -> IntArray:
         """Activate the blocks with a zone outside its yield surface; return those activated now.
 
         Parameters
@@ -285,43 +292,35 @@ class Superelements:
             Plastic strain of the last equilibrium.
         """
         if not self.yields.any():
-            return []
+            return self.active[:0]
         self.recover(displacement, load, load_factor, plastic)
         self.field.set_plastic_strain(plastic)
         return self._activate(self._owner[exceeds_yield_limit(self.model, self.field.stresses(displacement))])
 
-    def activate_plastic(self, plastic: FloatArray) -> list[int]:
+    def activate_plastic(self, plastic: FloatArray) -> IntArray:
         """Activate the blocks in which any zone has plastic strain (z, 4); return those activated now."""
         return self._activate(self._owner[(plastic != 0.0).any(axis=1)])
 
     def activate_as_in(self, other: Superelements) -> None:
         """Activate the blocks that are active in another set, of the same wall with other supports."""
-        self._activate(np.array(list(other.tangent), dtype=np.int64))
+        self._activate(other.active)
 
-    def _activate(self, blocks: IntArray) -> list[int]:
-        new = [d for d in np.unique(blocks).tolist() if d not in self.tangent]
-        for d in new:
-            self.tangent[d] = self.elastic[d]
+    def _activate(self, blocks: IntArray) -> IntArray:
+        new = np.setdiff1d(blocks, self.active)
+        if len(new):
+            self.active = np.union1d(self.active, new)
+            self._in_shape = [np.flatnonzero(np.isin(shape.member, self.active)) for shape in self.shapes]
         return new
 
     def commit(self, state: State) -> float:
         """Commit plastic strains and zone states at an equilibrium, after ``recover``; return the plastic work (J)."""
-        work = 0.0
-        for d in self.tangent:
-            zones = slice(self.mesh.first_zone[d], self.mesh.first_zone[d + 1])
-            block = int(self.mesh.block[d])
-            work += commit_plastic_strain(
-                self.mesh.zones[zones] - self.mesh.first_gridpoint[d],
-                self._slopes[zones],
-                self._volume[zones],
-                self._elasticity[block],
-                self._strength[block],
-                self._bending_of(zones),
-                state.displacement[self._dofs(d)],
-                state.plastic[zones],
-                state.zone_state[zones],
+        return sum(
+            commit_plastic_strain(
+                shape.arrays, self._zones, listed, state.displacement, state.plastic, state.zone_state
             )
-        return work
+            for shape, listed in zip(self.shapes, self._in_shape)
+            if len(listed)
+        )
 
     def zone_results(self, state: State) -> ZoneResults:
         """Return the zones' stresses and states and the gridpoints' displacements at an equilibrium."""
