@@ -130,7 +130,15 @@ def table_at(dtype, name):
 
 @intrinsic
 def run(typing_context, unit, table):
-    """Run the unit at an address with the table at another."""
+    """Run the unit at an address with the table at another.
+
+    Parameters
+    ----------
+    typing_context : object
+        Of numba, which gives it.
+    unit, table : int
+        Addresses.
+    """
 
     def generate(context, builder, signature, values):
         integer = context.get_value_type(types.intp)

@@ -89,7 +89,8 @@ class BlockTridiagonalSystem:
         self.layout = LevelLayout(system, superelements)
         self._superelements = superelements
         self._stiffness = elastic
-        self._table, self.arrays = np.zeros(1, SYSTEM), {}
+        self._table = np.zeros(1, SYSTEM)
+        self.arrays: dict[str, np.ndarray] = {}
         self.tangent, self.address = self._table[0], self._table.ctypes.data
         self._allocate(system)
         self.set_active_levels(self.layout.levels)
