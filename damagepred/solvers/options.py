@@ -24,6 +24,7 @@ from damagepred.solvers.quasi_static.options import (
     JackOptions,
     LinearSystemOptions,
     LineSearchOptions,
+    NewtonLineSearchOptions,
     NewtonOptions,
     ReturnMappingOptions,
 )
@@ -74,13 +75,14 @@ class SolverOptions:
 
     Attributes
     ----------
-    newton, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, \
+    newton, newton_with_line_search, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, \
     return_mapping, linear_system, elastic_solution, creep, symmetry, zone_selection, time_stepping, jack_servo, \
     mechanism, explicit, dynamics
         The tables ``[solver.advanced.newton]`` and so on; see their classes.
     """
 
     newton: NewtonOptions = Field(default_factory=NewtonOptions)
+    newton_with_line_search: NewtonLineSearchOptions = Field(default_factory=NewtonLineSearchOptions)
     line_search: LineSearchOptions = Field(default_factory=LineSearchOptions)
     coulomb: CoulombOptions = Field(default_factory=CoulombOptions)
     jacks: JackOptions = Field(default_factory=JackOptions)

@@ -170,8 +170,8 @@ def test_memory_of_the_full_scale_wall_is_what_its_matrices_take(
     told = matrix_bytes(model, solver)
     assert f"{told / 1e6:.2g}" == megabytes
     half = reduce_by_symmetry(model) if symmetric else None
-    factors = Equilibrium(half or model, 1e-6).equations.factors
-    kept = factors.levels.inverses.nbytes + sum(matrix.nbytes for matrix in factors.schur_complements)
+    arrays = Equilibrium(half or model, 1e-6).equations.arrays
+    kept = arrays["inverses"].nbytes + arrays["complements"].nbytes
     assert told == pytest.approx(kept, rel=0.1)  # what a support or the axis holds takes nothing
 
 

@@ -1,24 +1,20 @@
-"""Newton's method on the Coulomb law with line search, also along directions of negative curvature.
+"""Newton's method on the Coulomb law: from a nearby equilibrium it converges in a few iterations.
 
-The tangent of Coulomb friction is not symmetric: sliding contacts gain resistance where they are pressed together, and
-lose it where they part. Where a step has negative work of the residual, the tangent is indefinite and the step leads
-back to an unstable equilibrium. The reversed step, a direction of negative curvature, leads away from it, as in
-minimisation.
+Loose blocks make the tangent nearly singular, and its step far too long. A line search shortens it.
 """
 
 import numpy as np
 
 from damagepred.kernels.equilibrium.line_search import line_search
-from damagepred.kernels.equilibrium.problem import jack_work, residual, solve
+from damagepred.kernels.equilibrium.problem import residual, solve
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
 from damagepred.kernels.jit import kernel
 
 
 def newton(problem, jack, start, best, room):
-    """Newton's method with line search on the Coulomb law; return unbalanced force ratio and load of the jacks.
+    """Newton's method with backtracking on the Coulomb law; return unbalanced force ratio and load of the jacks.
 
-    A step that does not halve the residual ends where the work of the residual along it vanishes (Crisfield 1991,
-    ch. 9). Joints that open far, or a loose block, would otherwise throw the iteration away.
+    The first iterations are undamped: active sets of contacts often stabilise although the residual grows.
 
     Parameters
     ----------
@@ -32,6 +28,54 @@ def newton(problem, jack, start, best, room):
         Scratch.
     """
     options, tolerance = problem.parameters.newton, problem.parameters.tolerance
+    near = problem.parameters.warm_start_residual
+    u, trial, step, force = room[0], room[1], room[2], room[3]
+    copy(start, u)
+    copy(start, best)
+    ratio = residual(problem, jack, u, True, force)
+    first, least, best_jack, diverging = ratio, ratio, jack, 0
+    for taken in range(options.max_iterations + 1):
+        if ratio < tolerance:
+            break
+        diverging = diverging + 1 if ratio > options.early_divergence_ratio * least else 0
+        if diverging >= options.early_divergence_iterations and least < near:
+            break
+        jack_step = solve(problem, True, u, force, step)
+        before, length = ratio, 1.0
+        move_along(u, length, step, trial)
+        ratio = residual(problem, jack + jack_step, trial, True, force)
+        while length > options.minimum_step and (
+            (ratio > before and taken >= options.undamped_iterations) or ratio == np.inf
+        ):
+            # active sets that alternate: backtracking
+            length *= 0.5
+            move_along(u, length, step, trial)
+            ratio = residual(problem, jack + length * jack_step, trial, True, force)
+        if not ratio < options.divergence_ratio * max(first, 1.0):
+            break
+        copy(trial, u)
+        jack += length * jack_step
+        stagnates = abs(ratio - least) <= options.stagnation_tolerance * least
+        if ratio < least:
+            least, best_jack = ratio, jack
+            copy(u, best)
+        if stagnates and ratio >= tolerance:
+            break
+    return least, best_jack
+
+
+def newton_with_line_search(problem, jack, start, best, room):
+    """Newton's method with line search on the Coulomb law; return unbalanced force ratio and load of the jacks.
+
+    A step that does not halve the residual ends where the work of the residual along it vanishes (Crisfield 1991,
+    ch. 9). Joints that open far, or a loose block, would otherwise throw the iteration away.
+
+    Parameters
+    ----------
+    problem, jack, start, best, room
+        As ``newton``.
+    """
+    options, tolerance = problem.parameters.newton_with_line_search, problem.parameters.tolerance
     u, trial, step, force = room[0], room[1], room[2], room[3]
     copy(start, u)
     copy(start, best)
@@ -42,10 +86,7 @@ def newton(problem, jack, start, best, room):
             break
         jack_step = solve(problem, True, u, force, step)
         slope, before, length = dot(force, step), ratio, 1.0
-        if slope < 0.0 and slope + jack_work(problem, jack_step, step) < 0.0:
-            slope, jack_step = -slope, -jack_step
-            move_along(step, -2.0, step, step)
-        move_along(u, 1.0, step, trial)
+        move_along(u, length, step, trial)
         ratio = residual(problem, jack + jack_step, trial, True, force)
         if not ratio < options.full_step_reduction * before and slope > 0.0:
             length, ratio = line_search(
@@ -63,4 +104,5 @@ def newton(problem, jack, start, best, room):
 
 
 compiled_newton = kernel(newton)
-"""For walls of rigid or elastic blocks; the function itself serves others, in Python."""
+compiled_newton_with_line_search = kernel(newton_with_line_search)
+"""For walls of rigid or elastic blocks; the functions themselves serve others, in Python."""

@@ -40,6 +40,18 @@ class NewtonParameters(NamedTuple):
     """Newton's method; meaning and defaults: ``NewtonOptions`` of the quasi-static solver."""
 
     max_iterations: int
+    undamped_iterations: int
+    minimum_step: float
+    stagnation_tolerance: float
+    early_divergence_ratio: float
+    early_divergence_iterations: int
+    divergence_ratio: float
+
+
+class NewtonLineSearchParameters(NamedTuple):
+    """Newton's method with line search: ``NewtonLineSearchOptions``."""
+
+    max_iterations: int
     full_step_reduction: float
     slope_tolerance: float
     stagnation_ratio: float
@@ -60,10 +72,12 @@ class Parameters(NamedTuple):
 
     Attributes
     ----------
-    newton, line_search
+    newton, newton_with_line_search, line_search
         Their own.
     tolerance : float
         Largest unbalanced force over the mean block weight.
+    warm_start_residual : float
+        Of ``CoulombOptions``.
     max_minimisation_iterations : int
         Of ``CoulombOptions``.
     deflection_tolerance : float
@@ -71,8 +85,10 @@ class Parameters(NamedTuple):
     """
 
     newton: NewtonParameters
+    newton_with_line_search: NewtonLineSearchParameters
     line_search: LineSearchParameters
     tolerance: float
+    warm_start_residual: float
     max_minimisation_iterations: int
     deflection_tolerance: float
 
@@ -503,33 +519,5 @@ def _add_jack_load(problem, load, force):
         for i in range(push.size):
             if free[i]:
                 force[i] += load * push[i]
-
-    return compiled
-
-
-def jack_work(problem, jack_step, step):
-    """Return the work of a step of the load of the jacks along a step of the displacements (J).
-
-    Parameters
-    ----------
-    problem : Problem
-        The wall.
-    jack_step : float
-        Step of the load of each jack (N).
-    step : array (size,)
-        Of the displacements (m, rad).
-    """
-    return problem.jack_work(jack_step, step)
-
-
-@overload(jack_work, jit_options=UNCOUNTED)
-def _jack_work(problem, jack_step, step):
-    """Compile ``jack_work`` for a ``Problem``."""
-
-    def compiled(problem, jack_step, step):
-        push, total = floats(problem_at(problem.table).push), 0.0
-        for i in range(push.size):
-            total += push[i] * step[i]
-        return jack_step * total
 
     return compiled

@@ -304,12 +304,11 @@ class Continuation:
         step, trial = state.distance(target), state.at(*target)
         # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
         newton_only = self._locates_collapse or self._relaxes
-        may_halve = not newton_only and control.may_halve(step, self._allowed_halvings)
-        residual = self.equilibrium.find(trial, ahead, newton_only or may_halve)
+        residual = self.equilibrium.find(trial, ahead, newton_only)
         if residual >= self.tolerance and self._locates_collapse and step > control.minimum_step:
             control.reject_target(target)
             return None
-        if residual >= self.tolerance and may_halve:
+        if residual >= self.tolerance and not newton_only and control.may_halve(step, self._allowed_halvings):
             # a shorter step converges more easily, or shows more clearly that no equilibrium exists
             control.halve_step(state, target)
             return None

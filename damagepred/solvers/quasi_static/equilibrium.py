@@ -63,13 +63,16 @@ class Equilibrium(Residual):
             state.jack = self.jacks.load_at(state.load_factor, state.jack)
         first, load = begun if start is None else start, state.jack
         found, ratio = self.newton(state, first)
+        if ratio >= self.tolerance:
+            if near:
+                return ratio
+            if self._searches_to_skip > 0:
+                self._searches_to_skip -= 1
+                return ratio
+            state.jack = load
+            found, ratio = self.newton(state, first, searching=True)
         if ratio < self.tolerance:
             state.displacement[:] = found
-            return ratio
-        if near:
-            return ratio
-        if self._searches_to_skip > 0:
-            self._searches_to_skip -= 1
             return ratio
         options = self.options.coulomb
         max_newton_iterations = options.max_newton_iterations >> self._failures

@@ -12,7 +12,48 @@ from damagepred.scene.quantity import Count, Length, Pure
 
 @described
 class NewtonOptions:
-    """Newton's method with line search on the Coulomb law.
+    """Newton's method on the Coulomb law.
+
+    Attributes
+    ----------
+    max_iterations : int
+        Iterations of one attempt.
+    undamped_iterations : int
+        Iterations whose step is taken in full although the residual grows.
+    minimum_step : float
+        Share of the Newton step below which backtracking ends (1).
+    stagnation_tolerance : float
+        Relative difference from the least residual at which the iteration is a cycle of active sets (1).
+    early_divergence_ratio : float
+        Residual over the least so far, where that was below ``coulomb.warm_start_residual``, that counts as early
+        divergence (1).
+    early_divergence_iterations : int
+        Iterations in a row with such a residual, which end the attempt.
+    divergence_ratio : float
+        Growth of the residual, over the larger of its first value and one block weight, that ends the attempt (1).
+    divergence_displacement : float
+        Displacement over the detachment limit beyond which no equilibrium is sought (1).
+    finite_difference_step : float
+        Increment of the load factor for the rate of the forces (1).
+    interior_tolerance : float
+        Residual of the interior of a yielding block, over the largest force of its zones (1).
+    """
+
+    max_iterations: Count = Field(default=16, ge=1)
+    undamped_iterations: Count = Field(default=5, ge=0)
+    minimum_step: Pure = Field(default=0.1, gt=0, lt=1)
+    stagnation_tolerance: Pure = Field(default=1e-3, ge=0)
+    early_divergence_ratio: Pure = Field(default=10.0, gt=1)
+    early_divergence_iterations: Count = Field(default=2, ge=1)
+    divergence_ratio: Pure = Field(default=1e3, gt=1)
+    divergence_displacement: Pure = Field(default=10.0, gt=1)
+    finite_difference_step: Pure = Field(default=1e-7, gt=0)
+    interior_tolerance: Pure = Field(default=1e-10, gt=0, lt=1)
+
+
+@described
+class NewtonLineSearchOptions:
+    """Newton's method with line search on the Coulomb law, where Newton's method alone finds no equilibrium.
 
     Attributes
     ----------
@@ -26,22 +67,13 @@ class NewtonOptions:
         Residual over the least so far from which an iteration counts as stagnation (1).
     stagnation_limit : int
         Such iterations in a row that are allowed.
-    divergence_displacement : float
-        Displacement over the detachment limit beyond which no equilibrium is sought (1).
-    finite_difference_step : float
-        Increment of the load factor for the rate of the forces (1).
-    interior_tolerance : float
-        Residual of the interior of a yielding block, over the largest force of its zones (1).
     """
 
     max_iterations: Count = Field(default=40, ge=1)
     full_step_reduction: Pure = Field(default=0.5, gt=0, le=1)
     slope_tolerance: Pure = Field(default=0.5, gt=0, lt=1)
     stagnation_ratio: Pure = Field(default=0.9, gt=0, le=1)
-    stagnation_limit: Count = Field(default=25, ge=0)
-    divergence_displacement: Pure = Field(default=10.0, gt=1)
-    finite_difference_step: Pure = Field(default=1e-7, gt=0)
-    interior_tolerance: Pure = Field(default=1e-10, gt=0, lt=1)
+    stagnation_limit: Count = Field(default=8, ge=0)
 
 
 @described

@@ -10,11 +10,17 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.kernels.concrete_section.forces import section_forces
-from damagepred.kernels.equilibrium.newton import compiled_newton, newton
+from damagepred.kernels.equilibrium.newton import (
+    compiled_newton,
+    compiled_newton_with_line_search,
+    newton,
+    newton_with_line_search,
+)
 from damagepred.kernels.equilibrium.problem import (
     PROBLEM,
     RESIDUAL_UNITS,
     LineSearchParameters,
+    NewtonLineSearchParameters,
     NewtonParameters,
     Parameters,
     Problem,
@@ -291,7 +297,7 @@ class Residual:
         missing = self.missing_deflection(state, displacement)
         return force, float(with_constraint(self._parameters, float(table["ratio"]), missing, True))
 
-    def newton(self, state: State, start: FloatArray) -> tuple[FloatArray, float]:
+    def newton(self, state: State, start: FloatArray, searching: bool = False) -> tuple[FloatArray, float]:
         """Run Newton's method; return its best iterate and the unbalanced force ratio there.
 
         Parameters
@@ -300,9 +306,14 @@ class Residual:
             Load, load factor and history; the load of the jacks becomes that of the best iterate.
         start : array (size,)
             First displacements.
+        searching : bool
+            Whether with line search, or with backtracking.
         """
         problem, found = self._prepare(state), np.empty_like(start)
-        iterate = compiled_newton if self._compiled else newton
+        if self._compiled:
+            iterate = compiled_newton_with_line_search if searching else compiled_newton
+        else:
+            iterate = newton_with_line_search if searching else newton
         ratio, state.jack = iterate(problem, state.jack, start, found, self._room)
         if ratio < self.tolerance:
             self.store_tangent(state, found)
@@ -564,11 +575,13 @@ class Residual:
 
 def _parameters_of(options: SolverOptions, tolerance: float) -> Parameters:
     """Return the parameters of the iterations, as kernels take them."""
-    newton, search = options.newton, options.line_search
+    newton, searching, search = options.newton, options.newton_with_line_search, options.line_search
     return Parameters(
         NewtonParameters(*(getattr(newton, name) for name in NewtonParameters._fields)),
+        NewtonLineSearchParameters(*(getattr(searching, name) for name in NewtonLineSearchParameters._fields)),
         LineSearchParameters(*(getattr(search, name) for name in LineSearchParameters._fields)),
         tolerance,
+        options.coulomb.warm_start_residual,
         options.coulomb.max_minimisation_iterations,
         options.jacks.deflection_tolerance,
     )
@@ -617,11 +630,6 @@ class _InterpretedProblem:
         if jacks is None or not self.controls_deflection():
             return 0.0
         return self._deflection - float(jacks.weights @ displacement)
-
-    def jack_work(self, jack_step: float, step: FloatArray) -> float:
-        """Return the work of a step of the load of the jacks along a step of the displacements (J)."""
-        jacks = self._wall.jacks
-        return 0.0 if jacks is None else jack_step * float(jacks.push @ step)
 
     def goes_too_far(self, displacement: FloatArray, limit: float) -> bool:
         """Whether a displacement of an active degree of freedom exceeds a limit (m)."""
