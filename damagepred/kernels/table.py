@@ -66,6 +66,29 @@ def words_of(dtype: np.dtype[Any], names: str) -> np.ndarray:
     return np.array([offsets[name][1] // 8 for name in names.split()])
 
 
+class Addresses:
+    """Addresses of the arrays of a tuple. Those of the last tuple are remembered, and its arrays kept alive."""
+
+    def __init__(self) -> None:
+        self._last: tuple[np.ndarray, ...] | None = None
+        self._kept: list[np.ndarray] = []
+        self._found: list[int] = []
+
+    def of(self, arrays: tuple[np.ndarray, ...]) -> list[int]:
+        """Return the addresses of arrays; of contiguous copies where they are not contiguous.
+
+        Parameters
+        ----------
+        arrays : tuple of array
+            The arrays.
+        """
+        if arrays is not self._last:
+            self._kept = [np.ascontiguousarray(values) for values in arrays]
+            self._found = [values.ctypes.data for values in self._kept]
+            self._last = arrays if all(a is b for a, b in zip(arrays, self._kept)) else None
+        return self._found
+
+
 _REST = {dimensions: (0,) * (4 - dimensions) for dimensions in range(5)}
 
 

@@ -13,7 +13,7 @@ from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.kernels.dynamics.contact import FREE
 from damagepred.kernels.interface.checks import joint_law_violation_of
-from damagepred.kernels.interface.residual import combine_loads, free_residual, largest_block_resultant
+from damagepred.kernels.interface.residual import free_residual, largest_block_resultant
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics.body_arrays import body_arrays
@@ -95,9 +95,6 @@ def test_residual_is_the_largest_of_free_degrees_of_freedom() -> None:
     assert free_residual(-force, free, np.array([1.0, 2.0, 0.1, 1.0]), left) == 16.0
     force[0] = np.nan
     assert free_residual(force, free, np.ones(4), left) == np.inf
-    loads = np.empty(2)
-    combine_loads(np.array([1.0, 10.0]), np.array([100.0, 1000.0]), 2.0, 3.0, loads)
-    np.testing.assert_array_equal(loads, [302.0, 3020.0])
 
 
 def test_resultants_of_forces_on_gridpoints() -> None:

@@ -6,23 +6,6 @@ from damagepred.kernels.jit import kernel
 
 
 @kernel
-def combine_loads(dead, live, load, load_factor, force):
-    """Fill the external force on every degree of freedom.
-
-    Parameters
-    ----------
-    dead, live : array (size,)
-        Dead load, and load that grows with the movement (N, N m).
-    load, load_factor : float
-        Load factors of the two.
-    force : array (size,)
-        Filled.
-    """
-    for i in range(force.size):
-        force[i] = load * dead[i] + load_factor * live[i]
-
-
-@kernel
 def free_residual(force, free, per_weight, residual):
     """Fill the residual force on free degrees of freedom, 0 elsewhere; return its largest ratio, inf if any is NaN.
 

@@ -34,7 +34,7 @@ from damagepred.kernels.interface.internal_force import joint_forces, update_tre
 from damagepred.kernels.interface.residual import free_residual, within_limit
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.linear.system import solve_tangent
-from damagepred.kernels.table import fill, words_of
+from damagepred.kernels.table import Addresses, fill, words_of
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
@@ -181,7 +181,7 @@ class Residual:
         history = dict(zip(_HISTORY_NAMES.split(), rest.history))
         fill(self._whole[0], {**history, "ground_normal": ground.normal, "ground_shear": ground.shear})
         self._listed: IntArray | None = None
-        self._known: list[Any] = [None, None, None, None]  # history and ground whose addresses are known
+        self._history_addresses, self._ground_addresses = Addresses(), Addresses()
         self._unit = RESIDUAL_UNITS[options.general, None if elastic is None else True]
 
     def _set_problem(self) -> None:
@@ -218,14 +218,10 @@ class Residual:
             self._external += state.load_factor * self.live_load
 
     def _set_state(self, table: np.ndarray, state: State) -> None:
-        """Set the addresses of ground and history of a state in a table; those of the last state are remembered."""
-        ground, known = self.model.ground.at(state.load_factor), self._known
-        if known[0] is not state.history:
-            known[0], known[1] = state.history, [values.ctypes.data for values in state.history]
-        if known[2] is not ground:
-            known[2], known[3] = ground, [values.ctypes.data for values in ground]
+        """Set the addresses of ground and history of a state in a table."""
         words = table.view(np.int64)
-        words[_HISTORY], words[_GROUND] = known[1], known[3]
+        words[_HISTORY] = self._history_addresses.of(state.history)
+        words[_GROUND] = self._ground_addresses.of(self.model.ground.at(state.load_factor))
 
     def _add_forces(self, interfaces: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
         """Add forces of joints, sections and deformable blocks to the residual, and set joint tangents."""
