@@ -22,6 +22,8 @@ LAWS: dict[str, dict[str, Any]] = {
     "softening and dilation": {"fracture_energy": 10.0, "dilation": 0.1},
 }
 SETTINGS = Solver(method="quasi_static")
+SHORT_STEPS = Solver(method="quasi_static", step_energy_tolerance=0.003)
+"""In long steps, rounding alone may decide whether one is repeated shorter; the work then changes by up to 5e-4."""
 BALANCED = 1e-6
 UNBALANCED = 0.06
 """Share of the work that five increments may leave unbalanced: softening and sliding in one of them is no straight
@@ -194,7 +196,7 @@ def test_a_wall_in_a_mirror(law: str) -> None:
         opening=(Opening(x=0.3, y=0.15, width=0.45, height=0.3),),
         movement=Movement(kind="doming", central_deflection=2e-3, increments=4),
         loads=Loads(roof=2000.0),
-        solver=SETTINGS,
+        solver=SHORT_STEPS,
     )
     hole = scene.opening[0]
     other_scene = replace(scene, opening=(replace(hole, x=length - hole.x - hole.width),))
@@ -206,7 +208,7 @@ def test_a_wall_in_a_mirror(law: str) -> None:
     names = ("joint.tensile_strength", "joint.cohesion")
     model = wall_model(scene, dict(zip(names, strength)))
     other = wall_model(other_scene, dict(zip(names, there)))
-    for one, image in zip(follow(model, 4), follow(other, 4), strict=True):
+    for one, image in zip(follow(model, 4, SHORT_STEPS), follow(other, 4, SHORT_STEPS), strict=True):
         moved = image.displacement[blocks] * (-1.0, 1.0, -1.0)
         # the position of freely sliding parts is not unique, because of friction
         scale = 1e-4 * max(float(np.abs(moved).max()), 1e-6)
