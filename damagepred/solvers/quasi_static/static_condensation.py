@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+from weakref import proxy
 
 import numpy as np
 
@@ -31,7 +32,8 @@ class StaticCondensation:
     """
 
     def __init__(self, equations: BlockTridiagonalSystem, load: FloatArray, live_load: FloatArray | None) -> None:
-        self._equations, self._active_levels = equations, equations.active_levels
+        # no reference cycle: the matrices of a wall would wait for garbage collection
+        self._equations, self._active_levels = proxy(equations), equations.active_levels
         at, level = equations.layout, equations.active_levels - 1
         loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
         reduced = np.ascontiguousarray(loads[:, at.dofs])
