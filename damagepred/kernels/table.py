@@ -1,8 +1,7 @@
 """Tables of addresses: dozens of arrays handed to kernels as one record.
 
 A kernel takes a record like a number, whatever it holds. As arguments, the arrays of a wall's equations would be handed
-from function to function one by one, and that took nine tenths of the time to compile. Who makes a table keeps the
-arrays alive.
+from function to function one by one, which takes far longer to compile. Who makes a table keeps the arrays alive.
 """
 
 from __future__ import annotations
@@ -133,8 +132,7 @@ def table_at(dtype, name):
     dtype : numpy.dtype
         Made by ``table_type``.
     name : str
-        Of the type. numba would use all its entries as its name, with all functions that take it: half the time to
-        compile.
+        Of the type; numba's own name lists all entries.
     """
     kind = from_dtype(dtype)
     kind.name = name

@@ -23,7 +23,7 @@ LAWS: dict[str, dict[str, Any]] = {
 }
 SETTINGS = Solver(method="quasi_static")
 SHORT_STEPS = Solver(method="quasi_static", step_energy_tolerance=0.003)
-"""In long steps, rounding alone may decide whether one is repeated shorter; the work then changes by up to 5e-4."""
+"""In long steps, rounding alone may decide whether one is repeated shorter; the work then changes by 3e-4."""
 BALANCED = 1e-6
 UNBALANCED = 0.06
 """Share of the work that five increments may leave unbalanced: softening and sliding in one of them is no straight
