@@ -90,21 +90,3 @@ class JackControl:
     def required_deflection(self, coordinate: float) -> float:
         """Return the deflection at a path coordinate (m); NaN where the load is given."""
         return np.nan if self.by_load else self.origin + self.load_factor_at(coordinate) * self.goal
-
-    def bordered_step(
-        self, residual_response: FloatArray, push_response: FloatArray, missing_deflection: float
-    ) -> tuple[FloatArray, float]:
-        """Solve the bordered system K du - p dq = r, w du = missing deflection, for displacements du and load dq.
-
-        Parameters
-        ----------
-        residual_response, push_response : array (size,)
-            K^-1 r of the residual force r, and K^-1 p of unit loads p of the jacks.
-        missing_deflection : float
-            Residual of the constraint (m).
-        """
-        deflection_per_load = float(self.weights @ push_response)
-        if not deflection_per_load > 0.0:  # the jacks lift nothing: leave the load as it is
-            return residual_response, 0.0
-        jack_step = (missing_deflection - float(self.weights @ residual_response)) / deflection_per_load
-        return residual_response + jack_step * push_response, jack_step

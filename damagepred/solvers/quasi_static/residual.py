@@ -265,11 +265,11 @@ class Residual:
         self._set_loads(state)
         if (condensation := self.equations.condensation) is not None:
             self._external[condensation.boundary_dofs] += condensation.load(state.load, state.load_factor)
-        deflection = np.nan if self.jacks is None else self.jacks.required_deflection(state.load_factor)
         if not self._compiled:
-            return _InterpretedProblem(self, state, deflection)
+            return _InterpretedProblem(self, state)
         self._set_state(self._table, state)
-        self._table[0]["deflection"] = deflection
+        jacks = self.jacks
+        self._table[0]["deflection"] = np.nan if jacks is None else jacks.required_deflection(state.load_factor)
         self.equations.update(self._stiffness)
         self.equations.prepare()
         return self.problem
@@ -470,8 +470,8 @@ class Residual:
         self.equations.tangent["iterations"] += 1
         if self.jacks is None or self.jacks.by_load:
             return self.equations.solve(force), 0.0
-        responses = self.equations.solve(np.stack((force, self.jacks.push)))
-        return self.jacks.bordered_step(responses[0], responses[1], missing_deflection)
+        responses, step = self.equations.solve(np.stack((force, self.jacks.push))), np.empty_like(force)
+        return step, float(bordered_step(self.jacks.weights, responses, missing_deflection, step))
 
     def volume_per_deflection(self) -> float | None:
         """Return the sum of the jacks' lifts, the volume they take, per deflection with the last tangent (1).
@@ -586,46 +586,39 @@ def _parameters_of(options: SolverOptions, tolerance: float) -> Parameters:
 class _InterpretedProblem:
     """A wall with deformable blocks or concrete sections at the loads of a state, for the iterations in Python."""
 
-    def __init__(self, wall: Residual, state: State, deflection: float) -> None:
-        self._wall, self._state, self._deflection = wall, state, deflection
-        self.parameters = wall._parameters
+    def __init__(self, wall: Residual, state: State) -> None:
+        self._wall, self._state, self.parameters = wall, state, wall._parameters
 
     def compute_residual(self, jack: float, displacement: FloatArray, coulomb: bool, force: FloatArray) -> float:
         """Compute the residual force; see ``damagepred.kernels.equilibrium.problem.residual``."""
         wall, state = self._wall, self._state
-        wall._force[:] = wall._external
-        if wall.jacks is not None:
-            wall._force += jack * wall.jacks.push
-        wall._add_forces(wall.equations.active, state, displacement, coulomb)
+        total = wall._forces_at(wall.equations.active, state, displacement, jack, coulomb)
         if (condensation := wall.equations.condensation) is not None:
-            wall._force[condensation.boundary_dofs] -= condensation.stiffness @ displacement[condensation.boundary_dofs]
+            total[condensation.boundary_dofs] -= condensation.stiffness @ displacement[condensation.boundary_dofs]
         # NaN must not pass for balance; forces of a block that finds no equilibrium inside are NaN, too
-        ratio = free_residual(wall._force, wall.free, wall.per_weight, force)
+        ratio = free_residual(total, wall.free, wall.per_weight, force)
         if wall.superelements is not None:
             ratio = max(ratio, wall.superelements.largest_block_resultant(force) / wall.weight)
         return float(with_constraint(self.parameters, ratio, self.missing_deflection(displacement), coulomb))
 
     def compute_step(self, bordered: bool, displacement: FloatArray, force: FloatArray, step: FloatArray) -> float:
         """Solve the tangent equations; see ``damagepred.kernels.equilibrium.problem.solve``."""
-        equations, jacks = self._wall.equations, self._wall.jacks
-        equations.update(self._wall._stiffness)
-        equations.tangent["iterations"] += 1
-        if jacks is None or not (bordered and self.controls_deflection()):
-            step[:] = equations.solve(force)
-            return 0.0
-        responses = equations.solve(np.stack((force, jacks.push)))
-        return float(bordered_step(jacks.weights, responses, self.missing_deflection(displacement), step))
+        wall = self._wall
+        if bordered:
+            step[:], jack_step = wall.solve(wall._stiffness, force, self.missing_deflection(displacement))
+            return jack_step
+        wall.equations.update(wall._stiffness)
+        wall.equations.tangent["iterations"] += 1
+        step[:] = wall.equations.solve(force)
+        return 0.0
 
     def controls_deflection(self) -> bool:
         """Whether the deflection at the jacks is given, and their load unknown."""
-        return not np.isnan(self._deflection)
+        return self._wall.jacks is not None and not self._wall.jacks.by_load
 
     def missing_deflection(self, displacement: FloatArray) -> float:
         """Return the missing deflection at the jacks (m), 0 where their load is given."""
-        jacks = self._wall.jacks
-        if jacks is None or not self.controls_deflection():
-            return 0.0
-        return self._deflection - float(jacks.weights @ displacement)
+        return self._wall.missing_deflection(self._state, displacement)
 
     def goes_too_far(self, displacement: FloatArray, limit: float) -> bool:
         """Whether a displacement of an active degree of freedom exceeds a limit (m)."""
