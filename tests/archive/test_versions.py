@@ -99,7 +99,7 @@ def test_an_old_study_is_extended_and_its_parts_are_left(old: Path) -> None:
     with ThreadPoolExecutor(1) as executor:
         study.run(old.with_name("new.dp"), samples=2, executor=executor)
     new = open_study(old.with_name("new.dp"))
-    np.testing.assert_allclose(new["crack_width_max"].values, ds["crack_width_max"].values[:2], rtol=1e-5, atol=1e-12)
+    np.testing.assert_allclose(new["crack_width_max"].values, ds["crack_width_max"].values[:2], rtol=1e-4, atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -154,8 +154,8 @@ WALLS = {
     "no strength, on the steps of the increments": scene(
         joint=NO_STRENGTH, solver=replace(QUASI_STATIC, step_energy_tolerance=1e9)
     ),
-    "no strength, few contacts": scene(
-        joint=NO_STRENGTH, solver=replace(QUASI_STATIC, no_tension_subdivisions=1, step_energy_tolerance=1e9)
+    "strength left, few contacts": scene(
+        joint=replace(WEAK, residual_cohesion=0.02e6), solver=replace(QUASI_STATIC, no_tension_subdivisions=1)
     ),
     "strength left": scene(joint=replace(WEAK, residual_cohesion=0.02e6)),
     "dilation": scene(kind="doming", joint=replace(WEAK, dilation=0.1)),

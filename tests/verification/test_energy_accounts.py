@@ -336,7 +336,7 @@ def zoned_wall(material: BlockMaterial, plane: str = "stress") -> Case:
     wall.traction(4, lambda x, y: x < 1e-9, x=50e3, y=20e3, live=True)
     wall.move(beam, x=0.25e-3)
     wall.rest_on_ground(range(4))
-    return Case(wall.build(solver), solver, 24, ("external_work",), None)
+    return Case(wall.build(solver), solver, 32, ("external_work",), None)
 
 
 def symmetric_wall(length: float = 1.2, **more: object) -> Case:

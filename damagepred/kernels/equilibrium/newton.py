@@ -1,12 +1,16 @@
-"""Newton's method on the Coulomb law: from a nearby equilibrium it converges in a few iterations.
+"""Newton's method on the Coulomb law, with line search or with backtracking.
 
-Loose blocks make the tangent nearly singular, and its step far too long. A line search shortens it.
+Loose blocks make the tangent nearly singular, and its step far too long: a line search shortens it. The tangent of
+Coulomb friction is not symmetric: sliding contacts gain resistance where they are pressed together, and lose it where
+they part. Where a step has negative work of the residual, the tangent is indefinite and the step leads back to an
+unstable equilibrium. The reversed step, a direction of negative curvature, leads away from it, as in minimisation
+(Nocedal and Wright 2006, ch. 3).
 """
 
 import numpy as np
 
 from damagepred.kernels.equilibrium.line_search import line_search
-from damagepred.kernels.equilibrium.problem import residual, solve
+from damagepred.kernels.equilibrium.problem import controls_deflection, residual, solve
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
 from damagepred.kernels.jit import kernel
 
@@ -68,7 +72,8 @@ def newton_with_line_search(problem, jack, start, best, room):
     """Newton's method with line search on the Coulomb law; return unbalanced force ratio and load of the jacks.
 
     A step that does not halve the residual ends where the work of the residual along it vanishes (Crisfield 1991,
-    ch. 9). Joints that open far, or a loose block, would otherwise throw the iteration away.
+    ch. 9). Joints that open far, or a loose block, would otherwise throw the iteration away. A step of negative work is
+    reversed, unless jacks control the deflection: then the residual is not the slope of a potential.
 
     Parameters
     ----------
@@ -86,6 +91,9 @@ def newton_with_line_search(problem, jack, start, best, room):
             break
         jack_step = solve(problem, True, u, force, step)
         slope, before, length = dot(force, step), ratio, 1.0
+        if slope < 0.0 and not controls_deflection(problem):
+            slope = -slope
+            move_along(step, -2.0, step, step)
         move_along(u, length, step, trial)
         ratio = residual(problem, jack + jack_step, trial, True, force)
         if not ratio < options.full_step_reduction * before and slope > 0.0:

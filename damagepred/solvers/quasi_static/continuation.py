@@ -27,7 +27,7 @@ from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.quasi_static.dynamic_relaxation import collapse_motion, relax_dynamically
 from damagepred.solvers.quasi_static.energy_balance import Dissipation, EnergyBalance
-from damagepred.solvers.quasi_static.equilibrium import Equilibrium
+from damagepred.solvers.quasi_static.equilibrium import Equilibrium, Methods
 from damagepred.solvers.quasi_static.step_control import (
     EnergyControl,
     Point,
@@ -304,11 +304,15 @@ class Continuation:
         step, trial = state.distance(target), state.at(*target)
         # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
         newton_only = self._locates_collapse or self._relaxes
-        residual = self.equilibrium.find(trial, ahead, newton_only)
+        may_halve = not newton_only and control.may_halve(step, self._allowed_halvings)
+        methods = Methods.BOTH_FORMS if newton_only else Methods.ALL
+        if may_halve and self.equilibrium.has_potential:
+            methods = Methods.NEWTON
+        residual = self.equilibrium.find(trial, ahead, methods)
         if residual >= self.tolerance and self._locates_collapse and step > control.minimum_step:
             control.reject_target(target)
             return None
-        if residual >= self.tolerance and not newton_only and control.may_halve(step, self._allowed_halvings):
+        if residual >= self.tolerance and may_halve:
             # a shorter step converges more easily, or shows more clearly that no equilibrium exists
             control.halve_step(state, target)
             return None

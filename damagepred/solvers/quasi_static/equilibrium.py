@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
+
+import numpy as np
+
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.residual import Residual
 from damagepred.solvers.quasi_static.tresca_fixed_point import coulomb_fixed_point
 from damagepred.solvers.state.wall_state import State
+
+
+class Methods(IntEnum):
+    """How equilibrium is sought: by one form of Newton's method, by both, and after them by Tresca's fixed point."""
+
+    NEWTON = 1
+    BOTH_FORMS = 2
+    ALL = 3
 
 
 class Equilibrium(Residual):
@@ -27,7 +39,7 @@ class Equilibrium(Residual):
         super().__init__(model, tolerance, options)
         self._failures = self._searches_to_skip = 0
 
-    def find(self, state: State, start: FloatArray | None = None, near: bool = False) -> float:
+    def find(self, state: State, start: FloatArray | None = None, methods: Methods = Methods.ALL) -> float:
         """Find the equilibrium of a state; condensed courses are uncondensed where they would slide or yield.
 
         Parameters
@@ -36,8 +48,8 @@ class Equilibrium(Residual):
             Its displacement is that of the last equilibrium, and becomes that of this one.
         start : array (size,), optional
             Other start of the iteration.
-        near : bool
-            Whether to try Newton's method alone.
+        methods : Methods
+            Which are tried.
 
         Returns
         -------
@@ -45,7 +57,7 @@ class Equilibrium(Residual):
             Unbalanced force ratio: largest residual force over the mean block weight.
         """
         while True:
-            ratio = self._find_active(state, start, near)
+            ratio = self._find_active(state, start, methods)
             self.complete(state)
             if ratio >= self.tolerance:
                 return ratio
@@ -54,7 +66,7 @@ class Equilibrium(Residual):
                 return ratio
             self.uncondense_up_to(int(farthest))
 
-    def _find_active(self, state: State, start: FloatArray | None, near: bool) -> float:
+    def _find_active(self, state: State, start: FloatArray | None, methods: Methods) -> float:
         """Find the equilibrium with the present active levels."""
         supports = self.model.supports
         begun = state.displacement.copy()
@@ -62,22 +74,24 @@ class Equilibrium(Residual):
         if self.jacks is not None:
             state.jack = self.jacks.load_at(state.load_factor, state.jack)
         first, load = begun if start is None else start, state.jack
-        found, ratio = self.newton(state, first)
-        if ratio >= self.tolerance:
-            if near:
-                return ratio
-            if self._searches_to_skip > 0:
-                self._searches_to_skip -= 1
-                return ratio
+        best, ratio, best_jack = first, np.inf, load
+        for searching in (self.has_potential, not self.has_potential)[:methods]:
             state.jack = load
-            found, ratio = self.newton(state, first, searching=True)
-        if ratio < self.tolerance:
-            state.displacement[:] = found
+            found, reached = self.newton(state, first, searching)
+            if reached < self.tolerance:
+                state.displacement[:] = found
+                return reached
+            if reached < ratio:
+                best, ratio, best_jack = found, reached, state.jack
+        if methods < Methods.ALL:
+            return ratio
+        if self._searches_to_skip > 0:
+            self._searches_to_skip -= 1
             return ratio
         options = self.options.coulomb
         max_newton_iterations = options.max_newton_iterations >> self._failures
         if ratio < options.warm_start_residual:
-            state.displacement[:] = found
+            state.displacement[:], state.jack = best, best_jack
             ratio = coulomb_fixed_point(self, state, True, max_newton_iterations)
         if ratio >= self.tolerance:
             state.displacement[:], state.jack = begun, load

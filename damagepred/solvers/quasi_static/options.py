@@ -12,7 +12,7 @@ from damagepred.scene.quantity import Count, Length, Pure
 
 @described
 class NewtonOptions:
-    """Newton's method on the Coulomb law.
+    """Newton's method on the Coulomb law with backtracking: first where jacks work by deflection.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class NewtonOptions:
 
 @described
 class NewtonLineSearchOptions:
-    """Newton's method with line search on the Coulomb law, where Newton's method alone finds no equilibrium.
+    """Newton's method on the Coulomb law with line search: first where the wall has a potential.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class NewtonLineSearchOptions:
     full_step_reduction: Pure = Field(default=0.5, gt=0, le=1)
     slope_tolerance: Pure = Field(default=0.5, gt=0, lt=1)
     stagnation_ratio: Pure = Field(default=0.9, gt=0, le=1)
-    stagnation_limit: Count = Field(default=8, ge=0)
+    stagnation_limit: Count = Field(default=25, ge=0)
 
 
 @described

@@ -127,6 +127,14 @@ class Residual:
         return np.flatnonzero(np.isin(face.block_a, listed) | np.isin(face.block_b, listed))
 
     @property
+    def has_potential(self) -> bool:
+        """Whether residual forces of the elastic wall are the slope of a potential, and a line search leads down it.
+
+        Jacks do no work on the deflection that controls them: under them only a wall of given load has one.
+        """
+        return self.jacks is None or self.jacks.by_load
+
+    @property
     def condensed(self) -> bool:
         """Whether elastic courses are condensed."""
         return self.equations.condensation is not None
@@ -293,7 +301,7 @@ class Residual:
         missing = self.missing_deflection(state, displacement)
         return force, float(with_constraint(self._parameters, float(table["ratio"]), missing, True))
 
-    def newton(self, state: State, start: FloatArray, searching: bool = False) -> tuple[FloatArray, float]:
+    def newton(self, state: State, start: FloatArray, searching: bool | None = None) -> tuple[FloatArray, float]:
         """Run Newton's method; return its best iterate and the unbalanced force ratio there.
 
         Parameters
@@ -302,9 +310,10 @@ class Residual:
             Load, load factor and history; the load of the jacks becomes that of the best iterate.
         start : array (size,)
             First displacements.
-        searching : bool
-            Whether with line search, or with backtracking.
+        searching : bool, optional
+            Whether with line search, or with backtracking; None: with line search if the wall has a potential.
         """
+        searching = self.has_potential if searching is None else searching
         problem, found = self._prepare(state), np.empty_like(start)
         if self._compiled:
             iterate = compiled_newton_with_line_search if searching else compiled_newton

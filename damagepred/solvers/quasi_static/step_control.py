@@ -84,6 +84,8 @@ class StepControl:
         Of the present step.
     accepted_steps : int
         Steps since the last event: as often the predictor was too early.
+    refined : bool
+        Whether the energy balance asked for this step: the next is not longer.
     """
 
     goal: Point
@@ -103,6 +105,7 @@ class StepControl:
     halvings: int = 0
     event_cuts: int = 0
     accepted_steps: int = 0
+    refined: bool = False
 
     @classmethod
     def start(
@@ -219,11 +222,13 @@ class StepControl:
         """
         if step < self.longest_step * (1.0 - self.options.clipped_step):
             length = max(length, self.longest_step)
+        if self.refined:  # the error of the next step is that of the shortened one, not less
+            length, self.refined = min(length, self.longest_step), False
         self.longest_step = length if self.longest_step < np.inf else np.inf
 
     def refine_step(self, length: float) -> None:
         """Shorten the step to a length that the energy balance asks for."""
-        self.longest_step, self.next_point = length, None
+        self.longest_step, self.next_point, self.refined = length, None, True
 
     def accept_step(self, target: Point) -> None:
         """Go on after a step that ended before any event."""
