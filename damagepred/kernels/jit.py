@@ -51,12 +51,12 @@ class Unit:
     """
 
     def __init__(self, function):
-        self._function, self.name = function, function.__name__
+        self.function, self.name = function, function.__name__
 
     @cached_property
     def _compiled(self):
         flags = {name: value for name, value in UNCOUNTED.items() if name != "no_cfunc_wrapper"}
-        compiled = CFunc(self._function, ((types.intp,), types.void), locals={}, options=flags)
+        compiled = CFunc(self.function, ((types.intp,), types.void), locals={}, options=flags)
         before, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER or "")
         try:
             if CACHE_FOLDER is not None:

@@ -170,6 +170,59 @@ def run(typing_context, unit, table):
     return types.void(types.intp, types.intp), generate
 
 
+@intrinsic
+def part(typing_context, values, first, count):
+    """Return entries or rows of an array, without the checks of a slice, which take far longer to compile.
+
+    Parameters
+    ----------
+    typing_context : object
+        Of numba, which gives it.
+    values : array
+        Contiguous.
+    first, count : int
+        First entry or row, and number.
+    """
+
+    def generate(context, builder, signature, arguments):
+        kind = signature.return_type
+        whole = arrayobj.make_array(kind)(context, builder, arguments[0])
+        found = arrayobj.make_array(kind)(context, builder)
+        strides = cgutils.unpack_tuple(builder, whole.strides)
+        arrayobj.populate_array(
+            found,
+            data=cgutils.pointer_add(builder, whole.data, builder.mul(arguments[1], strides[0]), whole.data.type),
+            shape=cgutils.pack_array(builder, [arguments[2], *cgutils.unpack_tuple(builder, whole.shape)[1:]]),
+            strides=whole.strides,
+            itemsize=whole.itemsize,
+            meminfo=None,
+        )
+        return found._getvalue()
+
+    return values(values, types.intp, types.intp), generate
+
+
+@intrinsic
+def address_of(typing_context, values, index):
+    """Return the address of an entry of a vector.
+
+    Parameters
+    ----------
+    typing_context : object
+        Of numba, which gives it.
+    values : array
+        Contiguous, of one dimension.
+    index : int
+        Of the entry.
+    """
+
+    def generate(context, builder, signature, arguments):
+        found = arrayobj.make_array(signature.args[0])(context, builder, arguments[0])
+        return builder.ptrtoint(builder.gep(found.data, [arguments[1]]), context.get_value_type(types.intp))
+
+    return types.intp(values, types.intp), generate
+
+
 def records_of(dtype):
     """Return what gives the array of records of a type at a place.
 

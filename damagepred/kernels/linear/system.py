@@ -3,7 +3,7 @@
 from damagepred.kernels.jit import Unit, law
 from damagepred.kernels.linear.table import system_at
 from damagepred.kernels.linear.woodbury import solve_factorised
-from damagepred.kernels.table import float_rows, floats, integers, run
+from damagepred.kernels.table import float_rows, floats, integers, part, run
 
 
 @law
@@ -122,7 +122,7 @@ def solve_tangent(address):
     if system.farthest_changed >= 0 or _refactorisation_pays(system, count, new, farthest):
         _factorise(system, count, farthest)
         count = 0
-    right, last = float_rows(system.rows)[: system.row_count], system.active_levels - 1
+    right, last = part(float_rows(system.rows), 0, system.row_count), system.active_levels - 1
     _gather(system, right)
     solve_factorised(system, right, last)
     if count > 0:

@@ -10,6 +10,7 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.kernels.concrete_section.forces import section_forces
+from damagepred.kernels.equilibrium.joints import JOINT_UNITS
 from damagepred.kernels.equilibrium.newton import (
     compiled_newton,
     compiled_newton_with_line_search,
@@ -17,21 +18,17 @@ from damagepred.kernels.equilibrium.newton import (
     newton_with_line_search,
 )
 from damagepred.kernels.equilibrium.problem import (
+    PARAMETERS,
     PROBLEM,
-    RESIDUAL_UNITS,
-    LineSearchParameters,
-    NewtonLineSearchParameters,
-    NewtonParameters,
-    Parameters,
     Problem,
     bordered_step,
+    compute_residual,
     compute_step,
     with_constraint,
 )
 from damagepred.kernels.equilibrium.tresca import compiled_minimise, minimise
-from damagepred.kernels.interface.checks import farthest_sliding as farthest_sliding_level
-from damagepred.kernels.interface.internal_force import joint_forces, update_tresca_bounds
 from damagepred.kernels.interface.residual import free_residual, within_limit
+from damagepred.kernels.jit import Unit
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.linear.system import solve_tangent
 from damagepred.kernels.table import Addresses, fill, words_of
@@ -151,6 +148,7 @@ class Residual:
         model, options, none = self.model, self.return_mapping, np.empty(0)
         records, elastic = model.interface_records, model.interfaces.elastic
         self._whole = np.zeros(1, PROBLEM)
+        self._whole_address = self._whole.ctypes.data
         self._arrays = {
             "external": self._external,
             "force": self._force,
@@ -182,7 +180,8 @@ class Residual:
         fill(self._whole[0], {**history, "ground_normal": ground.normal, "ground_shear": ground.shear})
         self._listed: IntArray | None = None
         self._history_addresses, self._ground_addresses = Addresses(), Addresses()
-        self._unit = RESIDUAL_UNITS[options.general, None if elastic is None else True]
+        self._units = JOINT_UNITS[options.general, None if elastic is None else True]
+        self._whole[0]["add_joint_forces"] = self._units.add_joint_forces.address
 
     def _set_problem(self) -> None:
         """Set the table of the iterations, with the present active levels."""
@@ -198,7 +197,7 @@ class Residual:
             addresses = {
                 "here": self._table.ctypes.data,
                 "system": self.equations.address,
-                "compute_residual": self._unit.address,
+                "compute_residual": compute_residual.address,
                 "compute_step": compute_step.address,
                 "solve_tangent": solve_tangent.address,
             }
@@ -223,6 +222,33 @@ class Residual:
         words[_HISTORY] = self._history_addresses.of(state.history)
         words[_GROUND] = self._ground_addresses.of(self.model.ground.at(state.load_factor))
 
+    def evaluate_joints(self, unit: str, interfaces: IntArray, state: State, **entries: Any) -> np.void:
+        """Run a unit of the joints at a state; return the table with its results.
+
+        Parameters
+        ----------
+        unit : str
+            Name of one of ``JointUnits``.
+        interfaces : array of int
+            Interfaces that it works on.
+        state : State
+            Displacements and history; the latter is updated by a commit.
+        **entries
+            Other entries of the table.
+        """
+        return self._run(getattr(self._units, unit), interfaces, state, **entries)
+
+    def _run(self, unit: Unit, interfaces: IntArray, state: State, **entries: Any) -> np.void:
+        """Run a unit on the table of forces on all degrees of freedom; return it."""
+        self._set_state(self._whole, state)
+        table: np.void = self._whole[0]
+        if self._listed is not interfaces:
+            self._listed = interfaces
+            fill(table, {"joints": interfaces})
+        fill(table, {"displacement": state.displacement, **entries})
+        unit(self._whole_address)
+        return table
+
     def _add_forces(self, interfaces: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
         """Add forces of joints, sections and deformable blocks to the residual, and set joint tangents."""
         model, superelements = self.model, self.superelements
@@ -239,19 +265,8 @@ class Residual:
                 self._force,
                 self._stiffness,
             )
-        joint_forces(
-            self._joints(interfaces),
-            model.interface_records,
-            model.joint_parameters,
-            self.return_mapping,
-            model.ground.at(state.load_factor),
-            state.history,
-            self.tresca,
-            coulomb,
-            displacement,
-            self._force,
-            self._stiffness,
-        )
+        listed = self._joints(interfaces)
+        self.evaluate_joints("add_joint_forces", listed, state, displacement=displacement, coulomb=coulomb)
         if model.elastic is not None:
             strains = self.system.strain_dofs
             self._force[strains] -= self.system.strain_stiffness * displacement[strains]
@@ -289,7 +304,7 @@ class Residual:
             return force, problem.compute_residual(state.jack, displacement, True, force)
         table = self._table[0]
         fill(table, {"jack": state.jack, "coulomb": 1, "displacement": displacement, "residual": force})
-        self._unit(self._table.ctypes.data)
+        compute_residual(self._table.ctypes.data)
         missing = self.missing_deflection(state, displacement)
         return force, float(with_constraint(self._parameters, float(table["ratio"]), missing, True))
 
@@ -355,13 +370,7 @@ class Residual:
     ) -> FloatArray:
         """Return the forces of the joints of some interfaces, of blocks, of jacks and of the external load set."""
         if self._compiled:
-            self._set_state(self._whole, state)
-            table = self._whole[0]
-            if self._listed is not interfaces:
-                self._listed = interfaces
-                fill(table, {"joints": interfaces})
-            fill(table, {"displacement": displacement, "jack": jack, "coulomb": coulomb})
-            self._unit(self._whole.ctypes.data)
+            self._run(compute_residual, interfaces, state, displacement=displacement, jack=jack, coulomb=coulomb)
             return self._force
         self._force[:] = self._external
         if self.jacks is not None:
@@ -497,18 +506,7 @@ class Residual:
         relaxation : float
             Share of the way (1).
         """
-        model = self.model
-        update_tresca_bounds(
-            self.equations.active,
-            model.interface_records,
-            model.joint_parameters,
-            self.return_mapping,
-            model.ground.at(state.load_factor),
-            state.history,
-            state.displacement,
-            self.tresca,
-            relaxation,
-        )
+        self.evaluate_joints("update_tresca_bounds", self.equations.active, state, relaxation=relaxation)
 
     def uncondense_up_to(self, level: int) -> None:
         """Make all joints up to a level active; courses beyond it stay elastic and condensed."""
@@ -527,18 +525,10 @@ class Residual:
         """Return the farthest level at which a condensed joint would slide; -1 if none does."""
         if not self.condensed:
             return -1
-        model, equations = self.model, self.equations
-        farthest = farthest_sliding_level(
-            equations.condensed_interfaces,
-            equations.layout.interface_level,
-            model.interface_records,
-            model.joint_parameters,
-            self.return_mapping,
-            model.ground.at(state.load_factor),
-            state.history,
-            state.displacement,
+        level, condensed = self.equations.layout.interface_level, self.equations.condensed_interfaces
+        return int(
+            self.evaluate_joints("farthest_sliding", condensed, state, interface_level=level)["farthest_sliding"]
         )
-        return int(farthest)
 
     def farthest_yielding(self, state: State) -> int:
         """Uncondense deformable blocks that would yield; return the farthest level of these, -1 if none does."""
@@ -569,18 +559,17 @@ class Residual:
             self.superelements.recover(u, state.load, state.load_factor, state.plastic)
 
 
-def _parameters_of(options: SolverOptions, tolerance: float) -> Parameters:
+def _parameters_of(options: SolverOptions, tolerance: float) -> np.record:
     """Return the parameters of the iterations, as kernels take them."""
-    newton, searching, search = options.newton, options.newton_with_line_search, options.line_search
-    return Parameters(
-        NewtonParameters(*(getattr(newton, name) for name in NewtonParameters._fields)),
-        NewtonLineSearchParameters(*(getattr(searching, name) for name in NewtonLineSearchParameters._fields)),
-        LineSearchParameters(*(getattr(search, name) for name in LineSearchParameters._fields)),
-        tolerance,
-        options.coulomb.warm_start_residual,
-        options.coulomb.max_minimisation_iterations,
-        options.jacks.deflection_tolerance,
-    )
+    parameters = np.zeros(1, PARAMETERS)
+    for kind in ("newton", "newton_with_line_search", "line_search"):
+        for name in parameters[kind].dtype.names or ():
+            parameters[kind][name] = getattr(getattr(options, kind), name)
+    for name in ("warm_start_residual", "max_minimisation_iterations"):
+        parameters[name] = getattr(options.coulomb, name)
+    parameters["tolerance"], parameters["deflection_tolerance"] = tolerance, options.jacks.deflection_tolerance
+    found: np.record = parameters[0]
+    return found
 
 
 class _InterpretedProblem:

@@ -9,7 +9,6 @@ import numpy as np
 from damagepred.assembly import Model
 from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
-from damagepred.kernels.interface.checks import joint_law_violation_of
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
@@ -124,6 +123,10 @@ class QuasiStaticStepper:
         path = self.path
         model, state, superelements = path.model, path.state, path.equilibrium.superelements
         history, (opening, sigma, tau) = state.history, path.stresses(state)
+        everything = np.arange(len(sigma))
+        violation = path.equilibrium.evaluate_joints(
+            "joint_law_violation", everything, state, normal_stress=sigma, shear_stress=tau
+        )["violation"]
         force = path.equilibrium.forces(state)
         accepted, path.largest_accepted_residual = path.largest_accepted_residual, 0.0
         return Increment(
@@ -139,9 +142,7 @@ class QuasiStaticStepper:
             base_reaction=path.equilibrium.system.base_reaction(force),
             collapsed=outcome.collapsed,
             energy=path.balance.energies(),
-            joint_law_violation=joint_law_violation_of(
-                model.joint_parameters, history.cracked, history.kappa, sigma, tau
-            ),
+            joint_law_violation=float(violation),
             last_stable_load_factor=path.last_stable_load_factor if outcome.collapsed else np.nan,
             strain=path.equilibrium.system.strains(state.displacement),
             support_force=path.equilibrium.system.support_force(force),
