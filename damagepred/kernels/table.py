@@ -203,6 +203,26 @@ def part(typing_context, values, first, count):
 
 
 @intrinsic
+def copy_entries(typing_context, source, target):
+    """Copy a vector to another that is as long.
+
+    Parameters
+    ----------
+    typing_context : object
+        Of numba, which gives it.
+    source, target : array
+        Contiguous, of the same numbers.
+    """
+
+    def generate(context, builder, signature, arguments):
+        first, second = (arrayobj.make_array(k)(context, builder, a) for k, a in zip(signature.args, arguments))
+        cgutils.raw_memcpy(builder, second.data, first.data, builder.extract_value(first.shape, 0), first.itemsize)
+        return context.get_dummy_value()
+
+    return types.void(source, target), generate
+
+
+@intrinsic
 def address_of(typing_context, values, index):
     """Return the address of an entry of a vector.
 

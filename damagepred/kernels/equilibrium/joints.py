@@ -77,6 +77,13 @@ def _tresca_of(table):
     return float_rows(table.tresca_bound), float_rows(table.tresca_dilatant_opening), float_rows(table.tresca_kappa)
 
 
+@law
+def _subtract_strain_forces(first, strain_stiffness, displacement, force):
+    """Subtract the forces by which elastic blocks resist their strains."""
+    for i in range(strain_stiffness.size):
+        force[first + i] -= strain_stiffness[i] * displacement[first + i]
+
+
 class JointUnits:
     """Units of the joints of walls of one kind.
 
@@ -90,7 +97,7 @@ class JointUnits:
 
     def __init__(self, general, elastic):
         def add_joint_forces(address):
-            """Add the forces of the joints to ``force``, and fill their tangents ``stiffness``."""
+            """Add the forces of joints and strained blocks to ``force``, and fill tangents of joints ``stiffness``."""
             table = problem_at(address)
             ground, history, displacement = _state_of(table)
             internal_force.joint_forces(
@@ -106,6 +113,9 @@ class JointUnits:
                 floats(table.force),
                 float_rows(table.stiffness),
             )
+            if elastic is not None:
+                stiffness = floats(table.strain_stiffness)
+                _subtract_strain_forces(table.first_strain, stiffness, displacement, floats(table.force))
 
         def update_tresca_bounds(address):
             """Move the bounds of the Tresca problem by the share ``relaxation`` of the way to Coulomb's limits."""

@@ -55,8 +55,8 @@ PROBLEM = table_type(
     "force stiffness push weights edge contact_offset contact_area side_dof side_rows properties displacement "
     "residual step interface_level never_opened ground_force_normal ground_force_shear bond_load opening normal_stress "
     "shear_stress",
-    integers="here add_joint_forces compute_residual compute_step solve_tangent system first_strain coulomb bordered "
-    "max_iterations dilatant_iterations farthest_sliding",
+    integers="here add_joint_forces compute_residual compute_step compute_bordered_step solve_tangent system "
+    "first_strain coulomb bordered max_iterations dilatant_iterations farthest_sliding",
     numbers="deflection jack jack_step ratio relative_tolerance snap_back_ratio cap_slope_ratio yield_tolerance "
     "relaxation no_strength block_stress largest_bond_load friction crushing mode_1_dissipation stored softened "
     "violation",
@@ -100,8 +100,8 @@ bordered : bool
     Whether the load of the jacks is unknown in that step, if their deflection is given.
 here, system : int
     Addresses of this table and of that of the tangent equations.
-add_joint_forces, compute_residual, compute_step, solve_tangent : int
-    Addresses of units.
+add_joint_forces, compute_residual, compute_step, compute_bordered_step, solve_tangent : int
+    Addresses of units; ``compute_bordered_step`` is 0 without jacks.
 interface_level, never_opened, ground_force_normal, ..., violation
     Arguments and results of the units of ``damagepred.kernels.equilibrium.joints``.
 """
@@ -189,13 +189,6 @@ def missing_deflection(table, displacement):
 
 
 @law
-def _subtract_strain_forces(first, strain_stiffness, displacement, force):
-    """Subtract the forces by which elastic blocks resist their strains."""
-    for i in range(strain_stiffness.size):
-        force[first + i] -= strain_stiffness[i] * displacement[first + i]
-
-
-@law
 def _subtract_boundary_forces(dofs, stiffness, displacement, force):
     """Subtract the forces by which condensed levels resist the displacements of the boundary level."""
     for r in range(dofs.size):
@@ -220,7 +213,6 @@ def compute_residual(address):
     for i in range(push.size):
         force[i] += table.jack * push[i]
     run(table.add_joint_forces, address)
-    _subtract_strain_forces(table.first_strain, floats(table.strain_stiffness), displacement, force)
     _subtract_boundary_forces(integers(table.boundary_dofs), float_rows(table.boundary_stiffness), displacement, force)
     table.ratio = free_residual(force, flags(table.free), floats(table.per_weight), floats(table.residual))
 
@@ -283,7 +275,7 @@ def bordered_step(weights, responses, missing, step):
 
 @Unit
 def compute_step(address):
-    """Solve the tangent equations for ``residual``, bordered by the condition on the deflection of the jacks.
+    """Solve the tangent equations for ``residual``.
 
     Parameters
     ----------
@@ -291,21 +283,35 @@ def compute_step(address):
         Of the table.
     """
     table = problem_at(address)
-    system, step = system_at(table.system), floats(table.step)
-    right, solution = float_rows(system.right), float_rows(system.solution)
-    borders = table.bordered != 0 and deflection_is_given(table)
-    copy(floats(table.residual), right[0])
-    if borders:
-        copy(floats(table.push), right[1])
-    system.row_count = 2 if borders else 1
+    system = system_at(table.system)
     system.iterations += 1
+    if table.bordered != 0 and deflection_is_given(table):
+        run(table.compute_bordered_step, address)
+        return
+    copy(floats(table.residual), float_rows(system.right)[0])
+    system.row_count, table.jack_step = 1, 0.0
     run(table.solve_tangent, table.system)
-    if borders:
-        missing = missing_deflection(table, floats(table.displacement))
-        table.jack_step = bordered_step(floats(table.weights), solution, missing, step)
-    else:
-        copy(solution[0], step)
-        table.jack_step = 0.0
+    copy(float_rows(system.solution)[0], floats(table.step))
+
+
+@Unit
+def compute_bordered_step(address):
+    """Solve the tangent equations bordered by the condition on the deflection of the jacks.
+
+    Parameters
+    ----------
+    address : int
+        Of the table.
+    """
+    table = problem_at(address)
+    system = system_at(table.system)
+    right = float_rows(system.right)
+    copy(floats(table.residual), right[0])
+    copy(floats(table.push), right[1])
+    system.row_count = 2
+    run(table.solve_tangent, table.system)
+    missing = missing_deflection(table, floats(table.displacement))
+    table.jack_step = bordered_step(floats(table.weights), float_rows(system.solution), missing, floats(table.step))
 
 
 @overload(solve, jit_options=UNCOUNTED)

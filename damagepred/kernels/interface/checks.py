@@ -104,6 +104,15 @@ def bond_loads(active, interfaces, properties, options, ground, history, displac
 
 
 @law
+def _elastic_shear_limit(general, p, cracked, sigma, options):
+    """Return the shear limit of a contact whose bond has not softened (Pa)."""
+    if general is None:
+        return coulomb_limit(p.cohesion, p.friction, sigma)
+    limit, _ = shear_limit(p, cracked, 1.0, sigma, 0.0, 0.0, options)
+    return limit
+
+
+@law
 def farthest_sliding(listed, level, interfaces, properties, options, ground, history, displacement):
     """Return the farthest level at which a joint slides, is crushed or closes its gap; -1 if none does.
 
@@ -132,9 +141,7 @@ def farthest_sliding(listed, level, interfaces, properties, options, ground, his
             if sigma > p.tensile_strength and p.dilation == 0.0:
                 slides = False  # the bond breaks first; one that dilates may slide instead (see bond_loads)
                 break
-            limit = coulomb_limit(p.cohesion, p.friction, sigma)
-            if options.general is not None:
-                limit, _ = shear_limit(p, history.cracked[i, k], 1.0, sigma, 0.0, 0.0, options)
+            limit = _elastic_shear_limit(options.general, p, history.cracked[i, k], sigma, options)
             slides |= abs(p.shear_stiffness * u_s) > limit
             slides |= sigma < -p.compressive_strength
         if slides:

@@ -42,11 +42,12 @@ def correction_cost(system, changed, new):
         Changed interfaces, two correction forces p each, and those of them without unit-load responses: three
         solutions each, of 4 operations for the square of the size of each level.
     """
-    forces, levels = 2.0 * changed, system.active_levels
+    forces, levels, cost = float(2 * changed), system.active_levels, 0.0
     size, squares = floats(system.level_sizes)[levels], floats(system.level_squares)[levels]
-    responses = system.call_overhead * (new > 0) + system.product_weight * 12.0 * new * squares
-    solution = system.solution_weight * 2.0 / 3.0 * forces**3
-    return solution + system.vector_weight * (5.0 * forces**2 + 2.0 * forces * size) + responses
+    if new > 0:
+        cost = system.call_overhead + system.product_weight * float(12 * new) * squares
+    cost += system.solution_weight * 2.0 / 3.0 * forces * forces * forces
+    return cost + system.vector_weight * forces * (5.0 * forces + 2.0 * size)
 
 
 @law

@@ -22,6 +22,7 @@ from damagepred.kernels.equilibrium.problem import (
     PROBLEM,
     Problem,
     bordered_step,
+    compute_bordered_step,
     compute_residual,
     compute_step,
     with_constraint,
@@ -199,6 +200,7 @@ class Residual:
                 "system": self.equations.address,
                 "compute_residual": compute_residual.address,
                 "compute_step": compute_step.address,
+                "compute_bordered_step": 0 if self.jacks is None else compute_bordered_step.address,
                 "solve_tangent": solve_tangent.address,
             }
             fill(self._table[0], {**active, **addresses})
@@ -267,9 +269,6 @@ class Residual:
             )
         listed = self._joints(interfaces)
         self.evaluate_joints("add_joint_forces", listed, state, displacement=displacement, coulomb=coulomb)
-        if model.elastic is not None:
-            strains = self.system.strain_dofs
-            self._force[strains] -= self.system.strain_stiffness * displacement[strains]
         if superelements is not None:
             superelements.scatter_facet_forces(self._force)
             superelements.add_internal_forces(state.load, state.load_factor, displacement, state.plastic, self._force)
