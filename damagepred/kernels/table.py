@@ -51,7 +51,7 @@ def fill(table: np.void, values: dict[str, Any]) -> None:
             table[name] = value
 
 
-def words_of(dtype: np.dtype[Any], names: str) -> np.ndarray:
+def words_of(dtype: np.dtype[Any], names: str) -> list[int]:
     """Return where in a table, taken as integers, the addresses of arrays are.
 
     Parameters
@@ -62,19 +62,27 @@ def words_of(dtype: np.dtype[Any], names: str) -> np.ndarray:
         Of the arrays, between spaces.
     """
     offsets = dtype.fields or {}
-    return np.array([offsets[name][1] // 8 for name in names.split()])
+    return [offsets[name][1] // 8 for name in names.split()]
 
 
 class Addresses:
-    """Addresses of the arrays of a tuple. Those of the last tuple are remembered, and its arrays kept alive."""
+    """Addresses in a table of the arrays of a tuple. The last tuple is remembered, and its arrays kept alive.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    table : array of records (1,)
+        The table.
+    names : str
+        Of the arrays, between spaces.
+    """
+
+    def __init__(self, table: np.ndarray, names: str) -> None:
+        self._words, self._places = table.view(np.int64), words_of(table.dtype, names)
         self._last: tuple[np.ndarray, ...] | None = None
         self._kept: list[np.ndarray] = []
-        self._found: list[int] = []
 
-    def of(self, arrays: tuple[np.ndarray, ...]) -> list[int]:
-        """Return the addresses of arrays; of contiguous copies where they are not contiguous.
+    def set(self, arrays: tuple[np.ndarray, ...]) -> None:
+        """Set the addresses of arrays; of contiguous copies where they are not contiguous.
 
         Parameters
         ----------
@@ -83,9 +91,9 @@ class Addresses:
         """
         if arrays is not self._last:
             self._kept = [np.ascontiguousarray(values) for values in arrays]
-            self._found = [values.ctypes.data for values in self._kept]
+            for place, values in zip(self._places, self._kept):
+                self._words[place] = values.__array_interface__["data"][0]
             self._last = arrays if all(a is b for a, b in zip(arrays, self._kept)) else None
-        return self._found
 
 
 _REST = {dimensions: (0,) * (4 - dimensions) for dimensions in range(5)}

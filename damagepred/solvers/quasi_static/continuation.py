@@ -67,15 +67,11 @@ class Continuation:
         self.balance = EnergyBalance(self.tolerance / self.equilibrium.per_weight)
         self.energy_control = EnergyControl(settings.step_energy_tolerance, self.options.energy)
         law = model.properties
-        # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
-        self._block_stress = model.block_stress
-        self._no_strength = self.tolerance * self._block_stress
-        weak = ((law.tensile_strength < self._block_stress) & ~law.brittle_shear)[:, None]
+        weak = ((law.tensile_strength < model.block_stress) & ~law.brittle_shear)[:, None]
         self._weak = np.broadcast_to(weak, model.interfaces.contact_area.shape)
         overload = control.weak_bond_overload
         self._event_overload = np.where(self._weak, overload, control.event_tolerance)
         self._no_event_overload = np.where(self._weak, overload, control.overload_tolerance)
-        self._load = np.zeros(model.interfaces.contact_area.shape)
         # weak bonds break while a wall relaxes: if all are, it relaxes, once it has had to, where Newton's method fails
         bonded, self._relaxes = ~without_bond(model), False
         self._all_weak = bool(bonded.any() and weak[bonded].all())
@@ -154,17 +150,11 @@ class Continuation:
         listed : array of int, optional
             Interfaces whose bonds are looked at; the loads of all others are 0.
         """
+        load = self.equilibrium.bond_load
         if listed is not None:
-            self._load.fill(0.0)
-        found = self.equilibrium.evaluate_joints(
-            "bond_loads",
-            self._everything if listed is None else listed,
-            state,
-            no_strength=self._no_strength,
-            block_stress=self._block_stress,
-            bond_load=self._load,
-        )
-        return self._load, float(found["largest_bond_load"])
+            load.fill(0.0)
+        found = self.equilibrium.evaluate_joints("bond_loads", self._everything if listed is None else listed, state)
+        return load, float(found["largest_bond_load"])
 
     def fail_bonds(self, state: State, load: FloatArray) -> BoolArray:
         """Fail the most loaded bonds; return those that lost the residual strength of a crack.
@@ -233,7 +223,8 @@ class Continuation:
             float(joints[name]) for name in ("stored", "softened", "mode_1_dissipation", "friction", "crushing")
         )
         stored += condensed_energy
-        self._record_failures(state)  # slip, too, breaks bonds that it wears
+        if self.equilibrium.return_mapping.general is not None:
+            self._record_failures(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
             commit_sections(model.sections, state.sections, model.interface_records, state.displacement)
         superelements, yielding = self.equilibrium.superelements, 0.0

@@ -32,7 +32,7 @@ from damagepred.kernels.interface.residual import free_residual, within_limit
 from damagepred.kernels.jit import Unit
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.linear.system import solve_tangent
-from damagepred.kernels.table import Addresses, fill, words_of
+from damagepred.kernels.table import Addresses, fill
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
@@ -42,8 +42,7 @@ from damagepred.solvers.system.collapse_criterion import DetachmentLimit, larges
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.time_limit import check_time
 
-_HISTORY_NAMES = "slip dilatant_opening cracked kappa"
-_HISTORY, _GROUND = words_of(PROBLEM, _HISTORY_NAMES), words_of(PROBLEM, "ground_normal ground_shear")
+_HISTORY, _GROUND = "slip dilatant_opening cracked kappa", "ground_normal ground_shear"
 
 
 class Residual:
@@ -73,6 +72,7 @@ class Residual:
         shape = model.interfaces.contact_area.shape
         all_interfaces = self._all_interfaces = np.arange(shape[0])
         self.tresca = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
+        self.bond_load = np.zeros(shape)
         rest = State.rest(model)
         elastic = self._elastic_stiffness(rest)
         self.tangent = elastic.copy()
@@ -169,18 +169,21 @@ class Residual:
             "displacement": self._room[0],
             "residual": self._room[0],
             "step": self._room[0],
+            "bond_load": self.bond_load,
             **dict(zip(("tresca_bound", "tresca_dilatant_opening", "tresca_kappa"), self.tresca)),
         }
         if elastic is not None:
             self._arrays.update(side_dof=elastic.dof, side_rows=elastic.rows)
         mapping = {name: value for name, value in options._asdict().items() if name != "general"}
+        # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
+        mapping.update(block_stress=model.block_stress, no_strength=self.tolerance * model.block_stress)
         fill(self._whole[0], {**self._arrays, **mapping, "first_strain": self.system.strain_dofs.start})
         rest = State.rest(model)
         ground = model.ground.at(rest.load_factor)
-        history = dict(zip(_HISTORY_NAMES.split(), rest.history))
+        history = dict(zip(_HISTORY.split(), rest.history))
         fill(self._whole[0], {**history, "ground_normal": ground.normal, "ground_shear": ground.shear})
         self._listed: IntArray | None = None
-        self._history_addresses, self._ground_addresses = Addresses(), Addresses()
+        self._whole_state = Addresses(self._whole, _HISTORY), Addresses(self._whole, _GROUND)
         self._units = JOINT_UNITS[options.general, None if elastic is None else True]
         self._whole[0]["add_joint_forces"] = self._units.add_joint_forces.address
 
@@ -192,7 +195,9 @@ class Residual:
         active = {"joints": self._joints(self.equations.active), "free": self.free}
         if condensation is not None:
             active.update(boundary_dofs=condensation.boundary_dofs, boundary_stiffness=condensation.stiffness)
+        fill(self._whole[0], {"interface_level": self.equations.layout.interface_level})
         self._active, self._table = active, self._whole.copy()
+        self._table_state = Addresses(self._table, _HISTORY), Addresses(self._table, _GROUND)
         self.problem = Problem(self._parameters, self._table.ctypes.data)
         if self._compiled:
             addresses = {
@@ -218,11 +223,10 @@ class Residual:
         if self._has_live_load:
             self._external += state.load_factor * self.live_load
 
-    def _set_state(self, table: np.ndarray, state: State) -> None:
-        """Set the addresses of ground and history of a state in a table."""
-        words = table.view(np.int64)
-        words[_HISTORY] = self._history_addresses.of(state.history)
-        words[_GROUND] = self._ground_addresses.of(self.model.ground.at(state.load_factor))
+    def _set_state(self, addresses: tuple[Addresses, Addresses], state: State) -> None:
+        """Set the addresses of history and ground of a state in a table."""
+        addresses[0].set(state.history)
+        addresses[1].set(self.model.ground.at(state.load_factor))
 
     def evaluate_joints(self, unit: str, interfaces: IntArray, state: State, **entries: Any) -> np.void:
         """Run a unit of the joints at a state; return the table with its results.
@@ -242,7 +246,7 @@ class Residual:
 
     def _run(self, unit: Unit, interfaces: IntArray, state: State, **entries: Any) -> np.void:
         """Run a unit on the table of forces on all degrees of freedom; return it."""
-        self._set_state(self._whole, state)
+        self._set_state(self._whole_state, state)
         table: np.void = self._whole[0]
         if self._listed is not interfaces:
             self._listed = interfaces
@@ -281,7 +285,7 @@ class Residual:
             self._external[condensation.boundary_dofs] += condensation.load(state.load, state.load_factor)
         if not self._compiled:
             return _InterpretedProblem(self, state)
-        self._set_state(self._table, state)
+        self._set_state(self._table_state, state)
         jacks = self.jacks
         self._table[0]["deflection"] = np.nan if jacks is None else jacks.required_deflection(state.load_factor)
         self.equations.update(self._stiffness)
@@ -453,9 +457,17 @@ class Residual:
         perturbed = replace(state, load_factor=state.load_factor + step, displacement=displacement.copy())
         moved = step * self.model.ground.load_factor_rate(state.load_factor)
         perturbed.displacement[supports.prescribed] += moved * supports.prescribed_displacement
-        self._external.fill(0.0)
-        before = self._forces_at(self._moving_interfaces, state, displacement, 0.0).copy()
-        return (self._forces_at(self._moving_interfaces, perturbed, perturbed.displacement, 0.0) - before) / step
+        if not self._compiled:
+            self._external.fill(0.0)
+            before = self._forces_at(self._moving_interfaces, state, displacement, 0.0).copy()
+            return (self._forces_at(self._moving_interfaces, perturbed, perturbed.displacement, 0.0) - before) / step
+        unit, moving = "add_joint_forces", self._moving_interfaces
+        self._force.fill(0.0)
+        self.evaluate_joints(unit, moving, state, displacement=displacement, coulomb=True)
+        before = self._force.copy()
+        self._force.fill(0.0)
+        self.evaluate_joints(unit, moving, perturbed, coulomb=True)
+        return (self._force - before) / step
 
     def solve(self, stiffness: FloatArray, force: FloatArray, missing_deflection: float) -> tuple[FloatArray, float]:
         """Solve the linear system, bordered by the condition on the deflection where jacks are controlled by it.
@@ -524,10 +536,8 @@ class Residual:
         """Return the farthest level at which a condensed joint would slide; -1 if none does."""
         if not self.condensed:
             return -1
-        level, condensed = self.equations.layout.interface_level, self.equations.condensed_interfaces
-        return int(
-            self.evaluate_joints("farthest_sliding", condensed, state, interface_level=level)["farthest_sliding"]
-        )
+        condensed = self.equations.condensed_interfaces
+        return int(self.evaluate_joints("farthest_sliding", condensed, state)["farthest_sliding"])
 
     def farthest_yielding(self, state: State) -> int:
         """Uncondense deformable blocks that would yield; return the farthest level of these, -1 if none does."""

@@ -17,7 +17,7 @@ from damagepred.solvers.quasi_static.continuation import Checkpoint, Continuatio
 from damagepred.solvers.quasi_static.dynamic_relaxation import residual_in_motion
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import contact_states
-from damagepred.solvers.system.collapse_criterion import detached_blocks
+from damagepred.solvers.system.collapse_criterion import DetachmentLimit, detached_blocks
 from damagepred.solvers.system.loading_stages import (
     activate_deferred_supports,
     level,
@@ -47,7 +47,7 @@ class QuasiStaticStepper:
             options.zero_load_bracket,
             options.max_iterations,
         )
-        self.number, self._before = 0, Counters()
+        self.number, self._before, self._detachment_limit = 0, Counters(), DetachmentLimit.of(model)
 
     def begin_increment(self, number: int) -> None:
         """Count work from here on as that of an increment."""
@@ -93,7 +93,8 @@ class QuasiStaticStepper:
             ratio = path.advance(1.0, 0.0)
             ratio = path.release_supports(self.model) if ratio < path.tolerance else ratio
         state, balanced = path.state, ratio < path.tolerance
-        collapsed = bool(detached_blocks(self.model, state.displacement, state.load_factor).any())
+        limit = self._detachment_limit
+        collapsed = bool(detached_blocks(self.model, state.displacement, state.load_factor, limit).any())
         if not (balanced or collapsed):
             raise self._not_converged(ratio)
         if collapsed and not np.isfinite(ratio):
