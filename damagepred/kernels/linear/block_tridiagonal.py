@@ -5,7 +5,7 @@ change in one level leaves the factors of all farther ones as they are. Inverses
 one is then a sum of its rows, which the compiler vectorises.
 """
 
-from damagepred.kernels.jit import Unit, law
+from damagepred.kernels.jit import Unit, law, rule
 from damagepred.kernels.linear.assembly import (
     add_to_diagonal,
     farthest_unsymmetric,
@@ -115,7 +115,7 @@ def add_row(amount, row, total):
         total[j] += amount * row[j]
 
 
-@law
+@rule
 def _multiply(inverses, at, size, force, from_start, displacement, to_start):
     """Add the product of a level's inverse, ``inverses`` from ``at`` on, and its forces to displacements, all rows."""
     rest = size % 4
@@ -138,7 +138,7 @@ def _multiply(inverses, at, size, force, from_start, displacement, to_start):
             )
 
 
-@law
+@rule
 def _subtract_coupling(first, last, at_here, at_there, coupling, displacement, there, force, here):
     """Subtract the product of a coupling block and the displacements of a neighbour level from forces."""
     side = at_here.shape[1]
