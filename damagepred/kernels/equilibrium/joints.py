@@ -42,16 +42,10 @@ class _Interfaces(NamedTuple):
 
 
 @law
-def _interfaces_of(table, elastic):
-    """Return the interfaces, with the sides of elastic blocks unless ``elastic`` is None."""
+def _joints_of(table, general, elastic):
+    """Return interfaces, properties, parameters of the return mapping, ground, history and displacements."""
     sides = None if elastic is None else _Sides(integer_rows(table.side_dof), float_pairs(table.side_rows))
-    return _Interfaces(edges(table.edge), float_rows(table.contact_offset), float_rows(table.contact_area), sides)
-
-
-@law
-def _return_mapping_of(table, general):
-    """Return the parameters of the return mapping."""
-    return ReturnMapping(
+    options = ReturnMapping(
         table.max_iterations,
         table.relative_tolerance,
         table.snap_back_ratio,
@@ -60,21 +54,29 @@ def _return_mapping_of(table, general):
         table.yield_tolerance,
         general,
     )
-
-
-@law
-def _state_of(table):
-    """Return movement of the ground, history and displacements."""
-    ground = _Ground(float_rows(table.ground_normal), float_rows(table.ground_shear))
     slip, dilatant_opening = float_rows(table.slip), float_rows(table.dilatant_opening)
-    history = _History(slip, dilatant_opening, flag_rows(table.cracked), float_rows(table.kappa))
-    return ground, history, floats(table.displacement)
+    return (
+        _Interfaces(edges(table.edge), float_rows(table.contact_offset), float_rows(table.contact_area), sides),
+        joint_parameters(table.properties),
+        options,
+        _Ground(float_rows(table.ground_normal), float_rows(table.ground_shear)),
+        _History(slip, dilatant_opening, flag_rows(table.cracked), float_rows(table.kappa)),
+        floats(table.displacement),
+    )
 
 
 @law
-def _tresca_of(table):
-    """Return the bounds of the Tresca problem."""
-    return float_rows(table.tresca_bound), float_rows(table.tresca_dilatant_opening), float_rows(table.tresca_kappa)
+def _forces_of(table):
+    """Return the interfaces listed, the bounds of the Tresca problem, forces and tangents."""
+    bound, dilatant_opening = float_rows(table.tresca_bound), float_rows(table.tresca_dilatant_opening)
+    tresca = bound, dilatant_opening, float_rows(table.tresca_kappa)
+    return integers(table.joints), tresca, floats(table.force), float_rows(table.stiffness)
+
+
+@law
+def _stresses_of(table):
+    """Return normal and shear stress."""
+    return float_rows(table.normal_stress), float_rows(table.shear_stress)
 
 
 @law
@@ -99,118 +101,76 @@ class JointUnits:
         def add_joint_forces(address):
             """Add the forces of joints and strained blocks to ``force``, and fill tangents of joints ``stiffness``."""
             table = problem_at(address)
-            ground, history, displacement = _state_of(table)
+            interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
+            listed, tresca, force, stiffness = _forces_of(table)
             internal_force.joint_forces(
-                integers(table.joints),
-                _interfaces_of(table, elastic),
-                joint_parameters(table.properties),
-                _return_mapping_of(table, general),
+                listed,
+                interfaces,
+                properties,
+                options,
                 ground,
                 history,
-                _tresca_of(table),
+                tresca,
                 table.coulomb != 0,
-                displacement,
-                floats(table.force),
-                float_rows(table.stiffness),
+                u,
+                force,
+                stiffness,
             )
             if elastic is not None:
-                stiffness = floats(table.strain_stiffness)
-                _subtract_strain_forces(table.first_strain, stiffness, displacement, floats(table.force))
+                _subtract_strain_forces(table.first_strain, floats(table.strain_stiffness), u, force)
 
         def update_tresca_bounds(address):
             """Move the bounds of the Tresca problem by the share ``relaxation`` of the way to Coulomb's limits."""
             table = problem_at(address)
-            ground, history, displacement = _state_of(table)
+            interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
+            listed, tresca, _, _ = _forces_of(table)
             internal_force.update_tresca_bounds(
-                integers(table.joints),
-                _interfaces_of(table, elastic),
-                joint_parameters(table.properties),
-                _return_mapping_of(table, general),
-                ground,
-                history,
-                displacement,
-                _tresca_of(table),
-                table.relaxation,
+                listed, interfaces, properties, options, ground, history, u, tresca, table.relaxation
             )
 
         def contact_stresses(address):
             """Fill ``opening``, ``normal_stress`` and ``shear_stress`` of all contacts."""
             table = problem_at(address)
-            ground, history, displacement = _state_of(table)
-            internal_force.contact_stresses(
-                _interfaces_of(table, elastic),
-                joint_parameters(table.properties),
-                _return_mapping_of(table, general),
-                ground,
-                history,
-                displacement,
-                float_rows(table.opening),
-                float_rows(table.normal_stress),
-                float_rows(table.shear_stress),
-            )
+            interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
+            opening, (sigma, tau) = float_rows(table.opening), _stresses_of(table)
+            internal_force.contact_stresses(interfaces, properties, options, ground, history, u, opening, sigma, tau)
 
         def commit_joint_history(address):
             """Commit the history; set ``friction``, ``crushing``, ``mode_1_dissipation``, ``stored``, ``softened``."""
             table = problem_at(address)
-            ground, history, displacement = _state_of(table)
+            interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
+            listed, never_opened = integers(table.joints), flag_rows(table.never_opened)
             on_ground = _Ground(float_rows(table.ground_force_normal), float_rows(table.ground_force_shear))
             table.friction, table.crushing, table.mode_1_dissipation, table.stored, table.softened = (
                 commit.commit_joint_history(
-                    integers(table.joints),
-                    _interfaces_of(table, elastic),
-                    joint_parameters(table.properties),
-                    _return_mapping_of(table, general),
-                    ground,
-                    history,
-                    displacement,
-                    flag_rows(table.never_opened),
-                    on_ground,
+                    listed, interfaces, properties, options, ground, history, u, never_opened, on_ground
                 )
             )
 
         def bond_loads(address):
             """Fill ``bond_load`` of the interfaces, and set ``largest_bond_load``."""
             table = problem_at(address)
-            ground, history, displacement = _state_of(table)
+            interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
+            listed, load = integers(table.joints), float_rows(table.bond_load)
             table.largest_bond_load = checks.bond_loads(
-                integers(table.joints),
-                _interfaces_of(table, elastic),
-                joint_parameters(table.properties),
-                _return_mapping_of(table, general),
-                ground,
-                history,
-                displacement,
-                table.no_strength,
-                table.block_stress,
-                float_rows(table.bond_load),
+                listed, interfaces, properties, options, ground, history, u, table.no_strength, table.block_stress, load
             )
 
         def farthest_sliding(address):
             """Set ``farthest_sliding``, the farthest level at which one of the interfaces slides."""
             table = problem_at(address)
-            ground, history, displacement = _state_of(table)
+            interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
+            listed, level = integers(table.joints), integers(table.interface_level)
             table.farthest_sliding = checks.farthest_sliding(
-                integers(table.joints),
-                integers(table.interface_level),
-                _interfaces_of(table, elastic),
-                joint_parameters(table.properties),
-                _return_mapping_of(table, general),
-                ground,
-                history,
-                displacement,
+                listed, level, interfaces, properties, options, ground, history, u
             )
 
         def joint_law_violation(address):
             """Set ``violation``, the largest stress by which ``normal_stress`` and ``shear_stress`` violate the law."""
             table = problem_at(address)
-            table.violation = checks.joint_law_violation_of(
-                general,
-                joint_parameters(table.properties),
-                flag_rows(table.cracked),
-                float_rows(table.kappa),
-                float_rows(table.normal_stress),
-                float_rows(table.shear_stress),
-            )
+            properties, cracked = joint_parameters(table.properties), flag_rows(table.cracked)
+            kappa, (sigma, tau) = float_rows(table.kappa), _stresses_of(table)
+            table.violation = checks.joint_law_violation_of(general, properties, cracked, kappa, sigma, tau)
 
         self.add_joint_forces, self.update_tresca_bounds = Unit(add_joint_forces), Unit(update_tresca_bounds)
         self.contact_stresses, self.commit_joint_history = Unit(contact_stresses), Unit(commit_joint_history)
