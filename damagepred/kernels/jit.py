@@ -6,6 +6,7 @@ old machine code answers. The cache folder's name therefore holds a hash of all 
 
 from __future__ import annotations
 
+import gc
 import uuid
 from functools import cached_property
 
@@ -13,6 +14,7 @@ import numba
 from numba import config
 from numba.core import types
 from numba.core.ccallback import CFunc
+from numba.core.compiler import Compiler
 from numba.extending import register_jitable
 
 from damagepred.kernels.cache_folder import cache_folder
@@ -29,10 +31,24 @@ all of them go up and down, and that took three quarters of the time of a joint.
 arrays, and a law may not return one."""
 
 
+class _Compiler(Compiler):
+    """Compiler that makes many objects, and collects no garbage meanwhile: that took an eighth of the time."""
+
+    def compile_extra(self, func):
+        """Compile a function."""
+        collects = gc.isenabled()
+        gc.disable()
+        try:
+            return super().compile_extra(func)
+        finally:
+            if collects:
+                gc.enable()
+
+
 def _compiled(function, flags):
     before, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER or "")
     try:
-        compiled = numba.njit(cache=CACHE_FOLDER is not None, **flags)(function)
+        compiled = numba.njit(cache=CACHE_FOLDER is not None, pipeline_class=_Compiler, **flags)(function)
     finally:
         config.CACHE_DIR = before  # other users of numba in this process keep theirs
     _own_names(compiled)
@@ -51,12 +67,12 @@ class Unit:
     """
 
     def __init__(self, function):
-        self._function, self.name = function, function.__name__
+        self.function, self.name = function, function.__name__
 
     @cached_property
     def _compiled(self):
         flags = {name: value for name, value in UNCOUNTED.items() if name != "no_cfunc_wrapper"}
-        compiled = CFunc(self._function, ((types.intp,), types.void), locals={}, options=flags)
+        compiled = CFunc(self.function, ((types.intp,), types.void), {}, flags, pipeline_class=_Compiler)
         before, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER or "")
         try:
             if CACHE_FOLDER is not None:

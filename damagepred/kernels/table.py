@@ -51,7 +51,7 @@ def fill(table: np.void, values: dict[str, Any]) -> None:
             table[name] = value
 
 
-def words_of(dtype: np.dtype[Any], names: str) -> np.ndarray:
+def words_of(dtype: np.dtype[Any], names: str) -> list[int]:
     """Return where in a table, taken as integers, the addresses of arrays are.
 
     Parameters
@@ -62,19 +62,27 @@ def words_of(dtype: np.dtype[Any], names: str) -> np.ndarray:
         Of the arrays, between spaces.
     """
     offsets = dtype.fields or {}
-    return np.array([offsets[name][1] // 8 for name in names.split()])
+    return [offsets[name][1] // 8 for name in names.split()]
 
 
 class Addresses:
-    """Addresses of the arrays of a tuple. Those of the last tuple are remembered, and its arrays kept alive."""
+    """Addresses in a table of the arrays of a tuple. The last tuple is remembered, and its arrays kept alive.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    table : array of records (1,)
+        The table.
+    names : str
+        Of the arrays, between spaces.
+    """
+
+    def __init__(self, table: np.ndarray, names: str) -> None:
+        self._words, self._places = table.view(np.int64), words_of(table.dtype, names)
         self._last: tuple[np.ndarray, ...] | None = None
         self._kept: list[np.ndarray] = []
-        self._found: list[int] = []
 
-    def of(self, arrays: tuple[np.ndarray, ...]) -> list[int]:
-        """Return the addresses of arrays; of contiguous copies where they are not contiguous.
+    def set(self, arrays: tuple[np.ndarray, ...]) -> None:
+        """Set the addresses of arrays; of contiguous copies where they are not contiguous.
 
         Parameters
         ----------
@@ -83,9 +91,9 @@ class Addresses:
         """
         if arrays is not self._last:
             self._kept = [np.ascontiguousarray(values) for values in arrays]
-            self._found = [values.ctypes.data for values in self._kept]
+            for place, values in zip(self._places, self._kept):
+                self._words[place] = values.__array_interface__["data"][0]
             self._last = arrays if all(a is b for a, b in zip(arrays, self._kept)) else None
-        return self._found
 
 
 _REST = {dimensions: (0,) * (4 - dimensions) for dimensions in range(5)}
@@ -168,6 +176,79 @@ def run(typing_context, unit, table):
         return context.get_dummy_value()
 
     return types.void(types.intp, types.intp), generate
+
+
+@intrinsic
+def part(typing_context, values, first, count):
+    """Return entries or rows of an array, without the checks of a slice, which take far longer to compile.
+
+    Parameters
+    ----------
+    typing_context : object
+        Of numba, which gives it.
+    values : array
+        Contiguous.
+    first, count : int
+        First entry or row, and number.
+    """
+
+    def generate(context, builder, signature, arguments):
+        kind = signature.return_type
+        whole = arrayobj.make_array(kind)(context, builder, arguments[0])
+        found = arrayobj.make_array(kind)(context, builder)
+        strides = cgutils.unpack_tuple(builder, whole.strides)
+        arrayobj.populate_array(
+            found,
+            data=cgutils.pointer_add(builder, whole.data, builder.mul(arguments[1], strides[0]), whole.data.type),
+            shape=cgutils.pack_array(builder, [arguments[2], *cgutils.unpack_tuple(builder, whole.shape)[1:]]),
+            strides=whole.strides,
+            itemsize=whole.itemsize,
+            meminfo=None,
+        )
+        return found._getvalue()
+
+    return values(values, types.intp, types.intp), generate
+
+
+@intrinsic
+def copy_entries(typing_context, source, target):
+    """Copy a vector to another that is as long.
+
+    Parameters
+    ----------
+    typing_context : object
+        Of numba, which gives it.
+    source, target : array
+        Contiguous, of the same numbers.
+    """
+
+    def generate(context, builder, signature, arguments):
+        first, second = (arrayobj.make_array(k)(context, builder, a) for k, a in zip(signature.args, arguments))
+        cgutils.raw_memcpy(builder, second.data, first.data, builder.extract_value(first.shape, 0), first.itemsize)
+        return context.get_dummy_value()
+
+    return types.void(source, target), generate
+
+
+@intrinsic
+def address_of(typing_context, values, index):
+    """Return the address of an entry of a vector.
+
+    Parameters
+    ----------
+    typing_context : object
+        Of numba, which gives it.
+    values : array
+        Contiguous, of one dimension.
+    index : int
+        Of the entry.
+    """
+
+    def generate(context, builder, signature, arguments):
+        found = arrayobj.make_array(signature.args[0])(context, builder, arguments[0])
+        return builder.ptrtoint(builder.gep(found.data, [arguments[1]]), context.get_value_type(types.intp))
+
+    return types.intp(values, types.intp), generate
 
 
 def records_of(dtype):

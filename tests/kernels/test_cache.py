@@ -70,7 +70,7 @@ def test_arrays_passed_to_a_law_are_not_reference_counted(monkeypatch: pytest.Mo
     assert counts(jit.law, jit.kernel) == counts(jit.rule, jit.kernel) == 0 < counts(numba.njit, numba.njit)
     model = wall_model(Scene(wall=Wall(length=0.48, height=0.2)))
     at_rest, shape = State.rest(model), model.interfaces.contact_area.shape
-    stresses = jit.kernel(contact_stresses.py_func)
+    stresses = jit.kernel(contact_stresses)
     stresses(
         model.interface_records,
         model.joint_parameters,

@@ -14,6 +14,7 @@ from damagepred.errors import InputError
 from damagepred.kernels.dynamics.contact import FREE
 from damagepred.kernels.interface.checks import joint_law_violation_of
 from damagepred.kernels.interface.residual import free_residual, largest_block_resultant
+from damagepred.kernels.jit import kernel
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics.body_arrays import body_arrays
@@ -81,10 +82,11 @@ def test_excess_of_stresses_over_the_law(
     history.cracked[0, 1], history.kappa[0, 1] = cracked, kappa
     normal, shear = np.zeros((1, 3)), np.zeros((1, 3))
     normal[0, 1], shear[0, 1] = sigma, tau
-    stresses = (model.joint_parameters, history.cracked, history.kappa, normal, shear)
-    assert joint_law_violation_of(*stresses) == pytest.approx(beyond, rel=1e-9, abs=1e-6)
+    violation = kernel(joint_law_violation_of)
+    stresses = (True, model.joint_parameters, history.cracked, history.kappa, normal, shear)
+    assert violation(*stresses) == pytest.approx(beyond, rel=1e-9, abs=1e-6)
     shear[0, 2] = np.nan
-    assert np.isnan(joint_law_violation_of(*stresses))
+    assert np.isnan(violation(*stresses))
 
 
 def test_residual_is_the_largest_of_free_degrees_of_freedom() -> None:

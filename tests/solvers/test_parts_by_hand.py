@@ -14,6 +14,7 @@ from damagepred.kernels.concrete_section.forces import section_forces
 from damagepred.kernels.explicit.jacks import VOLUME
 from damagepred.kernels.interface.checks import softened_bond_load
 from damagepred.kernels.interface.internal_force import contact_stresses, update_tresca_bounds
+from damagepred.kernels.jit import kernel
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.joint.parameters import JointParameters
 from damagepred.pipeline import dynamic_run
@@ -339,7 +340,7 @@ def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: fl
     displacement = np.zeros(model.size)
     displacement[3:9] = [2e-5, -3e-5, 3e-4, 1e-5, -9e-5, 4e-4]
     opening, sigma, tau = (np.zeros((2, 3)) for _ in range(3))
-    contact_stresses(
+    kernel(contact_stresses)(
         model.interface_records, model.joint_parameters, mapping, still, history, displacement, opening, sigma, tau
     )
     assert (opening[0] > 0.0).tolist().count(True) == 1
@@ -348,7 +349,7 @@ def test_tresca_bounds_are_the_limits_of_the_law_at_a_displacement(strongest: fl
     assert (limit[1] > 0.0).all()
     for old, share, expected in ((NO_LIMIT, 0.3, limit), (1e5, 0.3, 1e5 + 0.3 * (limit - 1e5)), (1e5, 1.0, limit)):
         tresca = (np.full((2, 3), old), np.zeros((2, 3)), np.zeros((2, 3)))
-        update_tresca_bounds(
+        kernel(update_tresca_bounds)(
             listed,
             model.interface_records,
             model.joint_parameters,

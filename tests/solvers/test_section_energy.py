@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.system.footing_forces import section_energy
 
@@ -49,7 +48,7 @@ def test_cracks_do_not_heal_and_recovered_energy_is_an_error() -> None:
     load."""
     taken = [dissipated(bent(1e-3, 5e6), bent(2e-3, 4e6)), dissipated(bent(2e-3, 4e6), bent(3e-3, 4.5e6))]
     assert taken[1] < 0.0
-    balance = EnergyBalance(np.zeros(0), DEFAULTS.return_mapping.for_kernels())
+    balance = EnergyBalance(np.zeros(0))
     balance._section_work = balance._largest_section_work = np.zeros(1)
     for step in taken:
         balance.add_section_work(np.array([step]))

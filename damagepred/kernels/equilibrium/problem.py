@@ -4,108 +4,67 @@ The iterations are written once. Compiled, they work on a ``Problem``: a wall of
 deformable blocks offers the same two functions in Python, and then the iterations run in Python.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba.extending import overload
-from numpy.typing import NDArray
 
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
-from damagepred.kernels.interface.internal_force import joint_forces
-from damagepred.kernels.interface.kinematics import EDGE
 from damagepred.kernels.interface.residual import free_residual, within_limit
 from damagepred.kernels.jit import UNCOUNTED, Unit, law
-from damagepred.kernels.joint.parameters import JOINT_PARAMETERS
-from damagepred.kernels.joint.return_mapping import ReturnMapping
 from damagepred.kernels.linear.table import system_at
-from damagepred.kernels.table import (
-    flag_rows,
-    flags,
-    float_pairs,
-    float_rows,
-    floats,
-    integer_rows,
-    integers,
-    records_of,
-    run,
-    table_at,
-    table_type,
+from damagepred.kernels.table import address_of, flags, float_rows, floats, integers, run, table_at, table_type
+
+NEWTON = table_type(
+    "",
+    "max_iterations undamped_iterations early_divergence_iterations",
+    "minimum_step stagnation_tolerance early_divergence_ratio divergence_ratio",
 )
+"""Newton's method; meaning and defaults: ``NewtonOptions`` of the quasi-static solver."""
+NEWTON_LINE_SEARCH = table_type(
+    "", "max_iterations stagnation_limit", "full_step_reduction slope_tolerance stagnation_ratio"
+)
+"""Newton's method with line search: ``NewtonLineSearchOptions``."""
+LINE_SEARCH = table_type("", "max_iterations", "slope_tolerance maximum_step safeguard")
+"""Line search: ``LineSearchOptions``."""
+_KINDS = (("newton", NEWTON), ("newton_with_line_search", NEWTON_LINE_SEARCH), ("line_search", LINE_SEARCH))
+PARAMETERS = np.dtype(
+    (
+        np.record,
+        [(name, (np.record, kind)) for name, kind in _KINDS]
+        + [(name, np.float64) for name in ("tolerance", "warm_start_residual", "deflection_tolerance")]
+        + [("max_minimisation_iterations", np.int64)],
+    )
+)
+"""Parameters of all iterations, one record: a tuple would be handed over number by number.
 
-edges, joint_parameters = records_of(EDGE), records_of(JOINT_PARAMETERS)
-"""What gives the records of interfaces and joints at a place."""
-
-
-class NewtonParameters(NamedTuple):
-    """Newton's method; meaning and defaults: ``NewtonOptions`` of the quasi-static solver."""
-
-    max_iterations: int
-    undamped_iterations: int
-    minimum_step: float
-    stagnation_tolerance: float
-    early_divergence_ratio: float
-    early_divergence_iterations: int
-    divergence_ratio: float
-
-
-class NewtonLineSearchParameters(NamedTuple):
-    """Newton's method with line search: ``NewtonLineSearchOptions``."""
-
-    max_iterations: int
-    full_step_reduction: float
-    slope_tolerance: float
-    stagnation_ratio: float
-    stagnation_limit: int
-
-
-class LineSearchParameters(NamedTuple):
-    """Line search: ``LineSearchOptions``."""
-
-    max_iterations: int
-    slope_tolerance: float
-    maximum_step: float
-    safeguard: float
-
-
-class Parameters(NamedTuple):
-    """Parameters of all iterations.
-
-    Attributes
-    ----------
-    newton, newton_with_line_search, line_search
-        Their own.
-    tolerance : float
-        Largest unbalanced force over the mean block weight.
-    warm_start_residual : float
-        Of ``CoulombOptions``.
-    max_minimisation_iterations : int
-        Of ``CoulombOptions``.
-    deflection_tolerance : float
-        Of ``JackOptions`` (m).
-    """
-
-    newton: NewtonParameters
-    newton_with_line_search: NewtonLineSearchParameters
-    line_search: LineSearchParameters
-    tolerance: float
-    warm_start_residual: float
-    max_minimisation_iterations: int
-    deflection_tolerance: float
+newton, newton_with_line_search, line_search
+    Their own.
+tolerance : float
+    Largest unbalanced force over the mean block weight.
+warm_start_residual, max_minimisation_iterations
+    Of ``CoulombOptions``.
+deflection_tolerance : float
+    Of ``JackOptions`` (m).
+"""
 
 
 PROBLEM = table_type(
     "joints external ground_normal ground_shear slip dilatant_opening cracked kappa tresca_bound "
     "tresca_dilatant_opening tresca_kappa strain_stiffness boundary_dofs boundary_stiffness free per_weight arms "
     "force stiffness push weights edge contact_offset contact_area side_dof side_rows properties displacement "
-    "residual step",
-    integers="here compute_residual compute_step solve_tangent system first_strain coulomb bordered max_iterations "
-    "dilatant_iterations",
-    numbers="deflection jack jack_step ratio relative_tolerance snap_back_ratio cap_slope_ratio yield_tolerance",
+    "residual step interface_level never_opened ground_force_normal ground_force_shear bond_load opening normal_stress "
+    "shear_stress",
+    integers="here add_joint_forces compute_residual compute_step compute_bordered_step solve_tangent system "
+    "first_strain coulomb bordered max_iterations dilatant_iterations farthest_sliding",
+    numbers="deflection jack jack_step ratio relative_tolerance snap_back_ratio cap_slope_ratio yield_tolerance "
+    "relaxation no_strength block_stress largest_bond_load friction crushing mode_1_dissipation stored softened "
+    "violation",
 )
 """Attributes, with m interfaces of q contacts.
 
 joints : array of int
-    Interfaces that follow the joint law.
+    Interfaces that a unit works on; those that follow the joint law.
 external : array (size,)
     External force, but that of jacks (N, N m).
 ground_normal, ground_shear : array (g, q)
@@ -141,8 +100,10 @@ bordered : bool
     Whether the load of the jacks is unknown in that step, if their deflection is given.
 here, system : int
     Addresses of this table and of that of the tangent equations.
-compute_residual, compute_step, solve_tangent : int
-    Addresses of units.
+add_joint_forces, compute_residual, compute_step, compute_bordered_step, solve_tangent : int
+    Addresses of units; ``compute_bordered_step`` is 0 without jacks.
+interface_level, never_opened, ground_force_normal, ..., violation
+    Arguments and results of the units of ``damagepred.kernels.equilibrium.joints``.
 """
 problem_at = table_at(PROBLEM, "PROBLEM")
 """What gives the table at an address."""
@@ -153,38 +114,14 @@ class Problem(NamedTuple):
 
     Attributes
     ----------
-    parameters : Parameters
+    parameters : PARAMETERS
         Of the iterations.
     table : int
         Address of the table of all the rest.
     """
 
-    parameters: Parameters
+    parameters: np.record
     table: int
-
-
-class _Ground(NamedTuple):
-    normal: NDArray[np.float64]
-    shear: NDArray[np.float64]
-
-
-class _History(NamedTuple):
-    slip: NDArray[np.float64]
-    dilatant_opening: NDArray[np.float64]
-    cracked: NDArray[np.bool_]
-    kappa: NDArray[np.float64]
-
-
-class _Sides(NamedTuple):
-    dof: NDArray[np.int64]
-    rows: NDArray[np.float64]
-
-
-class _Interfaces(NamedTuple):
-    edge: Any
-    contact_offset: NDArray[np.float64]
-    contact_area: NDArray[np.float64]
-    elastic: _Sides | None
 
 
 def residual(problem, jack, displacement, coulomb, force):
@@ -252,13 +189,6 @@ def missing_deflection(table, displacement):
 
 
 @law
-def _subtract_strain_forces(first, strain_stiffness, displacement, force):
-    """Subtract the forces by which elastic blocks resist their strains."""
-    for i in range(strain_stiffness.size):
-        force[first + i] -= strain_stiffness[i] * displacement[first + i]
-
-
-@law
 def _subtract_boundary_forces(dofs, stiffness, displacement, force):
     """Subtract the forces by which condensed levels resist the displacements of the boundary level."""
     for r in range(dofs.size):
@@ -268,67 +198,23 @@ def _subtract_boundary_forces(dofs, stiffness, displacement, force):
         force[dofs[r]] -= total
 
 
-def _residual_unit(general, elastic):
-    """Return the unit that computes the residual force of walls with or without general joints and elastic blocks."""
+@Unit
+def compute_residual(address):
+    """Compute the residual force, the tangents of the interfaces and the unbalanced force ratio.
 
-    def compute_residual(address):
-        """Compute the residual force, the tangents of the interfaces and the unbalanced force ratio."""
-        table = problem_at(address)
-        force, stiffness, displacement = floats(table.force), float_rows(table.stiffness), floats(table.displacement)
-        push = floats(table.push)
-        copy(floats(table.external), force)
-        for i in range(push.size):
-            force[i] += table.jack * push[i]
-        interfaces = _Interfaces(
-            edges(table.edge),
-            float_rows(table.contact_offset),
-            float_rows(table.contact_area),
-            None if elastic is None else _Sides(integer_rows(table.side_dof), float_pairs(table.side_rows)),
-        )
-        options = ReturnMapping(
-            table.max_iterations,
-            table.relative_tolerance,
-            table.snap_back_ratio,
-            table.dilatant_iterations,
-            table.cap_slope_ratio,
-            table.yield_tolerance,
-            general,
-        )
-        history = _History(
-            float_rows(table.slip),
-            float_rows(table.dilatant_opening),
-            flag_rows(table.cracked),
-            float_rows(table.kappa),
-        )
-        tresca = (
-            float_rows(table.tresca_bound),
-            float_rows(table.tresca_dilatant_opening),
-            float_rows(table.tresca_kappa),
-        )
-        joint_forces(
-            integers(table.joints),
-            interfaces,
-            joint_parameters(table.properties),
-            options,
-            _Ground(float_rows(table.ground_normal), float_rows(table.ground_shear)),
-            history,
-            tresca,
-            table.coulomb != 0,
-            displacement,
-            force,
-            stiffness,
-        )
-        _subtract_strain_forces(table.first_strain, floats(table.strain_stiffness), displacement, force)
-        _subtract_boundary_forces(
-            integers(table.boundary_dofs), float_rows(table.boundary_stiffness), displacement, force
-        )
-        table.ratio = free_residual(force, flags(table.free), floats(table.per_weight), floats(table.residual))
-
-    return Unit(compute_residual)
-
-
-RESIDUAL_UNITS = {(g, e): _residual_unit(g, e) for g in (None, True) for e in (None, True)}
-"""By whether there are joints that are not plain, and elastic blocks: None if not, see ``ReturnMapping``."""
+    Parameters
+    ----------
+    address : int
+        Of the table.
+    """
+    table = problem_at(address)
+    force, displacement, push = floats(table.force), floats(table.displacement), floats(table.push)
+    copy(floats(table.external), force)
+    for i in range(push.size):
+        force[i] += table.jack * push[i]
+    run(table.add_joint_forces, address)
+    _subtract_boundary_forces(integers(table.boundary_dofs), float_rows(table.boundary_stiffness), displacement, force)
+    table.ratio = free_residual(force, flags(table.free), floats(table.per_weight), floats(table.residual))
 
 
 @law
@@ -337,7 +223,7 @@ def with_constraint(parameters, ratio, missing, coulomb):
 
     Parameters
     ----------
-    parameters : Parameters
+    parameters : PARAMETERS
         Tolerances.
     ratio, missing : float
         Unbalanced force ratio, and missing deflection (m).
@@ -357,7 +243,7 @@ def _residual(problem, jack, displacement, coulomb, force):
     def compiled(problem, jack, displacement, coulomb, force):
         table = problem_at(problem.table)
         table.jack, table.coulomb = jack, coulomb
-        table.displacement.address, table.residual.address = displacement.ctypes.data, force.ctypes.data
+        table.displacement.address, table.residual.address = address_of(displacement, 0), address_of(force, 0)
         run(table.compute_residual, table.here)
         return with_constraint(problem.parameters, table.ratio, missing_deflection(table, displacement), coulomb)
 
@@ -389,7 +275,7 @@ def bordered_step(weights, responses, missing, step):
 
 @Unit
 def compute_step(address):
-    """Solve the tangent equations for ``residual``, bordered by the condition on the deflection of the jacks.
+    """Solve the tangent equations for ``residual``.
 
     Parameters
     ----------
@@ -397,21 +283,35 @@ def compute_step(address):
         Of the table.
     """
     table = problem_at(address)
-    system, step = system_at(table.system), floats(table.step)
-    right, solution = float_rows(system.right), float_rows(system.solution)
-    borders = table.bordered != 0 and deflection_is_given(table)
-    copy(floats(table.residual), right[0])
-    if borders:
-        copy(floats(table.push), right[1])
-    system.row_count = 2 if borders else 1
+    system = system_at(table.system)
     system.iterations += 1
+    if table.bordered != 0 and deflection_is_given(table):
+        run(table.compute_bordered_step, address)
+        return
+    copy(floats(table.residual), float_rows(system.right)[0])
+    system.row_count, table.jack_step = 1, 0.0
     run(table.solve_tangent, table.system)
-    if borders:
-        missing = missing_deflection(table, floats(table.displacement))
-        table.jack_step = bordered_step(floats(table.weights), solution, missing, step)
-    else:
-        copy(solution[0], step)
-        table.jack_step = 0.0
+    copy(float_rows(system.solution)[0], floats(table.step))
+
+
+@Unit
+def compute_bordered_step(address):
+    """Solve the tangent equations bordered by the condition on the deflection of the jacks.
+
+    Parameters
+    ----------
+    address : int
+        Of the table.
+    """
+    table = problem_at(address)
+    system = system_at(table.system)
+    right = float_rows(system.right)
+    copy(floats(table.residual), right[0])
+    copy(floats(table.push), right[1])
+    system.row_count = 2
+    run(table.solve_tangent, table.system)
+    missing = missing_deflection(table, floats(table.displacement))
+    table.jack_step = bordered_step(floats(table.weights), float_rows(system.solution), missing, floats(table.step))
 
 
 @overload(solve, jit_options=UNCOUNTED)
@@ -420,8 +320,8 @@ def _solve(problem, bordered, displacement, force, step):
 
     def compiled(problem, bordered, displacement, force, step):
         table = problem_at(problem.table)
-        table.displacement.address, table.residual.address = displacement.ctypes.data, force.ctypes.data
-        table.step.address, table.bordered = step.ctypes.data, bordered
+        table.displacement.address, table.residual.address = address_of(displacement, 0), address_of(force, 0)
+        table.step.address, table.bordered = address_of(step, 0), bordered
         run(table.compute_step, table.here)
         return table.jack_step
 

@@ -4,6 +4,7 @@ import numpy as np
 from numba.extending import overload
 
 from damagepred.kernels.jit import UNCOUNTED
+from damagepred.kernels.table import copy_entries
 
 
 def copy(source, target):
@@ -20,8 +21,7 @@ def copy(source, target):
 @overload(copy, jit_options=UNCOUNTED)
 def _copy(source, target):
     def compiled(source, target):
-        for i in range(source.size):
-            target[i] = source[i]
+        copy_entries(source, target)
 
     return compiled
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement
-from damagepred.kernels.jit import kernel, law
+from damagepred.kernels.jit import law
 from damagepred.kernels.joint.limits import capped, coulomb_limit, shear_limit
 from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain, normal_law
 from damagepred.kernels.joint.softening import degraded, integrity_of
@@ -52,7 +52,7 @@ def softened_bond_load(general, parameters, kappa, e, tau, no_strength):
     return 1.0 + (capped(abs(tau), sigma, p) - max(limit, 0.0)) / max(p.cohesion, no_strength)
 
 
-@kernel
+@law
 def bond_loads(active, interfaces, properties, options, ground, history, displacement, no_strength, block_stress, load):
     """Fill the load of each bond, 1 at its strength, 0 where there is none; return the largest.
 
@@ -103,7 +103,16 @@ def bond_loads(active, interfaces, properties, options, ground, history, displac
     return heaviest
 
 
-@kernel
+@law
+def _elastic_shear_limit(general, p, cracked, sigma, options):
+    """Return the shear limit of a contact whose bond has not softened (Pa)."""
+    if general is None:
+        return coulomb_limit(p.cohesion, p.friction, sigma)
+    limit, _ = shear_limit(p, cracked, 1.0, sigma, 0.0, 0.0, options)
+    return limit
+
+
+@law
 def farthest_sliding(listed, level, interfaces, properties, options, ground, history, displacement):
     """Return the farthest level at which a joint slides, is crushed or closes its gap; -1 if none does.
 
@@ -132,7 +141,7 @@ def farthest_sliding(listed, level, interfaces, properties, options, ground, his
             if sigma > p.tensile_strength and p.dilation == 0.0:
                 slides = False  # the bond breaks first; one that dilates may slide instead (see bond_loads)
                 break
-            limit, _ = shear_limit(p, history.cracked[i, k], 1.0, sigma, 0.0, 0.0, options)
+            limit = _elastic_shear_limit(options.general, p, history.cracked[i, k], sigma, options)
             slides |= abs(p.shear_stiffness * u_s) > limit
             slides |= sigma < -p.compressive_strength
         if slides:
@@ -140,12 +149,14 @@ def farthest_sliding(listed, level, interfaces, properties, options, ground, his
     return farthest
 
 
-@kernel
-def joint_law_violation_of(properties, cracked, kappa, sigma, tau):
+@law
+def joint_law_violation_of(general, properties, cracked, kappa, sigma, tau):
     """Return the largest stress by which contacts violate the joint law (Pa), 0 if none does.
 
     Parameters
     ----------
+    general : bool or None
+        See ``damagepred.kernels.joint.return_mapping.ReturnMapping``.
     properties : JointParameters
         Arrays (m,).
     cracked, kappa : array (m, q)
@@ -156,13 +167,16 @@ def joint_law_violation_of(properties, cracked, kappa, sigma, tau):
     largest, known = 0.0, True
     for i in range(sigma.shape[0]):
         p = properties[i]
-        kappa_0 = p.tensile_strength / p.normal_stiffness
         for k in range(sigma.shape[1]):
-            integrity = integrity_of(p, max(kappa[i, k], kappa_0)) if cracked[i, k] else 1.0
+            integrity = 0.0 if cracked[i, k] else 1.0
+            if general is not None and cracked[i, k]:
+                integrity = integrity_of(p, max(kappa[i, k], p.tensile_strength / p.normal_stiffness))
             tension = sigma[i, k] - degraded(integrity, p.tensile_strength, p.residual_tensile_strength)
             cohesion = degraded(integrity, p.cohesion, p.residual_cohesion)
             friction = degraded(integrity, p.friction, p.residual_friction)
-            limit = capped(max(coulomb_limit(cohesion, friction, sigma[i, k]), 0.0), sigma[i, k], p)
+            limit = max(coulomb_limit(cohesion, friction, sigma[i, k]), 0.0)
+            if general is not None:
+                limit = capped(limit, sigma[i, k], p)
             shear = abs(tau[i, k]) - limit
             known &= sigma[i, k] == sigma[i, k] and tau[i, k] == tau[i, k]
             largest = max(largest, max(tension, max(shear, -sigma[i, k] - p.compressive_strength)))

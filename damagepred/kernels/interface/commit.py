@@ -1,4 +1,4 @@
-"""Commit of the history variables at an equilibrium, and the work that the joints dissipate by it."""
+"""Commit of the history variables at an equilibrium, and the energy that the joints store and dissipate."""
 
 import numpy as np
 
@@ -16,23 +16,27 @@ from damagepred.kernels.joint.softening import (
 
 @law
 def _soften(general, p, cracked, kappa, e, slip, dilatancy):
-    """Return kappa, whether the bond softens, and by slip the work of its tension (J/m2)."""
+    """Return kappa, whether the bond softens, by slip the work of its tension, and else all of its work (J/m2)."""
     if general is None:
-        return kappa, cracked, 0.0
+        return kappa, cracked, 0.0, 0.0
     after, softens = updated_kappa(p, cracked, kappa, e, slip, dilatancy)
-    work = 0.0
+    kappa_0, work, softened = p.tensile_strength / p.normal_stiffness, 0.0, 0.0
     if softens and p.slip_weight > 0.0:
         opened = kappa_before_slip(p, cracked, kappa, e)
-        work = softening_work(p, opened) - softening_work(p, max(kappa, p.tensile_strength / p.normal_stiffness))
+        work = softening_work(p, opened) - softening_work(p, max(kappa, kappa_0))
         drop = secant_stiffness(p, opened, integrity_of(p, opened))
         drop -= secant_stiffness(p, after, integrity_of(p, after))
         work += 0.5 * max(e, 0.0) ** 2 * drop
-    return after, softens, work
+    elif softens and p.slip_weight == 0.0 and after < np.inf:
+        softened = softening_work(p, max(after, kappa_0))
+    return after, softens, work, softened
 
 
-@kernel
-def commit_joint_history(active, interfaces, properties, options, ground, history, displacement, never_opened):
-    """Update slip, dilatant opening, kappa and cracking of the contacts to an equilibrium.
+@law
+def commit_joint_history(
+    active, interfaces, properties, options, ground, history, displacement, never_opened, on_ground
+):
+    """Update slip, dilatant opening, kappa and cracking of the contacts to an equilibrium, and compute their work.
 
     Parameters
     ----------
@@ -40,13 +44,18 @@ def commit_joint_history(active, interfaces, properties, options, ground, histor
         As ``damagepred.kernels.interface.internal_force.joint_forces``; ``history`` is updated.
     never_opened : array of bool (m, q)
         Contacts without bond that have never been open; updated.
+    on_ground : NamedTuple of arrays (g, q)
+        Normal and shear force of each contact, work-conjugate to the displacement of the ground (N); filled.
 
     Returns
     -------
     friction, crushing, mode_1_dissipation : float
-        Dissipated work (J); the last is that of the tension of bonds that soften by slip, which ``energy`` leaves out.
+        Dissipated work (J); the last in tension by bonds that soften by slip, which ``softened`` leaves out.
+    stored, softened : float
+        Elastic energy, and softening work of all bonds so far (J); see also ``break_in_shear``.
     """
-    friction, crushing, mode_1_dissipation = 0.0, 0.0, 0.0
+    friction, crushing, mode_1_dissipation, stored, softened = 0.0, 0.0, 0.0, 0.0, 0.0
+    first_ground = interfaces.edge.size - ground.normal.shape[0]
     for i in active:
         middle = interface_displacement(interfaces, displacement, i)
         p = properties[i]
@@ -72,10 +81,15 @@ def commit_joint_history(active, interfaces, properties, options, ground, histor
             if cracked and w_c == 0.0 and p.residual_tensile_strength == 0.0:
                 history.kappa[i, k] = np.inf if sigma == 0.0 and e > 0.0 else 0.0
             if not plain and w_c > 0.0:
-                after, softens, work = _soften(options.general, p, cracked, kappa, e, slip, dilatancy)
+                after, softens, work, total = _soften(options.general, p, cracked, kappa, e, slip, dilatancy)
                 mode_1_dissipation += area * work
+                softened += area * total
                 history.kappa[i, k], history.cracked[i, k] = after, softens
-    return friction, crushing, mode_1_dissipation
+            stored += 0.5 * area * (sigma * (e - dilatancy) + tau * tau / p.shear_stiffness)
+            if i >= first_ground:
+                on_ground.normal[i - first_ground, k] = -area * sigma
+                on_ground.shear[i - first_ground, k] = -area * tau
+    return friction, crushing, mode_1_dissipation, stored, softened
 
 
 @kernel

@@ -1,13 +1,13 @@
 """Internal force and tangent stiffness of interfaces: the joint law integrated over their contacts."""
 
 from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement, scatter_interface_force
-from damagepred.kernels.jit import kernel
+from damagepred.kernels.jit import law
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain, tresca_return
 from damagepred.kernels.joint.softening import updated_kappa
 
 
-@kernel
+@law
 def joint_forces(
     active, interfaces, properties, options, ground, history, tresca, coulomb, displacement, force, stiffness
 ):
@@ -74,7 +74,7 @@ def joint_forces(
         scatter_interface_force(interfaces, i, total_n, total_s, total_m, force)
 
 
-@kernel
+@law
 def update_tresca_bounds(active, interfaces, properties, options, ground, history, displacement, tresca, relaxation):
     """Set the shear bounds, dilatant openings and kappas of the Tresca problem from the Coulomb law at a displacement.
 
@@ -107,7 +107,7 @@ def update_tresca_bounds(active, interfaces, properties, options, ground, histor
                 kappa[i, k] = max(kappa[i, k], reached)
 
 
-@kernel
+@law
 def contact_stresses(interfaces, properties, options, ground, history, displacement, opening, sigma, tau):
     """Fill opening (m), normal and shear stress (Pa) of all contacts.
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from damagepred.kernels.jit import Unit, kernel, law
 from damagepred.kernels.linear.table import system_at
-from damagepred.kernels.table import flags, float_blocks, float_rows, floats, integer_rows, integers
+from damagepred.kernels.table import flags, float_blocks, float_rows, floats, integer_rows, integers, part
 
 
 class BlockPlaces(NamedTuple):
@@ -76,7 +76,7 @@ def set_stiffness(address):
         Of the table of the tangent equations: ``changed_count`` interfaces in ``changed``, and ``target``.
     """
     system = system_at(address)
-    listed, stiffness = integers(system.changed)[: system.changed_count], float_rows(system.target)
+    listed, stiffness = part(integers(system.changed), 0, system.changed_count), float_rows(system.target)
     matrices, factorised = float_blocks(system.matrices), float_rows(system.stiffness)
     displacements = float_blocks(system.strain_displacement)
     for i in listed:
@@ -175,12 +175,11 @@ def assemble_couplings(address):
     """
     system = system_at(address)
     last = integers(system.first_coupling)[system.farthest + 1]
-    pairs = integers(system.first_pair)[system.farthest + 1]
-    couplings, pair, far_is_b = integers(system.couplings)[:last], integers(system.pair), flags(system.far_is_b)
-    near_far, far_near = float_blocks(system.near_far)[:pairs], float_blocks(system.far_near)[:pairs]
+    couplings, pair, far_is_b = part(integers(system.couplings), 0, last), integers(system.pair), flags(system.far_is_b)
+    near_far, far_near = float_blocks(system.near_far), float_blocks(system.far_near)
     matrices = float_blocks(system.matrices)
     side = matrices.shape[1] // 2
-    for e in pair[:last]:
+    for e in part(pair, 0, last):
         for r in range(side):
             for c in range(side):
                 near_far[e, r, c] = 0.0

@@ -5,14 +5,14 @@ change in one level leaves the factors of all farther ones as they are. Inverses
 one is then a sum of its rows, which the compiler vectorises.
 """
 
-from damagepred.kernels.jit import Unit, law
+from damagepred.kernels.jit import Unit, law, rule
 from damagepred.kernels.linear.assembly import (
     add_to_diagonal,
     farthest_unsymmetric,
 )
 from damagepred.kernels.linear.lapack import multiply
 from damagepred.kernels.linear.table import system_at
-from damagepred.kernels.table import float_blocks, float_rows, floats, integer_rows, integers, run
+from damagepred.kernels.table import float_blocks, float_rows, floats, integer_rows, integers, part, run
 
 
 @Unit
@@ -30,7 +30,7 @@ def schur_complement(address):
     far_index, near_index = integer_rows(system.far_index), integer_rows(system.near_index)
     near_far, far_near = float_blocks(system.near_far), float_blocks(system.far_near)
     first, last, size, nearer = pairs[k], pairs[k + 1], start[k + 1] - start[k], start[k] - start[k - 1]
-    inverse, complement = floats(system.inverses)[at[k] :], floats(system.complements)[at[k - 1] :]
+    inverses, complement = floats(system.inverses), part(floats(system.complements), at[k - 1], nearer * nearer)
     side = far_index.shape[1]
     for j in range(nearer * size):
         work[j] = 0.0
@@ -38,14 +38,14 @@ def schur_complement(address):
         for r in range(side):
             if far_index[e, r] < 0:
                 continue
-            row = inverse[far_index[e, r] * size : (far_index[e, r] + 1) * size]
+            row = part(inverses, at[k] + far_index[e, r] * size, size)
             for c in range(side):
                 if near_index[e, c] >= 0:
-                    add_row(far_near[e, r, c], row, work[near_index[e, c] * size : (near_index[e, c] + 1) * size])
+                    add_row(far_near[e, r, c], row, part(work, near_index[e, c] * size, size))
     for j in range(nearer * nearer):
         complement[j] = 0.0
     for m in range(nearer):
-        row, total = work[m * size : (m + 1) * size], complement[m * nearer : (m + 1) * nearer]
+        row, total = part(work, m * size, size), part(complement, m * nearer, nearer)
         for e in range(first, last):
             for r in range(side):
                 if near_index[e, r] < 0:
@@ -90,7 +90,7 @@ def eliminate(address):
             if not elastic:
                 add_to_diagonal(floats(system.regularisation), start, size, matrix)
             if k + 1 < starts.size - 1:
-                add_row(-1.0, complements[first : first + size * size], matrix)
+                add_row(-1.0, part(complements, first, size * size), matrix)
             system.matrix_size, system.inverse_first, system.symmetric = size, first, k > unsymmetric
             run(system.invert, address)
             if elastic and system.pivot_ratio < system.singular_pivot_ratio:
@@ -115,29 +115,30 @@ def add_row(amount, row, total):
         total[j] += amount * row[j]
 
 
-@law
+@rule
 def _multiply(inverses, at, size, force, from_start, displacement, to_start):
     """Add the product of a level's inverse, ``inverses`` from ``at`` on, and its forces to displacements, all rows."""
     rest = size % 4
     for i in range(0, size - rest, 4):  # four rows of the inverse at a time
-        first, second = inverses[at + i * size :], inverses[at + (i + 1) * size :]
-        third, fourth = inverses[at + (i + 2) * size :], inverses[at + (i + 3) * size :]
+        rows = part(inverses, at + i * size, 4 * size)
+        first, second = part(rows, 0, size), part(rows, size, size)
+        third, fourth = part(rows, 2 * size, size), part(rows, 3 * size, size)
         for j in range(force.shape[0]):
             a, b = force[j, from_start + i], force[j, from_start + i + 1]
             c, d = force[j, from_start + i + 2], force[j, from_start + i + 3]
-            total = displacement[j][to_start : to_start + size]
+            total = part(displacement[j], to_start, size)
             for k in range(size):
                 total[k] += a * first[k] + b * second[k] + c * third[k] + d * fourth[k]
     for i in range(size - rest, size):
         for j in range(force.shape[0]):
             add_row(
                 force[j, from_start + i],
-                inverses[at + i * size : at + (i + 1) * size],
-                displacement[j][to_start : to_start + size],
+                part(inverses, at + i * size, size),
+                part(displacement[j], to_start, size),
             )
 
 
-@law
+@rule
 def _subtract_coupling(first, last, at_here, at_there, coupling, displacement, there, force, here):
     """Subtract the product of a coupling block and the displacements of a neighbour level from forces."""
     side = at_here.shape[1]
@@ -226,11 +227,13 @@ def solve_columns(address):
         a = start[k]
         multiply(system, r, start[k + 1] - a, inverses, first[k], force, a, 0.0, displacement, a)
         if k > 0:
-            here, nearer = displacement[a * r :], force[start[k - 1] * r :]
+            below = start[k - 1]
+            here, nearer = part(displacement, a * r, (start[k + 1] - a) * r), part(force, below * r, (a - below) * r)
             _subtract_coupling_columns(pairs[k], pairs[k + 1], near_index, far_index, near_far, r, here, nearer)
     for k in range(1, active):
         a, size = start[k], start[k + 1] - start[k]
-        nearer, pull = displacement[start[k - 1] * r :], force[a * r : (a + size) * r]
+        below = start[k - 1]
+        nearer, pull = part(displacement, below * r, (a - below) * r), part(force, a * r, size * r)
         for j in range(pull.size):
             pull[j] = 0.0
         _subtract_coupling_columns(pairs[k], pairs[k + 1], far_index, near_index, far_near, r, nearer, pull)
@@ -250,4 +253,4 @@ def _subtract_coupling_columns(first, last, at_here, at_there, coupling, columns
             for c in range(side):
                 there = at_there[e, c] * columns
                 if there >= 0:
-                    add_row(-coupling[e, r, c], displacement[there : there + columns], force[here : here + columns])
+                    add_row(-coupling[e, r, c], part(displacement, there, columns), part(force, here, columns))

@@ -10,7 +10,7 @@ from numba.extending import intrinsic
 
 from damagepred.kernels.jit import Unit, law
 from damagepred.kernels.linear.table import system_at
-from damagepred.kernels.table import bytes_of, float_rows, floats, integers32
+from damagepred.kernels.table import address_of, bytes_of, float_rows, floats, integers32
 
 LOWER, PLAIN, TRANSPOSED = 0, 1, 2
 LETTERS = np.frombuffer(b"LNT", dtype=np.uint8).copy()
@@ -28,20 +28,6 @@ def _call(typing_context, address, arguments):
         return context.get_dummy_value()
 
     return types.void(address, arguments), generate
-
-
-@law
-def at(array, index):
-    """Return the address of an element of an array.
-
-    Parameters
-    ----------
-    array : array
-        Contiguous, of one dimension.
-    index : int
-        Of the element.
-    """
-    return array[index:].ctypes.data
 
 
 @law
@@ -71,22 +57,22 @@ def multiply(system, rows, size, inverses, first, force, from_row, share, produc
         bytes_of(system.lapack_letters),
     )
     count[0], count[1], one[0], one[1] = rows, size, 1.0, share
-    n, s = at(count, 0), at(count, 1)
+    n, s = address_of(count, 0), address_of(count, 1)
     _call(
         system.dgemm,
         (
-            at(letters, PLAIN),
-            at(letters, TRANSPOSED),
+            address_of(letters, PLAIN),
+            address_of(letters, TRANSPOSED),
             n,
             s,
             s,
-            at(one, 0),
-            at(force, from_row * rows),
+            address_of(one, 0),
+            address_of(force, from_row * rows),
             n,
-            at(inverses, first),
+            address_of(inverses, first),
             s,
-            at(one, 1),
-            at(product, to_row * rows),
+            address_of(one, 1),
+            address_of(product, to_row * rows),
             n,
         ),
     )
@@ -109,10 +95,19 @@ def solve_dense(system, size, columns, matrix, force):
     """
     count, pivots = integers32(system.lapack_integers), integers32(system.pivots)
     count[0], count[1] = size, columns
-    n = at(count, 0)
+    n = address_of(count, 0)
     _call(
         system.dgesv,
-        (n, at(count, 1), at(matrix, 0), n, at(pivots, 0), at(force, 0), n, at(count, 2)),
+        (
+            n,
+            address_of(count, 1),
+            address_of(matrix, 0),
+            n,
+            address_of(pivots, 0),
+            address_of(force, 0),
+            n,
+            address_of(count, 2),
+        ),
     )
     return count[2] == 0
 
@@ -133,8 +128,8 @@ def invert(address):
     system = system_at(address)
     size, first, matrix = system.matrix_size, system.inverse_first, float_rows(system.scratch)[0]
     inverses, count, work = floats(system.inverses), integers32(system.lapack_integers), floats(system.lapack_work)
-    n, failed, lower = at(count, 0), at(count, 1), at(bytes_of(system.lapack_letters), LOWER)
-    a, exchanges = at(matrix, 0), at(integers32(system.pivots), 0)
+    n, failed, lower = address_of(count, 0), address_of(count, 1), address_of(bytes_of(system.lapack_letters), LOWER)
+    a, exchanges = address_of(matrix, 0), address_of(integers32(system.pivots), 0)
     smallest, largest, count[0] = np.inf, 0.0, size
     if system.symmetric != 0:
         for i in range(size):
@@ -165,7 +160,7 @@ def invert(address):
             pivot = abs(matrix[i * size + i])
             smallest, largest = min(smallest, pivot), max(largest, pivot)
         count[2] = work.size
-        _call(system.dgetri, (n, a, n, exchanges, at(work, 0), at(count, 2), failed))
+        _call(system.dgetri, (n, a, n, exchanges, address_of(work, 0), address_of(count, 2), failed))
     for i in range(size * size):
         inverses[first + i] = np.nan if singular else matrix[i]
     system.pivot_ratio = 0.0 if singular else smallest / largest

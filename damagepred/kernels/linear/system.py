@@ -3,7 +3,7 @@
 from damagepred.kernels.jit import Unit, law
 from damagepred.kernels.linear.table import system_at
 from damagepred.kernels.linear.woodbury import solve_factorised
-from damagepred.kernels.table import float_rows, floats, integers, run
+from damagepred.kernels.table import float_rows, floats, integers, part, run
 
 
 @law
@@ -42,11 +42,12 @@ def correction_cost(system, changed, new):
         Changed interfaces, two correction forces p each, and those of them without unit-load responses: three
         solutions each, of 4 operations for the square of the size of each level.
     """
-    forces, levels = 2.0 * changed, system.active_levels
+    forces, levels, cost = float(2 * changed), system.active_levels, 0.0
     size, squares = floats(system.level_sizes)[levels], floats(system.level_squares)[levels]
-    responses = system.call_overhead * (new > 0) + system.product_weight * 12.0 * new * squares
-    solution = system.solution_weight * 2.0 / 3.0 * forces**3
-    return solution + system.vector_weight * (5.0 * forces**2 + 2.0 * forces * size) + responses
+    if new > 0:
+        cost = system.call_overhead + system.product_weight * float(12 * new) * squares
+    cost += system.solution_weight * 2.0 / 3.0 * forces * forces * forces
+    return cost + system.vector_weight * forces * (5.0 * forces + 2.0 * size)
 
 
 @law
@@ -122,7 +123,7 @@ def solve_tangent(address):
     if system.farthest_changed >= 0 or _refactorisation_pays(system, count, new, farthest):
         _factorise(system, count, farthest)
         count = 0
-    right, last = float_rows(system.rows)[: system.row_count], system.active_levels - 1
+    right, last = part(float_rows(system.rows), 0, system.row_count), system.active_levels - 1
     _gather(system, right)
     solve_factorised(system, right, last)
     if count > 0:

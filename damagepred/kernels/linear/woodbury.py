@@ -10,7 +10,7 @@ from damagepred.kernels.jit import Unit, law
 from damagepred.kernels.linear.block_tridiagonal import add_row
 from damagepred.kernels.linear.lapack import solve_dense
 from damagepred.kernels.linear.table import system_at
-from damagepred.kernels.table import float_blocks, float_rows, floats, integer_rows, integers, run
+from damagepred.kernels.table import float_blocks, float_rows, floats, integer_rows, integers, part, run
 
 
 @law
@@ -34,8 +34,8 @@ def relative_displacements(address):
         Of the table of the tangent equations.
     """
     system = system_at(address)
-    changed, relative = integers(system.changed)[: system.changed_count], float_rows(system.relative)
-    displacement = float_rows(system.rows)[: system.row_count]
+    changed, relative = part(integers(system.changed), 0, system.changed_count), float_rows(system.relative)
+    displacement = part(float_rows(system.rows), 0, system.row_count)
     dofs, rows, index = integer_rows(system.dof), float_blocks(system.strain_displacement), integers(system.index)
     for m in range(displacement.shape[0]):
         for s in range(changed.size):
@@ -70,7 +70,7 @@ def solve_factorised(system, right, farthest):
         Level beyond which there are no forces.
     """
     count = right.shape[0]
-    system.current.address, system.particular.address = right.ctypes.data, float_rows(system.room).ctypes.data
+    system.current.address, system.particular.address = right.ctypes.data, system.room.address
     system.current.rows = system.particular.rows = count
     system.current.columns = system.particular.columns = right.shape[1]
     system.farthest, system.nearest, system.first_back, system.last_back = farthest, 0, 0, system.active_levels
@@ -88,13 +88,13 @@ def respond(address):
         Of the table of the tangent equations; the new interfaces are ``new`` from ``first_new`` to ``last_new``.
     """
     system = system_at(address)
-    new = integers(system.new)[system.first_new : system.last_new]
+    new = part(integers(system.new), system.first_new, system.last_new - system.first_new)
     level, farthest = integers(system.interface_level), -1
     for i in new:
         farthest = max(farthest, level[i])
     size, columns, first = integers(system.start)[system.active_levels], 3 * new.size, 3 * system.occupied
     response, found = float_rows(system.response), floats(system.unit_response)
-    added, force = response[first : first + columns], floats(system.unit)[: size * columns]
+    added, force = part(response, first, columns), part(floats(system.unit), 0, size * columns)
     for j in range(force.size):
         force[j] = 0.0
     _add_unit_loads(system, new, columns, force)
@@ -151,7 +151,7 @@ def stiffness_changes(address):
         Of the table of the tangent equations; ``columns`` becomes the number of rows.
     """
     system = system_at(address)
-    changed, target = integers(system.changed)[: system.changed_count], float_rows(system.target)
+    changed, target = part(integers(system.changed), 0, system.changed_count), float_rows(system.target)
     factorised, change, rows = float_rows(system.stiffness), float_rows(system.change), integers(system.changed_rows)
     count = 0
     for s in range(changed.size):
@@ -171,7 +171,7 @@ def stiffness_changes(address):
 def _correction_force(row, change, relative):
     """Return one component of the correction forces D x."""
     s, j = row // 3, row % 3
-    first = relative[3 * s : 3 * s + 3]
+    first = part(relative, 3 * s, 3)
     return change[s, 3 * j] * first[0] + change[s, 3 * j + 1] * first[1] + change[s, 3 * j + 2] * first[2]
 
 
@@ -221,7 +221,10 @@ def correct(address):
         whether the correction is.
     """
     system = system_at(address)
-    right, changed = float_rows(system.rows)[: system.row_count], integers(system.changed)[: system.changed_count]
+    right, changed = (
+        part(float_rows(system.rows), 0, system.row_count),
+        part(integers(system.changed), 0, system.changed_count),
+    )
     system.accurate = 0
     x, p, change = float_rows(system.relative), floats(system.correction_force), float_rows(system.change)
     rows, slots, response = integers(system.changed_rows), integers(system.slot), float_rows(system.response)
@@ -241,5 +244,5 @@ def correct(address):
     run(system.relative_displacements, address)
     accurate = True
     for m in range(right.shape[0]):
-        accurate &= _agrees(rows, count, change, x[m], p[m * count :], system.woodbury_tolerance)
+        accurate &= _agrees(rows, count, change, x[m], part(p, m * count, count), system.woodbury_tolerance)
     system.accurate = accurate

@@ -18,15 +18,14 @@ import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
+from damagepred.assembly.model import Ground
 from damagepred.diagnostics import Counters
 from damagepred.kernels.concrete_section.forces import commit_sections
-from damagepred.kernels.interface.checks import bond_loads
-from damagepred.kernels.interface.commit import break_in_shear, commit_joint_history
-from damagepred.kernels.interface.internal_force import contact_stresses
+from damagepred.kernels.interface.commit import break_in_shear
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.quasi_static.dynamic_relaxation import collapse_motion, relax_dynamically
-from damagepred.solvers.quasi_static.energy_balance import Dissipation, EnergyBalance
+from damagepred.solvers.quasi_static.energy_balance import Dissipation, EnergyBalance, JointEnergy
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, Methods
 from damagepred.solvers.quasi_static.step_control import (
     EnergyControl,
@@ -65,18 +64,14 @@ class Continuation:
         self.events, self._allowed_halvings = 0, control.max_halvings + 1  # the first that are in vain do not count
         # largest residual since the last report of accepted states that are no equilibria
         self.largest_accepted_residual = 0.0
-        self.balance = EnergyBalance(self.tolerance / self.equilibrium.per_weight, self.equilibrium.return_mapping)
+        self.balance = EnergyBalance(self.tolerance / self.equilibrium.per_weight)
         self.energy_control = EnergyControl(settings.step_energy_tolerance, self.options.energy)
         law = model.properties
-        # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
-        self._block_stress = model.block_stress
-        self._no_strength = self.tolerance * self._block_stress
-        weak = ((law.tensile_strength < self._block_stress) & ~law.brittle_shear)[:, None]
+        weak = ((law.tensile_strength < model.block_stress) & ~law.brittle_shear)[:, None]
         self._weak = np.broadcast_to(weak, model.interfaces.contact_area.shape)
         overload = control.weak_bond_overload
         self._event_overload = np.where(self._weak, overload, control.event_tolerance)
         self._no_event_overload = np.where(self._weak, overload, control.overload_tolerance)
-        self._load = np.zeros(model.interfaces.contact_area.shape)
         # weak bonds break while a wall relaxes: if all are, it relaxes, once it has had to, where Newton's method fails
         bonded, self._relaxes = ~without_bond(model), False
         self._all_weak = bool(bonded.any() and weak[bonded].all())
@@ -155,22 +150,11 @@ class Continuation:
         listed : array of int, optional
             Interfaces whose bonds are looked at; the loads of all others are 0.
         """
-        model = self.model
+        load = self.equilibrium.bond_load
         if listed is not None:
-            self._load.fill(0.0)
-        most = bond_loads(
-            self._everything if listed is None else listed,
-            model.interface_records,
-            model.joint_parameters,
-            self.equilibrium.return_mapping,
-            model.ground.at(state.load_factor),
-            state.history,
-            state.displacement,
-            self._no_strength,
-            self._block_stress,
-            self._load,
-        )
-        return self._load, most
+            load.fill(0.0)
+        found = self.equilibrium.evaluate_joints("bond_loads", self._everything if listed is None else listed, state)
+        return load, float(found["largest_bond_load"])
 
     def fail_bonds(self, state: State, load: FloatArray) -> BoolArray:
         """Fail the most loaded bonds; return those that lost the residual strength of a crack.
@@ -224,34 +208,36 @@ class Continuation:
         snapped : bool
             Whether the wall snapped through.
         """
-        model = self.model
-        friction, crushing, mode_1_dissipation = commit_joint_history(
-            self.equilibrium.equations.active,
-            model.interface_records,
-            model.joint_parameters,
-            self.equilibrium.return_mapping,
-            model.ground.at(state.load_factor),
-            state.history,
-            state.displacement,
-            self.never_opened,
+        model, (active, condensed_energy) = self.model, self.equilibrium.condensed_energy(state)
+        on_ground = model.ground.at(state.load_factor)
+        on_ground = Ground(np.zeros_like(on_ground.normal), np.zeros_like(on_ground.shear))
+        joints = self.equilibrium.evaluate_joints(
+            "commit_joint_history",
+            active,
+            state,
+            never_opened=self.never_opened,
+            ground_force_normal=on_ground.normal,
+            ground_force_shear=on_ground.shear,
         )
-        self._record_failures(state)  # slip, too, breaks bonds that it wears
+        stored, softened, mode_1_dissipation, friction, crushing = (
+            float(joints[name]) for name in ("stored", "softened", "mode_1_dissipation", "friction", "crushing")
+        )
+        stored += condensed_energy
+        if self.equilibrium.return_mapping.general is not None:
+            self._record_failures(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
             commit_sections(model.sections, state.sections, model.interface_records, state.displacement)
         superelements, yielding = self.equilibrium.superelements, 0.0
         if superelements is not None:
             yielding = superelements.commit(state)
-        dissipation = Dissipation(friction, crushing, yielding)
-        condensed = self.equilibrium.condensed_energy(state)
         self.balance.add(
             state,
-            dissipation,
-            mode_1_dissipation,
+            Dissipation(friction, crushing, yielding),
+            JointEnergy(stored, softened, mode_1_dissipation, on_ground),
             self._support_power(state),
             unstable,
             snapped,
             superelements,
-            condensed,
         )
 
     def _support_power(self, state: State) -> float:
@@ -557,16 +543,8 @@ class Continuation:
         """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""
         model = self.model
         opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
-        contact_stresses(
-            model.interface_records,
-            model.joint_parameters,
-            self.equilibrium.return_mapping,
-            model.ground.at(state.load_factor),
-            state.history,
-            state.displacement,
-            opening,
-            sigma,
-            tau,
+        self.equilibrium.evaluate_joints(
+            "contact_stresses", self._everything, state, opening=opening, normal_stress=sigma, shear_stress=tau
         )
         if model.sections is not None:
             set_linear_stresses(model, section_response_of(model, state.sections, state.displacement), sigma, tau)

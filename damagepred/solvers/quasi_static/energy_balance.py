@@ -7,12 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damagepred.arrays import FloatArray, IntArray
+from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
 from damagepred.diagnostics import Energies, described
-from damagepred.kernels.interface.energy import energy
-from damagepred.kernels.joint.return_mapping import ReturnMapping
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -27,6 +25,25 @@ class Dissipation(NamedTuple):
     yielding: float
 
 
+class JointEnergy(NamedTuple):
+    """Energy of the joints after a step.
+
+    Attributes
+    ----------
+    stored, softened : float
+        Elastic energy, and work of softening bonds so far (J).
+    mode_1_dissipation : float
+        Work dissipated in tension by bonds that soften by slip (J) in the step, which ``softened`` lacks.
+    on_ground : Ground
+        Forces on the ground (N).
+    """
+
+    stored: float
+    softened: float
+    mode_1_dissipation: float
+    on_ground: Ground
+
+
 @dataclass
 class EnergyBalance:
     """Energy balance of dead load and movement, all in J, summed along the path.
@@ -35,8 +52,6 @@ class EnergyBalance:
     ----------
     residual : array (size,)
         Largest residual force of each degree of freedom (N, N m).
-    return_mapping : ReturnMapping
-        Parameters of the joint law.
     external_work : float
         Work of dead load, live load and movement on the wall.
     elastic_energy : float
@@ -62,7 +77,6 @@ class EnergyBalance:
     """
 
     residual: FloatArray
-    return_mapping: ReturnMapping
     external_work: float = 0.0
     elastic_energy: float = 0.0
     friction_work: float = 0.0
@@ -124,12 +138,11 @@ class EnergyBalance:
         self,
         state: State,
         dissipation: Dissipation,
-        mode_1_dissipation: float,
+        joints: JointEnergy,
         reaction: float,
         unstable: bool,
         snapped: bool,
         superelements: Superelements | None,
-        condensed: tuple[IntArray, float],
     ) -> None:
         """Add the step to a new equilibrium.
 
@@ -139,8 +152,8 @@ class EnergyBalance:
             With the history variables of the new equilibrium.
         dissipation : Dissipation
             Of the step.
-        mode_1_dissipation : float
-            Work dissipated in tension by bonds that soften by slip (J), which the energy of the joints lacks.
+        joints : JointEnergy
+            Energy of the joints and of condensed levels, and forces on the ground, in the new equilibrium.
         reaction : float
             Work per load factor of the moving supports in the new equilibrium (J).
         unstable : bool
@@ -149,23 +162,9 @@ class EnergyBalance:
             Whether it snapped through.
         superelements : Superelements or None
             Deformable blocks.
-        condensed : (array of int, float)
-            Active interfaces, and the energy of all others (J); see ``Equilibrium.condensed_energy``.
         """
-        model, (active, condensed_energy) = self._model, condensed
-        ground = model.ground.at(state.load_factor)
-        on_ground = Ground(np.zeros_like(ground.normal), np.zeros_like(ground.shear))
-        stored, softened = energy(
-            active,
-            model.interface_records,
-            model.joint_parameters,
-            self.return_mapping,
-            ground,
-            state.history,
-            state.displacement,
-            on_ground,
-        )
-        stored += condensed_energy
+        model, ground = self._model, self._model.ground.at(state.load_factor)
+        stored, softened, mode_1_dissipation, on_ground = joints
         if superelements is not None:
             stored += superelements.elastic_energy(state)
         if model.sections is not None:

@@ -314,7 +314,8 @@ class BlockTridiagonalSystem:
         displacement, particular : array (r, degrees of freedom)
             In the order of the levels; updated, and the particular solution, overwritten.
         """
-        self._set(current=displacement, particular=particular, first_back=first, last_back=self.layout.levels)
+        levels = {"first_back": first, "last_back": self.layout.levels}
+        fill(self.tangent, {"current": displacement, "particular": particular, **levels})
         block_tridiagonal.back(self.address)
 
     def coupling_stiffness(self, k: int) -> FloatArray:

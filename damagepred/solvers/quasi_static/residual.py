@@ -10,6 +10,7 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.kernels.concrete_section.forces import section_forces
+from damagepred.kernels.equilibrium.joints import JOINT_UNITS
 from damagepred.kernels.equilibrium.newton import (
     compiled_newton,
     compiled_newton_with_line_search,
@@ -17,24 +18,21 @@ from damagepred.kernels.equilibrium.newton import (
     newton_with_line_search,
 )
 from damagepred.kernels.equilibrium.problem import (
+    PARAMETERS,
     PROBLEM,
-    RESIDUAL_UNITS,
-    LineSearchParameters,
-    NewtonLineSearchParameters,
-    NewtonParameters,
-    Parameters,
     Problem,
     bordered_step,
+    compute_bordered_step,
+    compute_residual,
     compute_step,
     with_constraint,
 )
 from damagepred.kernels.equilibrium.tresca import compiled_minimise, minimise
-from damagepred.kernels.interface.checks import farthest_sliding as farthest_sliding_level
-from damagepred.kernels.interface.internal_force import joint_forces, update_tresca_bounds
 from damagepred.kernels.interface.residual import free_residual, within_limit
+from damagepred.kernels.jit import Unit
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.linear.system import solve_tangent
-from damagepred.kernels.table import Addresses, fill, words_of
+from damagepred.kernels.table import Addresses, fill
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
@@ -44,8 +42,7 @@ from damagepred.solvers.system.collapse_criterion import DetachmentLimit, larges
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.time_limit import check_time
 
-_HISTORY_NAMES = "slip dilatant_opening cracked kappa"
-_HISTORY, _GROUND = words_of(PROBLEM, _HISTORY_NAMES), words_of(PROBLEM, "ground_normal ground_shear")
+_HISTORY, _GROUND = "slip dilatant_opening cracked kappa", "ground_normal ground_shear"
 
 
 class Residual:
@@ -75,6 +72,7 @@ class Residual:
         shape = model.interfaces.contact_area.shape
         all_interfaces = self._all_interfaces = np.arange(shape[0])
         self.tresca = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
+        self.bond_load = np.zeros(shape)
         rest = State.rest(model)
         elastic = self._elastic_stiffness(rest)
         self.tangent = elastic.copy()
@@ -159,6 +157,7 @@ class Residual:
         model, options, none = self.model, self.return_mapping, np.empty(0)
         records, elastic = model.interface_records, model.interfaces.elastic
         self._whole = np.zeros(1, PROBLEM)
+        self._whole_address = self._whole.ctypes.data
         self._arrays = {
             "external": self._external,
             "force": self._force,
@@ -178,19 +177,23 @@ class Residual:
             "displacement": self._room[0],
             "residual": self._room[0],
             "step": self._room[0],
+            "bond_load": self.bond_load,
             **dict(zip(("tresca_bound", "tresca_dilatant_opening", "tresca_kappa"), self.tresca)),
         }
         if elastic is not None:
             self._arrays.update(side_dof=elastic.dof, side_rows=elastic.rows)
         mapping = {name: value for name, value in options._asdict().items() if name != "general"}
+        # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
+        mapping.update(block_stress=model.block_stress, no_strength=self.tolerance * model.block_stress)
         fill(self._whole[0], {**self._arrays, **mapping, "first_strain": self.system.strain_dofs.start})
         rest = State.rest(model)
         ground = model.ground.at(rest.load_factor)
-        history = dict(zip(_HISTORY_NAMES.split(), rest.history))
+        history = dict(zip(_HISTORY.split(), rest.history))
         fill(self._whole[0], {**history, "ground_normal": ground.normal, "ground_shear": ground.shear})
         self._listed: IntArray | None = None
-        self._history_addresses, self._ground_addresses = Addresses(), Addresses()
-        self._unit = RESIDUAL_UNITS[options.general, None if elastic is None else True]
+        self._whole_state = Addresses(self._whole, _HISTORY), Addresses(self._whole, _GROUND)
+        self._units = JOINT_UNITS[options.general, None if elastic is None else True]
+        self._whole[0]["add_joint_forces"] = self._units.add_joint_forces.address
 
     def _set_problem(self) -> None:
         """Set the table of the iterations, with the present active levels."""
@@ -200,14 +203,17 @@ class Residual:
         active = {"joints": self._joints(self.equations.active), "free": self.free}
         if condensation is not None:
             active.update(boundary_dofs=condensation.boundary_dofs, boundary_stiffness=condensation.stiffness)
+        fill(self._whole[0], {"interface_level": self.equations.layout.interface_level})
         self._active, self._table = active, self._whole.copy()
+        self._table_state = Addresses(self._table, _HISTORY), Addresses(self._table, _GROUND)
         self.problem = Problem(self._parameters, self._table.ctypes.data)
         if self._compiled:
             addresses = {
                 "here": self._table.ctypes.data,
                 "system": self.equations.address,
-                "compute_residual": self._unit.address,
+                "compute_residual": compute_residual.address,
                 "compute_step": compute_step.address,
+                "compute_bordered_step": 0 if self.jacks is None else compute_bordered_step.address,
                 "solve_tangent": solve_tangent.address,
             }
             fill(self._table[0], {**active, **addresses})
@@ -225,11 +231,37 @@ class Residual:
         if self._has_live_load:
             self._external += state.load_factor * self.live_load
 
-    def _set_state(self, table: np.ndarray, state: State) -> None:
-        """Set the addresses of ground and history of a state in a table."""
-        words = table.view(np.int64)
-        words[_HISTORY] = self._history_addresses.of(state.history)
-        words[_GROUND] = self._ground_addresses.of(self.model.ground.at(state.load_factor))
+    def _set_state(self, addresses: tuple[Addresses, Addresses], state: State) -> None:
+        """Set the addresses of history and ground of a state in a table."""
+        addresses[0].set(state.history)
+        addresses[1].set(self.model.ground.at(state.load_factor))
+
+    def evaluate_joints(self, unit: str, interfaces: IntArray, state: State, **entries: Any) -> np.void:
+        """Run a unit of the joints at a state; return the table with its results.
+
+        Parameters
+        ----------
+        unit : str
+            Name of one of ``JointUnits``.
+        interfaces : array of int
+            Interfaces that it works on.
+        state : State
+            Displacements and history; the latter is updated by a commit.
+        **entries
+            Other entries of the table.
+        """
+        return self._run(getattr(self._units, unit), interfaces, state, **entries)
+
+    def _run(self, unit: Unit, interfaces: IntArray, state: State, **entries: Any) -> np.void:
+        """Run a unit on the table of forces on all degrees of freedom; return it."""
+        self._set_state(self._whole_state, state)
+        table: np.void = self._whole[0]
+        if self._listed is not interfaces:
+            self._listed = interfaces
+            fill(table, {"joints": interfaces})
+        fill(table, {"displacement": state.displacement, **entries})
+        unit(self._whole_address)
+        return table
 
     def _add_forces(self, interfaces: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
         """Add forces of joints, sections and deformable blocks to the residual, and set joint tangents."""
@@ -247,22 +279,8 @@ class Residual:
                 self._force,
                 self._stiffness,
             )
-        joint_forces(
-            self._joints(interfaces),
-            model.interface_records,
-            model.joint_parameters,
-            self.return_mapping,
-            model.ground.at(state.load_factor),
-            state.history,
-            self.tresca,
-            coulomb,
-            displacement,
-            self._force,
-            self._stiffness,
-        )
-        if model.elastic is not None:
-            strains = self.system.strain_dofs
-            self._force[strains] -= self.system.strain_stiffness * displacement[strains]
+        listed = self._joints(interfaces)
+        self.evaluate_joints("add_joint_forces", listed, state, displacement=displacement, coulomb=coulomb)
         if superelements is not None:
             superelements.scatter_facet_forces(self._force)
             superelements.add_internal_forces(state.load, state.load_factor, displacement, state.plastic, self._force)
@@ -275,7 +293,7 @@ class Residual:
             self._external[condensation.boundary_dofs] += condensation.load(state.load, state.load_factor)
         if not self._compiled:
             return _InterpretedProblem(self, state)
-        self._set_state(self._table, state)
+        self._set_state(self._table_state, state)
         jacks = self.jacks
         self._table[0]["deflection"] = np.nan if jacks is None else jacks.required_deflection(state.load_factor)
         self.equations.update(self._stiffness)
@@ -297,7 +315,7 @@ class Residual:
             return force, problem.compute_residual(state.jack, displacement, True, force)
         table = self._table[0]
         fill(table, {"jack": state.jack, "coulomb": 1, "displacement": displacement, "residual": force})
-        self._unit(self._table.ctypes.data)
+        compute_residual(self._table.ctypes.data)
         missing = self.missing_deflection(state, displacement)
         return force, float(with_constraint(self._parameters, float(table["ratio"]), missing, True))
 
@@ -364,13 +382,7 @@ class Residual:
     ) -> FloatArray:
         """Return the forces of the joints of some interfaces, of blocks, of jacks and of the external load set."""
         if self._compiled:
-            self._set_state(self._whole, state)
-            table = self._whole[0]
-            if self._listed is not interfaces:
-                self._listed = interfaces
-                fill(table, {"joints": interfaces})
-            fill(table, {"displacement": displacement, "jack": jack, "coulomb": coulomb})
-            self._unit(self._whole.ctypes.data)
+            self._run(compute_residual, interfaces, state, displacement=displacement, jack=jack, coulomb=coulomb)
             return self._force
         self._force[:] = self._external
         if self.jacks is not None:
@@ -454,9 +466,17 @@ class Residual:
         perturbed = replace(state, load_factor=state.load_factor + step, displacement=displacement.copy())
         moved = step * self.model.ground.load_factor_rate(state.load_factor)
         perturbed.displacement[supports.prescribed] += moved * supports.prescribed_displacement
-        self._external.fill(0.0)
-        before = self._forces_at(self._moving_interfaces, state, displacement, 0.0).copy()
-        return (self._forces_at(self._moving_interfaces, perturbed, perturbed.displacement, 0.0) - before) / step
+        if not self._compiled:
+            self._external.fill(0.0)
+            before = self._forces_at(self._moving_interfaces, state, displacement, 0.0).copy()
+            return (self._forces_at(self._moving_interfaces, perturbed, perturbed.displacement, 0.0) - before) / step
+        unit, moving = "add_joint_forces", self._moving_interfaces
+        self._force.fill(0.0)
+        self.evaluate_joints(unit, moving, state, displacement=displacement, coulomb=True)
+        before = self._force.copy()
+        self._force.fill(0.0)
+        self.evaluate_joints(unit, moving, perturbed, coulomb=True)
+        return (self._force - before) / step
 
     def solve(self, stiffness: FloatArray, force: FloatArray, missing_deflection: float) -> tuple[FloatArray, float]:
         """Solve the linear system, bordered by the condition on the deflection where jacks are controlled by it.
@@ -506,18 +526,7 @@ class Residual:
         relaxation : float
             Share of the way (1).
         """
-        model = self.model
-        update_tresca_bounds(
-            self.equations.active,
-            model.interface_records,
-            model.joint_parameters,
-            self.return_mapping,
-            model.ground.at(state.load_factor),
-            state.history,
-            state.displacement,
-            self.tresca,
-            relaxation,
-        )
+        self.evaluate_joints("update_tresca_bounds", self.equations.active, state, relaxation=relaxation)
 
     def uncondense_up_to(self, level: int) -> None:
         """Make all joints up to a level active; courses beyond it stay elastic and condensed."""
@@ -536,18 +545,8 @@ class Residual:
         """Return the farthest level at which a condensed joint would slide; -1 if none does."""
         if not self.condensed:
             return -1
-        model, equations = self.model, self.equations
-        farthest = farthest_sliding_level(
-            equations.condensed_interfaces,
-            equations.layout.interface_level,
-            model.interface_records,
-            model.joint_parameters,
-            self.return_mapping,
-            model.ground.at(state.load_factor),
-            state.history,
-            state.displacement,
-        )
-        return int(farthest)
+        condensed = self.equations.condensed_interfaces
+        return int(self.evaluate_joints("farthest_sliding", condensed, state)["farthest_sliding"])
 
     def farthest_yielding(self, state: State) -> int:
         """Uncondense deformable blocks that would yield; return the farthest level of these, -1 if none does."""
@@ -578,18 +577,17 @@ class Residual:
             self.superelements.recover(u, state.load, state.load_factor, state.plastic)
 
 
-def _parameters_of(options: SolverOptions, tolerance: float) -> Parameters:
+def _parameters_of(options: SolverOptions, tolerance: float) -> np.record:
     """Return the parameters of the iterations, as kernels take them."""
-    newton, searching, search = options.newton, options.newton_with_line_search, options.line_search
-    return Parameters(
-        NewtonParameters(*(getattr(newton, name) for name in NewtonParameters._fields)),
-        NewtonLineSearchParameters(*(getattr(searching, name) for name in NewtonLineSearchParameters._fields)),
-        LineSearchParameters(*(getattr(search, name) for name in LineSearchParameters._fields)),
-        tolerance,
-        options.coulomb.warm_start_residual,
-        options.coulomb.max_minimisation_iterations,
-        options.jacks.deflection_tolerance,
-    )
+    parameters = np.zeros(1, PARAMETERS)
+    for kind in ("newton", "newton_with_line_search", "line_search"):
+        for name in parameters[kind].dtype.names or ():
+            parameters[kind][name] = getattr(getattr(options, kind), name)
+    for name in ("warm_start_residual", "max_minimisation_iterations"):
+        parameters[name] = getattr(options.coulomb, name)
+    parameters["tolerance"], parameters["deflection_tolerance"] = tolerance, options.jacks.deflection_tolerance
+    found: np.record = parameters[0]
+    return found
 
 
 class _InterpretedProblem:

@@ -9,7 +9,6 @@ import numpy as np
 from damagepred.assembly import Model
 from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
-from damagepred.kernels.interface.checks import joint_law_violation_of
 from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
@@ -18,7 +17,7 @@ from damagepred.solvers.quasi_static.continuation import Checkpoint, Continuatio
 from damagepred.solvers.quasi_static.dynamic_relaxation import residual_in_motion
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import contact_states
-from damagepred.solvers.system.collapse_criterion import detached_blocks
+from damagepred.solvers.system.collapse_criterion import DetachmentLimit, detached_blocks
 from damagepred.solvers.system.loading_stages import (
     activate_deferred_supports,
     level,
@@ -48,7 +47,7 @@ class QuasiStaticStepper:
             options.zero_load_bracket,
             options.max_iterations,
         )
-        self.number, self._before = 0, Counters()
+        self.number, self._before, self._detachment_limit = 0, Counters(), DetachmentLimit.of(model)
 
     def begin_increment(self, number: int) -> None:
         """Count work from here on as that of an increment."""
@@ -94,7 +93,8 @@ class QuasiStaticStepper:
             ratio = path.advance(1.0, 0.0)
             ratio = path.release_supports(self.model) if ratio < path.tolerance else ratio
         state, balanced = path.state, ratio < path.tolerance
-        collapsed = bool(detached_blocks(self.model, state.displacement, state.load_factor).any())
+        limit = self._detachment_limit
+        collapsed = bool(detached_blocks(self.model, state.displacement, state.load_factor, limit).any())
         if not (balanced or collapsed):
             raise self._not_converged(ratio)
         if collapsed and not np.isfinite(ratio):
@@ -124,6 +124,10 @@ class QuasiStaticStepper:
         path = self.path
         model, state, superelements = path.model, path.state, path.equilibrium.superelements
         history, (opening, sigma, tau) = state.history, path.stresses(state)
+        everything = np.arange(len(sigma))
+        violation = path.equilibrium.evaluate_joints(
+            "joint_law_violation", everything, state, normal_stress=sigma, shear_stress=tau
+        )["violation"]
         force = path.equilibrium.forces(state)
         accepted, path.largest_accepted_residual = path.largest_accepted_residual, 0.0
         return Increment(
@@ -139,9 +143,7 @@ class QuasiStaticStepper:
             base_reaction=path.equilibrium.system.base_reaction(force),
             collapsed=outcome.collapsed,
             energy=path.balance.energies(),
-            joint_law_violation=joint_law_violation_of(
-                model.joint_parameters, history.cracked, history.kappa, sigma, tau
-            ),
+            joint_law_violation=float(violation),
             last_stable_load_factor=path.last_stable_load_factor if outcome.collapsed else np.nan,
             strain=path.equilibrium.system.strains(state.displacement),
             support_force=path.equilibrium.system.support_force(force),

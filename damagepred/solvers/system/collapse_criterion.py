@@ -16,7 +16,9 @@ from damagepred.assembly import Model
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
-def detached_blocks(model: Model, displacement: FloatArray, load_factor: float) -> BoolArray:
+def detached_blocks(
+    model: Model, displacement: FloatArray, load_factor: float, limit: DetachmentLimit | None = None
+) -> BoolArray:
     """Return which blocks (n,) are detached from the wall.
 
     Parameters
@@ -27,9 +29,11 @@ def detached_blocks(model: Model, displacement: FloatArray, load_factor: float) 
         Of all degrees of freedom.
     load_factor : float
         Share of the full movement.
+    limit : DetachmentLimit, optional
+        Of the wall, where it is known.
     """
     moved = displacement[: 3 * model.n_blocks].reshape(-1, 3)
-    allowed = DetachmentLimit.of(model).at(load_factor)
+    allowed = (limit or DetachmentLimit.of(model)).at(load_factor)
     far = np.hypot(moved[:, 0], moved[:, 1])
     if not (far > allowed).any():
         return np.zeros(model.n_blocks, dtype=np.bool_)
