@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
 from damagepred.kernels.interface.internal_force import joint_forces
 from damagepred.kernels.interface.kinematics import EDGE
-from damagepred.kernels.interface.residual import free_residual, within_limit
+from damagepred.kernels.interface.residual import free_residual, subtract_boundary_forces, within_limit
 from damagepred.kernels.jit import UNCOUNTED, Unit, law
 from damagepred.kernels.joint.parameters import JOINT_PARAMETERS
 from damagepred.kernels.joint.return_mapping import ReturnMapping
@@ -95,7 +95,7 @@ class Parameters(NamedTuple):
 
 PROBLEM = table_type(
     "joints external ground_normal ground_shear slip dilatant_opening cracked kappa tresca_bound "
-    "tresca_dilatant_opening tresca_kappa strain_stiffness boundary_dofs boundary_stiffness free per_weight arms "
+    "tresca_dilatant_opening tresca_kappa strain_stiffness boundary_dofs first_boundary boundary_stiffness free per_weight arms "
     "force stiffness push weights edge contact_offset contact_area side_dof side_rows properties displacement "
     "residual step",
     integers="here compute_residual compute_step solve_tangent system first_strain coulomb bordered max_iterations "
@@ -114,8 +114,8 @@ slip, dilatant_opening, cracked, kappa, tresca_bound, tresca_dilatant_opening, t
     History and bounds; see ``joint_forces``.
 first_strain, strain_stiffness : int, array
     First strain of elastic blocks among all degrees of freedom, and their stiffness.
-boundary_dofs, boundary_stiffness : array of int (b,), array (b, b)
-    Superelement of the condensed levels; b = 0 if there are none.
+boundary_dofs, first_boundary, boundary_stiffness : array of int, array of int, array
+    Superelements of the condensed subtrees; see ``subtract_boundary_forces``.
 free : array of bool (size,)
     Active degrees of freedom.
 per_weight, arms : array (size,)
@@ -258,16 +258,6 @@ def _subtract_strain_forces(first, strain_stiffness, displacement, force):
         force[first + i] -= strain_stiffness[i] * displacement[first + i]
 
 
-@law
-def _subtract_boundary_forces(dofs, stiffness, displacement, force):
-    """Subtract the forces by which condensed levels resist the displacements of the boundary level."""
-    for r in range(dofs.size):
-        total = 0.0
-        for c in range(dofs.size):
-            total += stiffness[r, c] * displacement[dofs[c]]
-        force[dofs[r]] -= total
-
-
 def _residual_unit(general, elastic):
     """Return the unit that computes the residual force of walls with or without general joints and elastic blocks."""
 
@@ -319,8 +309,12 @@ def _residual_unit(general, elastic):
             stiffness,
         )
         _subtract_strain_forces(table.first_strain, floats(table.strain_stiffness), displacement, force)
-        _subtract_boundary_forces(
-            integers(table.boundary_dofs), float_rows(table.boundary_stiffness), displacement, force
+        subtract_boundary_forces(
+            integers(table.boundary_dofs),
+            integers(table.first_boundary),
+            floats(table.boundary_stiffness),
+            displacement,
+            force,
         )
         table.ratio = free_residual(force, flags(table.free), floats(table.per_weight), floats(table.residual))
 

@@ -104,8 +104,8 @@ def bond_loads(active, interfaces, properties, options, ground, history, displac
 
 
 @kernel
-def farthest_sliding(listed, level, interfaces, properties, options, ground, history, displacement):
-    """Return the farthest level at which a joint slides, is crushed or closes its gap; -1 if none does.
+def find_sliding(listed, interfaces, properties, options, ground, history, displacement, found):
+    """Find the interfaces in which a joint slides, is crushed or closes its gap.
 
     An interface whose bond breaks in tension does not count, unless it dilates.
 
@@ -113,15 +113,12 @@ def farthest_sliding(listed, level, interfaces, properties, options, ground, his
     ----------
     listed : array of int
         The interfaces.
-    level : array of int (m,)
-        Level of each interface.
     interfaces, properties, options, ground, history, displacement
         As ``damagepred.kernels.interface.internal_force.joint_forces``.
+    found : array of bool (m,)
+        Set for those listed.
     """
-    farthest = -1
     for i in listed:
-        if level[i] <= farthest:
-            continue
         middle, p, slides = interface_displacement(interfaces, displacement, i), properties[i], False
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
@@ -135,9 +132,7 @@ def farthest_sliding(listed, level, interfaces, properties, options, ground, his
             limit, _ = shear_limit(p, history.cracked[i, k], 1.0, sigma, 0.0, 0.0, options)
             slides |= abs(p.shear_stiffness * u_s) > limit
             slides |= sigma < -p.compressive_strength
-        if slides:
-            farthest = level[i]
-    return farthest
+        found[i] = slides
 
 
 @kernel

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from pydantic import Field
 
@@ -375,10 +377,15 @@ class LinearSystemOptions:
         Share of the elastic diagonal stiffness that is added to the diagonal, so that detached blocks stay finite (1).
     singular_pivot_ratio : float
         Smallest pivot over the largest below which condensed levels count as not held (1).
+    order : {"dissection", "courses"}
+        Order of elimination of the blocks beyond the ground and a plane of weakness: nested dissection, or course by
+        course.
+    dissected_size : int
+        Degrees of freedom of a part of the wall above which it is divided by a separator.
     max_memory : float
-        Of the two dense matrices of each level (GB).
-    keep_farther_levels : bool
-        Whether a factorisation begins at the farthest level that has changed, not at the farthest of all.
+        Of the dense matrices of all fronts (GB).
+    keep_unchanged_fronts : bool
+        Whether a factorisation skips fronts in whose subtree nothing has changed.
     keep_responses : bool
         Whether unit-load responses are kept until the next factorisation, not computed for each solution.
     max_changed_interfaces : int
@@ -408,8 +415,10 @@ class LinearSystemOptions:
 
     regularisation: Pure = Field(default=1e-7, gt=0)
     singular_pivot_ratio: Pure = Field(default=1e-12, gt=0)
+    order: Literal["dissection", "courses"] = "dissection"
+    dissected_size: Count = Field(default=96, ge=1)
     max_memory: Pure = Field(default=6.0, gt=0)
-    keep_farther_levels: bool = True
+    keep_unchanged_fronts: bool = True
     keep_responses: bool = True
     max_changed_interfaces: Count = Field(default=100, ge=0)
     inversion_panel: Count = Field(default=64, ge=1)
