@@ -107,8 +107,6 @@ def bond_loads(active, interfaces, properties, options, ground, history, displac
 def find_sliding(listed, interfaces, properties, options, ground, history, displacement, found):
     """Find the interfaces in which a joint slides, is crushed or closes its gap.
 
-    An interface whose bond breaks in tension does not count, unless it dilates.
-
     Parameters
     ----------
     listed : array of int
@@ -126,9 +124,6 @@ def find_sliding(listed, interfaces, properties, options, ground, history, displ
             if p.gap > 0.0:
                 slides |= sigma < 0.0  # closed here, whatever the other contacts do
                 continue
-            if sigma > p.tensile_strength and p.dilation == 0.0:
-                slides = False  # the bond breaks first; one that dilates may slide instead (see bond_loads)
-                break
             limit, _ = shear_limit(p, history.cracked[i, k], 1.0, sigma, 0.0, 0.0, options)
             slides |= abs(p.shear_stiffness * u_s) > limit
             slides |= sigma < -p.compressive_strength

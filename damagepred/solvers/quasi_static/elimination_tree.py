@@ -169,11 +169,11 @@ class EliminationTree:
         return chain
 
     def _last_course(self, options: LinearSystemOptions, level: IntArray, kind: IntArray) -> int:
-        """Return the last half of a level that is a front as a whole: up to a plane of weakness, else the first."""
+        """Return the last half of a level that is a front as a whole, up to a plane of weakness; -1 if there is none."""
         if options.order == "courses":
             return 2 * int(level.max(initial=0)) + 1
-        weak = level[np.isin(kind, [ContactKind.DPC])]
-        return 2 * int(weak.max(initial=0))
+        weak = (kind == ContactKind.DPC) | ((kind == ContactKind.FOOTING_INTERFACE) & (level.max(axis=1) > 0))
+        return 2 * int(level[weak].max()) if weak.any() else -1
 
     def _dissect(self, front: IntArray, first: int, smallest: int) -> None:
         """Number the fronts of all nodes without one by nested dissection, from ``first`` on."""

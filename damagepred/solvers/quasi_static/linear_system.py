@@ -413,11 +413,10 @@ def costs_of(size: IntArray, edge: IntArray, options: LinearSystemOptions) -> di
         Weights of operations.
     """
     n, b = size.astype(np.float64), edge.astype(np.float64)
-    # an inversion takes n^3 operations; assembly sets every entry, and adds a few
     products = 2.0 * n * b * (2.0 * n + b)
-    cost = 5.0 * options.call_overhead + options.inversion_weight * n**3 + options.product_weight * products
+    cost = options.call_overhead + options.inversion_weight * n**3 + options.product_weight * products
     weights = ("call_overhead", "solution_weight", "vector_weight", "product_weight")
     return {
-        "factorisation_cost": cost + options.vector_weight * (n + b) ** 2,
+        "factorisation_cost": cost + options.assembly_weight * (n + b) ** 2,
         **{name: getattr(options, name) for name in weights},
     }
