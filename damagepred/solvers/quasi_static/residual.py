@@ -97,6 +97,8 @@ class Residual:
         tree = self.equations.tree
         self._never_condensed = tree.fronts_of(self._interfaces_of(displaced))
         self._never_condensed[:1] = True
+        if self.superelements is not None:
+            self._never_condensed[tree.superelement_front[np.isin(self.superelements.block, displaced)]] = True
         if model.is_strained:
             self._never_condensed[:] = True
         self._detachment_limit = DetachmentLimit.of(model)
@@ -186,7 +188,9 @@ class Residual:
 
     def _set_problem(self) -> None:
         """Set the table of the iterations, with the present active fronts."""
-        condensation = self.equations.condensation
+        equations, condensation = self.equations, self.equations.condensation
+        if self.superelements is not None:
+            self.superelements.set_condensed(~equations.active_fronts[equations.tree.superelement_front])
         self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
         self.free[self.equations.active_dofs] = True
         active = {"joints": self._joints(self.equations.active), "free": self.free}
@@ -261,7 +265,10 @@ class Residual:
             self._force[strains] -= self.system.strain_stiffness * displacement[strains]
         if superelements is not None:
             superelements.scatter_facet_forces(self._force)
-            superelements.add_internal_forces(state.load, state.load_factor, displacement, state.plastic, self._force)
+            condensed_too = interfaces is self._all_interfaces
+            superelements.add_internal_forces(
+                state.load, state.load_factor, displacement, state.plastic, self._force, condensed_too
+            )
 
     def _prepare(self, state: State) -> Any:
         """Set loads and history of a state; return the problem for the iterations."""
