@@ -105,9 +105,7 @@ def factorisation(folder: Path) -> Ready:
     area, at = face.contact_area, face.contact_offset
     normal, shear, none = joint.normal_stiffness[:, None] * area, joint.shear_stiffness[:, None] * area, 0.0 * area
     terms = (normal, none, normal * at, none, shear, none, normal * at, none, normal * at**2)
-    equations = MultifrontalSystem(
-        DiscreteSystem.of(model), np.stack([term.sum(axis=1) for term in terms], axis=-1)
-    )
+    equations = MultifrontalSystem(DiscreteSystem.of(model), np.stack([term.sum(axis=1) for term in terms], axis=-1))
     force = np.ones(3 * (model.n_blocks + 1))
 
     def work() -> None:

@@ -227,7 +227,9 @@ def solve_columns(address):
             for j in range(found.size):
                 found[j] = 0.0
             continue
-        multiply(system, True, r, size, size, 1.0, own, r, floats(system.inverses)[inverse_start[k] :], size, 0.0, found)
+        multiply(
+            system, True, r, size, size, 1.0, own, r, floats(system.inverses)[inverse_start[k] :], size, 0.0, found
+        )
         if rows.size == 0:
             continue
         reached[parent[k]] = True

@@ -7,8 +7,8 @@ correction forces p = D (x - C p), so (1 + D C) p = D x.
 import numpy as np
 
 from damagepred.kernels.jit import Unit, law
-from damagepred.kernels.linear.multifrontal import add_row
 from damagepred.kernels.linear.lapack import solve_dense
+from damagepred.kernels.linear.multifrontal import add_row
 from damagepred.kernels.linear.table import system_at
 from damagepred.kernels.table import flags, float_blocks, float_rows, floats, integer_rows, integers, run
 

@@ -8,12 +8,15 @@ its boundary are the degrees of freedom of later fronts that it then couples (Du
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from damagepred.arrays import BoolArray, IntArray
 from damagepred.enumerations import ContactKind
+from damagepred.kernels.linear.dissection import dissect
 from damagepred.solvers.quasi_static.options import LinearSystemOptions
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -161,72 +164,24 @@ class EliminationTree:
         touching = self._sides[nearer]
         within[touching[touching >= 0]] = 0
         level_of_node = 2 * level_of_block[self._block] + within
-        last = self._last_course(options, level, face.kind)
-        chain, self._next_front = np.full(len(self._block), -1, dtype=np.int64), 0
+        last = self._last_course(options, level)
+        chain = np.full(len(self._block), -1, dtype=np.int64)
         listed = (level_of_node <= last) & (self._weight > 0)
         courses, chain[listed] = np.unique(level_of_node[listed], return_inverse=True)
-        self._dissect(chain, len(courses), options.dissected_size)
-        return chain
-
-    def _last_course(self, options: LinearSystemOptions, level: IntArray, kind: IntArray) -> int:
-        """Return the last half of a level that is a front as a whole, up to a plane of weakness; -1 if there is none."""
-        if options.order == "courses":
-            return 2 * int(level.max(initial=0)) + 1
-        weak = (kind == ContactKind.DPC) | ((kind == ContactKind.FOOTING_INTERFACE) & (level.max(axis=1) > 0))
-        return 2 * int(level[weak].max()) if weak.any() else -1
-
-    def _dissect(self, front: IntArray, first: int, smallest: int) -> None:
-        """Number the fronts of all nodes without one by nested dissection, from ``first`` on."""
-        face, blocks = self._system.model.interfaces, self._system.model.blocks
+        blocks = model.blocks
         size = np.sqrt(blocks.area.mean())
         place = np.stack([np.append(np.round(v / size * 1e6), 0.0) for v in (blocks.x, blocks.y)])
-        a, b = face.block_a, face.block_b
-        nodes = np.flatnonzero((front < 0) & (self._weight > 0))
-        joined = np.zeros(len(place[0]), dtype=np.bool_)
-        joined[self._block[nodes]] = True
-        joined[-1] = False
-        regions = [(nodes, np.flatnonzero(joined[a] & joined[b]))]
-        left, separates = np.zeros(len(joined), dtype=np.bool_), np.zeros(len(front), dtype=np.bool_)
-        while regions:
-            nodes, listed = regions.pop()
-            weight = self._weight[nodes]
-            half = 0.5 * weight.sum()
-            if 2.0 * half <= smallest or len(np.unique(self._block[nodes])) == 1:
-                front[nodes] = first
-                first += len(nodes) > 0
-                continue
-            remaining = (self._sides[listed] >= 0) & (front[self._sides[listed]] < 0)
-            listed = listed[remaining.any(axis=2).all(axis=1)]
-            best: tuple[float, IntArray, BoolArray] | None = None
-            for along in place:
-                at = along[self._block[nodes]]
-                order = np.argsort(at, kind="stable")
-                middle = at[order[np.searchsorted(np.cumsum(weight[order]), half)]]
-                on_left = at < middle if middle > at.min() else at <= middle
-                if on_left.all():
-                    continue
-                left[self._block[nodes]] = on_left
-                a_left, b_left = left[a[listed]], left[b[listed]]
-                cut = listed[a_left != b_left]
-                for side in (a_left[a_left != b_left], b_left[a_left != b_left]):
-                    separator = self._sides[cut, np.where(side, 0, 1)].ravel()
-                    separates[separator[separator >= 0]] = True
-                    found = separates[nodes] & (front[nodes] < 0)
-                    separates[separator[separator >= 0]] = False
-                    cost = float(weight[found].sum())
-                    if best is None or cost < best[0]:
-                        best = cost, found, on_left
-            if best is None:
-                front[nodes] = first
-                first += 1
-                continue
-            _, separator, on_left = best
-            front[nodes[separator]] = first
-            first += bool(separator.any())
-            left[self._block[nodes]] = on_left
-            a_left, b_left = left[a[listed]], left[b[listed]]
-            regions.append((nodes[~on_left & ~separator], listed[~a_left & ~b_left]))
-            regions.append((nodes[on_left & ~separator], listed[a_left & b_left]))
+        ordered = chain, len(courses), options.dissected_size
+        dissect(*ordered, place, self._block, self._weight, self._sides, face.block_a, face.block_b)
+        return chain
+
+    def _last_course(self, options: LinearSystemOptions, level: IntArray) -> int:
+        """Return the last half of a level that is one front, up to a plane of weakness; -1 if there is none."""
+        if options.order == "courses":
+            return 2 * int(level.max(initial=0)) + 1
+        kind = self._system.model.interfaces.kind
+        weak = (kind == ContactKind.DPC) | ((kind == ContactKind.FOOTING_INTERFACE) & (level.max(axis=1) > 0))
+        return 2 * int(level[weak].max()) if weak.any() else -1
 
     # -- symbolic factorisation -----------------------------------------------------------------------------------
 
@@ -248,7 +203,7 @@ class EliminationTree:
         edges = np.searchsorted(fronts, np.arange(self.count + 1))
         front_of_node = front[first]
         own = np.searchsorted(front_of_node, np.arange(self.count))
-        gathered: list[list[IntArray]] = [[ranks[i:j]] for i, j in zip(edges, edges[1:])]
+        gathered: list[list[IntArray]] = [[ranks[i:j]] for i, j in pairwise(edges)]
         self.parent = np.full(self.count, -1, dtype=np.int64)
         boundary = [np.empty(0, dtype=np.int64)] * self.count
         for k in range(self.count - 1, -1, -1):

@@ -536,7 +536,7 @@ class Residual:
         self.uncondense(self.equations.tree.fronts_of(interfaces))
 
     def inelastic_fronts(self, state: State) -> BoolArray:
-        """Return the condensed fronts (F,) in which a joint would slide or a deformable block yield; uncondense these."""
+        """Return the condensed fronts (F,) in which a joint would slide or a block yield; activate such blocks."""
         model, equations = self.model, self.equations
         sliding = np.zeros(len(self._all_interfaces), dtype=np.bool_)
         if self.condensed:

@@ -76,9 +76,7 @@ class StaticCondensation:
             As ``load``.
         """
         force = self.load(load, live).copy()
-        subtract_boundary_forces(
-            self.places, self.first_place, self.stiffness, displacement[self.boundary_dofs], force
-        )
+        subtract_boundary_forces(self.places, self.first_place, self.stiffness, displacement[self.boundary_dofs], force)
         return force
 
     def load_work(self, displacement: FloatArray, load: float, live: float) -> float:
