@@ -453,7 +453,7 @@ def matrix_bytes(model: Model, solver: Solver) -> int:
     """
     if solver.method != "quasi_static":
         return 0
-    from damagepred.solvers.quasi_static.level_layout import block_levels
+    from damagepred.solvers.quasi_static.elimination_tree import block_levels
     from damagepred.solvers.symmetry import reduce_by_symmetry
     from damagepred.solvers.system.discrete_system import DiscreteSystem
 

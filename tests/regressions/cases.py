@@ -22,7 +22,7 @@ from damagepred.kernels.equilibrium.joints import JOINT_UNITS
 from damagepred.pipeline import dynamic_run, follow
 from damagepred.scene import Dpc, Dynamics, Scene, Wall
 from damagepred.solvers.quasi_static.continuation import Continuation
-from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
+from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.study import Study
 from damagepred.study.campaign.sample import run_batch
@@ -99,19 +99,18 @@ def dynamic_step(folder: Path) -> Ready:
 
 
 def factorisation(folder: Path) -> Ready:
-    """All levels of the paper's wall eliminated, and one load solved for."""
+    """All fronts of the paper's wall eliminated, and one load solved for."""
     model = wall_model(Scene(dpc=Dpc()))
     face, joint = model.interfaces, model.properties
     area, at = face.contact_area, face.contact_offset
     normal, shear, none = joint.normal_stiffness[:, None] * area, joint.shear_stiffness[:, None] * area, 0.0 * area
     terms = (normal, none, normal * at, none, shear, none, normal * at, none, normal * at**2)
-    equations = BlockTridiagonalSystem(
-        DiscreteSystem.of(model), np.stack([term.sum(axis=1) for term in terms], axis=-1)
-    )
+    equations = MultifrontalSystem(DiscreteSystem.of(model), np.stack([term.sum(axis=1) for term in terms], axis=-1))
     force = np.ones(3 * (model.n_blocks + 1))
 
     def work() -> None:
-        equations.set_active_levels(equations.layout.levels)
+        equations.arrays["stale"][:] = True
+        equations.tangent["any_stale"] = 1
         equations.solve(force)
 
     return Ready(work, 1e-3)

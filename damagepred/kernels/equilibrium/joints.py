@@ -11,7 +11,16 @@ from damagepred.kernels.interface.kinematics import EDGE
 from damagepred.kernels.jit import Unit, law
 from damagepred.kernels.joint.parameters import JOINT_PARAMETERS
 from damagepred.kernels.joint.return_mapping import ReturnMapping
-from damagepred.kernels.table import flag_rows, float_pairs, float_rows, floats, integer_rows, integers, records_of
+from damagepred.kernels.table import (
+    flag_rows,
+    flags,
+    float_pairs,
+    float_rows,
+    floats,
+    integer_rows,
+    integers,
+    records_of,
+)
 
 edges, joint_parameters = records_of(EDGE), records_of(JOINT_PARAMETERS)
 """What gives the records of interfaces and joints at a place."""
@@ -156,14 +165,12 @@ class JointUnits:
                 listed, interfaces, properties, options, ground, history, u, table.no_strength, table.block_stress, load
             )
 
-        def farthest_sliding(address):
-            """Set ``farthest_sliding``, the farthest level at which one of the interfaces slides."""
+        def find_sliding(address):
+            """Fill ``slides`` of the interfaces: whether a joint slides, is crushed or closes its gap."""
             table = problem_at(address)
             interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
-            listed, level = integers(table.joints), integers(table.interface_level)
-            table.farthest_sliding = checks.farthest_sliding(
-                listed, level, interfaces, properties, options, ground, history, u
-            )
+            listed, found = integers(table.joints), flags(table.slides)
+            checks.find_sliding(listed, interfaces, properties, options, ground, history, u, found)
 
         def joint_law_violation(address):
             """Set ``violation``, the largest stress by which ``normal_stress`` and ``shear_stress`` violate the law."""
@@ -174,7 +181,7 @@ class JointUnits:
 
         self.add_joint_forces, self.update_tresca_bounds = Unit(add_joint_forces), Unit(update_tresca_bounds)
         self.contact_stresses, self.commit_joint_history = Unit(contact_stresses), Unit(commit_joint_history)
-        self.bond_loads, self.farthest_sliding = Unit(bond_loads), Unit(farthest_sliding)
+        self.bond_loads, self.find_sliding = Unit(bond_loads), Unit(find_sliding)
         self.joint_law_violation = Unit(joint_law_violation)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numba.extending import overload
 
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
-from damagepred.kernels.interface.residual import free_residual, within_limit
+from damagepred.kernels.interface.residual import free_residual, subtract_boundary_forces, within_limit
 from damagepred.kernels.jit import UNCOUNTED, Unit, law
 from damagepred.kernels.linear.table import system_at
 from damagepred.kernels.table import address_of, flags, float_rows, floats, integers, run, table_at, table_type
@@ -51,12 +51,12 @@ deflection_tolerance : float
 
 PROBLEM = table_type(
     "joints external ground_normal ground_shear slip dilatant_opening cracked kappa tresca_bound "
-    "tresca_dilatant_opening tresca_kappa strain_stiffness boundary_dofs boundary_stiffness free per_weight arms "
-    "force stiffness push weights edge contact_offset contact_area side_dof side_rows properties displacement "
-    "residual step interface_level never_opened ground_force_normal ground_force_shear bond_load opening normal_stress "
-    "shear_stress",
+    "tresca_dilatant_opening tresca_kappa strain_stiffness boundary_dofs first_boundary boundary_stiffness free "
+    "per_weight arms force stiffness push weights edge contact_offset contact_area side_dof side_rows properties "
+    "displacement residual step slides never_opened ground_force_normal ground_force_shear bond_load opening "
+    "normal_stress shear_stress",
     integers="here add_joint_forces compute_residual compute_step compute_bordered_step solve_tangent system "
-    "first_strain coulomb bordered max_iterations dilatant_iterations farthest_sliding",
+    "first_strain coulomb bordered max_iterations dilatant_iterations",
     numbers="deflection jack jack_step ratio relative_tolerance snap_back_ratio cap_slope_ratio yield_tolerance "
     "relaxation no_strength block_stress largest_bond_load friction crushing mode_1_dissipation stored softened "
     "violation",
@@ -73,8 +73,8 @@ slip, dilatant_opening, cracked, kappa, tresca_bound, tresca_dilatant_opening, t
     History and bounds; see ``joint_forces``.
 first_strain, strain_stiffness : int, array
     First strain of elastic blocks among all degrees of freedom, and their stiffness.
-boundary_dofs, boundary_stiffness : array of int (b,), array (b, b)
-    Superelement of the condensed levels; b = 0 if there are none.
+boundary_dofs, first_boundary, boundary_stiffness : array of int, array of int, array
+    Superelements of the condensed subtrees; see ``subtract_boundary_forces``.
 free : array of bool (size,)
     Active degrees of freedom.
 per_weight, arms : array (size,)
@@ -102,7 +102,7 @@ here, system : int
     Addresses of this table and of that of the tangent equations.
 add_joint_forces, compute_residual, compute_step, compute_bordered_step, solve_tangent : int
     Addresses of units; ``compute_bordered_step`` is 0 without jacks.
-interface_level, never_opened, ground_force_normal, ..., violation
+slides, never_opened, ground_force_normal, ..., violation
     Arguments and results of the units of ``damagepred.kernels.equilibrium.joints``.
 """
 problem_at = table_at(PROBLEM, "PROBLEM")
@@ -189,15 +189,6 @@ def missing_deflection(table, displacement):
 
 
 @law
-def _subtract_boundary_forces(dofs, stiffness, displacement, force):
-    """Subtract the forces by which condensed levels resist the displacements of the boundary level."""
-    for r in range(dofs.size):
-        total = 0.0
-        for c in range(dofs.size):
-            total += stiffness[r, c] * displacement[dofs[c]]
-        force[dofs[r]] -= total
-
-
 @Unit
 def compute_residual(address):
     """Compute the residual force, the tangents of the interfaces and the unbalanced force ratio.
@@ -213,7 +204,13 @@ def compute_residual(address):
     for i in range(push.size):
         force[i] += table.jack * push[i]
     run(table.add_joint_forces, address)
-    _subtract_boundary_forces(integers(table.boundary_dofs), float_rows(table.boundary_stiffness), displacement, force)
+    subtract_boundary_forces(
+        integers(table.boundary_dofs),
+        integers(table.first_boundary),
+        floats(table.boundary_stiffness),
+        displacement,
+        force,
+    )
     table.ratio = free_residual(force, flags(table.free), floats(table.per_weight), floats(table.residual))
 
 

@@ -113,24 +113,19 @@ def _elastic_shear_limit(general, p, cracked, sigma, options):
 
 
 @law
-def farthest_sliding(listed, level, interfaces, properties, options, ground, history, displacement):
-    """Return the farthest level at which a joint slides, is crushed or closes its gap; -1 if none does.
-
-    An interface whose bond breaks in tension does not count, unless it dilates.
+def find_sliding(listed, interfaces, properties, options, ground, history, displacement, found):
+    """Find the interfaces in which a joint slides, is crushed or closes its gap.
 
     Parameters
     ----------
     listed : array of int
         The interfaces.
-    level : array of int (m,)
-        Level of each interface.
     interfaces, properties, options, ground, history, displacement
         As ``damagepred.kernels.interface.internal_force.joint_forces``.
+    found : array of bool (m,)
+        Set for those listed.
     """
-    farthest = -1
     for i in listed:
-        if level[i] <= farthest:
-            continue
         middle, p, slides = interface_displacement(interfaces, displacement, i), properties[i], False
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
@@ -138,15 +133,10 @@ def farthest_sliding(listed, level, interfaces, properties, options, ground, his
             if p.gap > 0.0:
                 slides |= sigma < 0.0  # closed here, whatever the other contacts do
                 continue
-            if sigma > p.tensile_strength and p.dilation == 0.0:
-                slides = False  # the bond breaks first; one that dilates may slide instead (see bond_loads)
-                break
             limit = _elastic_shear_limit(options.general, p, history.cracked[i, k], sigma, options)
             slides |= abs(p.shear_stiffness * u_s) > limit
             slides |= sigma < -p.compressive_strength
-        if slides:
-            farthest = level[i]
-    return farthest
+        found[i] = slides
 
 
 @law

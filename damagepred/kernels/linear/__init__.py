@@ -1,1 +1,1 @@
-"""Linear algebra of block tridiagonal systems."""
+"""Linear algebra of the tangent equations."""

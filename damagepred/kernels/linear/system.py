@@ -3,16 +3,16 @@
 from damagepred.kernels.jit import Unit, law
 from damagepred.kernels.linear.table import system_at
 from damagepred.kernels.linear.woodbury import solve_factorised
-from damagepred.kernels.table import float_rows, floats, integers, part, run
+from damagepred.kernels.table import flags, float_rows, floats, integers, part, run
 
 
 @law
 def _list_changed(system):
     """List the interfaces whose stiffness differs from the factorised one, and those of them without responses.
 
-    Return their numbers, and the farthest level of one.
+    Return their numbers.
     """
-    count, farthest, changed, level = 0, -1, integers(system.changed), integers(system.interface_level)
+    count, changed = 0, integers(system.changed)
     factorised, target, wanted = float_rows(system.stiffness), float_rows(system.target), float_rows(system.wanted)
     listed, slot, new = integers(system.new), integers(system.slot), 0
     for i in integers(system.active):
@@ -23,11 +23,10 @@ def _list_changed(system):
         if differs:
             changed[count] = i
             count += 1
-            farthest = max(farthest, level[i])
             if slot[i] < 0:
                 listed[new] = i
                 new += 1
-    return count, new, farthest
+    return count, new
 
 
 @law
@@ -40,18 +39,38 @@ def correction_cost(system, changed, new):
         The tangent equations.
     changed, new : int
         Changed interfaces, two correction forces p each, and those of them without unit-load responses: three
-        solutions each, of 4 operations for the square of the size of each level.
+        solutions each.
     """
-    forces, levels, cost = float(2 * changed), system.active_levels, 0.0
-    size, squares = floats(system.level_sizes)[levels], floats(system.level_squares)[levels]
+    forces, size, cost = float(2 * changed), integers(system.active_dofs).size, 0.0
     if new > 0:
-        cost = system.call_overhead + system.product_weight * float(12 * new) * squares
+        cost = system.call_overhead + system.product_weight * float(3 * new) * system.solution_operations
     cost += system.solution_weight * 2.0 / 3.0 * forces * forces * forces
-    return cost + system.vector_weight * forces * (5.0 * forces + 2.0 * size)
+    return cost + system.vector_weight * forces * (5.0 * forces + 2.0 * float(size))
 
 
 @law
-def _refactorisation_pays(system, changed, new, farthest):
+def _mark_outdated(system, count):
+    """Mark the fronts of changed interfaces, stale ones, and their ancestors; return the cost of eliminating them."""
+    outdated, stale, front = flags(system.outdated), flags(system.stale), integers(system.interface_front)
+    parent, costs, total = integers(system.parent), floats(system.factorisation_cost), 0.0
+    for k in range(outdated.size):
+        outdated[k] = stale[k]
+    if system.keep_unchanged_fronts == 0:
+        for k in integers(system.fronts):
+            outdated[k] = True
+    for i in integers(system.changed)[:count]:
+        if front[i] >= 0:
+            outdated[front[i]] = True
+    for k in range(outdated.size - 1, -1, -1):
+        if outdated[k]:
+            total += costs[k]
+            if parent[k] >= 0:
+                outdated[parent[k]] = True
+    return total
+
+
+@law
+def _refactorisation_pays(system, changed, new):
     """Whether changes exceed the memory for them, or all corrections would cost more than a factorisation.
 
     Ski rental: number and size of later changes are unknown; this rule costs at most twice the best in hindsight.
@@ -61,7 +80,7 @@ def _refactorisation_pays(system, changed, new, farthest):
     if system.occupied + new > integers(system.interface_of_slot).size:
         return True
     system.spent += correction_cost(system, changed, new)
-    return system.spent > floats(system.factorisation_cost)[farthest + 1]
+    return system.spent > _mark_outdated(system, changed)
 
 
 @law
@@ -74,22 +93,32 @@ def _discard_responses(system):
 
 
 @law
-def _factorise(system, count, farthest):
+def _factorise(system, count):
     """Factorise with the target stiffness of the listed interfaces."""
     _discard_responses(system)  # those of a new factorisation differ
-    farthest = max(farthest, system.farthest_changed)
-    if system.keep_farther_levels == 0:
-        farthest = system.active_levels - 1
-    system.farthest_changed, system.spent = -1, 0.0
-    if farthest >= 0:
-        system.factorisations += 1
-        system.farthest, system.nearest, system.elastic, system.changed_count = farthest, 0, 0, count
-        run(system.eliminate, system.here)
+    _mark_outdated(system, count)
+    system.factorisations += 1
+    system.elastic, system.changed_count = 0, count
+    run(system.eliminate, system.here)
+    stale = flags(system.stale)
+    for k in range(stale.size):
+        stale[k] = False
+    system.any_stale, system.spent = 0, 0.0
+
+
+@law
+def _solve_all(system, right):
+    """Solve for the right-hand sides, with forces on all fronts."""
+    reached = flags(system.reached)
+    for k in range(reached.size):
+        reached[k] = True
+    _gather(system, right)
+    solve_factorised(system, right)
 
 
 @law
 def _gather(system, right):
-    """Gather the right-hand sides in the order of the levels."""
+    """Gather the right-hand sides in the order of the fronts."""
     dofs, force = integers(system.active_dofs), float_rows(system.right)
     for m in range(system.row_count):
         for j in range(dofs.size):
@@ -119,20 +148,18 @@ def solve_tangent(address):
         Of the table of the tangent equations; their factors are corrected or made anew.
     """
     system = system_at(address)
-    count, new, farthest = _list_changed(system)
-    if system.farthest_changed >= 0 or _refactorisation_pays(system, count, new, farthest):
-        _factorise(system, count, farthest)
+    count, new = _list_changed(system)
+    if system.any_stale != 0 or _refactorisation_pays(system, count, new):
+        _factorise(system, count)
         count = 0
-    right, last = part(float_rows(system.rows), 0, system.row_count), system.active_levels - 1
-    _gather(system, right)
-    solve_factorised(system, right, last)
+    right = part(float_rows(system.rows), 0, system.row_count)
+    _solve_all(system, right)
     if count > 0:
         if _correct(system, count, new):
             system.corrections += 1
         else:
-            _factorise(system, count, farthest)
-            _gather(system, right)
-            solve_factorised(system, right, last)
+            _factorise(system, count)
+            _solve_all(system, right)
     if system.keep_responses == 0:
         _discard_responses(system)
     solution, dofs = float_rows(system.solution), integers(system.active_dofs)

@@ -1,70 +1,70 @@
-"""The table of the tangent equations: factors of all levels, the assembly, corrections, costs and counts."""
+"""The table of the tangent equations: factors of all fronts, the assembly, corrections, costs and counts."""
 
 from damagepred.kernels.table import table_at, table_type
 
 SYSTEM = table_type(
-    # levels: sizes, inverses, Schur complements, couplings
-    "start inverse_start inverses complements first_pair far_index near_index near_far far_near "
+    # elimination tree, and the factors of its fronts
+    "start parent first_boundary boundary_in_parent first_child children inverse_start coupling_start complement_start "
+    "inverses lower upper complements "
     # assembly
-    "dof strain_displacement interface_level level_interfaces first_interface index_in_level level_of_dof "
-    "couplings first_coupling pair far_is_b stiffness matrices strain_stiffness regularisation "
+    "dof strain_displacement front_interfaces first_interface interface_front interface_index stiffness matrices "
+    "strain_stiffness regularisation "
     # deformable blocks
-    "first_block level_blocks block_first_dof block_dofs first_entry tangents "
+    "front_blocks first_block block_first_dof block_index first_entry tangents yields "
     # Woodbury corrections
     "index slot interface_of_slot response compliance change changed_rows relative correction_force capacitance "
     "unit unit_response "
     # costs of factorisations and corrections
-    "factorisation_cost level_sizes level_squares "
+    "factorisation_cost "
     # the active system, and scratch
-    "active active_dofs target changed new rows room scratch current particular wanted right solution "
+    "fronts row_start boundary_row reached outdated stale unsymmetric active active_dofs target changed new rows room "
+    "scratch gathered gathered_columns current particular wanted right solution "
     # arguments and workspace of LAPACK
     "lapack_integers lapack_reals lapack_letters pivots lapack_work",
-    integers="here k columns set_stiffness assemble_level assemble_blocks assemble_couplings schur_complement invert "
-    "eliminate "
-    "forward back solve_columns add_compliance stiffness_changes relative_displacements fill_capacitance "
-    "respond correct "
-    "row_count farthest nearest elastic held "
-    "first_new last_new changed_count accurate matrix_size inverse_first symmetric first_back last_back "
-    "dgemm dpotrf dpotri dgetrf dgetri dgesv active_levels batch loop_rows keep_farther_levels keep_responses "
-    "iterations factorisations corrections occupied farthest_changed has_blocks blocks_level",
+    integers="here k columns set_stiffness assemble_front assemble_blocks invert eliminate forward back solve_columns "
+    "add_compliance stiffness_changes relative_displacements fill_capacitance respond correct "
+    "row_count elastic held first_new last_new changed_count accurate matrix_size matrix_rows symmetric "
+    "dgemm dpotrf dpotri dgetrf dgetri dgesv batch loop_rows keep_unchanged_fronts keep_responses "
+    "iterations factorisations corrections occupied any_stale has_blocks",
     numbers="call_overhead solution_weight vector_weight product_weight woodbury_tolerance singular_pivot_ratio "
-    "pivot_ratio spent",
+    "pivot_ratio spent solution_operations",
 )
-"""Attributes, with s the size of a level, m interfaces of w degrees of freedom, n slots, a active degrees of freedom.
+"""Attributes, with F fronts of s degrees of freedom and a boundary of b, m interfaces of w degrees of freedom, n slots,
+a active degrees of freedom. Matrices of fronts lie one after the other, column by column.
 
-Levels
-------
-start : array of int (levels + 1,)
-    Where each level starts in the order of the levels.
-inverses, complements, inverse_start : array
-    Inverse of each level's stiffness, and what the elimination of the next level subtracts from that stiffness; both
-    transposed, one after the other, row by row; and where each begins.
-first_pair : array of int (levels + 1,)
-    Coupled pairs between levels k and k - 1 are ``first_pair[k]`` to ``first_pair[k + 1]``.
-far_index, near_index : array of int (pairs, w / 2)
-    Indices in their levels of the degrees of freedom of a pair's sides, -1 where prescribed.
-near_far, far_near : array (pairs, w / 2, w / 2)
-    See ``assemble_couplings``.
+Elimination tree
+----------------
+start, parent, first_boundary, boundary_in_parent
+    See ``EliminationTree``.
+first_child, children : array of int (F + 1,), array of int
+    Where the children of each front begin, and these.
+inverses, inverse_start : array
+    Inverse of each front's stiffness (s, s), with all farther fronts eliminated, and where each begins.
+lower, upper, coupling_start : array
+    Product of the coupling of the boundary and that inverse (b, s), and of the inverse and the coupling (s, b); where
+    each begins.
+complements, complement_start : array
+    Schur complement on the boundary (b, b) of the elements assembled in a front and its subtree; where each begins.
 
 Assembly
 --------
 dof, strain_displacement : array of int (m, w), array (m, 3, w)
     See ``damagepred.solvers.system.interface_kinematics``.
-level_interfaces, first_interface : array of int
-    Interfaces with a side in each level, one level after the other, and where each level begins.
-interface_level, index_in_level, level_of_dof, couplings, first_coupling, pair, far_is_b
-    See ``LevelLayout``.
+front_interfaces, first_interface, interface_front, interface_index
+    See ``EliminationTree``.
 stiffness, matrices : array (m, 9), array (m, w, w)
     Factorised stiffness of the interfaces, and the same between the degrees of freedom of their sides.
 strain_stiffness, regularisation : array (degrees of freedom,)
-    In the order of the levels: stiffness of strains of elastic blocks, and what keeps detached blocks in place.
+    In the order of the fronts: stiffness of strains of elastic blocks, and what keeps detached blocks in place.
 
 Deformable blocks
 -----------------
-first_block, level_blocks : array of int
-    Blocks with degrees of freedom in each level, one level after the other, and where each level begins.
-block_first_dof, block_dofs, first_entry, tangents
-    See ``BlockPlaces`` and ``Superelements``; empty where ``has_blocks`` is 0.
+front_blocks, first_block, block_index
+    See ``EliminationTree``; empty where ``has_blocks`` is 0.
+block_first_dof, first_entry, tangents : array
+    Where the boundary of each block begins; see ``Superelements``.
+yields : array of bool (F,)
+    Whether a block of the front yields.
 
 Corrections
 -----------
@@ -86,34 +86,42 @@ unit, unit_response : array
 
 Costs (weighted operations; weights: ``LinearSystemOptions``)
 -----
-factorisation_cost, level_sizes, level_squares : array (levels + 1,)
-    Of the elimination of the first levels; sums of their sizes and of the squares of these.
+factorisation_cost : array (F,)
+    Of each front.
+solution_operations : float
+    Of one solution, forward and back.
 spent : float
     Of all corrections since the last factorisation.
 
 Active system
 -------------
+fronts : array of int
+    Fronts that units work on, from the root on: the active or the condensed ones.
+row_start, boundary_row : array of int
+    Where the rows of each of these fronts begin in right-hand sides and solutions, and the rows of their boundaries.
+reached, outdated, stale, unsymmetric : array of bool (F,)
+    Fronts on which there are forces; those that the next elimination computes; those that the next factorisation must
+    eliminate, and whether there are any in ``any_stale``; and those whose matrix is not symmetric.
 current, particular : array (r, degrees of freedom)
-    Right-hand sides in the order of the levels, and particular solutions, of ``forward`` and ``back``.
+    Right-hand sides in the order of the fronts, and particular solutions, of ``forward`` and ``back``.
 active, active_dofs : array of int
-    Interfaces and degrees of freedom of active levels.
+    Interfaces and degrees of freedom of active fronts.
 target : array (m, 9)
     Stiffness of the interfaces in the next solution.
 changed, new : array of int (m,)
     Scratch: interfaces whose stiffness differs from the factorised one, and those of them without responses.
-rows, room, scratch : array (2, a), (2 r, a), (2 s s,)
-    Scratch: right-hand sides, intermediate solutions of up to r of them, and matrices of a level.
+rows, room, scratch, gathered, gathered_columns : array (2, a), (2 r, a), array, array, array
+    Scratch: right-hand sides, intermediate solutions of up to r of them, the matrix of a front, and displacements of or
+    forces on a boundary.
 iterations, factorisations, corrections : int
     Counts so far.
 occupied : int
     Interfaces with unit-load responses.
-farthest_changed, blocks_level : int
-    Farthest level that the next factorisation must eliminate at least, and that of a yielding block; -1: none.
 here : int
     Address of the table.
 k, columns : int
-    Level, and number of columns or rows, that a unit works on.
-set_stiffness, assemble_level, ... correct : int
+    Front, and number of columns or rows, that a unit works on.
+set_stiffness, assemble_front, ... correct : int
     Addresses of the units of these names.
 wanted : array (m, 9)
     Stiffness of the interfaces for the next solution, of which that of active ones is copied to ``target``.

@@ -7,10 +7,10 @@ correction forces p = D (x - C p), so (1 + D C) p = D x.
 import numpy as np
 
 from damagepred.kernels.jit import Unit, law
-from damagepred.kernels.linear.block_tridiagonal import add_row
 from damagepred.kernels.linear.lapack import solve_dense
+from damagepred.kernels.linear.multifrontal import add_row
 from damagepred.kernels.linear.table import system_at
-from damagepred.kernels.table import float_blocks, float_rows, floats, integer_rows, integers, part, run
+from damagepred.kernels.table import flags, float_blocks, float_rows, floats, integer_rows, integers, part, run
 
 
 @law
@@ -57,23 +57,20 @@ def _add_unit_loads(system, listed, columns, force):
 
 
 @law
-def solve_factorised(system, right, farthest):
+def solve_factorised(system, right):
     """Solve for rows of forces with the factorised stiffness; they become displacements.
 
     Parameters
     ----------
     system : SYSTEM
-        The tangent equations.
+        The tangent equations; ``reached`` tells on which fronts there are forces.
     right : array (r, active degrees of freedom)
-        The forces, in the order of the levels.
-    farthest : int
-        Level beyond which there are no forces.
+        The forces, in the order of the fronts.
     """
     count = right.shape[0]
     system.current.address, system.particular.address = right.ctypes.data, system.room.address
     system.current.rows = system.particular.rows = count
     system.current.columns = system.particular.columns = right.shape[1]
-    system.farthest, system.nearest, system.first_back, system.last_back = farthest, 0, 0, system.active_levels
     run(system.forward, system.here)
     run(system.back, system.here)
 
@@ -89,10 +86,13 @@ def respond(address):
     """
     system = system_at(address)
     new = part(integers(system.new), system.first_new, system.last_new - system.first_new)
-    level, farthest = integers(system.interface_level), -1
+    front, reached = integers(system.interface_front), flags(system.reached)
+    for k in range(reached.size):
+        reached[k] = False
     for i in new:
-        farthest = max(farthest, level[i])
-    size, columns, first = integers(system.start)[system.active_levels], 3 * new.size, 3 * system.occupied
+        if front[i] >= 0:
+            reached[front[i]] = True
+    size, columns, first = integers(system.active_dofs).size, 3 * new.size, 3 * system.occupied
     response, found = float_rows(system.response), floats(system.unit_response)
     added, force = part(response, first, columns), part(floats(system.unit), 0, size * columns)
     for j in range(force.size):
@@ -100,13 +100,13 @@ def respond(address):
     _add_unit_loads(system, new, columns, force)
     few = columns <= system.loop_rows
     if not few:
-        system.farthest, system.columns = farthest, columns
+        system.columns = columns
         run(system.solve_columns, address)
     for i in range(size):
         for c in range(columns):
             added[c, i] = force[i * columns + c] if few else found[i * columns + c]
     if few:
-        solve_factorised(system, added, farthest)
+        solve_factorised(system, added)
     slot, interface_of_slot = integers(system.slot), integers(system.interface_of_slot)
     for s in range(new.size):
         interface_of_slot[system.occupied + s] = new[s]

@@ -40,7 +40,7 @@ class Equilibrium(Residual):
         self._failures = self._searches_to_skip = 0
 
     def find(self, state: State, start: FloatArray | None = None, methods: Methods = Methods.ALL) -> float:
-        """Find the equilibrium of a state; condensed courses are uncondensed where they would slide or yield.
+        """Find the equilibrium of a state; condensed fronts are uncondensed where they would slide or yield.
 
         Parameters
         ----------
@@ -61,13 +61,14 @@ class Equilibrium(Residual):
             self.complete(state)
             if ratio >= self.tolerance:
                 return ratio
-            farthest, start = max(self.farthest_sliding(state), self.farthest_yielding(state)), None
-            if farthest < 0:
+            inelastic, start = self.inelastic_fronts(state), None
+            if not inelastic.any():
                 return ratio
-            self.uncondense_up_to(int(farthest))
+            if self.condensed:
+                self.uncondense(inelastic)
 
     def _find_active(self, state: State, start: FloatArray | None, methods: Methods) -> float:
-        """Find the equilibrium with the present active levels."""
+        """Find the equilibrium with the present active fronts."""
         supports = self.model.supports
         begun = state.displacement.copy()
         begun[supports.prescribed] = self.model.support_displacement(state.load_factor)

@@ -1,8 +1,8 @@
-"""Tangent equations of a wall: block tridiagonal factorisation, with Woodbury corrections for few changes.
+"""Tangent equations of a wall: multifrontal factorisation, with Woodbury corrections for few changes.
 
-A change in one level leaves the Schur complements of all farther ones as they are, so elimination restarts there. Most
-Newton iterations change a few interfaces only: then the last factorisation is corrected by the Woodbury identity.
-Levels that stay elastic are statically condensed to a superelement on the boundary level once.
+A change in one front leaves the factors of all but its ancestors as they are. Most Newton iterations change a few
+interfaces only: then the last factorisation is corrected by the Woodbury identity. Subtrees that stay elastic are
+statically condensed to a superelement on their boundary once.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from numba.extending import get_cython_function_address
 
-from damagepred.arrays import FloatArray, IntArray
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
-from damagepred.kernels.linear import assembly, block_tridiagonal, lapack, woodbury
+from damagepred.kernels.linear import assembly, lapack, multifrontal, woodbury
 from damagepred.kernels.linear.system import solve_tangent
 from damagepred.kernels.linear.table import SYSTEM
 from damagepred.kernels.table import fill
-from damagepred.solvers.quasi_static.level_layout import LevelLayout
+from damagepred.solvers.quasi_static.elimination_tree import EliminationTree
 from damagepred.solvers.quasi_static.options import LinearSystemOptions
 from damagepred.solvers.quasi_static.static_condensation import StaticCondensation
 from damagepred.solvers.quasi_static.superelements import Superelements
@@ -29,14 +29,13 @@ UNITS = {
     unit.name: unit
     for unit in (
         assembly.set_stiffness,
-        assembly.assemble_level,
-        assembly.assemble_couplings,
-        block_tridiagonal.schur_complement,
+        assembly.assemble_front,
+        assembly.assemble_blocks,
         lapack.invert,
-        block_tridiagonal.eliminate,
-        block_tridiagonal.forward,
-        block_tridiagonal.back,
-        block_tridiagonal.solve_columns,
+        multifrontal.eliminate,
+        multifrontal.forward,
+        multifrontal.back,
+        multifrontal.solve_columns,
         woodbury.add_compliance,
         woodbury.stiffness_changes,
         woodbury.relative_displacements,
@@ -48,7 +47,7 @@ UNITS = {
 """Units of the tangent equations that others call, by name."""
 
 
-class BlockTridiagonalSystem:
+class MultifrontalSystem:
     """Tangent stiffness of a wall, factorised or corrected.
 
     Parameters
@@ -70,12 +69,16 @@ class BlockTridiagonalSystem:
         Of the table.
     arrays : dict
         The arrays of the table, by name.
+    tree : EliminationTree
+        Order of elimination.
     condensation : StaticCondensation or None
-        Superelement of the condensed levels; None if all levels are active.
+        Superelements of the condensed subtrees; None if all fronts are active.
+    active_fronts : array of bool (F,)
+        Fronts that are not condensed.
     active, condensed_interfaces : array of int
-        Interfaces of active and of condensed levels.
+        Interfaces of active and of condensed fronts.
     active_dofs : array of int
-        Free degrees of freedom of active levels, in the order of the levels.
+        Free degrees of freedom of active fronts, in the order of the fronts.
     """
 
     def __init__(
@@ -86,21 +89,22 @@ class BlockTridiagonalSystem:
         options: LinearSystemOptions = DEFAULTS,
     ) -> None:
         self.model, self.options, self.elastic = system.model, options, elastic
-        self.layout = LevelLayout(system, superelements)
+        self.tree = EliminationTree(system, superelements, options)
         self._superelements = superelements
         self._stiffness = elastic
         self._table = np.zeros(1, SYSTEM)
         self.arrays: dict[str, np.ndarray] = {}
         self.tangent, self.address = self._table[0], self._table.ctypes.data
         self._allocate(system)
-        self.set_active_levels(self.layout.levels)
+        self.active_fronts = np.zeros(self.tree.count, dtype=np.bool_)
+        self.activate(np.ones(self.tree.count, dtype=np.bool_))
 
     def _allocate(self, system: DiscreteSystem) -> None:
-        """Make the arrays that all numbers of active levels share."""
-        at, options, count = self.layout, self.options, len(self.elastic)
-        inverse_start = np.concatenate(([0], np.cumsum(at.size**2)))
-        entries, largest = int(inverse_start[-1]), int(at.size.max())
-        if (needed := 16e-9 * entries) > options.max_memory:
+        """Make the arrays that all active systems share."""
+        tree, options, count = self.tree, self.options, len(self.elastic)
+        size, edge = tree.size, tree.boundary_size
+        entries, largest = int(((size + edge) ** 2).sum()), int((size + edge).max(initial=1))
+        if (needed := 8e-9 * entries) > options.max_memory:
             raise InputError(
                 f"the quasi-static solver would need {needed:.0f} GB for its matrices, and takes "
                 f"{options.max_memory:g} GB at most; take a larger solver.zone_size, cut fewer blocks, or take "
@@ -108,32 +112,42 @@ class BlockTridiagonalSystem:
             )
         strain = np.zeros(self.model.size)
         strain[system.strain_dofs] = system.strain_stiffness
-        strain = strain[at.dofs]
+        strain = strain[tree.dofs]
         diagonal = self._elastic_diagonal(strain)
         # a block without joints keeps its place
         typical = diagonal.max(initial=0.0) or 1.0
-        (dof, displacement), side, slots = at.kinematics, at.far_index.shape[1], options.max_changed_interfaces
+        (dof, displacement), slots = tree.kinematics, options.max_changed_interfaces
+        children = np.argsort(tree.parent, kind="stable")
+        first_child = np.searchsorted(tree.parent[children], np.arange(tree.count + 1))
+        inverse_start, coupling_start, complement_start = (
+            np.concatenate(([0], np.cumsum(n))) for n in (size**2, size * edge, edge**2)
+        )
+        batch, rows = 3 * options.response_batch, max(options.max_loop_rows, 2)
+        gathered = np.empty((max(rows, batch), max(int(edge.max(initial=0)), 1)))
+        none = np.zeros(tree.count, dtype=np.bool_)
         self._set(
-            start=at.start,
+            start=tree.start,
+            parent=tree.parent,
+            first_boundary=tree.first_boundary,
+            boundary_in_parent=tree.boundary_in_parent,
+            children=children,
+            first_child=first_child,
             inverse_start=inverse_start,
-            inverses=np.zeros(entries),
-            complements=np.zeros(entries),
-            first_pair=at.first_pair,
-            far_index=at.far_index,
-            near_index=at.near_index,
-            near_far=np.zeros((len(at.far_index), side, side)),
-            far_near=np.zeros((len(at.far_index), side, side)),
+            coupling_start=coupling_start,
+            complement_start=complement_start,
+            inverses=np.zeros(inverse_start[-1]),
+            lower=np.zeros(coupling_start[-1]),
+            upper=np.zeros(coupling_start[-1]),
+            complements=np.zeros(complement_start[-1]),
             dof=dof,
             strain_displacement=displacement,
-            interface_level=at.interface_level,
-            level_interfaces=np.concatenate(at.interfaces_at_level),
-            first_interface=np.concatenate(([0], np.cumsum([len(i) for i in at.interfaces_at_level]))),
-            index_in_level=at.index_in_level,
-            level_of_dof=at.level_of_dof,
-            couplings=at.couplings,
-            first_coupling=at.first_coupling,
-            pair=at.pair,
-            far_is_b=at.far_is_b,
+            front_interfaces=tree.front_interfaces,
+            first_interface=tree.first_interface,
+            interface_front=tree.interface_front,
+            interface_index=tree.interface_index,
+            gathered=gathered,
+            gathered_columns=gathered.reshape(-1),
+            **{name: none.copy() for name in ("reached", "outdated", "stale", "unsymmetric", "yields")},
             stiffness=np.full((count, 9), np.nan),
             matrices=np.empty((count, dof.shape[1], dof.shape[1])),
             strain_stiffness=strain,
@@ -148,11 +162,10 @@ class BlockTridiagonalSystem:
             target=np.array(self.elastic),
             changed=np.empty(count, dtype=np.int64),
             new=np.empty(count, dtype=np.int64),
-            scratch=np.empty((2, largest**2)),
-            blocks_level=-1,
+            scratch=np.empty(largest**2),
             loop_rows=options.max_loop_rows,
             batch=options.response_batch,
-            keep_farther_levels=options.keep_farther_levels,
+            keep_unchanged_fronts=options.keep_unchanged_fronts,
             keep_responses=options.keep_responses,
             woodbury_tolerance=options.woodbury_tolerance,
             singular_pivot_ratio=options.singular_pivot_ratio,
@@ -160,7 +173,7 @@ class BlockTridiagonalSystem:
             solution=np.empty((2, self.model.size)),
             here=self.address,
             **{name: unit.address for name, unit in UNITS.items()},
-            **costs_of(at.size, options),
+            **costs_of(size, edge, options),
             **lapack_routines(max(largest, 3 * slots), options.inversion_panel),
         )
         if self._superelements is not None:
@@ -172,49 +185,48 @@ class BlockTridiagonalSystem:
         fill(self.tangent, values)
 
     def _elastic_diagonal(self, strain_stiffness: FloatArray) -> FloatArray:
-        """Return the diagonal of the elastic stiffness in the order of the levels."""
-        (dof, rows), total = self.layout.kinematics, np.zeros(self.model.size)
+        """Return the diagonal of the elastic stiffness in the order of the fronts."""
+        (dof, rows), total = self.tree.kinematics, np.zeros(self.model.size)
         own = np.einsum("mjr,mjk,mkr->mr", rows, self.elastic.reshape(-1, 3, 3), rows)
         np.add.at(total, dof[dof >= 0], own[dof >= 0])
         if self._superelements is not None:
             for boundary, stiffness in zip(self._superelements.boundary, self._superelements.elastic):
                 total[boundary] += stiffness.diagonal()
-        return total[self.layout.dofs] + strain_stiffness
+        return total[self.tree.dofs] + strain_stiffness
 
     def _set_blocks(self, blocks: Superelements) -> None:
-        """Set the deformable blocks of all levels, and couple those that are divided among two."""
-        at, places = self.layout, self.layout.block_places
+        """Set the deformable blocks of all fronts."""
         self._set(
-            first_block=np.concatenate(([0], np.cumsum([len(i) for i in at.superelements_at_level]))),
-            level_blocks=np.concatenate(at.superelements_at_level),
-            block_first_dof=places.first_dof,
-            block_dofs=places.dofs,
+            front_blocks=self.tree.front_superelements,
+            first_block=self.tree.first_superelement,
+            block_first_dof=np.concatenate(([0], np.cumsum([len(boundary) for boundary in blocks.boundary]))),
+            block_index=self.tree.superelement_index,
             first_entry=blocks.first_entry,
             tangents=blocks.tangents,
-            assemble_blocks=assembly.assemble_blocks.address,
             has_blocks=1,
         )
-        self._couple_blocks(blocks, np.arange(len(blocks.block)))
 
-    def _couple_blocks(self, blocks: Superelements, listed: IntArray) -> None:
-        """Compute the couplings of divided blocks."""
-        near_far, far_near = self.arrays["near_far"], self.arrays["far_near"]
-        places = self.layout.block_places
-        assembly.couple_blocks(listed, places, blocks.first_entry, blocks.tangents, near_far, far_near)
+    def activate(self, fronts: BoolArray) -> None:
+        """Set the active fronts; see ``condense`` for all others.
 
-    def set_active_levels(self, active_levels: int) -> None:
-        """Set the number of active levels; see ``condense`` for those beyond."""
-        at, slots = self.layout, self.options.max_changed_interfaces
+        Parameters
+        ----------
+        fronts : array of bool (F,)
+            With the ancestors of each.
+        """
+        tree, slots = self.tree, self.options.max_changed_interfaces
+        stale = self.arrays["stale"]
+        stale[:] = fronts & (stale | ~self.active_fronts)  # regularised only while active
         self.condensation: StaticCondensation | None = None
-        self.active_levels = active_levels
-        self.active = np.flatnonzero(at.interface_level < active_levels)
-        self.condensed_interfaces = np.flatnonzero(at.interface_level >= active_levels)
-        self.active_dofs = at.dofs[: at.start[active_levels]]
+        self.active_fronts = fronts
+        active = np.append(fronts, True)[tree.interface_front]
+        self.active, self.condensed_interfaces = np.flatnonzero(active), np.flatnonzero(~active)
+        self.active_dofs = tree.dofs[np.repeat(fronts, tree.size)]
         size, batch = len(self.active_dofs), 3 * self.options.response_batch
-        index = np.full(at.index_in_level.size, -1, dtype=np.int64)  # among the active degrees of freedom
+        index = np.full(self.model.size, -1, dtype=np.int64)  # among the active degrees of freedom
         index[self.active_dofs] = np.arange(size)
+        operations = tree.size * (tree.size + 2 * tree.boundary_size)
         self._set(
-            active_levels=active_levels,
             active=self.active,
             active_dofs=self.active_dofs,
             index=index,
@@ -226,31 +238,47 @@ class BlockTridiagonalSystem:
             room=np.empty((2 * max(self.options.max_loop_rows, 2), size)),
             occupied=0,
             spent=0.0,
-            farthest_changed=active_levels - 1,
+            any_stale=1,
+            solution_operations=2.0 * float(operations[fronts].sum()),
         )
+        self._set_rows(fronts, fronts)
+
+    def _set_rows(self, fronts: BoolArray, rows: BoolArray) -> None:
+        """Set the fronts that units work on, and those whose degrees of freedom have a row."""
+        tree = self.tree
+        start = np.cumsum(rows * tree.size) - rows * tree.size
+        row = np.cumsum(np.repeat(rows, tree.size)) - 1
+        self._set(fronts=np.flatnonzero(fronts), row_start=start, boundary_row=row[tree.boundary])
 
     def condense(
-        self, active_levels: int, load: FloatArray, live_load: FloatArray | None = None
+        self, fronts: BoolArray, load: FloatArray, live_load: FloatArray | None = None
     ) -> StaticCondensation | None:
-        """Condense all levels from ``active_levels`` on, elastic; make all active if these do not hold them.
+        """Condense all fronts but some and their ancestors, elastic; make all active if these do not hold them.
 
         Parameters
         ----------
-        active_levels : int
-            Number of active levels, from the ground on.
+        fronts : array of bool (F,)
+            Fronts that are active.
         load, live_load : array (size,)
             Dead and live load at load factor 1 (N, N m); None: no live load.
         """
-        active_levels, levels = int(self.layout.whole_blocks[active_levels]), self.layout.levels
-        held = active_levels < levels
-        if active_levels < self.active_levels:
-            condensed = np.flatnonzero(self.layout.interface_level >= active_levels)
-            self.arrays["target"][condensed] = self.elastic[condensed]
-            self.arrays["changed"][: len(condensed)] = condensed
-            self._set(farthest=levels - 1, nearest=active_levels, elastic=1, changed_count=len(condensed))
-            block_tridiagonal.eliminate(self.address)
+        fronts = self.tree.ancestors(fronts)
+        condensed = self.active_fronts & ~fronts
+        held = not fronts.all()
+        if condensed.any():
+            interfaces = np.flatnonzero(self.tree.in_fronts(condensed))
+            self.arrays["target"][interfaces] = self.elastic[interfaces]
+            self.arrays["changed"][: len(interfaces)] = interfaces
+            self.arrays["outdated"][:] = condensed
+            self._set(elastic=1, changed_count=len(interfaces))
+            multifrontal.eliminate(self.address)
             held = bool(self.tangent["held"])
-        self.set_active_levels(active_levels if held else levels)
+            parents = self.tree.parent[condensed]
+            self.arrays["stale"][parents[parents >= 0]] = True
+        if not held:
+            fronts = np.ones(self.tree.count, dtype=np.bool_)
+            self.active_fronts &= ~condensed  # those are not regularised now
+        self.activate(fronts)
         if held:
             self.condensation = StaticCondensation(self, load, live_load)
         return self.condensation
@@ -291,59 +319,48 @@ class BlockTridiagonalSystem:
         solve_tangent(self.address)
         return self.arrays["solution"][: len(rows)].reshape(force.shape).copy()
 
-    def condense_forces(self, nearest: int, force: FloatArray, particular: FloatArray) -> None:
-        """Condense forces on all levels from ``nearest`` on to the next level.
+    def condense_forces(self, force: FloatArray, particular: FloatArray) -> None:
+        """Condense forces on condensed fronts to the active ones.
 
         Parameters
         ----------
-        nearest : int
-            Nearest level that is condensed.
         force, particular : array (r, degrees of freedom)
-            In the order of the levels; updated, and filled with the solution, nearer levels fixed.
+            In the order of the fronts; updated, and filled with the solution, active fronts fixed.
         """
-        self._set(current=force, particular=particular, farthest=self.layout.levels - 1, nearest=nearest)
-        block_tridiagonal.forward(self.address)
+        self.arrays["reached"][:] = True
+        self._run_condensed(multifrontal.forward, force, particular)
 
-    def recover(self, first: int, displacement: FloatArray, particular: FloatArray) -> None:
-        """Recover the displacements of all levels from ``first`` on from those of the nearer ones.
+    def recover(self, displacement: FloatArray, particular: FloatArray) -> None:
+        """Recover the displacements of condensed fronts from those of the active ones.
 
         Parameters
         ----------
-        first : int
-            Nearest level that is recovered.
         displacement, particular : array (r, degrees of freedom)
-            In the order of the levels; updated, and the particular solution, overwritten.
+            In the order of the fronts; updated, and the particular solution.
         """
-        levels = {"first_back": first, "last_back": self.layout.levels}
-        fill(self.tangent, {"current": displacement, "particular": particular, **levels})
-        block_tridiagonal.back(self.address)
+        self._run_condensed(multifrontal.back, displacement, particular)
 
-    def coupling_stiffness(self, k: int) -> FloatArray:
-        """Return the elastic stiffness of the couplings between levels k + 1 and k within level k, transposed."""
-        at, size = self.layout, int(self.layout.size[k])
-        listed = at.couplings_of(k + 1)
-        rows, dof = at.kinematics.rows[listed], at.kinematics.dof[listed]
-        own = np.einsum("mjr,mjk,mkc->mrc", rows, self.elastic[listed].reshape(-1, 3, 3), rows)
-        index = np.where((dof >= 0) & (at.level_of_dof[dof] == k), at.index_in_level[dof], -1)
-        down, along = np.broadcast_to(index[:, :, None], own.shape), np.broadcast_to(index[:, None], own.shape)
-        here = (down >= 0) & (along >= 0)
-        matrix = np.zeros((size, size))
-        np.add.at(matrix, (along[here], down[here]), own[here])
-        return matrix
+    def _run_condensed(self, unit: Any, current: FloatArray, particular: FloatArray) -> None:
+        """Run a unit on the condensed fronts, with a row for every degree of freedom."""
+        names = ("fronts", "row_start", "boundary_row")
+        active = {name: self.arrays[name] for name in names}
+        self._set_rows(~self.active_fronts, np.ones(self.tree.count, dtype=np.bool_))
+        self._set(current=current, particular=particular)
+        unit(self.address)
+        self._set(**active)
 
     def _update_blocks(self) -> None:
         """Take over the tangents of active deformable blocks."""
         if (blocks := self._superelements) is None:
             return
+        front, yields = self.tree.superelement_front, self.arrays["yields"]
         changed = blocks.update_tangents()
-        self._couple_blocks(blocks, changed)
-        level = self.layout.superelement_level
-        self._set(
-            farthest_changed=max(int(self.tangent["farthest_changed"]), int(level[changed].max(initial=-1))),
-            blocks_level=int(level[blocks.yielding].max(initial=-1)),
-        )
+        self.arrays["stale"][front[changed]] = True
+        self.tangent["any_stale"] |= len(changed) > 0
+        yields[:] = False
+        yields[front[blocks.yielding]] = True
 
-    def continue_counts(self, before: BlockTridiagonalSystem) -> None:
+    def continue_counts(self, before: MultifrontalSystem) -> None:
         """Count iterations and factorisations on from those of the same wall with other supports."""
         for name in ("iterations", "factorisations"):
             self.tangent[name] += before.tangent[name]
@@ -371,7 +388,7 @@ def lapack_routines(largest: int, panel: int = DEFAULTS.inversion_panel) -> dict
     """
     return {
         **{name: _address(name) for name in ("dgemm", "dpotrf", "dpotri", "dgetrf", "dgetri", "dgesv")},
-        "lapack_integers": np.zeros(4, dtype=np.int32),
+        "lapack_integers": np.zeros(8, dtype=np.int32),
         "lapack_reals": np.zeros(2),
         "lapack_letters": lapack.LETTERS,
         "pivots": np.zeros(largest, dtype=np.int32),
@@ -385,22 +402,21 @@ def _address(name: str) -> int:
     return int(get_cython_function_address(module, name))
 
 
-def costs_of(size: IntArray, options: LinearSystemOptions) -> dict[str, Any]:
+def costs_of(size: IntArray, edge: IntArray, options: LinearSystemOptions) -> dict[str, Any]:
     """Return the costs of factorisations and corrections.
 
     Parameters
     ----------
-    size : array of int (levels,)
-        Degrees of freedom of each level.
+    size, edge : array of int (F,)
+        Degrees of freedom of each front, and of its boundary.
     options : LinearSystemOptions
         Weights of operations.
     """
-    n, squares = size.astype(np.float64), size.astype(np.float64) ** 2
-    # an inversion takes n^3 operations, the Schur complement about 25 n^2: a block has two couplings of 9 entries
-    dense, sparse = options.inversion_weight * n**3, options.elimination_weight * 25.0 * squares
-    sums = (np.concatenate(([0.0], np.cumsum(v))) for v in (2.0 * options.call_overhead + dense + sparse, n, squares))
+    n, b = size.astype(np.float64), edge.astype(np.float64)
+    products = 2.0 * n * b * (2.0 * n + b)
+    cost = options.call_overhead + options.inversion_weight * n**3 + options.product_weight * products
     weights = ("call_overhead", "solution_weight", "vector_weight", "product_weight")
     return {
-        **dict(zip(("factorisation_cost", "level_sizes", "level_squares"), sums)),
+        "factorisation_cost": cost + options.assembly_weight * (n + b) ** 2,
         **{name: getattr(options, name) for name in weights},
     }

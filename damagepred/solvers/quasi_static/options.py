@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from pydantic import Field
 
@@ -375,10 +377,15 @@ class LinearSystemOptions:
         Share of the elastic diagonal stiffness that is added to the diagonal, so that detached blocks stay finite (1).
     singular_pivot_ratio : float
         Smallest pivot over the largest below which condensed levels count as not held (1).
+    order : {"dissection", "courses"}
+        Order of elimination of the blocks beyond the ground and a plane of weakness: nested dissection, or course by
+        course.
+    dissected_size : int
+        Degrees of freedom of a part of the wall above which it is divided by a separator.
     max_memory : float
-        Of the two dense matrices of each level (GB).
-    keep_farther_levels : bool
-        Whether a factorisation begins at the farthest level that has changed, not at the farthest of all.
+        Of the dense matrices of all fronts (GB).
+    keep_unchanged_fronts : bool
+        Whether a factorisation skips fronts in whose subtree nothing has changed.
     keep_responses : bool
         Whether unit-load responses are kept until the next factorisation, not computed for each solution.
     max_changed_interfaces : int
@@ -393,11 +400,11 @@ class LinearSystemOptions:
     woodbury_tolerance : float
         Residual of the correction forces over their largest, beyond which the system is refactorised (1).
     call_overhead : float
-        Of each LAPACK or BLAS call (operations).
+        Of each front, and of a batch of unit-load responses (operations).
     inversion_weight : float
-        Weight of an operation in the inversion of a level (1).
-    elimination_weight : float
-        In its sparse Schur complement (1).
+        Weight of an operation in the inversion of a front's stiffness (1).
+    assembly_weight : float
+        Of an entry in the assembly of a front (1).
     solution_weight : float
         In the solution of the capacitance equations (1).
     vector_weight : float
@@ -408,17 +415,19 @@ class LinearSystemOptions:
 
     regularisation: Pure = Field(default=1e-7, gt=0)
     singular_pivot_ratio: Pure = Field(default=1e-12, gt=0)
+    order: Literal["dissection", "courses"] = "dissection"
+    dissected_size: Count = Field(default=48, ge=1)
     max_memory: Pure = Field(default=6.0, gt=0)
-    keep_farther_levels: bool = True
+    keep_unchanged_fronts: bool = True
     keep_responses: bool = True
-    max_changed_interfaces: Count = Field(default=100, ge=0)
+    max_changed_interfaces: Count = Field(default=50, ge=0)
     inversion_panel: Count = Field(default=64, ge=1)
     response_batch: Count = Field(default=32, ge=1)
     max_loop_rows: Count = Field(default=8, ge=1)
     woodbury_tolerance: Pure = Field(default=1e-6, gt=0)
-    call_overhead: Pure = Field(default=6e5, ge=0)
-    inversion_weight: Pure = Field(default=10.0, gt=0)
-    elimination_weight: Pure = Field(default=40.0, gt=0)
+    call_overhead: Pure = Field(default=3.6e5, ge=0)
+    inversion_weight: Pure = Field(default=5.0, gt=0)
+    assembly_weight: Pure = Field(default=33.0, gt=0)
     solution_weight: Pure = Field(default=2.4, gt=0)
     vector_weight: Pure = Field(default=4.0, gt=0)
-    product_weight: Pure = Field(default=0.75, gt=0)
+    product_weight: Pure = Field(default=1.0, gt=0)

@@ -28,14 +28,14 @@ from damagepred.kernels.equilibrium.problem import (
     with_constraint,
 )
 from damagepred.kernels.equilibrium.tresca import compiled_minimise, minimise
-from damagepred.kernels.interface.residual import free_residual, within_limit
+from damagepred.kernels.interface.residual import free_residual, subtract_boundary_forces, within_limit
 from damagepred.kernels.jit import Unit
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.linear.system import solve_tangent
 from damagepred.kernels.table import Addresses, fill
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
-from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
+from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
@@ -76,7 +76,7 @@ class Residual:
         rest = State.rest(model)
         elastic = self._elastic_stiffness(rest)
         self.tangent = elastic.copy()
-        self.equations = BlockTridiagonalSystem(self.system, elastic, self.superelements, options.linear_system)
+        self.equations = MultifrontalSystem(self.system, elastic, self.superelements, options.linear_system)
         self.rate = np.zeros(self.dead_load.size)
         supports = model.supports
         moves = supports.prescribed_displacement != 0.0
@@ -92,12 +92,13 @@ class Residual:
         if self.jacks is not None and model.footing is None:  # a footing is never condensed
             acting = np.flatnonzero((self.jacks.push != 0.0) | (self.jacks.weights != 0.0))
             displaced = np.append(displaced, self.system.block_of_dof[acting])
-        self._farthest_displaced_level = 0
-        if displaced.size:
-            beside = self._interfaces_of(displaced, ground=False)
-            self._farthest_displaced_level = int(self.equations.layout.interface_level[beside].max(initial=0))
+        tree = self.equations.tree
+        self._never_condensed = tree.fronts_of(self._interfaces_of(displaced))
+        self._never_condensed[:1] = True
+        if self.superelements is not None:
+            self._never_condensed[tree.superelement_front[np.isin(self.superelements.block, displaced)]] = True
         if model.is_strained:
-            self._farthest_displaced_level = int(self.equations.layout.interface_level.max(initial=0))
+            self._never_condensed[:] = True
         self._detachment_limit = DetachmentLimit.of(model)
         self._initial_support_displacement = float(np.abs(supports.start).max(initial=0.0))
         self._set_problem()
@@ -153,7 +154,7 @@ class Residual:
         return self._stiffness.copy()
 
     def _set_whole(self) -> None:
-        """Set the table of forces on all degrees of freedom, that of the iterations without active levels."""
+        """Set the table of forces on all degrees of freedom, that of the iterations without active fronts."""
         model, options, none = self.model, self.return_mapping, np.empty(0)
         records, elastic = model.interface_records, model.interfaces.elastic
         self._whole = np.zeros(1, PROBLEM)
@@ -164,7 +165,8 @@ class Residual:
             "stiffness": self._stiffness,
             "strain_stiffness": self.system.strain_stiffness,
             "boundary_dofs": np.empty(0, dtype=np.int64),
-            "boundary_stiffness": np.empty((0, 0)),
+            "first_boundary": np.zeros(1, dtype=np.int64),
+            "boundary_stiffness": np.empty(0),
             "free": np.zeros(self.dead_load.size, dtype=np.bool_),
             "per_weight": self.per_weight,
             "arms": self.system.arms,
@@ -178,6 +180,7 @@ class Residual:
             "residual": self._room[0],
             "step": self._room[0],
             "bond_load": self.bond_load,
+            "slides": np.zeros(len(self._all_interfaces), dtype=np.bool_),
             **dict(zip(("tresca_bound", "tresca_dilatant_opening", "tresca_kappa"), self.tresca)),
         }
         if elastic is not None:
@@ -196,14 +199,19 @@ class Residual:
         self._whole[0]["add_joint_forces"] = self._units.add_joint_forces.address
 
     def _set_problem(self) -> None:
-        """Set the table of the iterations, with the present active levels."""
-        condensation = self.equations.condensation
+        """Set the table of the iterations, with the present active fronts."""
+        equations, condensation = self.equations, self.equations.condensation
+        if self.superelements is not None:
+            self.superelements.set_condensed(~equations.active_fronts[equations.tree.superelement_front])
         self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
         self.free[self.equations.active_dofs] = True
         active = {"joints": self._joints(self.equations.active), "free": self.free}
         if condensation is not None:
-            active.update(boundary_dofs=condensation.boundary_dofs, boundary_stiffness=condensation.stiffness)
-        fill(self._whole[0], {"interface_level": self.equations.layout.interface_level})
+            active.update(
+                boundary_dofs=condensation.boundary_dofs[condensation.places],
+                first_boundary=condensation.first_place,
+                boundary_stiffness=condensation.stiffness,
+            )
         self._active, self._table = active, self._whole.copy()
         self._table_state = Addresses(self._table, _HISTORY), Addresses(self._table, _GROUND)
         self.problem = Problem(self._parameters, self._table.ctypes.data)
@@ -283,7 +291,10 @@ class Residual:
         self.evaluate_joints("add_joint_forces", listed, state, displacement=displacement, coulomb=coulomb)
         if superelements is not None:
             superelements.scatter_facet_forces(self._force)
-            superelements.add_internal_forces(state.load, state.load_factor, displacement, state.plastic, self._force)
+            condensed_too = interfaces is self._all_interfaces
+            superelements.add_internal_forces(
+                state.load, state.load_factor, displacement, state.plastic, self._force, condensed_too
+            )
 
     def _prepare(self, state: State) -> Any:
         """Set loads and history of a state; return the problem for the iterations."""
@@ -391,13 +402,13 @@ class Residual:
         return self._force
 
     def condensed_energy(self, state: State) -> tuple[IntArray, float]:
-        """Return the active interfaces, and the elastic energy of condensed levels and of strained elastic blocks (J).
+        """Return the active interfaces, and the elastic energy of condensed fronts and of strained elastic blocks (J).
 
-        Condensed levels are in equilibrium with their loads f: they store (f u - F u_b) / 2 with the force F and the
-        displacements u_b on the boundary level. With deformable blocks all interfaces are returned.
+        Condensed fronts are in equilibrium with their loads f: they store (f u - F u_b) / 2 with the force F and the
+        displacements u_b on their boundaries. With deformable blocks all interfaces are returned.
         """
         superelement, u, by_strain = self.equations.condensation, state.displacement, 0.0
-        if self.model.elastic is not None:  # those of active levels
+        if self.model.elastic is not None:  # those of active fronts
             strains = self.system.strain_dofs
             by_strain = 0.5 * float(self.system.strain_stiffness @ (u[strains] ** 2 * self.free[strains]))
         if superelement is None or self.superelements is not None:
@@ -528,37 +539,39 @@ class Residual:
         """
         self.evaluate_joints("update_tresca_bounds", self.equations.active, state, relaxation=relaxation)
 
-    def uncondense_up_to(self, level: int) -> None:
-        """Make all joints up to a level active; courses beyond it stay elastic and condensed."""
-        level = max(level, self._farthest_displaced_level)
-        if level + 1 > self.equations.active_levels or not self.condensed:
-            self.equations.condense(level + 1, self.dead_load, self.live_load)
+    def uncondense(self, fronts: BoolArray) -> None:
+        """Make some fronts (F,) and their ancestors active; all others stay elastic and condensed."""
+        equations = self.equations
+        wanted = fronts | self._never_condensed | self._active_block_fronts()
+        if self.condensed:
+            wanted |= equations.active_fronts
+        if not self.condensed or (wanted & ~equations.active_fronts).any():
+            equations.condense(wanted, self.dead_load, self.live_load)
             self._set_problem()
 
     def uncondense_interfaces(self, interfaces: BoolArray | IntArray) -> None:
-        """Make all levels up to the farthest of some interfaces and of active deformable blocks active."""
-        self.uncondense_up_to(
-            int(self.equations.layout.interface_level[interfaces].max(initial=self._farthest_active_block()))
-        )
+        """Make the fronts of some interfaces and of active deformable blocks active."""
+        self.uncondense(self.equations.tree.fronts_of(interfaces))
 
-    def farthest_sliding(self, state: State) -> int:
-        """Return the farthest level at which a condensed joint would slide; -1 if none does."""
-        if not self.condensed:
-            return -1
-        condensed = self.equations.condensed_interfaces
-        return int(self.evaluate_joints("farthest_sliding", condensed, state)["farthest_sliding"])
+    def inelastic_fronts(self, state: State) -> BoolArray:
+        """Return the condensed fronts (F,) in which a joint would slide or a block yield; activate such blocks."""
+        tree, sliding = self.equations.tree, self._arrays["slides"]
+        sliding[:] = False
+        if self.condensed:
+            self.evaluate_joints("find_sliding", self.equations.condensed_interfaces, state)
+        found = tree.fronts_of(sliding)
+        if (blocks := self.superelements) is not None:
+            opened = blocks.activate_yielding(state.displacement, state.load, state.load_factor, state.plastic)
+            found[tree.superelement_front[opened]] = True
+        return found
 
-    def farthest_yielding(self, state: State) -> int:
-        """Uncondense deformable blocks that would yield; return the farthest level of these, -1 if none does."""
-        if self.superelements is None:
-            return -1
-        opened = self.superelements.activate_yielding(state.displacement, state.load, state.load_factor, state.plastic)
-        return int(self.equations.layout.superelement_level[opened].max(initial=-1))
-
-    def _farthest_active_block(self) -> int:
-        """Return the farthest level of an uncondensed deformable block; 0 if there is none."""
-        listed = np.empty(0, np.int64) if self.superelements is None else self.superelements.active
-        return int(self.equations.layout.superelement_level[listed].max(initial=0))
+    def _active_block_fronts(self) -> BoolArray:
+        """Return the fronts (F,) of uncondensed deformable blocks."""
+        tree = self.equations.tree
+        found = np.zeros(tree.count, dtype=np.bool_)
+        if self.superelements is not None:
+            found[tree.superelement_front[self.superelements.active]] = True
+        return found
 
     def complete(self, state: State, displacement: FloatArray | None = None) -> None:
         """Recover the displacements of condensed courses, and those inside deformable blocks.
@@ -601,7 +614,8 @@ class _InterpretedProblem:
         wall, state = self._wall, self._state
         total = wall._forces_at(wall.equations.active, state, displacement, jack, coulomb)
         if (condensation := wall.equations.condensation) is not None:
-            total[condensation.boundary_dofs] -= condensation.stiffness @ displacement[condensation.boundary_dofs]
+            dofs = condensation.boundary_dofs[condensation.places]
+            subtract_boundary_forces(dofs, condensation.first_place, condensation.stiffness, displacement, total)
         # NaN must not pass for balance; forces of a block that finds no equilibrium inside are NaN, too
         ratio = free_residual(total, wall.free, wall.per_weight, force)
         if wall.superelements is not None:

@@ -1,4 +1,4 @@
-"""Static condensation (Guyan 1965) of the levels that stay elastic, to a superelement on the level before them."""
+"""Static condensation (Guyan 1965) of subtrees that stay elastic, to superelements on their boundaries."""
 
 from __future__ import annotations
 
@@ -8,46 +8,50 @@ from weakref import proxy
 import numpy as np
 
 from damagepred.arrays import FloatArray
+from damagepred.kernels.interface.residual import subtract_boundary_forces
 
 if TYPE_CHECKING:
-    from damagepred.solvers.quasi_static.linear_system import BlockTridiagonalSystem
+    from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
 
 
 class StaticCondensation:
-    """Superelement of the condensed levels.
+    """Superelements of the condensed subtrees.
 
     Parameters
     ----------
-    equations : BlockTridiagonalSystem
-        Elastic and without regularisation in the condensed levels: it would hold them in space.
+    equations : MultifrontalSystem
+        Elastic and without regularisation in the condensed fronts: it would hold them in space.
     load, live_load : array (size,)
         Dead and live load at load factor 1 (N, N m); None: no live load.
 
     Attributes
     ----------
     boundary_dofs : array of int
-        Degrees of freedom of the farthest active level, on which the superelement acts.
-    stiffness : array (b, b)
-        Of these degrees of freedom.
+        Degrees of freedom of active fronts on which superelements act.
+    places, first_place : array of int
+        Which of these each superelement acts on, and where those of each begin.
+    stiffness : array
+        Of the superelements, one matrix after the other.
     """
 
-    def __init__(self, equations: BlockTridiagonalSystem, load: FloatArray, live_load: FloatArray | None) -> None:
+    def __init__(self, equations: MultifrontalSystem, load: FloatArray, live_load: FloatArray | None) -> None:
         # no reference cycle: the matrices of a wall would wait for garbage collection
-        self._equations, self._active_levels = proxy(equations), equations.active_levels
-        at, level = equations.layout, equations.active_levels - 1
+        self._equations, tree, active = proxy(equations), equations.tree, equations.active_fronts
         loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
-        reduced = np.ascontiguousarray(loads[:, at.dofs])
+        reduced = np.ascontiguousarray(loads[:, tree.dofs])
         self._particular = np.zeros(reduced.shape)
-        equations.condense_forces(self._active_levels, reduced, self._particular)
-        self._condensed_dofs = at.dofs[at.start[self._active_levels] :]
+        equations.condense_forces(reduced, self._particular)
+        self._condensed_dofs = tree.dofs[np.repeat(~active, tree.size)]
         self._load_on_condensed = loads[:, self._condensed_dofs]
-        boundary, size = slice(at.start[level], at.start[level + 1]), int(at.size[level])
-        self.boundary_dofs = at.dofs[boundary]
+        roots = np.flatnonzero(~active & np.append(active, False)[tree.parent])
+        listed = [tree.boundary[tree.first_boundary[k] : tree.first_boundary[k + 1]] for k in roots]
+        boundary, self.places = np.unique(np.concatenate(listed), return_inverse=True)
+        self.first_place = np.concatenate(([0], np.cumsum(tree.boundary_size[roots])))
+        self.boundary_dofs = tree.dofs[boundary]
         self._load = reduced[:, boundary] - loads[:, self.boundary_dofs]
-        self._last = 0.0, 0.0, np.zeros(size)  # load factors, and their load
-        first = equations.arrays["inverse_start"][level]
-        complement = equations.arrays["complements"][first : first + size**2].reshape(size, size)
-        self.stiffness = np.ascontiguousarray((equations.coupling_stiffness(level) - complement).T)
+        self._last = 0.0, 0.0, np.zeros(len(boundary))  # load factors, and their load
+        first, complements = equations.arrays["complement_start"], equations.arrays["complements"]
+        self.stiffness = np.concatenate([complements[first[k] : first[k + 1]] for k in roots])
 
     def load(self, load: float, live: float) -> FloatArray:
         """Return the condensed load on the boundary degrees of freedom (N, N m).
@@ -62,7 +66,7 @@ class StaticCondensation:
         return self._last[2]
 
     def force(self, displacement: FloatArray, load: float, live: float = 0.0) -> FloatArray:
-        """Return the force of the superelement on the boundary degrees of freedom (N, N m).
+        """Return the force of the superelements on the boundary degrees of freedom (N, N m).
 
         Parameters
         ----------
@@ -71,10 +75,12 @@ class StaticCondensation:
         load, live
             As ``load``.
         """
-        return self.load(load, live) - self.stiffness @ displacement[self.boundary_dofs]
+        force = self.load(load, live).copy()
+        subtract_boundary_forces(self.places, self.first_place, self.stiffness, displacement[self.boundary_dofs], force)
+        return force
 
     def load_work(self, displacement: FloatArray, load: float, live: float) -> float:
-        """Return load times displacement on the condensed levels (J).
+        """Return load times displacement on the condensed fronts (J).
 
         Parameters
         ----------
@@ -85,14 +91,14 @@ class StaticCondensation:
         return load * float(dead_load @ u) + live * float(live_load @ u)
 
     def recover(self, displacement: FloatArray, load: float, live: float = 0.0) -> None:
-        """Recover the displacements of the condensed levels by back substitution.
+        """Recover the displacements of the condensed fronts by back substitution.
 
         Parameters
         ----------
         displacement, load, live
             As ``force``; displacements are updated.
         """
-        dofs = self._equations.layout.dofs
+        dofs = self._equations.tree.dofs
         u, particular = displacement[dofs], load * self._particular[0] + live * self._particular[1]
-        self._equations.recover(self._active_levels, u[None], particular[None])
+        self._equations.recover(u[None], particular[None])
         displacement[dofs] = u

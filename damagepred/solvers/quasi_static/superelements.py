@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from damagepred.arrays import FloatArray, IntArray
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.kernels.interface.residual import largest_block_resultant
 from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces
 from damagepred.kernels.zone.superelement import (
@@ -118,6 +118,7 @@ class Superelements:
                 load[shape.interior] = 0.0
         self.active, self._in_shape = np.empty(0, dtype=np.int64), [np.empty(0, dtype=np.int64)] * len(self.shapes)
         self.yielding, self._outdated = np.zeros(len(self.block), dtype=np.bool_), False
+        self.set_condensed(self.yielding)
         self.first_entry = np.concatenate(([0], np.cumsum([k.size for k in self.elastic])))
         self.tangents = np.concatenate([k.ravel() for k in self.elastic])
 
@@ -198,8 +199,18 @@ class Superelements:
             largest_block_resultant(force, mesh.gridpoint_block, mesh.dof_x, mesh.dof_y, *self._arms, self._on_blocks)
         )
 
+    def set_condensed(self, condensed: BoolArray) -> None:
+        """Set which blocks (d,) belong to condensed parts of the wall."""
+        self._uncondensed = [shape.boundary[~condensed[shape.member]] for shape in self.shapes]
+
     def add_internal_forces(
-        self, load: float, load_factor: float, displacement: FloatArray, plastic: FloatArray, force: FloatArray
+        self,
+        load: float,
+        load_factor: float,
+        displacement: FloatArray,
+        plastic: FloatArray,
+        force: FloatArray,
+        condensed_too: bool,
     ) -> None:
         """Add the internal forces of the blocks on their boundaries.
 
@@ -213,9 +224,12 @@ class Superelements:
             Plastic strain of the last equilibrium.
         force : array (size,)
             Residual force; updated.
+        condensed_too : bool
+            Whether blocks of condensed parts count.
         """
-        for shape in self.shapes:
-            force[shape.boundary] -= displacement[shape.boundary] @ shape.stiffness
+        for shape, uncondensed in zip(self.shapes, self._uncondensed):
+            boundary = shape.boundary if condensed_too else uncondensed
+            force[boundary] -= displacement[boundary] @ shape.stiffness
         self._correct_active(self._zones.trial, load, load_factor, displacement, plastic, force)
         self._outdated = True
 

@@ -1,0 +1,263 @@
+"""Elimination tree of a wall: the fronts in which multifrontal elimination takes its degrees of freedom.
+
+Courses that touch the ground, and those up to a plane of weakness, are one front each, the root and a chain: joints
+slide and crack there. The blocks beyond are ordered by nested dissection (George 1973): a separator divides them in two
+parts that do not touch each other, and each part is divided again. A front is eliminated after all that it separates;
+its boundary are the degrees of freedom of later fronts that it then couples (Duff and Reid 1983).
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from damagepred.arrays import BoolArray, IntArray
+from damagepred.enumerations import ContactKind
+from damagepred.kernels.linear.dissection import dissect
+from damagepred.solvers.quasi_static.options import LinearSystemOptions
+from damagepred.solvers.quasi_static.superelements import Superelements
+from damagepred.solvers.system.discrete_system import DiscreteSystem
+from damagepred.solvers.system.interface_kinematics import interface_kinematics
+
+DEFAULTS = LinearSystemOptions()
+
+
+class EliminationTree:
+    """Fronts, numbered from the root: every front has a larger number than its parent.
+
+    A node is what the order keeps together: a rigid or elastic block, or a gridpoint on the boundary of a deformable
+    one. Interfaces and deformable blocks are the elements; each is assembled in the last of its fronts.
+
+    Parameters
+    ----------
+    system : DiscreteSystem
+        Of n blocks and m interfaces.
+    superelements : Superelements or None
+        The deformable blocks; their interior degrees of freedom are in no front.
+    options : LinearSystemOptions, optional
+        Order and size of the fronts.
+
+    Attributes
+    ----------
+    count : int
+        Number of fronts, F.
+    parent : array of int (F,)
+        Front in which each front is assembled; -1 if in none.
+    dofs, start : array of int
+        Free degrees of freedom in the order of the fronts, and where each front starts.
+    size, boundary_size : array of int (F,)
+        Degrees of freedom of each front, and of its boundary.
+    boundary, first_boundary : array of int
+        Places in that order of the degrees of freedom on the boundaries, and where that of each front begins.
+    boundary_in_parent : array of int
+        Index of each of these in the parent's front; there, the boundary follows the front's own degrees of freedom.
+    kinematics : InterfaceKinematics
+        Of the interfaces.
+    interface_front : array of int (m,)
+        Front in which each interface is assembled; -1 if none of its degrees of freedom is free.
+    interface_index : array of int (m, w)
+        Index of its degrees of freedom in that front, -1 where prescribed.
+    front_interfaces, first_interface : array of int
+        Interfaces assembled in each front, and where those of each begin.
+    superelement_front, superelement_index, front_superelements, first_superelement : array of int
+        The same of deformable blocks; indices of their boundaries one after the other.
+    """
+
+    def __init__(
+        self, system: DiscreteSystem, superelements: Superelements | None, options: LinearSystemOptions = DEFAULTS
+    ) -> None:
+        self._system, self.kinematics = system, interface_kinematics(system.model)
+        boundaries = [] if superelements is None else superelements.boundary
+        dofs = system.free_dofs if superelements is None else np.setdiff1d(system.free_dofs, superelements.interior)
+        node = self._set_nodes(dofs)
+        front = self._order(options)[node]
+        in_order = np.lexsort((dofs, node, front))
+        self.dofs, node, front = dofs[in_order], node[in_order], front[in_order]
+        self.count = int(front.max(initial=-1)) + 1
+        self.size = np.bincount(front, minlength=self.count)
+        self.start = np.concatenate(([0], np.cumsum(self.size)))
+        place = np.full(system.model.size, -1, dtype=np.int64)
+        place[self.dofs] = np.arange(len(self.dofs))
+        elements = np.where(self.kinematics.dof >= 0, place[self.kinematics.dof], -1)
+        width = max(map(len, boundaries), default=0)
+        blocks = np.full((len(boundaries), width), -1, dtype=np.int64)
+        for row, listed in zip(blocks, boundaries):
+            row[: len(listed)] = place[listed]
+        front = np.append(front, -1)  # of place -1
+        self.interface_front, self.superelement_front = (
+            front[e].max(axis=1, initial=-1) if e.size else np.full(len(e), -1) for e in (elements, blocks)
+        )
+        self._set_boundaries(front[:-1], node, elements, blocks)
+        self.interface_index = self._index_in(self.interface_front, elements)
+        index = self._index_in(self.superelement_front, blocks)
+        self.superelement_index = np.concatenate(
+            [np.empty(0, dtype=np.int64), *(row[: len(listed)] for row, listed in zip(index, boundaries))]
+        )
+        self.front_interfaces, self.first_interface = self._grouped(self.interface_front)
+        self.front_superelements, self.first_superelement = self._grouped(self.superelement_front)
+
+    def ancestors(self, fronts: BoolArray) -> BoolArray:
+        """Return some fronts and all their ancestors.
+
+        Parameters
+        ----------
+        fronts : array of bool (F,)
+            The fronts.
+        """
+        found = fronts.copy()
+        for k in np.flatnonzero(fronts):
+            while (k := self.parent[k]) >= 0 and not found[k]:
+                found[k] = True
+        return found
+
+    def fronts_of(self, interfaces: BoolArray | IntArray) -> BoolArray:
+        """Return the fronts of some interfaces (F,).
+
+        Parameters
+        ----------
+        interfaces : array of bool (m,) or of int
+            The interfaces.
+        """
+        found = np.zeros(self.count + 1, dtype=np.bool_)
+        found[self.interface_front[interfaces]] = True
+        return found[:-1]
+
+    def in_fronts(self, fronts: BoolArray) -> BoolArray:
+        """Return which interfaces are assembled in some fronts (m,).
+
+        Parameters
+        ----------
+        fronts : array of bool (F,)
+            The fronts.
+        """
+        return np.append(fronts, False)[self.interface_front]
+
+    # -- order ----------------------------------------------------------------------------------------------------
+
+    def _set_nodes(self, dofs: IntArray) -> IntArray:
+        """Set block, size and place of each node, and the nodes that interfaces join; return those of free dofs."""
+        system, model = self._system, self._system.model
+        mesh, n = model.mesh, model.n_blocks
+        node = system.block_of_dof.copy()
+        self._block = np.arange(n + 1)
+        if mesh is not None:
+            node[mesh.dof_x] = node[mesh.dof_y] = n + 1 + np.arange(len(mesh.x))
+            self._block = np.concatenate((self._block, mesh.gridpoint_block))
+        dof = self.kinematics.dof
+        sides = np.where((dof >= 0) & (dof // 3 != n), node[dof], -1)
+        self._sides = sides.reshape(len(dof), 2, -1)  # (m, 2, w / 2)
+        self._weight = np.bincount(node[dofs], minlength=len(self._block))
+        return node[dofs]
+
+    def _order(self, options: LinearSystemOptions) -> IntArray:
+        """Return the front of each node."""
+        model, n = self._system.model, self._system.model.n_blocks
+        face, level_of_block = model.interfaces, block_levels(self._system)
+        block = np.stack((face.block_a, face.block_b), axis=1)
+        level = np.where(block == n, -1, level_of_block[block])
+        nearer = (level > level[:, ::-1]) & ~model.guides[:, None]
+        # a node is in the nearer half of its level if it touches the level before
+        within = np.ones(len(self._block), dtype=np.int64)
+        touching = self._sides[nearer]
+        within[touching[touching >= 0]] = 0
+        level_of_node = 2 * level_of_block[self._block] + within
+        last = self._last_course(options, level)
+        chain = np.full(len(self._block), -1, dtype=np.int64)
+        listed = (level_of_node <= last) & (self._weight > 0)
+        courses, chain[listed] = np.unique(level_of_node[listed], return_inverse=True)
+        blocks = model.blocks
+        size = np.sqrt(blocks.area.mean())
+        place = np.stack([np.append(np.round(v / size * 1e6), 0.0) for v in (blocks.x, blocks.y)])
+        ordered = chain, len(courses), options.dissected_size
+        dissect(*ordered, place, self._block, self._weight, self._sides, face.block_a, face.block_b)
+        return chain
+
+    def _last_course(self, options: LinearSystemOptions, level: IntArray) -> int:
+        """Return the last half of a level that is one front, up to a plane of weakness; -1 if there is none."""
+        if options.order == "courses":
+            return 2 * int(level.max(initial=0)) + 1
+        kind = self._system.model.interfaces.kind
+        weak = (kind == ContactKind.DPC) | ((kind == ContactKind.FOOTING_INTERFACE) & (level.max(axis=1) > 0))
+        return 2 * int(level[weak].max()) if weak.any() else -1
+
+    # -- symbolic factorisation -----------------------------------------------------------------------------------
+
+    def _set_boundaries(self, front: IntArray, node: IntArray, *elements: IntArray) -> None:
+        """Set parents and boundaries: what elements and children of a front couple beyond it."""
+        total = len(front)
+        # of the nodes in the order of their degrees of freedom
+        first = np.flatnonzero(np.diff(node, prepend=-1, append=-1))
+        first, count = first[:-1], np.diff(first)
+        rank = np.append(np.repeat(np.arange(len(first)), count), -1)
+        pairs = []
+        for listed in elements:
+            ranks = rank[listed]
+            last = np.append(front, -1)[listed].max(axis=1, initial=-1) if listed.size else np.empty(0, dtype=np.int64)
+            rows = np.repeat(last, ranks.shape[1])[ranks.ravel() >= 0]
+            pairs.append(rows * len(first) + ranks[ranks >= 0])
+        keys = np.unique(np.concatenate(pairs)) if total else np.empty(0, dtype=np.int64)
+        fronts, ranks = np.divmod(keys, max(len(first), 1))
+        edges = np.searchsorted(fronts, np.arange(self.count + 1))
+        front_of_node = front[first]
+        own = np.searchsorted(front_of_node, np.arange(self.count))
+        gathered: list[list[IntArray]] = [[ranks[i:j]] for i, j in pairwise(edges)]
+        self.parent = np.full(self.count, -1, dtype=np.int64)
+        boundary = [np.empty(0, dtype=np.int64)] * self.count
+        for k in range(self.count - 1, -1, -1):
+            nodes = np.unique(np.concatenate(gathered[k])) if len(gathered[k]) > 1 else gathered[k][0]
+            boundary[k] = nodes[: np.searchsorted(nodes, own[k])]
+            if len(boundary[k]):
+                self.parent[k] = front_of_node[boundary[k][-1]]
+                gathered[self.parent[k]].append(boundary[k])
+            gathered[k] = []
+        flat = np.concatenate([np.empty(0, dtype=np.int64), *boundary])
+        widths = count[flat]
+        ends = np.cumsum(widths)
+        self.boundary = np.repeat(first[flat] - (ends - widths), widths) + np.arange(ends[-1] if len(ends) else 0)
+        nodes_before = np.concatenate(([0], np.cumsum([len(b) for b in boundary]))).astype(np.int64)
+        self.first_boundary = np.concatenate(([0], ends))[nodes_before]
+        self.boundary_size = np.diff(self.first_boundary)
+        of_front = np.repeat(np.arange(self.count), self.boundary_size)
+        self._keys = of_front * total + self.boundary
+        self.boundary_in_parent = self._index_in(self.parent[of_front], self.boundary[:, None]).ravel()
+
+    def _index_in(self, front: IntArray, places: IntArray) -> IntArray:
+        """Return the index of degrees of freedom, one row for each front, in it: its own first, then its boundary."""
+        fronts = np.broadcast_to(front[:, None], places.shape)
+        beyond = np.searchsorted(self._keys, fronts * len(self.dofs) + places) - self.first_boundary[fronts]
+        own = places - self.start[fronts]
+        return np.ascontiguousarray(np.where(places < 0, -1, np.where(own >= 0, own, self.size[fronts] + beyond)))
+
+    def _grouped(self, front: IntArray) -> tuple[IntArray, IntArray]:
+        """Return elements front by front, and where those of each begin; without those of no front."""
+        order = np.argsort(front, kind="stable")
+        edges = np.searchsorted(front[order], np.arange(self.count + 1))
+        return order[edges[0] :], edges - edges[0]
+
+
+def block_levels(system: DiscreteSystem) -> IntArray:
+    """Return the level of each block and of the ground (n + 1,): its distance from ground and supports, in joints.
+
+    Blocks without a connection to them are in the farthest level.
+    """
+    model, n = system.model, system.model.n_blocks
+    a, b = model.interfaces.block_a, model.interfaces.block_b
+    holds = ~model.guides  # distance from fully supported blocks
+    # a footing is one level, wherever it is supported
+    footing = np.empty(0, dtype=np.int64) if model.footing is None else model.footing
+    start, end = np.append(a[holds], np.full(len(footing), n)), np.append(b[holds], footing)
+    # dependent degrees of freedom are not prescribed
+    constrained = np.setdiff1d(system.constrained_dofs, system.dependent_dofs)
+    blocks, ways = np.unique(system.block_of_dof[constrained], return_counts=True)
+    roots = blocks[ways >= 3]
+    if len(roots) == 1 and not len(footing) and not ((a == n) | (b == n)).any():
+        roots = blocks
+    joined = csr_array((np.ones(len(start)), (start, end)), shape=(n + 1, n + 1))
+    away = dijkstra(joined, directed=False, unweighted=True, indices=roots, min_only=True)
+    # ground and supports are no level of their own: blocks that touch them are level 0
+    connected = np.isfinite(away)
+    levels = np.maximum(away - 1.0, 0.0)
+    return np.where(connected, levels, levels[connected].max(initial=0.0)).astype(np.int64)
