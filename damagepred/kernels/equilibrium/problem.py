@@ -95,9 +95,9 @@ class Parameters(NamedTuple):
 
 PROBLEM = table_type(
     "joints external ground_normal ground_shear slip dilatant_opening cracked kappa tresca_bound "
-    "tresca_dilatant_opening tresca_kappa strain_stiffness boundary_dofs first_boundary boundary_stiffness free per_weight "
-    "arms force stiffness push weights edge contact_offset contact_area side_dof side_rows properties displacement "
-    "residual step",
+    "tresca_dilatant_opening tresca_kappa strain_stiffness boundary_dofs first_boundary boundary_stiffness free "
+    "per_weight arms force stiffness push weights edge contact_offset contact_area side_dof side_rows properties "
+    "displacement residual step",
     integers="here compute_residual compute_step solve_tangent system first_strain coulomb bordered max_iterations "
     "dilatant_iterations",
     numbers="deflection jack jack_step ratio relative_tolerance snap_back_ratio cap_slope_ratio yield_tolerance",
