@@ -442,7 +442,7 @@ def _diagnostics(steps: list[Step], in_time: bool) -> dict[str, FloatArray]:
 
 
 def matrix_bytes(model: Model, solver: Solver) -> int:
-    """Return what the matrices of the quasi-static solver take (bytes): two for each level of blocks, dense.
+    """Return what the matrices of the quasi-static solver take (bytes), about: two for each course of blocks, dense.
 
     Parameters
     ----------

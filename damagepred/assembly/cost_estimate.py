@@ -202,7 +202,7 @@ def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
     zones = 4 * cells * zoned + footing_zones
     gridpoints = 0.5 * zones + 2 * facets * zoned
     unknowns = 3 * blocks + 2 * gridpoints
-    # the stiffness is block tridiagonal, course by course; inner gridpoints are condensed
+    # as if ordered course by course; inner gridpoints are condensed
     width = (3 + 4 * facets) * bricks / courses
     levels = courses + (segments > 0)
     matrices = 16 * levels * width**2 + 16 * (2 * gridpoints / max(blocks, 1.0)) ** 2

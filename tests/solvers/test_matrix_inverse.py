@@ -1,4 +1,4 @@
-"""Inverse of a level's matrix, against NumPy."""
+"""Inverse of a front's stiffness, against NumPy."""
 
 import numpy as np
 import pytest
@@ -10,10 +10,18 @@ from damagepred.solvers.quasi_static.linear_system import lapack_routines
 
 
 def invert(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
-    """Invert as the solver does: transposed, in flat arrays."""
+    """Invert as the solver does: column by column in flat arrays, a corner of the front."""
     size, table = len(matrix), np.zeros(1, SYSTEM)
-    scratch, flat = matrix.T.reshape(1, -1).copy(), np.empty(matrix.size)
-    arguments = {"scratch": scratch, "inverses": flat, "matrix_size": size, "symmetric": symmetric}
+    front = np.pad(matrix, (0, 3), constant_values=np.nan)
+    scratch, flat, first = front.T.ravel(), np.empty(matrix.size), np.zeros(1, dtype=np.int64)
+    arguments = {
+        "scratch": scratch,
+        "inverses": flat,
+        "inverse_start": first,
+        "matrix_size": size,
+        "matrix_rows": len(front),
+        "symmetric": symmetric,
+    }
     routines = lapack_routines(size)
     fill(table[0], {**routines, **arguments})
     lapack.invert(table.ctypes.data)

@@ -367,7 +367,7 @@ class ReturnMappingOptions:
 
 @described
 class LinearSystemOptions:
-    """Block tridiagonal equations, their Woodbury corrections, and when to refactorise instead.
+    """Multifrontal equations, their Woodbury corrections, and when to refactorise instead.
 
     Costs are floating-point operations, each weighted by how slow its kind is; only ratios of costs count.
 
@@ -376,7 +376,7 @@ class LinearSystemOptions:
     regularisation : float
         Share of the elastic diagonal stiffness that is added to the diagonal, so that detached blocks stay finite (1).
     singular_pivot_ratio : float
-        Smallest pivot over the largest below which condensed levels count as not held (1).
+        Smallest pivot over the largest below which condensed fronts count as not held (1).
     order : {"dissection", "courses"}
         Order of elimination of the blocks beyond the ground and a plane of weakness: nested dissection, or course by
         course.

@@ -1,4 +1,4 @@
-"""Residual force of a wall at a given load and movement, its linearisation, and condensed elastic courses."""
+"""Residual force of a wall at a given load and movement, its linearisation, and condensed elastic parts."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ _HISTORY, _GROUND = "slip dilatant_opening cracked kappa", "ground_normal ground
 
 
 class Residual:
-    """Residual force of a wall with condensed elastic courses, and its linearisation.
+    """Residual force of a wall with condensed elastic parts, and its linearisation.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class Residual:
         )
         if model.is_strained:
             self._moving_interfaces = all_interfaces
-        # condensed courses have fixed supports, and no load but dead and live ones
+        # condensed fronts have fixed supports, and no load but dead and live ones
         displaced = self._blocks_of(moves | (supports.start != 0.0))
         if self.jacks is not None and model.footing is None:  # a footing is never condensed
             acting = np.flatnonzero((self.jacks.push != 0.0) | (self.jacks.weights != 0.0))
@@ -135,7 +135,7 @@ class Residual:
 
     @property
     def condensed(self) -> bool:
-        """Whether elastic courses are condensed."""
+        """Whether elastic parts are condensed."""
         return self.equations.condensation is not None
 
     # -- what kernels take --------------------------------------------------------------------------------------------
@@ -574,7 +574,7 @@ class Residual:
         return found
 
     def complete(self, state: State, displacement: FloatArray | None = None) -> None:
-        """Recover the displacements of condensed courses, and those inside deformable blocks.
+        """Recover the displacements of condensed fronts, and those inside deformable blocks.
 
         Parameters
         ----------
