@@ -241,14 +241,16 @@ class MultifrontalSystem:
             any_stale=1,
             solution_operations=2.0 * float(operations[fronts].sum()),
         )
-        self._set_rows(fronts, fronts)
+        self._active_rows = self._rows_of(fronts, fronts)
+        self._condensed_rows = self._rows_of(~fronts, np.ones_like(fronts))
+        fill(self.tangent, self._active_rows)
 
-    def _set_rows(self, fronts: BoolArray, rows: BoolArray) -> None:
-        """Set the fronts that units work on, and those whose degrees of freedom have a row."""
+    def _rows_of(self, fronts: BoolArray, in_rows: BoolArray) -> dict[str, IntArray]:
+        """Return the fronts that units work on, and where the degrees of freedom of those ``in_rows`` are in a row."""
         tree = self.tree
-        start = np.cumsum(rows * tree.size) - rows * tree.size
-        row = np.cumsum(np.repeat(rows, tree.size)) - 1
-        self._set(fronts=np.flatnonzero(fronts), row_start=start, boundary_row=row[tree.boundary])
+        start = np.cumsum(in_rows * tree.size) - in_rows * tree.size
+        row = np.cumsum(np.repeat(in_rows, tree.size)) - 1
+        return {"fronts": np.flatnonzero(fronts), "row_start": start, "boundary_row": row[tree.boundary]}
 
     def condense(
         self, fronts: BoolArray, load: FloatArray, live_load: FloatArray | None = None
@@ -342,12 +344,9 @@ class MultifrontalSystem:
 
     def _run_condensed(self, unit: Any, current: FloatArray, particular: FloatArray) -> None:
         """Run a unit on the condensed fronts, with a row for every degree of freedom."""
-        names = ("fronts", "row_start", "boundary_row")
-        active = {name: self.arrays[name] for name in names}
-        self._set_rows(~self.active_fronts, np.ones(self.tree.count, dtype=np.bool_))
-        self._set(current=current, particular=particular)
+        fill(self.tangent, {**self._condensed_rows, "current": current, "particular": particular})
         unit(self.address)
-        self._set(**active)
+        fill(self.tangent, self._active_rows)
 
     def _update_blocks(self) -> None:
         """Take over the tangents of active deformable blocks."""
