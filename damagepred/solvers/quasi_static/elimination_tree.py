@@ -148,7 +148,7 @@ class EliminationTree:
             self._block = np.concatenate((self._block, mesh.gridpoint_block))
         dof = self.kinematics.dof
         sides = np.where((dof >= 0) & (dof // 3 != n), node[dof], -1)
-        self._sides = sides.reshape(len(dof), 2, -1)  # (m, 2, w / 2)
+        self._sides = sides.reshape(len(dof), 2, dof.shape[1] // 2)  # (m, 2, w / 2)
         self._weight = np.bincount(node[dofs], minlength=len(self._block))
         return node[dofs]
 
