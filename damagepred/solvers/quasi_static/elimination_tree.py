@@ -148,7 +148,7 @@ class EliminationTree:
             self._block = np.concatenate((self._block, mesh.gridpoint_block))
         dof = self.kinematics.dof
         sides = np.where((dof >= 0) & (dof // 3 != n), node[dof], -1)
-        self._sides = sides.reshape(len(dof), 2, -1)  # (m, 2, w / 2)
+        self._sides = sides.reshape(len(dof), 2, dof.shape[1] // 2)  # (m, 2, w / 2)
         self._weight = np.bincount(node[dofs], minlength=len(self._block))
         return node[dofs]
 
@@ -171,7 +171,9 @@ class EliminationTree:
         blocks = model.blocks
         size = np.sqrt(blocks.area.mean())
         place = np.stack([np.append(np.round(v / size * 1e6), 0.0) for v in (blocks.x, blocks.y)])
-        ordered = chain, len(courses), options.dissected_size
+        # a part that is condensed is a better start for Newton's method than none
+        smallest = min(options.dissected_size, int(self._weight.sum()) // 8)
+        ordered = chain, len(courses), smallest
         dissect(*ordered, place, self._block, self._weight, self._sides, face.block_a, face.block_b)
         return chain
 
@@ -229,7 +231,8 @@ class EliminationTree:
         fronts = np.broadcast_to(front[:, None], places.shape)
         beyond = np.searchsorted(self._keys, fronts * len(self.dofs) + places) - self.first_boundary[fronts]
         own = places - self.start[fronts]
-        return np.ascontiguousarray(np.where(places < 0, -1, np.where(own >= 0, own, self.size[fronts] + beyond)))
+        size = np.append(self.size, 0)[fronts]
+        return np.ascontiguousarray(np.where(places < 0, -1, np.where(own >= 0, own, size + beyond)))
 
     def _grouped(self, front: IntArray) -> tuple[IntArray, IntArray]:
         """Return elements front by front, and where those of each begin; without those of no front."""

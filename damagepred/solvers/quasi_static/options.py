@@ -377,9 +377,9 @@ class LinearSystemOptions:
         Share of the elastic diagonal stiffness that is added to the diagonal, so that detached blocks stay finite (1).
     singular_pivot_ratio : float
         Smallest pivot over the largest below which condensed fronts count as not held (1).
-    order : {"dissection", "courses"}
-        Order of elimination of the blocks beyond the ground and a plane of weakness: nested dissection, or course by
-        course.
+    order : str
+        Order of elimination of the blocks beyond a plane of weakness: nested ``"dissection"``, or ``"courses"`` one by
+        one.
     dissected_size : int
         Degrees of freedom of a part of the wall above which it is divided by a separator.
     max_memory : float

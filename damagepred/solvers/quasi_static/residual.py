@@ -89,9 +89,11 @@ class Residual:
             self._moving_interfaces = all_interfaces
         # condensed fronts have fixed supports, and no load but dead and live ones
         displaced = self._blocks_of(moves | (supports.start != 0.0))
-        if self.jacks is not None and model.footing is None:  # a footing is never condensed
+        if self.jacks is not None:
             acting = np.flatnonzero((self.jacks.push != 0.0) | (self.jacks.weights != 0.0))
             displaced = np.append(displaced, self.system.block_of_dof[acting])
+        if model.footing is not None:
+            displaced = np.append(displaced, model.footing)
         tree = self.equations.tree
         self._never_condensed = tree.fronts_of(self._interfaces_of(displaced))
         self._never_condensed[:1] = True

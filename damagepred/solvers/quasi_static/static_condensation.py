@@ -44,14 +44,14 @@ class StaticCondensation:
         self._condensed_dofs = tree.dofs[np.repeat(~active, tree.size)]
         self._load_on_condensed = loads[:, self._condensed_dofs]
         roots = np.flatnonzero(~active & np.append(active, False)[tree.parent])
-        listed = [tree.boundary[tree.first_boundary[k] : tree.first_boundary[k + 1]] for k in roots]
-        boundary, self.places = np.unique(np.concatenate(listed), return_inverse=True)
+        of_root = np.repeat(np.isin(np.arange(tree.count), roots), tree.boundary_size)
+        boundary, self.places = np.unique(tree.boundary[of_root], return_inverse=True)
         self.first_place = np.concatenate(([0], np.cumsum(tree.boundary_size[roots])))
         self.boundary_dofs = tree.dofs[boundary]
         self._load = reduced[:, boundary] - loads[:, self.boundary_dofs]
         self._last = 0.0, 0.0, np.zeros(len(boundary))  # load factors, and their load
         first, complements = equations.arrays["complement_start"], equations.arrays["complements"]
-        self.stiffness = np.concatenate([complements[first[k] : first[k + 1]] for k in roots])
+        self.stiffness = np.concatenate([complements[:0], *(complements[first[k] : first[k + 1]] for k in roots)])
 
     def load(self, load: float, live: float) -> FloatArray:
         """Return the condensed load on the boundary degrees of freedom (N, N m).

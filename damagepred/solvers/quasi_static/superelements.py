@@ -210,7 +210,7 @@ class Superelements:
         displacement: FloatArray,
         plastic: FloatArray,
         force: FloatArray,
-        condensed_too: bool,
+        condensed_too: bool = True,
     ) -> None:
         """Add the internal forces of the blocks on their boundaries.
 
@@ -224,7 +224,7 @@ class Superelements:
             Plastic strain of the last equilibrium.
         force : array (size,)
             Residual force; updated.
-        condensed_too : bool
+        condensed_too : bool, optional
             Whether blocks of condensed parts count.
         """
         for shape, uncondensed in zip(self.shapes, self._uncondensed):
