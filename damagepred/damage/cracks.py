@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
@@ -106,24 +109,16 @@ def psi(cracks: Cracks) -> float:
     return float(2.0 * len(weight) ** 0.15 * mean**0.3)
 
 
-def _connected(joints: JointMap, part: BoolArray, number: IntArray) -> tuple[int, IntArray]:
-    """Return how many pieces interfaces ``number`` make, those where ``part`` is True, and the piece of each.
-
-    Connected components by hooking and pointer jumping (Shiloach and Vishkin 1982).
-    """
+def _connected(joints: JointMap, part: BoolArray, number: IntArray) -> tuple[int, NDArray[np.int32]]:
+    """Return how many pieces interfaces ``number`` make, those where ``part`` is True, and the piece of each."""
     first, second = joints.wall_neighbours
     both = np.flatnonzero(part[first] & part[second])
     if not both.size:
-        return len(number), np.arange(len(number))
+        return len(number), np.arange(len(number), dtype=np.int32)
     a, b = np.searchsorted(number, first[both]), np.searchsorted(number, second[both])
-    label = np.arange(len(number))
-    while ((at_a := label[a]) != (at_b := label[b])).any():
-        lower = np.minimum(at_a, at_b)
-        np.minimum.at(label, at_a, lower)
-        np.minimum.at(label, at_b, lower)
-        label = label[label]
-    roots, piece = np.unique(label, return_inverse=True)
-    return len(roots), piece
+    graph = sparse.csr_array((np.ones(len(a), dtype=np.int8), (a, b)), shape=(len(number),) * 2)
+    count, label = connected_components(graph, directed=False)
+    return int(count), label
 
 
 def group_widths(cracks: Cracks, distance: float, counts: Sequence[int]) -> tuple[float, ...]:

@@ -117,7 +117,7 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
     }
     if draw(st.booleans()):
         middle = draw(st.lists(number(0.01, 0.99), min_size=1, max_size=5, unique=True).map(sorted))
-        table = [[0.0, 0.0], *([p, draw(number(0.1, 2.0))] for p in middle), [1.0, 0.0]]
+        table = [[0.0, 0.0], *([p, draw(number(0.25, 2.0))] for p in middle), [1.0, 0.0]]
         tables["movement"] |= {"shape": "table", "table": table}
     if draw(st.booleans()):
         tables["opening"] = draw(openings(1.0, 0.5))

@@ -76,7 +76,8 @@ class Equilibrium(Residual):
             state.jack = self.jacks.load_at(state.load_factor, state.jack)
         first, load = begun if start is None else start, state.jack
         best, ratio, best_jack = first, np.inf, load
-        for searching in (self.has_potential, not self.has_potential)[:methods]:
+        forms = (self.has_potential, not self.has_potential)  # with line search, or with backtracking
+        for searching in forms[:1] if methods is Methods.NEWTON else forms:
             state.jack = load
             found, reached = self.newton(state, first, searching)
             if reached < self.tolerance:

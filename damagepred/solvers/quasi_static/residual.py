@@ -637,7 +637,7 @@ class _InterpretedProblem:
 
     def controls_deflection(self) -> bool:
         """Whether the deflection at the jacks is given, and their load unknown."""
-        return self._wall.jacks is not None and not self._wall.jacks.by_load
+        return not self._wall.has_potential
 
     def missing_deflection(self, displacement: FloatArray) -> float:
         """Return the missing deflection at the jacks (m), 0 where their load is given."""
