@@ -121,8 +121,22 @@ class EliminationTree:
         interfaces : array of bool (m,) or of int
             The interfaces.
         """
+        return self._marked(self.interface_front[interfaces])
+
+    def fronts_of_superelements(self, superelements: BoolArray | IntArray) -> BoolArray:
+        """Return the fronts of some deformable blocks (F,).
+
+        Parameters
+        ----------
+        superelements : array of bool or of int
+            The blocks.
+        """
+        return self._marked(self.superelement_front[superelements])
+
+    def _marked(self, fronts: IntArray) -> BoolArray:
+        """Return which fronts are listed (F,); -1 is no front."""
         found = np.zeros(self.count + 1, dtype=np.bool_)
-        found[self.interface_front[interfaces]] = True
+        found[fronts] = True
         return found[:-1]
 
     def in_fronts(self, fronts: BoolArray) -> BoolArray:

@@ -98,7 +98,7 @@ class Residual:
         self._never_condensed = tree.fronts_of(self._interfaces_of(displaced))
         self._never_condensed[:1] = True
         if self.superelements is not None:
-            self._never_condensed[tree.superelement_front[np.isin(self.superelements.block, displaced)]] = True
+            self._never_condensed |= tree.fronts_of_superelements(np.isin(self.superelements.block, displaced))
         if model.is_strained:
             self._never_condensed[:] = True
         self._detachment_limit = DetachmentLimit.of(model)
@@ -122,10 +122,11 @@ class Residual:
         """Return the blocks of some prescribed degrees of freedom."""
         return self.system.block_of_dof[self.model.supports.prescribed[prescribed]]
 
-    def _interfaces_of(self, blocks: IntArray, ground: bool = True) -> IntArray:
-        """Return the interfaces of some blocks, with those to the ground if asked for."""
-        face, listed = self.model.interfaces, np.append(blocks, self.model.n_blocks) if ground else blocks
-        return np.flatnonzero(np.isin(face.block_a, listed) | np.isin(face.block_b, listed))
+    def _interfaces_of(self, blocks: IntArray) -> IntArray:
+        """Return the interfaces of some blocks, and those to the ground; of guides, which do not move, only the former."""
+        face, n = self.model.interfaces, self.model.n_blocks
+        on_ground = ((face.block_a == n) | (face.block_b == n)) & ~self.model.guides
+        return np.flatnonzero(np.isin(face.block_a, blocks) | np.isin(face.block_b, blocks) | on_ground)
 
     @property
     def has_potential(self) -> bool:
@@ -204,7 +205,7 @@ class Residual:
         """Set the table of the iterations, with the present active fronts."""
         equations, condensation = self.equations, self.equations.condensation
         if self.superelements is not None:
-            self.superelements.set_condensed(~equations.active_fronts[equations.tree.superelement_front])
+            self.superelements.set_condensed(~np.append(equations.active_fronts, True)[equations.tree.superelement_front])
         self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
         self.free[self.equations.active_dofs] = True
         active = {"joints": self._joints(self.equations.active), "free": self.free}
@@ -564,16 +565,13 @@ class Residual:
         found = tree.fronts_of(sliding)
         if (blocks := self.superelements) is not None:
             opened = blocks.activate_yielding(state.displacement, state.load, state.load_factor, state.plastic)
-            found[tree.superelement_front[opened]] = True
+            found |= tree.fronts_of_superelements(opened)
         return found
 
     def _active_block_fronts(self) -> BoolArray:
         """Return the fronts (F,) of uncondensed deformable blocks."""
-        tree = self.equations.tree
-        found = np.zeros(tree.count, dtype=np.bool_)
-        if self.superelements is not None:
-            found[tree.superelement_front[self.superelements.active]] = True
-        return found
+        tree, blocks = self.equations.tree, self.superelements
+        return tree.fronts_of_superelements(np.empty(0, dtype=np.int64) if blocks is None else blocks.active)
 
     def complete(self, state: State, displacement: FloatArray | None = None) -> None:
         """Recover the displacements of condensed fronts, and those inside deformable blocks.
