@@ -73,6 +73,8 @@ class MultifrontalSystem:
         Order of elimination.
     condensation : StaticCondensation or None
         Superelements of the condensed subtrees; None if all fronts are active.
+    elastic_complements : array or None
+        Schur complements of condensed fronts without regularisation, as ``complements`` of the table; None if none is.
     active_fronts : array of bool (F,)
         Fronts that are not condensed.
     active, condensed_interfaces : array of int
@@ -96,6 +98,7 @@ class MultifrontalSystem:
         self.arrays: dict[str, np.ndarray] = {}
         self.tangent, self.address = self._table[0], self._table.ctypes.data
         self._allocate(system)
+        self.elastic_complements: FloatArray | None = None
         self.active_fronts = np.zeros(self.tree.count, dtype=np.bool_)
         self.activate(np.ones(self.tree.count, dtype=np.bool_))
 
@@ -103,7 +106,7 @@ class MultifrontalSystem:
         """Make the arrays that all active systems share."""
         tree, options, count = self.tree, self.options, len(self.elastic)
         size, edge = tree.size, tree.boundary_size
-        entries, largest = int(((size + edge) ** 2).sum()), int((size + edge).max(initial=1))
+        entries, largest = int(((size + edge) ** 2 + edge**2).sum()), int((size + edge).max(initial=1))
         if (needed := 8e-9 * entries) > options.max_memory:
             raise InputError(
                 f"the quasi-static solver would need {needed:.0f} GB for its matrices, and takes "
@@ -268,13 +271,7 @@ class MultifrontalSystem:
         condensed = self.active_fronts & ~fronts
         held = not fronts.all()
         if condensed.any():
-            interfaces = np.flatnonzero(self.tree.in_fronts(condensed))
-            self.arrays["target"][interfaces] = self.elastic[interfaces]
-            self.arrays["changed"][: len(interfaces)] = interfaces
-            self.arrays["outdated"][:] = condensed
-            self._set(elastic=1, changed_count=len(interfaces))
-            multifrontal.eliminate(self.address)
-            held = bool(self.tangent["held"])
+            held = self._eliminate_condensed(condensed)
             parents = self.tree.parent[condensed]
             self.arrays["stale"][parents[parents >= 0]] = True
         if not held:
@@ -284,6 +281,27 @@ class MultifrontalSystem:
         if held:
             self.condensation = StaticCondensation(self, load, live_load)
         return self.condensation
+
+    def _eliminate_condensed(self, fronts: BoolArray) -> bool:
+        """Eliminate some fronts, elastic; return whether their ancestors hold them.
+
+        Twice: their regularisation belongs to the tangent, not to the forces on their boundaries. Where a wall may rest
+        in several positions, regularisation decides between them, and should not depend on which fronts are condensed.
+        """
+        interfaces, outdated = np.flatnonzero(self.tree.in_fronts(fronts)), self.arrays["outdated"]
+        self.arrays["target"][interfaces] = self.elastic[interfaces]
+        self.arrays["changed"][: len(interfaces)] = interfaces
+        outdated[:] = fronts
+        self._set(elastic=0, changed_count=len(interfaces))
+        multifrontal.eliminate(self.address)
+        regularised = self.arrays["complements"]
+        if self.elastic_complements is None:
+            self.elastic_complements = np.empty_like(regularised)
+        outdated[:] = fronts
+        self._set(elastic=1, changed_count=0, complements=self.elastic_complements)
+        multifrontal.eliminate(self.address)
+        self._set(complements=regularised)
+        return bool(self.tangent["held"])
 
     def update(self, stiffness: FloatArray) -> None:
         """Set the stiffness of the interfaces for the next ``solve``.

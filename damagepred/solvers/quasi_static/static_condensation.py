@@ -50,8 +50,8 @@ class StaticCondensation:
         self.boundary_dofs = tree.dofs[boundary]
         self._load = reduced[:, boundary] - loads[:, self.boundary_dofs]
         self._last = 0.0, 0.0, np.zeros(len(boundary))  # load factors, and their load
-        first, complements = equations.arrays["complement_start"], equations.arrays["complements"]
-        self.stiffness = np.concatenate([complements[:0], *(complements[first[k] : first[k + 1]] for k in roots)])
+        first, complements = equations.arrays["complement_start"], equations.elastic_complements
+        self.stiffness = np.concatenate([np.empty(0), *(complements[first[k] : first[k + 1]] for k in roots)])
 
     def load(self, load: float, live: float) -> FloatArray:
         """Return the condensed load on the boundary degrees of freedom (N, N m).
