@@ -442,7 +442,7 @@ def _diagnostics(steps: list[Step], in_time: bool) -> dict[str, FloatArray]:
 
 
 def matrix_bytes(model: Model, solver: Solver) -> int:
-    """Return what the matrices of the quasi-static solver take (bytes), about: two for each course of blocks, dense.
+    """Return what the matrices of the quasi-static solver take (bytes): those of all fronts, dense.
 
     Parameters
     ----------
@@ -453,14 +453,17 @@ def matrix_bytes(model: Model, solver: Solver) -> int:
     """
     if solver.method != "quasi_static":
         return 0
-    from damagepred.solvers.quasi_static.elimination_tree import block_levels
+    from damagepred.solvers.quasi_static.elimination_tree import EliminationTree
+    from damagepred.solvers.quasi_static.superelements import Superelements
     from damagepred.solvers.symmetry import reduce_by_symmetry
     from damagepred.solvers.system.discrete_system import DiscreteSystem
 
-    half = reduce_by_symmetry(model, SolverOptions.of(solver).symmetry) if solver.symmetric_half else None
+    options = SolverOptions.of(solver)
+    half = reduce_by_symmetry(model, options.symmetry) if solver.symmetric_half else None
     solved = model if half is None else half
-    levels = block_levels(DiscreteSystem.of(solved))[: solved.n_blocks]
-    return int(2 * 8 * ((3 * np.bincount(levels)) ** 2).sum())
+    system = DiscreteSystem.of(solved, options.elastic_solution)
+    blocks = None if solved.mesh is None else Superelements(system, options.newton.interior_tolerance)
+    return 8 * EliminationTree(system, blocks, options.linear_system).matrix_entries
 
 
 def shares_of_size(model: Model, steps: list[Step]) -> dict[str, float]:

@@ -50,7 +50,7 @@ class Continuation:
     model : Model
         The wall.
     settings : Solver
-        Tolerances, and whether elastic courses are condensed.
+        Tolerances, and whether parts that stay elastic are condensed.
     """
 
     def __init__(self, model: Model, settings: Solver) -> None:
@@ -418,7 +418,7 @@ class Continuation:
     def predict_next_event(self, state: State, target: Point) -> tuple[FloatArray, float]:
         """Predict displacements at a target with the tangent, and the share of the step at which the next bond fails.
 
-        Of plain joints, bonds of condensed courses do not count: where one fails first, the step to it is found by
+        Of plain joints, bonds of condensed fronts do not count: where one fails first, the step to it is found by
         interpolation. Paths of softening joints amplify the difference.
 
         Parameters

@@ -99,6 +99,11 @@ class EliminationTree:
         self.front_interfaces, self.first_interface = self._grouped(self.interface_front)
         self.front_superelements, self.first_superelement = self._grouped(self.superelement_front)
 
+    @property
+    def matrix_entries(self) -> int:
+        """Entries of the dense matrices of all fronts: an inverse, two couplings and two Schur complements of each."""
+        return int(((self.size + self.boundary_size) ** 2 + self.boundary_size**2).sum())
+
     def ancestors(self, fronts: BoolArray) -> BoolArray:
         """Return some fronts and all their ancestors.
 

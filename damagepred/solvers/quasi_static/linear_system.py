@@ -106,8 +106,8 @@ class MultifrontalSystem:
         """Make the arrays that all active systems share."""
         tree, options, count = self.tree, self.options, len(self.elastic)
         size, edge = tree.size, tree.boundary_size
-        entries, largest = int(((size + edge) ** 2 + edge**2).sum()), int((size + edge).max(initial=1))
-        if (needed := 8e-9 * entries) > options.max_memory:
+        largest = int((size + edge).max(initial=1))
+        if (needed := 8e-9 * tree.matrix_entries) > options.max_memory:
             raise InputError(
                 f"the quasi-static solver would need {needed:.0f} GB for its matrices, and takes "
                 f"{options.max_memory:g} GB at most; take a larger solver.zone_size, cut fewer blocks, or take "

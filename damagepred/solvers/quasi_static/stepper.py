@@ -35,7 +35,7 @@ class QuasiStaticStepper:
     model : Model
         The wall.
     settings : Solver
-        Tolerances, and whether elastic courses are condensed.
+        Tolerances, and whether parts that stay elastic are condensed.
     """
 
     def __init__(self, model: Model, settings: Solver) -> None:
@@ -163,7 +163,7 @@ def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterat
     model : Model
         The wall.
     settings : Solver
-        Tolerances; whether elastic courses are condensed.
+        Tolerances; whether parts that stay elastic are condensed.
     increments : int
         Number of equal steps of the movement.
 
