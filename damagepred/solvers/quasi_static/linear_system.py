@@ -73,8 +73,8 @@ class MultifrontalSystem:
         Order of elimination.
     condensation : StaticCondensation or None
         Superelements of the condensed subtrees; None if all fronts are active.
-    elastic_complements : array or None
-        Schur complements of condensed fronts without regularisation, as ``complements`` of the table; None if none is.
+    elastic_complements : array
+        Schur complements of condensed fronts without regularisation, as ``complements`` of the table; empty until then.
     active_fronts : array of bool (F,)
         Fronts that are not condensed.
     active, condensed_interfaces : array of int
@@ -98,7 +98,7 @@ class MultifrontalSystem:
         self.arrays: dict[str, np.ndarray] = {}
         self.tangent, self.address = self._table[0], self._table.ctypes.data
         self._allocate(system)
-        self.elastic_complements: FloatArray | None = None
+        self.elastic_complements = np.empty(0)
         self.active_fronts = np.zeros(self.tree.count, dtype=np.bool_)
         self.activate(np.ones(self.tree.count, dtype=np.bool_))
 
@@ -295,7 +295,7 @@ class MultifrontalSystem:
         self._set(elastic=0, changed_count=len(interfaces))
         multifrontal.eliminate(self.address)
         regularised = self.arrays["complements"]
-        if self.elastic_complements is None:
+        if not self.elastic_complements.size:
             self.elastic_complements = np.empty_like(regularised)
         outdated[:] = fronts
         self._set(elastic=1, changed_count=0, complements=self.elastic_complements)

@@ -123,7 +123,7 @@ class Residual:
         return self.system.block_of_dof[self.model.supports.prescribed[prescribed]]
 
     def _interfaces_of(self, blocks: IntArray) -> IntArray:
-        """Return the interfaces of some blocks, and those to the ground; of guides, which do not move, only the former."""
+        """Return the interfaces of some blocks, and those to the ground but for guides, which do not move."""
         face, n = self.model.interfaces, self.model.n_blocks
         on_ground = ((face.block_a == n) | (face.block_b == n)) & ~self.model.guides
         return np.flatnonzero(np.isin(face.block_a, blocks) | np.isin(face.block_b, blocks) | on_ground)
@@ -205,7 +205,8 @@ class Residual:
         """Set the table of the iterations, with the present active fronts."""
         equations, condensation = self.equations, self.equations.condensation
         if self.superelements is not None:
-            self.superelements.set_condensed(~np.append(equations.active_fronts, True)[equations.tree.superelement_front])
+            active = np.append(equations.active_fronts, True)[equations.tree.superelement_front]
+            self.superelements.set_condensed(~active)
         self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
         self.free[self.equations.active_dofs] = True
         active = {"joints": self._joints(self.equations.active), "free": self.free}
