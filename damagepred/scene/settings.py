@@ -73,8 +73,8 @@ class Solver:
         and friction closely, whatever the number of increments. A large value leaves the steps as the increments make
         them.
     condense : bool
-        Whether the quasi-static solver condenses parts of the wall statically while their joints stay elastic. A part is
-        recovered when one of its joints would slide or break. False looks at every joint in every step.
+        Whether the quasi-static solver condenses parts of the wall statically while their joints stay elastic. A part
+        is recovered when one of its joints would slide or break. False looks at every joint in every step.
     damping : float
         Local damping of the explicit solver: share of the unbalanced force that opposes the motion, 0 <= damping < 1.
         Where zones do not settle between joints that give way, it goes down by itself, to 0.1.
