@@ -1,4 +1,4 @@
-"""Static condensation of elastic courses does not change results, and ends where they leave the elastic range."""
+"""Static condensation of elastic parts does not change results, and ends where they leave the elastic range."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -13,13 +13,14 @@ from damagepred.scene import Scene, Solver
 from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.options import ReturnMappingOptions
 from damagepred.solvers.quasi_static.stepper import quasi_static_path
+from damagepred.solvers.symmetry import reduce_by_symmetry
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 
 
 @pytest.mark.parametrize(
     ("name", "dpc", "deflection"),
-    [("bryant_dishing", True, 4e-3), ("bryant_dishing", False, 2e-3), ("bryant_window_doming", True, 1e-3)],
+    [("bryant_dishing", True, 4e-3), ("bryant_dishing", False, 2e-3), ("bryant_window_doming", True, 3e-3)],
 )
 def test_condensed_and_full_systems_are_the_same(name: str, dpc: bool, deflection: float) -> None:
     scene = Scene.from_toml(DATA / f"{name}.toml").with_values({"movement.central_deflection": deflection})
@@ -34,10 +35,19 @@ def test_condensed_and_full_systems_are_the_same(name: str, dpc: bool, deflectio
         assert condensed.unbalanced_force_ratio < 1e-6
         assert whole.unbalanced_force_ratio < 1e-6
         np.testing.assert_allclose(condensed.opening, whole.opening, atol=1e-9)
-        # the position of a wall that slides at both ends is not unique: friction balances a range of positions
-        np.testing.assert_allclose(condensed.displacement, whole.displacement, atol=1e-4)
+        # friction balances a range of positions of a wall that slides at both ends; regularisation takes the same one
+        np.testing.assert_allclose(condensed.displacement, whole.displacement, atol=2e-6)
         np.testing.assert_array_equal(condensed.state == 1, whole.state == 1)
         assert condensed.energy.elastic_energy == pytest.approx(whole.energy.elastic_energy, rel=1e-5)
+
+
+def test_half_a_wall_is_condensed_along_its_axis() -> None:
+    model = reduce_by_symmetry(wall_model(Scene.from_toml(DATA / "bryant_dishing.toml")))
+    assert model is not None
+    path = Continuation(model, Solver(method="quasi_static"))
+    path.advance(1.0, 0.0)
+    guides = np.flatnonzero(model.guides)
+    assert np.isin(path.equilibrium.equations.active, guides).sum() < 0.5 * len(guides)
 
 
 def test_condensed_energy_is_that_of_the_joints() -> None:
