@@ -51,22 +51,47 @@ def fill(table: np.void, values: dict[str, Any]) -> None:
             table[name] = value
 
 
-def words_of(dtype: np.dtype[Any], names: str) -> list[int]:
-    """Return where in a table, taken as integers, the addresses of arrays are.
+class Address:
+    """Place in a table of an array that others replace, of any number of rows. The last one is kept alive.
 
     Parameters
     ----------
-    dtype : numpy.dtype
-        Made by ``table_type``.
-    names : str
-        Of the arrays, between spaces.
+    table : array of records (1,)
+        The table.
+    name : str
+        Of the array.
+
+    Attributes
+    ----------
+    given : array or None
+        The last one; None if it was copied.
     """
-    offsets = dtype.fields or {}
-    return [offsets[name][1] // 8 for name in names.split()]
+
+    def __init__(self, table: np.ndarray, name: str) -> None:
+        self._words, self._place = table.view(np.int64), (table.dtype.fields or {})[name][1] // 8
+        self.given: np.ndarray | None = None
+
+    def set(self, array: np.ndarray) -> None:
+        """Set the address and rows of an array; of a contiguous copy, anew each time, if it is not contiguous.
+
+        Parameters
+        ----------
+        array : array
+            The array.
+        """
+        if array is not self.given:
+            self._kept = np.ascontiguousarray(array)
+            self.given = array if self._kept is array else None
+            self._words[self._place] = self._kept.__array_interface__["data"][0]
+            self._words[self._place + 1] = len(array)
+
+    def forget(self) -> None:
+        """Set the next array even if it is the last one: a kernel has put another in its place."""
+        self.given = None
 
 
 class Addresses:
-    """Addresses in a table of the arrays of a tuple. The last tuple is remembered, and its arrays kept alive.
+    """Places in a table of the arrays of a tuple that others replace, see ``Address``.
 
     Parameters
     ----------
@@ -77,23 +102,21 @@ class Addresses:
     """
 
     def __init__(self, table: np.ndarray, names: str) -> None:
-        self._words, self._places = table.view(np.int64), words_of(table.dtype, names)
-        self._last: tuple[np.ndarray, ...] | None = None
-        self._kept: list[np.ndarray] = []
+        self._addresses = [Address(table, name) for name in names.split()]
+        self._given: tuple[np.ndarray, ...] = ()
 
     def set(self, arrays: tuple[np.ndarray, ...]) -> None:
-        """Set the addresses of arrays; of contiguous copies where they are not contiguous.
+        """Set the addresses and rows of the arrays of a tuple.
 
         Parameters
         ----------
         arrays : tuple of array
-            The arrays.
+            In the order of their names.
         """
-        if arrays is not self._last:
-            self._kept = [np.ascontiguousarray(values) for values in arrays]
-            for place, values in zip(self._places, self._kept):
-                self._words[place] = values.__array_interface__["data"][0]
-            self._last = arrays if all(a is b for a, b in zip(arrays, self._kept)) else None
+        if arrays is not self._given:
+            for address, array in zip(self._addresses, arrays):
+                address.set(array)
+            self._given = () if any(address.given is None for address in self._addresses) else arrays
 
 
 _REST = {dimensions: (0,) * (4 - dimensions) for dimensions in range(5)}

@@ -12,7 +12,6 @@ The whole wall may leave its symmetry where rounding decides which of two equal 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,8 +65,9 @@ class HalfModel(Model):
         """Return an increment of the whole wall from one of the half; counts of work done stay those of the half."""
         geometry, force = self.geometry, increment.support_force
 
-        def at_contacts(values: NDArray, factor: Any = 1) -> NDArray:
-            return factor * values.ravel()[geometry.contact_source]
+        def at_contacts(values: NDArray, factor: FloatArray | None = None) -> NDArray:
+            found = values.ravel().take(geometry.contact_source)
+            return found if factor is None else factor * found
 
         if force is not None:  # twice that on half a block; sideways force and moment of the axis are no support's
             force = np.where(geometry.cut[:, None], np.array([0.0, 2.0, 0.0]) * force, force)

@@ -75,8 +75,8 @@ def test_addresses_are_those_of_the_arrays_or_of_contiguous_copies() -> None:
     known.set(strided)
     table[0]["factor"] = 2.0
     inner(table.ctypes.data)
-    copy = known._kept[0]
+    copy = known._addresses[0]._kept
     np.testing.assert_array_equal(copy, [14.0, 14.0, 14.0, 14.0])
     second[:] = 3.0
     known.set(strided)
-    np.testing.assert_array_equal(known._kept[0], [3.0, 3.0, 3.0, 3.0])
+    np.testing.assert_array_equal(known._addresses[0]._kept, [3.0, 3.0, 3.0, 3.0])

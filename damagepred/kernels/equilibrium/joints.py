@@ -166,11 +166,11 @@ class JointUnits:
             )
 
         def find_sliding(address):
-            """Fill ``slides`` of the interfaces: whether a joint slides, is crushed or closes its gap."""
+            """Fill ``slides`` of the interfaces: whether a joint slides, is crushed or closes its gap; count them."""
             table = problem_at(address)
             interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
             listed, found = integers(table.joints), flags(table.slides)
-            checks.find_sliding(listed, interfaces, properties, options, ground, history, u, found)
+            table.sliding = checks.find_sliding(listed, interfaces, properties, options, ground, history, u, found)
 
         def joint_law_violation(address):
             """Set ``violation``, the largest stress by which ``normal_stress`` and ``shear_stress`` violate the law."""

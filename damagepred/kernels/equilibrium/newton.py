@@ -10,11 +10,21 @@ unstable equilibrium. The reversed step, a direction of negative curvature, lead
 import numpy as np
 
 from damagepred.kernels.equilibrium.line_search import line_search
-from damagepred.kernels.equilibrium.problem import controls_deflection, residual, solve
+from damagepred.kernels.equilibrium.problem import (
+    Problem,
+    controls_deflection,
+    keep_tangent,
+    parameters_at,
+    problem_at,
+    residual,
+    solve,
+)
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
-from damagepred.kernels.jit import kernel
+from damagepred.kernels.jit import Unit, rule
+from damagepred.kernels.table import float_rows, floats
 
 
+@rule
 def newton(problem, jack, start, best, room):
     """Newton's method with backtracking on the Coulomb law; return unbalanced force ratio and load of the jacks.
 
@@ -68,6 +78,7 @@ def newton(problem, jack, start, best, room):
     return least, best_jack
 
 
+@rule
 def newton_with_line_search(problem, jack, start, best, room):
     """Newton's method with line search on the Coulomb law; return unbalanced force ratio and load of the jacks.
 
@@ -111,6 +122,32 @@ def newton_with_line_search(problem, jack, start, best, room):
     return least, best_jack
 
 
-compiled_newton = kernel(newton)
-compiled_newton_with_line_search = kernel(newton_with_line_search)
-"""For walls of rigid or elastic blocks; the functions themselves serve others, in Python."""
+@Unit
+def run_newton(address):
+    """Run Newton's method with backtracking for a wall of rigid or elastic blocks.
+
+    Parameters
+    ----------
+    address : int
+        Of the table of the wall: ``best`` is filled from ``start`` on; ``jack`` and ``ratio`` become those there; and
+        ``tangent`` that at an equilibrium, if this is one.
+    """
+    table = problem_at(address)
+    problem, start, best = Problem(parameters_at(table.parameters), address), floats(table.start), floats(table.best)
+    table.ratio, table.jack = newton(problem, table.jack, start, best, float_rows(table.room))
+    keep_tangent(table)
+
+
+@Unit
+def run_newton_with_line_search(address):
+    """Run Newton's method with line search for a wall of rigid or elastic blocks.
+
+    Parameters
+    ----------
+    address : int
+        As ``run_newton``.
+    """
+    table = problem_at(address)
+    problem, start, best = Problem(parameters_at(table.parameters), address), floats(table.start), floats(table.best)
+    table.ratio, table.jack = newton_with_line_search(problem, table.jack, start, best, float_rows(table.room))
+    keep_tangent(table)

@@ -10,8 +10,9 @@ import numpy as np
 from numba.extending import overload
 
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
-from damagepred.kernels.interface.residual import free_residual, subtract_boundary_forces, within_limit
+from damagepred.kernels.interface.residual import free_residual, within_limit
 from damagepred.kernels.jit import UNCOUNTED, Unit, law
+from damagepred.kernels.linear.condensation import condensation_at
 from damagepred.kernels.linear.table import system_at
 from damagepred.kernels.table import address_of, flags, float_rows, floats, integers, run, table_at, table_type
 
@@ -51,15 +52,15 @@ deflection_tolerance : float
 
 PROBLEM = table_type(
     "joints external ground_normal ground_shear slip dilatant_opening cracked kappa tresca_bound "
-    "tresca_dilatant_opening tresca_kappa strain_stiffness boundary_dofs first_boundary boundary_stiffness free "
-    "per_weight arms force stiffness push weights edge contact_offset contact_area side_dof side_rows properties "
-    "displacement residual step slides never_opened ground_force_normal ground_force_shear bond_load opening "
-    "normal_stress shear_stress",
-    integers="here add_joint_forces compute_residual compute_step compute_bordered_step solve_tangent system "
-    "first_strain coulomb bordered max_iterations dilatant_iterations",
-    numbers="deflection jack jack_step ratio relative_tolerance snap_back_ratio cap_slope_ratio yield_tolerance "
-    "relaxation no_strength block_stress largest_bond_load friction crushing mode_1_dissipation stored softened "
-    "violation",
+    "tresca_dilatant_opening tresca_kappa strain_stiffness free per_weight arms force stiffness tangent push weights "
+    "edge contact_offset contact_area side_dof side_rows properties displacement residual step start best room slides "
+    "never_opened ground_force_normal ground_force_shear bond_load opening normal_stress shear_stress",
+    integers="here system parameters condensation subtract_boundary_forces add_joint_forces compute_residual "
+    "compute_step compute_bordered_step solve_tangent first_strain coulomb bordered sliding max_iterations "
+    "dilatant_iterations",
+    numbers="deflection jack jack_step ratio limit minimum_tolerance relative_tolerance snap_back_ratio "
+    "cap_slope_ratio yield_tolerance relaxation no_strength block_stress largest_bond_load friction crushing "
+    "mode_1_dissipation stored softened violation",
 )
 """Attributes, with m interfaces of q contacts.
 
@@ -73,8 +74,6 @@ slip, dilatant_opening, cracked, kappa, tresca_bound, tresca_dilatant_opening, t
     History and bounds; see ``joint_forces``.
 first_strain, strain_stiffness : int, array
     First strain of elastic blocks among all degrees of freedom, and their stiffness.
-boundary_dofs, first_boundary, boundary_stiffness : array of int, array of int, array
-    Superelements of the condensed subtrees; see ``subtract_boundary_forces``.
 free : array of bool (size,)
     Active degrees of freedom.
 per_weight, arms : array (size,)
@@ -98,15 +97,20 @@ step, jack_step : array (size,), float
     Results of ``compute_step``: steps of the displacements (m, rad) and of the load of each jack (N).
 bordered : bool
     Whether the load of the jacks is unknown in that step, if their deflection is given.
-here, system : int
-    Addresses of this table and of that of the tangent equations.
-add_joint_forces, compute_residual, compute_step, compute_bordered_step, solve_tangent : int
+start, best, limit, minimum_tolerance, room
+    Arguments and results of ``run_newton`` and ``minimise_tresca``; ``room`` is scratch.
+here, system, parameters, condensation : int
+    Addresses of this table, of that of the tangent equations, of ``PARAMETERS``, and of the table of the condensed
+    subtrees, 0 if there are none.
+subtract_boundary_forces, add_joint_forces, compute_residual, compute_step, compute_bordered_step, solve_tangent : int
     Addresses of units; ``compute_bordered_step`` is 0 without jacks.
-slides, never_opened, ground_force_normal, ..., violation
+tangent : array (m, 9)
+    Tangents of the interfaces at the last equilibrium.
+slides, sliding, never_opened, ground_force_normal, ..., violation
     Arguments and results of the units of ``damagepred.kernels.equilibrium.joints``.
 """
-problem_at = table_at(PROBLEM, "PROBLEM")
-"""What gives the table at an address."""
+problem_at, parameters_at = table_at(PROBLEM, "PROBLEM"), table_at(PARAMETERS, "PARAMETERS")
+"""What gives the table, and the parameters, at an address."""
 
 
 class Problem(NamedTuple):
@@ -199,18 +203,15 @@ def compute_residual(address):
         Of the table.
     """
     table = problem_at(address)
-    force, displacement, push = floats(table.force), floats(table.displacement), floats(table.push)
+    force, push = floats(table.force), floats(table.push)
     copy(floats(table.external), force)
     for i in range(push.size):
         force[i] += table.jack * push[i]
     run(table.add_joint_forces, address)
-    subtract_boundary_forces(
-        integers(table.boundary_dofs),
-        integers(table.first_boundary),
-        floats(table.boundary_stiffness),
-        displacement,
-        force,
-    )
+    if table.condensation != 0:
+        condensation = condensation_at(table.condensation)
+        condensation.displacement.address, condensation.force.address = table.displacement.address, table.force.address
+        run(table.subtract_boundary_forces, table.condensation)
     table.ratio = free_residual(force, flags(table.free), floats(table.per_weight), floats(table.residual))
 
 
@@ -268,6 +269,22 @@ def bordered_step(weights, responses, missing, step):
         jack_step = (missing - dot(weights, responses[0])) / deflection_per_load
     move_along(responses[0], jack_step, responses[1], step)
     return jack_step
+
+
+@law
+def keep_tangent(table):
+    """Keep the tangents of the interfaces if the last iteration found an equilibrium.
+
+    Parameters
+    ----------
+    table : PROBLEM
+        Of the wall.
+    """
+    if table.ratio < parameters_at(table.parameters).tolerance:
+        stiffness, tangent = float_rows(table.stiffness), float_rows(table.tangent)
+        for i in integers(table.joints):
+            for j in range(9):
+                tangent[i, j] = stiffness[i, j]
 
 
 @Unit

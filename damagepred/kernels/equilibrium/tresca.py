@@ -2,17 +2,22 @@
 
 from damagepred.kernels.equilibrium.line_search import line_search
 from damagepred.kernels.equilibrium.problem import (
+    Problem,
     add_jack_load,
     controls_deflection,
     goes_too_far,
     missing,
+    parameters_at,
+    problem_at,
     residual,
     solve,
 )
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
-from damagepred.kernels.jit import kernel, rule
+from damagepred.kernels.jit import Unit, rule
+from damagepred.kernels.table import float_rows, floats
 
 
+@rule
 def minimise(problem, jack, tolerance, limit, u, room):
     """Minimise the potential of a Tresca problem from any start; return the load of the jacks.
 
@@ -82,5 +87,16 @@ def _correct_jack_load(problem, u, step, force):
     return jack_step
 
 
-compiled_minimise = kernel(minimise)
-"""For walls of rigid or elastic blocks; the functions themselves serve others, in Python."""
+@Unit
+def minimise_tresca(address):
+    """Minimise the potential of the Tresca problem of a wall of rigid or elastic blocks, from ``start`` on.
+
+    Parameters
+    ----------
+    address : int
+        Of the table of the wall, with ``minimum_tolerance`` and ``limit``; ``start`` becomes the minimum, and ``jack``
+        the load of the jacks there.
+    """
+    table = problem_at(address)
+    problem, room = Problem(parameters_at(table.parameters), address), float_rows(table.room)
+    table.jack = minimise(problem, table.jack, table.minimum_tolerance, table.limit, floats(table.start), room)

@@ -114,7 +114,7 @@ def _elastic_shear_limit(general, p, cracked, sigma, options):
 
 @law
 def find_sliding(listed, interfaces, properties, options, ground, history, displacement, found):
-    """Find the interfaces in which a joint slides, is crushed or closes its gap.
+    """Find the interfaces in which a joint slides, is crushed or closes its gap; return their number.
 
     Parameters
     ----------
@@ -125,6 +125,7 @@ def find_sliding(listed, interfaces, properties, options, ground, history, displ
     found : array of bool (m,)
         Set for those listed.
     """
+    count = 0
     for i in listed:
         middle, p, slides = interface_displacement(interfaces, displacement, i), properties[i], False
         for k in range(interfaces.contact_area.shape[1]):
@@ -137,6 +138,8 @@ def find_sliding(listed, interfaces, properties, options, ground, history, displ
             slides |= abs(p.shear_stiffness * u_s) > limit
             slides |= sigma < -p.compressive_strength
         found[i] = slides
+        count += slides
+    return count
 
 
 @law

@@ -32,30 +32,6 @@ def free_residual(force, free, per_weight, residual):
 
 
 @kernel
-def subtract_boundary_forces(dofs, first, stiffness, displacement, force):
-    """Subtract the forces by which superelements of condensed parts resist the displacements of their boundaries.
-
-    Parameters
-    ----------
-    dofs, first : array of int
-        Degrees of freedom of each superelement, one after the other, and where those of each begin.
-    stiffness : array
-        Its symmetric stiffness, one matrix after the other.
-    displacement, force : array (size,)
-        Of all degrees of freedom; forces are updated.
-    """
-    at = 0
-    for k in range(first.size - 1):
-        own = dofs[first[k] : first[k + 1]]
-        for r in range(own.size):
-            row, total = stiffness[at : at + own.size], 0.0
-            for c in range(own.size):
-                total += row[c] * displacement[own[c]]
-            force[own[r]] -= total
-            at += own.size
-
-
-@kernel
 def largest_block_resultant(force, block, dof_x, dof_y, arm_x, arm_y, total):
     """Return the largest resultant x, y or moment (N) of the forces on the gridpoints of a block.
 

@@ -116,8 +116,22 @@ def add_row(amount, row, total):
 
 
 @law
-def _add_product(sign, matrix, rows, columns, force, first, product, to):
-    """Add a matrix, column by column, times ``columns`` entries of each force, or its negative, to ``rows`` others."""
+def add_product(sign, matrix, rows, columns, force, first, product, to):
+    """Add the product of a matrix and a part of each force, or its negative, to a part of each product.
+
+    Parameters
+    ----------
+    sign : float
+        1 or -1.
+    matrix : array (rows * columns,)
+        Column by column.
+    rows, columns : int
+        Its size.
+    force, product : array (r, n)
+        The products of each row are added to ``rows`` entries from ``to`` on.
+    first, to : int
+        First entries that are taken of each force, and of each product.
+    """
     rest = columns % 4
     for i in range(0, columns - rest, 4):  # four columns at a time
         one, two = matrix[i * rows :], matrix[(i + 1) * rows :]
@@ -161,14 +175,14 @@ def forward(address):
         if not reached[k]:
             continue
         size, a, rows = start[k + 1] - start[k], row_start[k], boundary[first[k] : first[k + 1]]
-        _add_product(1.0, floats(system.inverses)[inverse_start[k] :], size, size, force, a, particular, a)
+        add_product(1.0, floats(system.inverses)[inverse_start[k] :], size, size, force, a, particular, a)
         if rows.size == 0:
             continue
         reached[parent[k]] = True
         for m in range(force.shape[0]):
             for i in range(rows.size):
                 edges[m, i] = 0.0
-        _add_product(1.0, floats(system.lower)[at[k] :], rows.size, size, force, a, edges, 0)
+        add_product(1.0, floats(system.lower)[at[k] :], rows.size, size, force, a, edges, 0)
         for m in range(force.shape[0]):
             for i in range(rows.size):
                 force[m, rows[i]] -= edges[m, i]
@@ -196,7 +210,7 @@ def back(address):
                 displacement[m, i] = particular[m, i]
             for i in range(rows.size):
                 edges[m, i] = displacement[m, rows[i]]
-        _add_product(-1.0, floats(system.upper)[at[k] :], size, rows.size, edges, 0, displacement, a)
+        add_product(-1.0, floats(system.upper)[at[k] :], size, rows.size, edges, 0, displacement, a)
 
 
 @Unit

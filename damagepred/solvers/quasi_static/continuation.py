@@ -124,10 +124,10 @@ class Continuation:
             self.equilibrium.uncondense_interfaces(free)
         trial = self.state.copy()
         ratio = self.equilibrium.find(trial)
-        if snapped := self._has_failed(trial, ratio):
+        if snapped := ratio >= self.tolerance:
             trial, ratio = self.snap_through(self.state, self.state.load_factor)
         self.state = trial
-        if not self._has_failed(trial, ratio):
+        if ratio < self.tolerance:
             self.commit(trial, unstable=True, snapped=snapped)
             self.state, ratio = self._redistribute_failures(trial, ratio)
         return ratio
@@ -276,7 +276,7 @@ class Continuation:
             trial = self._solve_step(state, target, ahead, control)
             if trial is None:
                 continue
-            if self._has_failed(trial.state, trial.residual):
+            if trial.residual >= self.tolerance:
                 if self._bracket_collapse(state, target, trial, control):
                     return trial.residual
                 continue
@@ -304,7 +304,7 @@ class Continuation:
             return None
         if residual < self.tolerance and control.halvings:
             self._allowed_halvings = min(self._allowed_halvings + 1, self.options.continuation.max_halvings + 1)
-        if not self._has_failed(trial, residual):
+        if residual < self.tolerance:
             return _Trial(trial, residual, trial)
         collapse_known = control.collapse_point is not None
         return _Trial(*self._find_distant(state, trial, ahead, newton_only, collapse_known))
@@ -341,16 +341,12 @@ class Continuation:
         if at_event:
             state, residual = self._redistribute_failures(trial.state, trial.residual)
             control.pass_event()
-            failed = self._has_failed(state, residual)
+            failed = residual >= self.tolerance
             if failed:
                 self.last_stable_load_factor, self.state = trial.state.load_factor, state
             return state, residual, failed
         control.bracket_event(state, target, self._interpolate_event(state, loaded, options.interpolation_aim))
         return state, np.inf, False
-
-    def _has_failed(self, state: State, ratio: float) -> bool:
-        """Return whether a state is no equilibrium."""
-        return ratio >= self.tolerance or self.equilibrium.has_diverged(state)
 
     def _is_detached(self, state: State) -> bool:
         """Return whether a part of the wall is detached."""
@@ -384,7 +380,7 @@ class Continuation:
         if newton_only and not collapse_known and self.tolerance <= ratio < np.inf:
             unconverged = state.at(unconverged.load, unconverged.load_factor)
             residual = self.equilibrium.find(unconverged, ahead)
-            if not self._has_failed(unconverged, residual):
+            if residual < self.tolerance:
                 return unconverged, residual, unconverged
         return trial, ratio, unconverged
 
@@ -523,7 +519,7 @@ class Continuation:
             snapped = ratio >= self.tolerance and not self.equilibrium.has_diverged(trial)
             if snapped:
                 trial, ratio = self.snap_through(state, state.load_factor)
-            if self._has_failed(trial, ratio):
+            if ratio >= self.tolerance:
                 return trial, ratio
             state = trial
             self.commit(state, unstable=True, snapped=snapped)

@@ -244,9 +244,8 @@ class MultifrontalSystem:
             any_stale=1,
             solution_operations=2.0 * float(operations[fronts].sum()),
         )
-        self._active_rows = self._rows_of(fronts, fronts)
+        self._set(**self._rows_of(fronts, fronts))
         self._condensed_rows = self._rows_of(~fronts, np.ones_like(fronts))
-        fill(self.tangent, self._active_rows)
 
     def _rows_of(self, fronts: BoolArray, in_rows: BoolArray) -> dict[str, IntArray]:
         """Return the fronts that units work on, and where the degrees of freedom of those ``in_rows`` are in a row."""
@@ -348,23 +347,20 @@ class MultifrontalSystem:
             In the order of the fronts; updated, and filled with the solution, active fronts fixed.
         """
         self.arrays["reached"][:] = True
-        self._run_condensed(multifrontal.forward, force, particular)
+        table = self.condensed_table(force, particular)
+        multifrontal.forward(table.ctypes.data)
 
-    def recover(self, displacement: FloatArray, particular: FloatArray) -> None:
-        """Recover the displacements of condensed fronts from those of the active ones.
+    def condensed_table(self, current: FloatArray, particular: FloatArray) -> np.ndarray:
+        """Return a table for units that work on the condensed fronts, with a row for every degree of freedom.
 
         Parameters
         ----------
-        displacement, particular : array (r, degrees of freedom)
-            In the order of the fronts; updated, and the particular solution.
+        current, particular : array (r, degrees of freedom)
+            In the order of the fronts; see ``SYSTEM``.
         """
-        self._run_condensed(multifrontal.back, displacement, particular)
-
-    def _run_condensed(self, unit: Any, current: FloatArray, particular: FloatArray) -> None:
-        """Run a unit on the condensed fronts, with a row for every degree of freedom."""
-        fill(self.tangent, {**self._condensed_rows, "current": current, "particular": particular})
-        unit(self.address)
-        fill(self.tangent, self._active_rows)
+        table = self._table.copy()
+        fill(table[0], {**self._condensed_rows, "current": current, "particular": particular})
+        return table
 
     def _update_blocks(self) -> None:
         """Take over the tangents of active deformable blocks."""

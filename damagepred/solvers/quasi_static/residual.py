@@ -12,37 +12,35 @@ from damagepred.assembly import Model
 from damagepred.kernels.concrete_section.forces import section_forces
 from damagepred.kernels.equilibrium.joints import JOINT_UNITS
 from damagepred.kernels.equilibrium.newton import (
-    compiled_newton,
-    compiled_newton_with_line_search,
     newton,
     newton_with_line_search,
+    run_newton,
+    run_newton_with_line_search,
 )
 from damagepred.kernels.equilibrium.problem import (
     PARAMETERS,
-    PROBLEM,
-    Problem,
     bordered_step,
     compute_bordered_step,
     compute_residual,
     compute_step,
     with_constraint,
 )
-from damagepred.kernels.equilibrium.tresca import compiled_minimise, minimise
-from damagepred.kernels.interface.residual import free_residual, subtract_boundary_forces, within_limit
+from damagepred.kernels.equilibrium.tresca import minimise, minimise_tresca
+from damagepred.kernels.interface.residual import free_residual, within_limit
 from damagepred.kernels.jit import Unit
 from damagepred.kernels.joint.limits import NO_LIMIT
+from damagepred.kernels.linear.condensation import subtract_boundary_forces
 from damagepred.kernels.linear.system import solve_tangent
-from damagepred.kernels.table import Addresses, fill
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
+from damagepred.solvers.quasi_static.static_condensation import StaticCondensation
 from damagepred.solvers.quasi_static.superelements import Superelements
+from damagepred.solvers.quasi_static.wall_table import WallTable
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.time_limit import check_time
-
-_HISTORY, _GROUND = "slip dilatant_opening cracked kappa", "ground_normal ground_shear"
 
 
 class Residual:
@@ -73,14 +71,15 @@ class Residual:
         all_interfaces = self._all_interfaces = np.arange(shape[0])
         self.tresca = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
         self.bond_load = np.zeros(shape)
-        rest = State.rest(model)
+        rest, self.tangent = State.rest(model), np.zeros((shape[0], 9))
         elastic = self._elastic_stiffness(rest)
-        self.tangent = elastic.copy()
+        self.tangent[:] = elastic
         self.equations = MultifrontalSystem(self.system, elastic, self.superelements, options.linear_system)
         self.rate = np.zeros(self.dead_load.size)
         supports = model.supports
         moves = supports.prescribed_displacement != 0.0
         # forces inside deformable blocks may depend on the load factor
+        self._supports_move = bool(moves.any())
         self._no_imposed_movement = self.superelements is None and not (moves.any() or model.ground.moves)
         self._moving_interfaces = (
             all_interfaces[:0] if self._no_imposed_movement else self._interfaces_of(self._blocks_of(moves))
@@ -115,7 +114,7 @@ class Residual:
     def change_model(self, model: Model) -> None:
         """Continue with other supports of the same stiffness."""
         self.model = model
-        self._set_whole()
+        self.table = self._make_table()
         self._set_problem()
 
     def _blocks_of(self, prescribed: BoolArray) -> IntArray:
@@ -148,87 +147,77 @@ class Residual:
         size = self.dead_load.size
         self._force, self._stiffness = np.zeros(size), np.zeros((len(self._all_interfaces), 9))
         self._external, self._room = np.zeros(size), np.empty((4, size))
+        self._slides = np.zeros(len(self._all_interfaces), dtype=np.bool_)
+        self._loads_set: tuple[object, ...] = ()
         self._parameters = _parameters_of(self.options, self.tolerance)
         self._compiled = self.superelements is None and self.model.sections is None
-        self._set_whole()
+        self.table = self._make_table()
         self._set_loads(rest)
         self._forces_at(self._all_interfaces, rest, rest.displacement, 0.0, coulomb=False)
         self._stiffness[self.model.properties.gap > 0.0] = 0.0  # until it closes
         return self._stiffness.copy()
 
-    def _set_whole(self) -> None:
-        """Set the table of forces on all degrees of freedom, that of the iterations without active fronts."""
-        model, options, none = self.model, self.return_mapping, np.empty(0)
-        records, elastic = model.interface_records, model.interfaces.elastic
-        self._whole = np.zeros(1, PROBLEM)
-        self._whole_address = self._whole.ctypes.data
-        self._arrays = {
-            "external": self._external,
-            "force": self._force,
-            "stiffness": self._stiffness,
-            "strain_stiffness": self.system.strain_stiffness,
-            "boundary_dofs": np.empty(0, dtype=np.int64),
-            "first_boundary": np.zeros(1, dtype=np.int64),
-            "boundary_stiffness": np.empty(0),
-            "free": np.zeros(self.dead_load.size, dtype=np.bool_),
-            "per_weight": self.per_weight,
-            "arms": self.system.arms,
-            "push": none if self.jacks is None else self.jacks.push,
-            "weights": none if self.jacks is None else self.jacks.weights,
-            "edge": records.edge,
-            "contact_offset": records.contact_offset,
-            "contact_area": records.contact_area,
-            "properties": model.joint_parameters,
-            "displacement": self._room[0],
-            "residual": self._room[0],
-            "step": self._room[0],
-            "bond_load": self.bond_load,
-            "slides": np.zeros(len(self._all_interfaces), dtype=np.bool_),
+    def _make_table(self) -> WallTable:
+        """Make the table that kernels take, at rest."""
+        model, system, jacks, none = self.model, self.system, self.jacks, np.empty(0)
+        records, elastic, own = model.interface_records, model.interfaces.elastic, self._room[0]
+        strains = {} if elastic is None else {"side_dof": elastic.dof, "side_rows": elastic.rows}
+        self._units = JOINT_UNITS[self.return_mapping.general, None if elastic is None else True]
+        mapping = {name: value for name, value in self.return_mapping._asdict().items() if name != "general"}
+        table = WallTable(
+            external=self._external,
+            force=self._force,
+            stiffness=self._stiffness,
+            tangent=self.tangent,
+            strain_stiffness=system.strain_stiffness,
+            first_strain=system.strain_dofs.start,
+            per_weight=self.per_weight,
+            arms=system.arms,
+            push=none if jacks is None else jacks.push,
+            weights=none if jacks is None else jacks.weights,
+            deflection=np.nan,
+            edge=records.edge,
+            contact_offset=records.contact_offset,
+            contact_area=records.contact_area,
+            properties=model.joint_parameters,
+            **dict.fromkeys(("displacement", "residual", "step", "start", "best"), own),
+            room=self._room,
+            bond_load=self.bond_load,
+            slides=self._slides,
             **dict(zip(("tresca_bound", "tresca_dilatant_opening", "tresca_kappa"), self.tresca)),
-        }
-        if elastic is not None:
-            self._arrays.update(side_dof=elastic.dof, side_rows=elastic.rows)
-        mapping = {name: value for name, value in options._asdict().items() if name != "general"}
-        # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
-        mapping.update(block_stress=model.block_stress, no_strength=self.tolerance * model.block_stress)
-        fill(self._whole[0], {**self._arrays, **mapping, "first_strain": self.system.strain_dofs.start})
+            **strains,
+            **mapping,
+            block_stress=model.block_stress,
+            # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
+            no_strength=self.tolerance * model.block_stress,
+            add_joint_forces=self._units.add_joint_forces.address,
+        )
         rest = State.rest(model)
         ground = model.ground.at(rest.load_factor)
-        history = dict(zip(_HISTORY.split(), rest.history))
-        fill(self._whole[0], {**history, "ground_normal": ground.normal, "ground_shear": ground.shear})
-        self._listed: IntArray | None = None
-        self._whole_state = Addresses(self._whole, _HISTORY), Addresses(self._whole, _GROUND)
-        self._units = JOINT_UNITS[options.general, None if elastic is None else True]
-        self._whole[0]["add_joint_forces"] = self._units.add_joint_forces.address
+        table.fill(**rest.history._asdict(), ground_normal=ground.normal, ground_shear=ground.shear)
+        return table
 
     def _set_problem(self) -> None:
-        """Set the table of the iterations, with the present active fronts."""
+        """Set what the iterations take, with the present active fronts."""
         equations, condensation = self.equations, self.equations.condensation
         if self.superelements is not None:
             active = np.append(equations.active_fronts, True)[equations.tree.superelement_front]
             self.superelements.set_condensed(~active)
         self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
         self.free[self.equations.active_dofs] = True
-        active = {"joints": self._joints(self.equations.active), "free": self.free}
-        if condensation is not None:
-            active.update(
-                boundary_dofs=condensation.boundary_dofs[condensation.places],
-                first_boundary=condensation.first_place,
-                boundary_stiffness=condensation.stiffness,
-            )
-        self._active, self._table = active, self._whole.copy()
-        self._table_state = Addresses(self._table, _HISTORY), Addresses(self._table, _GROUND)
-        self.problem = Problem(self._parameters, self._table.ctypes.data)
         if self._compiled:
-            addresses = {
-                "here": self._table.ctypes.data,
-                "system": self.equations.address,
-                "compute_residual": compute_residual.address,
-                "compute_step": compute_step.address,
-                "compute_bordered_step": 0 if self.jacks is None else compute_bordered_step.address,
-                "solve_tangent": solve_tangent.address,
-            }
-            fill(self._table[0], {**active, **addresses})
+            self.table.fill(
+                free=self.free,
+                here=self.table.address,
+                system=equations.address,
+                parameters=self._parameters.ctypes.data,
+                condensation=0 if condensation is None else condensation.address,
+                subtract_boundary_forces=subtract_boundary_forces.address,
+                compute_residual=compute_residual.address,
+                compute_step=compute_step.address,
+                compute_bordered_step=0 if self.jacks is None else compute_bordered_step.address,
+                solve_tangent=solve_tangent.address,
+            )
 
     def _joints(self, interfaces: IntArray) -> IntArray:
         """Return those of some interfaces that follow the joint law, not that of a concrete section."""
@@ -237,18 +226,26 @@ class Residual:
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
-    def _set_loads(self, state: State) -> None:
-        """Set the external load to that of a state, without the load of jacks."""
+    def _set_loads(self, state: State, condensation: StaticCondensation | None = None) -> None:
+        """Set the external load to that of a state, with that of condensed fronts, without the load of jacks."""
+        loads = state.load, state.load_factor if self._has_live_load else 0.0, condensation
+        if loads == self._loads_set:
+            return
         np.multiply(self.dead_load, state.load, out=self._external)
         if self._has_live_load:
             self._external += state.load_factor * self.live_load
+        if condensation is not None:
+            self._external[condensation.boundary_dofs] += condensation.load(state.load, state.load_factor)
+        self._loads_set = loads
 
-    def _set_state(self, addresses: tuple[Addresses, Addresses], state: State) -> None:
-        """Set the addresses of history and ground of a state in a table."""
-        addresses[0].set(state.history)
-        addresses[1].set(self.model.ground.at(state.load_factor))
-
-    def evaluate_joints(self, unit: str, interfaces: IntArray, state: State, **entries: Any) -> np.void:
+    def evaluate_joints(
+        self,
+        unit: str,
+        interfaces: IntArray,
+        state: State,
+        displacement: FloatArray | None = None,
+        **entries: Any,
+    ) -> np.void:
         """Run a unit of the joints at a state; return the table with its results.
 
         Parameters
@@ -258,22 +255,15 @@ class Residual:
         interfaces : array of int
             Interfaces that it works on.
         state : State
-            Displacements and history; the latter is updated by a commit.
+            Load factor and history; the latter is updated by a commit.
+        displacement : array (size,), optional
+            Of all degrees of freedom; by default those of the state.
         **entries
             Other entries of the table.
         """
-        return self._run(getattr(self._units, unit), interfaces, state, **entries)
-
-    def _run(self, unit: Unit, interfaces: IntArray, state: State, **entries: Any) -> np.void:
-        """Run a unit on the table of forces on all degrees of freedom; return it."""
-        self._set_state(self._whole_state, state)
-        table: np.void = self._whole[0]
-        if self._listed is not interfaces:
-            self._listed = interfaces
-            fill(table, {"joints": interfaces})
-        fill(table, {"displacement": state.displacement, **entries})
-        unit(self._whole_address)
-        return table
+        at = state.displacement if displacement is None else displacement
+        self.table.set_state(state.history, self.model.ground.at(state.load_factor))
+        return self.table.run(getattr(self._units, unit), interfaces, at, **entries)
 
     def _add_forces(self, interfaces: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
         """Add forces of joints, sections and deformable blocks to the residual, and set joint tangents."""
@@ -300,20 +290,22 @@ class Residual:
                 state.load, state.load_factor, displacement, state.plastic, self._force, condensed_too
             )
 
-    def _prepare(self, state: State) -> Any:
-        """Set loads and history of a state; return the problem for the iterations."""
+    def _iterate(self, unit: Unit, state: State, start: FloatArray, best: FloatArray, **entries: Any) -> np.void:
+        """Run compiled iterations from a start, under the loads of a state; return the table with their results."""
         check_time()
-        self._set_loads(state)
-        if (condensation := self.equations.condensation) is not None:
-            self._external[condensation.boundary_dofs] += condensation.load(state.load, state.load_factor)
-        if not self._compiled:
-            return _InterpretedProblem(self, state)
-        self._set_state(self._table_state, state)
-        jacks = self.jacks
-        self._table[0]["deflection"] = np.nan if jacks is None else jacks.required_deflection(state.load_factor)
+        self._set_loads(state, self.equations.condensation)
+        self.table.set_state(state.history, self.model.ground.at(state.load_factor))
+        if self.jacks is not None:
+            entries["deflection"] = self.jacks.required_deflection(state.load_factor)
         self.equations.update(self._stiffness)
         self.equations.prepare()
-        return self.problem
+        return self.table.iterate(unit, self.equations.active, start, best, jack=state.jack, **entries)
+
+    def _interpreted(self, state: State) -> _InterpretedProblem:
+        """Set the loads of a state; return the problem for iterations in Python."""
+        check_time()
+        self._set_loads(state, self.equations.condensation)
+        return _InterpretedProblem(self, state)
 
     def residual(self, state: State, displacement: FloatArray) -> tuple[FloatArray, float]:
         """Return the residual force of every degree of freedom, and the unbalanced force ratio.
@@ -325,14 +317,12 @@ class Residual:
         displacement : array (size,)
             Of all degrees of freedom; facets and the inside of yielding blocks are updated.
         """
-        problem, force = self._prepare(state), np.empty_like(displacement)
+        force = np.empty_like(displacement)
         if not self._compiled:
-            return force, problem.compute_residual(state.jack, displacement, True, force)
-        table = self._table[0]
-        fill(table, {"jack": state.jack, "coulomb": 1, "displacement": displacement, "residual": force})
-        compute_residual(self._table.ctypes.data)
+            return force, self._interpreted(state).compute_residual(state.jack, displacement, True, force)
+        found = self._iterate(compute_residual, state, displacement, displacement, coulomb=True, residual=force)
         missing = self.missing_deflection(state, displacement)
-        return force, float(with_constraint(self._parameters, float(table["ratio"]), missing, True))
+        return force, float(with_constraint(self._parameters[0], float(found["ratio"]), missing, True))
 
     def newton(self, state: State, start: FloatArray, searching: bool | None = None) -> tuple[FloatArray, float]:
         """Run Newton's method; return its best iterate and the unbalanced force ratio there.
@@ -346,15 +336,18 @@ class Residual:
         searching : bool, optional
             Whether with line search, or with backtracking; None: with line search if the wall has a potential.
         """
-        searching = self.has_potential if searching is None else searching
-        problem, found = self._prepare(state), np.empty_like(start)
+        searching, found = self.has_potential if searching is None else searching, np.empty_like(start)
         if self._compiled:
-            iterate = compiled_newton_with_line_search if searching else compiled_newton
+            unit = run_newton_with_line_search if searching else run_newton
+            table = self._iterate(unit, state, start, found)
+            ratio, state.jack = float(table["ratio"]), float(table["jack"])
         else:
             iterate = newton_with_line_search if searching else newton
-        ratio, state.jack = iterate(problem, state.jack, start, found, self._room)
+            ratio, state.jack = iterate(self._interpreted(state), state.jack, start, found, self._room)
+            if ratio < self.tolerance:
+                self._keep_tangent()
         if ratio < self.tolerance:
-            self.store_tangent(state, found)
+            self._set_rate(state, found)
         return found, np.inf if self.has_diverged(state, found) else ratio
 
     def minimise(self, state: State, tolerance: float) -> None:
@@ -367,13 +360,22 @@ class Residual:
         tolerance : float
             Unbalanced force ratio at which the minimisation ends.
         """
-        iterate, limit = compiled_minimise if self._compiled else minimise, self._divergence_limit(state)
-        u, arms = state.displacement, self.system.arms
-        state.jack = iterate(self._prepare(state), state.jack, tolerance, limit, u, self._room)
+        limit, u, arms = self._divergence_limit(state), state.displacement, self.system.arms
+        self._minimise_within(limit, state, tolerance)
         if not (within_limit(u, self.free, arms, limit) or self.has_diverged(state)):
             # farther than rigid blocks move, not farther than the elastic wall
             limit += 2.0 * largest_elastic_displacement(self.model, state.load_factor)
-            state.jack = iterate(self._prepare(state), state.jack, tolerance, limit, u, self._room)
+            self._minimise_within(limit, state, tolerance)
+
+    def _minimise_within(self, limit: float, state: State, tolerance: float) -> None:
+        """Minimise the potential of the Tresca problem, up to a displacement."""
+        if self._compiled:
+            u = state.displacement
+            table = self._iterate(minimise_tresca, state, u, u, limit=limit, minimum_tolerance=tolerance)
+            state.jack = float(table["jack"])
+        else:
+            problem, u = self._interpreted(state), state.displacement
+            state.jack = minimise(problem, state.jack, tolerance, limit, u, self._room)
 
     def missing_deflection(self, state: State, displacement: FloatArray) -> float:
         """Return the missing deflection of jacks whose deflection is given (m).
@@ -396,9 +398,6 @@ class Residual:
         self, interfaces: IntArray, state: State, displacement: FloatArray, jack: float, coulomb: bool = True
     ) -> FloatArray:
         """Return the forces of the joints of some interfaces, of blocks, of jacks and of the external load set."""
-        if self._compiled:
-            self._run(compute_residual, interfaces, state, displacement=displacement, jack=jack, coulomb=coulomb)
-            return self._force
         self._force[:] = self._external
         if self.jacks is not None:
             self._force += jack * self.jacks.push
@@ -408,18 +407,15 @@ class Residual:
     def condensed_energy(self, state: State) -> tuple[IntArray, float]:
         """Return the active interfaces, and the elastic energy of condensed fronts and of strained elastic blocks (J).
 
-        Condensed fronts are in equilibrium with their loads f: they store (f u - F u_b) / 2 with the force F and the
-        displacements u_b on their boundaries. With deformable blocks all interfaces are returned.
+        With deformable blocks all interfaces are returned.
         """
-        superelement, u, by_strain = self.equations.condensation, state.displacement, 0.0
+        condensation, u, by_strain = self.equations.condensation, state.displacement, 0.0
         if self.model.elastic is not None:  # those of active fronts
             strains = self.system.strain_dofs
             by_strain = 0.5 * float(self.system.strain_stiffness @ (u[strains] ** 2 * self.free[strains]))
-        if superelement is None or self.superelements is not None:
+        if condensation is None or self.superelements is not None:
             return self._all_interfaces, by_strain
-        load_work = superelement.load_work(u, state.load, state.load_factor)
-        boundary_work = superelement.force(u, state.load, state.load_factor) @ u[superelement.boundary_dofs]
-        return self.equations.active, by_strain + 0.5 * (load_work - float(boundary_work))
+        return self.equations.active, by_strain + condensation.elastic_energy(u, state.load, state.load_factor)
 
     def load_increment(self, load: float, load_factor: float) -> FloatArray:
         """Return the force increment of a step, with sliding joints as in the last equilibrium (N, N m).
@@ -459,7 +455,7 @@ class Residual:
     # -- linearisation ----------------------------------------------------------------------------------------------
 
     def store_tangent(self, state: State, displacement: FloatArray) -> None:
-        """Store the tangent stiffness and the force per load factor for the predictor.
+        """Store the last tangent stiffness, and the force per load factor, for the predictor.
 
         Parameters
         ----------
@@ -468,7 +464,15 @@ class Residual:
         displacement : array (size,)
             Its displacements.
         """
+        self._keep_tangent()
+        self._set_rate(state, displacement)
+
+    def _keep_tangent(self) -> None:
+        """Keep the tangents of the active interfaces."""
         self.tangent[self.equations.active] = self._stiffness[self.equations.active]
+
+    def _set_rate(self, state: State, displacement: FloatArray) -> None:
+        """Set the force per load factor at an equilibrium."""
         self.rate = self.live_load.copy()
         if not self._no_imposed_movement:
             self.rate += self._joint_rate(state, displacement)
@@ -477,21 +481,23 @@ class Residual:
 
     def _joint_rate(self, state: State, displacement: FloatArray) -> FloatArray:
         """Return the force per load factor of moving ground and supports, by a forward difference."""
-        supports, step = self.model.supports, self.options.newton.finite_difference_step
-        perturbed = replace(state, load_factor=state.load_factor + step, displacement=displacement.copy())
-        moved = step * self.model.ground.load_factor_rate(state.load_factor)
-        perturbed.displacement[supports.prescribed] += moved * supports.prescribed_displacement
+        supports, step, moved = self.model.supports, self.options.newton.finite_difference_step, displacement
+        ahead = replace(state, load_factor=state.load_factor + step)
+        if self._supports_move:
+            moved, share = displacement.copy(), step * self.model.ground.load_factor_rate(state.load_factor)
+            moved[supports.prescribed] += share * supports.prescribed_displacement
+        before = self._moving_forces(state, displacement).copy()
+        return (self._moving_forces(ahead, moved) - before) / step
+
+    def _moving_forces(self, state: State, displacement: FloatArray) -> FloatArray:
+        """Return the forces of the interfaces that ground and supports move, without external load."""
         if not self._compiled:
             self._external.fill(0.0)
-            before = self._forces_at(self._moving_interfaces, state, displacement, 0.0).copy()
-            return (self._forces_at(self._moving_interfaces, perturbed, perturbed.displacement, 0.0) - before) / step
-        unit, moving = "add_joint_forces", self._moving_interfaces
+            self._loads_set = ()
+            return self._forces_at(self._moving_interfaces, state, displacement, 0.0)
         self._force.fill(0.0)
-        self.evaluate_joints(unit, moving, state, displacement=displacement, coulomb=True)
-        before = self._force.copy()
-        self._force.fill(0.0)
-        self.evaluate_joints(unit, moving, perturbed, coulomb=True)
-        return (self._force - before) / step
+        self.evaluate_joints("add_joint_forces", self._moving_interfaces, state, displacement, coulomb=True)
+        return self._force
 
     def solve(self, stiffness: FloatArray, force: FloatArray, missing_deflection: float) -> tuple[FloatArray, float]:
         """Solve the linear system, bordered by the condition on the deflection where jacks are controlled by it.
@@ -559,11 +565,10 @@ class Residual:
 
     def inelastic_fronts(self, state: State) -> BoolArray:
         """Return the condensed fronts (F,) in which a joint would slide or a block yield; activate such blocks."""
-        tree, sliding = self.equations.tree, self._arrays["slides"]
-        sliding[:] = False
-        if self.condensed:
-            self.evaluate_joints("find_sliding", self.equations.condensed_interfaces, state)
-        found = tree.fronts_of(sliding)
+        tree, condensed = self.equations.tree, self.equations.condensed_interfaces
+        found = np.zeros(tree.count, dtype=np.bool_)
+        if self.condensed and self.evaluate_joints("find_sliding", condensed, state)["sliding"] > 0:
+            found |= tree.fronts_of(condensed[self._slides[condensed]])
         if (blocks := self.superelements) is not None:
             opened = blocks.activate_yielding(state.displacement, state.load, state.load_factor, state.plastic)
             found |= tree.fronts_of_superelements(opened)
@@ -591,8 +596,8 @@ class Residual:
             self.superelements.recover(u, state.load, state.load_factor, state.plastic)
 
 
-def _parameters_of(options: SolverOptions, tolerance: float) -> np.record:
-    """Return the parameters of the iterations, as kernels take them."""
+def _parameters_of(options: SolverOptions, tolerance: float) -> np.ndarray:
+    """Return the parameters of the iterations, as kernels take them: one record."""
     parameters = np.zeros(1, PARAMETERS)
     for kind in ("newton", "newton_with_line_search", "line_search"):
         for name in parameters[kind].dtype.names or ():
@@ -600,23 +605,21 @@ def _parameters_of(options: SolverOptions, tolerance: float) -> np.record:
     for name in ("warm_start_residual", "max_minimisation_iterations"):
         parameters[name] = getattr(options.coulomb, name)
     parameters["tolerance"], parameters["deflection_tolerance"] = tolerance, options.jacks.deflection_tolerance
-    found: np.record = parameters[0]
-    return found
+    return parameters
 
 
 class _InterpretedProblem:
     """A wall with deformable blocks or concrete sections at the loads of a state, for the iterations in Python."""
 
     def __init__(self, wall: Residual, state: State) -> None:
-        self._wall, self._state, self.parameters = wall, state, wall._parameters
+        self._wall, self._state, self.parameters = wall, state, wall._parameters[0]
 
     def compute_residual(self, jack: float, displacement: FloatArray, coulomb: bool, force: FloatArray) -> float:
         """Compute the residual force; see ``damagepred.kernels.equilibrium.problem.residual``."""
         wall, state = self._wall, self._state
         total = wall._forces_at(wall.equations.active, state, displacement, jack, coulomb)
-        if (condensation := wall.equations.condensation) is not None:
-            dofs = condensation.boundary_dofs[condensation.places]
-            subtract_boundary_forces(dofs, condensation.first_place, condensation.stiffness, displacement, total)
+        if wall.equations.condensation is not None:
+            wall.equations.condensation.subtract_boundary_forces(displacement, total)
         # NaN must not pass for balance; forces of a block that finds no equilibrium inside are NaN, too
         ratio = free_residual(total, wall.free, wall.per_weight, force)
         if wall.superelements is not None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
-from weakref import proxy
 
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.kernels.interface.residual import subtract_boundary_forces
+from damagepred.kernels.jit import Unit
+from damagepred.kernels.linear.condensation import CONDENSATION, elastic_energy, recover, subtract_boundary_forces
+from damagepred.kernels.linear.multifrontal import back
+from damagepred.kernels.table import Address, fill
 
 if TYPE_CHECKING:
     from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
@@ -28,30 +30,43 @@ class StaticCondensation:
     ----------
     boundary_dofs : array of int
         Degrees of freedom of active fronts on which superelements act.
-    places, first_place : array of int
-        Which of these each superelement acts on, and where those of each begin.
-    stiffness : array
-        Of the superelements, one matrix after the other.
+    address : int
+        Of the table that kernels take.
     """
 
     def __init__(self, equations: MultifrontalSystem, load: FloatArray, live_load: FloatArray | None) -> None:
-        # no reference cycle: the matrices of a wall would wait for garbage collection
-        self._equations, tree, active = proxy(equations), equations.tree, equations.active_fronts
+        tree, active = equations.tree, equations.active_fronts
         loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
-        reduced = np.ascontiguousarray(loads[:, tree.dofs])
-        self._particular = np.zeros(reduced.shape)
-        equations.condense_forces(reduced, self._particular)
-        self._condensed_dofs = tree.dofs[np.repeat(~active, tree.size)]
-        self._load_on_condensed = loads[:, self._condensed_dofs]
+        reduced, particular = np.ascontiguousarray(loads[:, tree.dofs]), np.empty((2, len(tree.dofs)))
+        equations.condense_forces(reduced, particular)
+        condensed = tree.dofs[np.repeat(~active, tree.size)]
         roots = np.flatnonzero(~active & np.append(active, False)[tree.parent])
         of_root = np.repeat(np.isin(np.arange(tree.count), roots), tree.boundary_size)
-        boundary, self.places = np.unique(tree.boundary[of_root], return_inverse=True)
-        self.first_place = np.concatenate(([0], np.cumsum(tree.boundary_size[roots])))
+        places = tree.boundary[of_root]
+        boundary = np.unique(places)
         self.boundary_dofs = tree.dofs[boundary]
         self._load = reduced[:, boundary] - loads[:, self.boundary_dofs]
-        self._last = 0.0, 0.0, np.zeros(len(boundary))  # load factors, and their load
         first, complements = equations.arrays["complement_start"], equations.elastic_complements
-        self.stiffness = np.concatenate([np.empty(0), *(complements[first[k] : first[k + 1]] for k in roots)])
+        row, particular_in_state = np.empty((1, len(tree.dofs))), np.empty((1, len(tree.dofs)))
+        self._system = equations.condensed_table(row, particular_in_state)
+        self._table = np.zeros(1, CONDENSATION)
+        self.address = self._table.ctypes.data
+        self._arrays = {
+            "boundary_dofs": tree.dofs[places],
+            "first_boundary": np.concatenate(([0], np.cumsum(tree.boundary_size[roots]))),
+            "stiffness": np.concatenate([np.empty(0), *(complements[first[k] : first[k + 1]] for k in roots)]),
+            "boundary_room": np.empty((2, len(places))),
+            "dofs": tree.dofs,
+            "particular": particular,
+            "particular_in_state": particular_in_state,
+            "current": row,
+            "loaded_dofs": np.concatenate((condensed, self.boundary_dofs)),
+            "loads": np.ascontiguousarray(np.concatenate((loads[:, condensed], -self._load), axis=1)),
+            "displacement": load,  # of the same size
+            "force": load,
+        }
+        fill(self._table[0], {**self._arrays, "system": self._system.ctypes.data, "back": back.address})
+        self._displacement, self._force = Address(self._table, "displacement"), Address(self._table, "force")
 
     def load(self, load: float, live: float) -> FloatArray:
         """Return the condensed load on the boundary degrees of freedom (N, N m).
@@ -61,34 +76,32 @@ class StaticCondensation:
         load, live : float
             Load factors of dead and live load.
         """
-        if self._last[:2] != (load, live):
-            self._last = load, live, load * self._load[0] + live * self._load[1]
-        return self._last[2]
+        return load * self._load[0] + live * self._load[1]
 
-    def force(self, displacement: FloatArray, load: float, live: float = 0.0) -> FloatArray:
-        """Return the force of the superelements on the boundary degrees of freedom (N, N m).
+    def subtract_boundary_forces(self, displacement: FloatArray, force: FloatArray) -> None:
+        """Subtract the forces by which the superelements resist the displacements of their boundaries.
+
+        Parameters
+        ----------
+        displacement, force : array (size,)
+            Of all degrees of freedom (m, N); forces are updated.
+        """
+        self._displacement.set(displacement)
+        self._force.set(force)
+        subtract_boundary_forces(self.address)
+
+    def elastic_energy(self, displacement: FloatArray, load: float, live: float) -> float:
+        """Return the elastic energy of the condensed fronts (J).
 
         Parameters
         ----------
         displacement : array (size,)
             Of all degrees of freedom (m).
-        load, live
-            As ``load``.
+        load, live : float
+            Load factors of dead and live load.
         """
-        force = self.load(load, live).copy()
-        subtract_boundary_forces(self.places, self.first_place, self.stiffness, displacement[self.boundary_dofs], force)
-        return force
-
-    def load_work(self, displacement: FloatArray, load: float, live: float) -> float:
-        """Return load times displacement on the condensed fronts (J).
-
-        Parameters
-        ----------
-        displacement, load, live
-            As ``force``.
-        """
-        u, (dead_load, live_load) = displacement[self._condensed_dofs], self._load_on_condensed
-        return load * float(dead_load @ u) + live * float(live_load @ u)
+        self._run(elastic_energy, displacement, load, live)
+        return float(self._table[0]["energy"])
 
     def recover(self, displacement: FloatArray, load: float, live: float = 0.0) -> None:
         """Recover the displacements of the condensed fronts by back substitution.
@@ -96,9 +109,13 @@ class StaticCondensation:
         Parameters
         ----------
         displacement, load, live
-            As ``force``; displacements are updated.
+            As ``elastic_energy``; displacements are updated.
         """
-        dofs = self._equations.tree.dofs
-        u, particular = displacement[dofs], load * self._particular[0] + live * self._particular[1]
-        self._equations.recover(u[None], particular[None])
-        displacement[dofs] = u
+        self._run(recover, displacement, load, live)
+
+    def _run(self, unit: Unit, displacement: FloatArray, load: float, live: float) -> None:
+        """Run a unit at a displacement under a load."""
+        table = self._table[0]
+        table["load"], table["live"] = load, live
+        self._displacement.set(displacement)
+        unit(self.address)

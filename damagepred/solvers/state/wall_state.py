@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -68,15 +68,15 @@ class State:
         load, load_factor : float
             Shares of dead load and of movement (1).
         """
-        return replace(
-            self,
-            load=load,
-            load_factor=load_factor,
-            displacement=self.displacement.copy(),
-            history=self.history.copy(),
-            plastic=self.plastic.copy(),
-            sections=self.sections.copy(),
-            zone_state=self.zone_state.copy(),
+        return State(
+            load,
+            load_factor,
+            self.displacement.copy(),
+            self.history.copy(),
+            self.plastic.copy(),
+            self.jack,
+            self.sections.copy(),
+            self.zone_state.copy(),
         )
 
     def distance(self, point: Point) -> float:
