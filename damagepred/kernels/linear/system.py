@@ -3,49 +3,56 @@
 from damagepred.kernels.jit import Unit, law
 from damagepred.kernels.linear.table import system_at
 from damagepred.kernels.linear.woodbury import solve_factorised
-from damagepred.kernels.table import flags, float_rows, floats, integers, part, run
+from damagepred.kernels.table import flags, float_rows, floats, integer_rows, integers, part, run
 
 
 @law
 def _list_changed(system):
-    """List the interfaces whose stiffness differs from the factorised one, and those of them without responses.
+    """List the interfaces whose stiffness differs from the factorised one, and unit loads that have no response yet.
 
-    Return their numbers.
+    Return their numbers, that of the rows that differ, and that of listed interfaces without any response.
     """
-    count, changed = 0, integers(system.changed)
+    count, new, rows, unknown = 0, 0, 0, 0
+    changed, listed = integers(system.changed), integers(system.new)
+    slot, load_slot = integers(system.slot), integer_rows(system.load_slot)
     factorised, target, wanted = float_rows(system.stiffness), float_rows(system.target), float_rows(system.wanted)
-    listed, slot, new = integers(system.new), integers(system.slot), 0
     for i in integers(system.active):
-        differs = False
-        for j in range(9):
-            target[i, j] = wanted[i, j]
-            differs |= wanted[i, j] != factorised[i, j]
-        if differs:
+        differing = 0
+        for j in range(3):
+            differs = False
+            for k in range(3 * j, 3 * j + 3):
+                target[i, k] = wanted[i, k]
+                differs |= wanted[i, k] != factorised[i, k]
+            if differs:
+                differing += 1
+                if load_slot[i, j] < 0:
+                    listed[new] = 3 * i + j
+                    new += 1
+        if differing > 0:
             changed[count] = i
             count += 1
-            if slot[i] < 0:
-                listed[new] = i
-                new += 1
-    return count, new
+            rows += differing
+            unknown += slot[i] < 0
+    return count, rows, new, unknown
 
 
 @law
-def correction_cost(system, changed, new):
+def correction_cost(system, rows, new):
     """Return the cost of a Woodbury correction (weighted operations).
 
     Parameters
     ----------
     system : SYSTEM
         The tangent equations.
-    changed, new : int
-        Changed interfaces, two correction forces p each, and those of them without unit-load responses: three
-        solutions each.
+    rows, new : int
+        Changed rows of the stiffness of the interfaces, each with a correction force, and the unit loads of them that
+        have no response yet: one solution each.
     """
-    forces, size, cost = float(2 * changed), integers(system.active_dofs).size, 0.0
+    forces, size, cost = float(rows), float(integers(system.active_dofs).size), 0.0
     if new > 0:
-        cost = system.call_overhead + system.product_weight * float(3 * new) * system.solution_operations
-    cost += system.solution_weight * 2.0 / 3.0 * forces * forces * forces
-    return cost + system.vector_weight * forces * (5.0 * forces + 2.0 * float(size))
+        response = system.product_weight * system.solution_operations + system.response_weight * size
+        cost = system.call_overhead + float(new) * response
+    return cost + system.vector_weight * forces * size + system.solution_weight * forces * forces
 
 
 @law
@@ -70,16 +77,16 @@ def _mark_outdated(system, count):
 
 
 @law
-def _refactorisation_pays(system, changed, new):
+def _refactorisation_pays(system, changed, rows, new, unknown):
     """Whether changes exceed the memory for them, or all corrections would cost more than a factorisation.
 
     Ski rental: number and size of later changes are unknown; this rule costs at most twice the best in hindsight.
     """
     if changed == 0:
         return False
-    if system.occupied + new > integers(system.interface_of_slot).size:
+    if system.occupied + unknown > integers(system.interface_of_slot).size:
         return True
-    system.spent += correction_cost(system, changed, new)
+    system.spent += correction_cost(system, rows, new)
     return system.spent > _mark_outdated(system, changed)
 
 
@@ -87,9 +94,11 @@ def _refactorisation_pays(system, changed, new):
 def _discard_responses(system):
     """Discard all unit-load responses."""
     slot, interface_of_slot = integers(system.slot), integers(system.interface_of_slot)
+    load_slot = integer_rows(system.load_slot)
     for s in range(system.occupied):
-        slot[interface_of_slot[s]] = -1
-    system.occupied = 0
+        i = interface_of_slot[s]
+        slot[i] = load_slot[i, 0] = load_slot[i, 1] = load_slot[i, 2] = -1
+    system.occupied = system.loads = 0
 
 
 @law
@@ -148,8 +157,8 @@ def solve_tangent(address):
         Of the table of the tangent equations; their factors are corrected or made anew.
     """
     system = system_at(address)
-    count, new = _list_changed(system)
-    if system.any_stale != 0 or _refactorisation_pays(system, count, new):
+    count, rows, new, unknown = _list_changed(system)
+    if system.any_stale != 0 or _refactorisation_pays(system, count, rows, new, unknown):
         _factorise(system, count)
         count = 0
     right = part(float_rows(system.rows), 0, system.row_count)

@@ -12,8 +12,8 @@ SYSTEM = table_type(
     # deformable blocks
     "front_blocks first_block block_first_dof block_index first_entry tangents yields "
     # Woodbury corrections
-    "index slot interface_of_slot response compliance change changed_rows relative correction_force capacitance "
-    "unit unit_response "
+    "index slot interface_of_slot load_slot response compliance change changed_rows relative correction_force "
+    "capacitance unit unit_response "
     # costs of factorisations and corrections
     "factorisation_cost "
     # the active system, and scratch
@@ -25,9 +25,9 @@ SYSTEM = table_type(
     "add_compliance stiffness_changes relative_displacements fill_capacitance respond correct "
     "row_count elastic held first_new last_new changed_count accurate matrix_size matrix_rows symmetric "
     "dgemm dpotrf dpotri dgetrf dgetri dgesv batch loop_rows keep_unchanged_fronts keep_responses "
-    "iterations factorisations corrections occupied any_stale has_blocks",
-    numbers="call_overhead solution_weight vector_weight product_weight woodbury_tolerance singular_pivot_ratio "
-    "pivot_ratio spent solution_operations",
+    "iterations factorisations corrections occupied loads known_interfaces known_loads any_stale has_blocks",
+    numbers="call_overhead response_weight solution_weight vector_weight product_weight woodbury_tolerance "
+    "singular_pivot_ratio pivot_ratio spent solution_operations",
 )
 """Attributes, with F fronts of s degrees of freedom and a boundary of b, m interfaces of w degrees of freedom, n slots,
 a active degrees of freedom. Matrices of fronts lie one after the other, column by column.
@@ -72,10 +72,12 @@ index : array of int (size,)
     Index of each degree of freedom among the active ones, -1 where prescribed or condensed.
 slot, interface_of_slot : array of int (m,), (n,)
     Slot of an interface among those with unit-load responses, -1 if it has none; and the interface in each slot.
+load_slot : array of int (m, 3)
+    Slot of the response to unit opening, shear and rotation forces in an interface, -1 if there is none.
 response : array (3 n, a)
-    Displacements for unit opening, shear and rotation forces in the interfaces.
+    Displacements for unit loads.
 compliance : array (3 n, 3 n)
-    Relative displacements of the interfaces for unit forces in them.
+    Opening, shear and rotation of the interfaces with a slot, a row each, for unit loads.
 change, changed_rows : array (n, 9), array of int (3 n,)
     Change D of the stiffness of changed interfaces, and which of its rows are not 0: 3 s + j for opening (0), shear (1)
     or rotation (2) of changed interface s.
@@ -108,15 +110,16 @@ active, active_dofs : array of int
     Interfaces and degrees of freedom of active fronts.
 target : array (m, 9)
     Stiffness of the interfaces in the next solution.
-changed, new : array of int (m,)
-    Scratch: interfaces whose stiffness differs from the factorised one, and those of them without responses.
+changed, new : array of int (m,), (3 m,)
+    Scratch: interfaces whose stiffness differs from the factorised one; unit loads of their changed rows that have no
+    response yet, 3 i + j for opening (0), shear (1) or rotation (2) of interface i.
 rows, room, scratch, gathered, gathered_columns : array (2, a), (2 r, a), array, array, array
     Scratch: right-hand sides, intermediate solutions of up to r of them, the matrix of a front, and displacements of or
     forces on a boundary.
 iterations, factorisations, corrections : int
     Counts so far.
-occupied : int
-    Interfaces with unit-load responses.
+occupied, loads, known_interfaces, known_loads : int
+    Interfaces with unit-load responses, and these; and those of which the compliance is known.
 here : int
     Address of the table.
 k, columns : int
@@ -128,7 +131,7 @@ wanted : array (m, 9)
 right, solution : array (2, size)
     Right-hand sides on all degrees of freedom, ``row_count`` of them, and solutions.
 batch, loop_rows : int
-    Interfaces whose unit-load responses are computed at a time; right-hand sides up to which loops are faster.
+    Unit loads whose responses are computed at a time; right-hand sides up to which loops are faster.
 """
 
 system_at = table_at(SYSTEM, "SYSTEM")

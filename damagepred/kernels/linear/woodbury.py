@@ -44,16 +44,17 @@ def relative_displacements(address):
 
 
 @law
-def _add_unit_loads(system, listed, columns, force):
-    """Add unit opening, shear and rotation forces of interfaces, one a column."""
+def _set_unit_loads(system, listed, force, between_loads, between_dofs):
+    """Set unit opening (j = 0), shear (1) or rotation (2) forces of interfaces i, given as 3 i + j; a row or column."""
     dofs, rows, index = integer_rows(system.dof), float_blocks(system.strain_displacement), integers(system.index)
-    for s in range(listed.size):
-        i = listed[s]
+    for at in range(force.size):
+        force[at] = 0.0
+    for c in range(listed.size):
+        i, j = listed[c] // 3, listed[c] % 3
         for r in range(dofs.shape[1]):
             dof = dofs[i, r]
             if dof >= 0 and index[dof] >= 0:
-                for j in range(3):
-                    force[index[dof] * columns + 3 * s + j] += rows[i, j, r]
+                force[c * between_loads + index[dof] * between_dofs] += rows[i, j, r]
 
 
 @law
@@ -75,64 +76,70 @@ def solve_factorised(system, right):
     run(system.back, system.here)
 
 
+@law
+def _register(system, new):
+    """Give new unit loads, and their interfaces, a slot; return the number of interfaces that had one before."""
+    slot, interface_of_slot, before = integers(system.slot), integers(system.interface_of_slot), system.occupied
+    load_slot = integer_rows(system.load_slot)
+    for load in new:
+        i, j = load // 3, load % 3
+        if slot[i] < 0:
+            interface_of_slot[system.occupied], slot[i] = i, system.occupied
+            system.occupied += 1
+        load_slot[i, j] = system.loads
+        system.loads += 1
+    return before
+
+
 @Unit
 def respond(address):
-    """Compute the response to unit loads in new interfaces, and the compliance between all that have a slot.
+    """Compute the responses to new unit loads, and the compliance between all interfaces and unit loads with a slot.
 
     Parameters
     ----------
     address : int
-        Of the table of the tangent equations; the new interfaces are ``new`` from ``first_new`` to ``last_new``.
+        Of the table of the tangent equations; the unit loads are ``new`` from ``first_new`` to ``last_new``.
     """
     system = system_at(address)
     new = part(integers(system.new), system.first_new, system.last_new - system.first_new)
     front, reached = integers(system.interface_front), flags(system.reached)
     for k in range(reached.size):
         reached[k] = False
-    for i in new:
-        if front[i] >= 0:
-            reached[front[i]] = True
-    size, columns, first = integers(system.active_dofs).size, 3 * new.size, 3 * system.occupied
-    response, found = float_rows(system.response), floats(system.unit_response)
-    added, force = part(response, first, columns), part(floats(system.unit), 0, size * columns)
-    for j in range(force.size):
-        force[j] = 0.0
-    _add_unit_loads(system, new, columns, force)
-    few = columns <= system.loop_rows
-    if not few:
+    for load in new:
+        if front[load // 3] >= 0:
+            reached[front[load // 3]] = True
+    size, columns, first = integers(system.active_dofs).size, new.size, system.loads
+    added = part(float_rows(system.response), first, columns)
+    if columns <= system.loop_rows:
+        _set_unit_loads(system, new, added.reshape(columns * size), size, 1)
+        solve_factorised(system, added)
+    else:
+        found = floats(system.unit_response)
+        _set_unit_loads(system, new, part(floats(system.unit), 0, size * columns), 1, columns)
         system.columns = columns
         run(system.solve_columns, address)
-    for i in range(size):
-        for c in range(columns):
-            added[c, i] = force[i * columns + c] if few else found[i * columns + c]
-    if few:
-        solve_factorised(system, added)
-    slot, interface_of_slot = integers(system.slot), integers(system.interface_of_slot)
-    for s in range(new.size):
-        interface_of_slot[system.occupied + s] = new[s]
-        slot[new[s]] = system.occupied + s
-    system.columns = columns
+        for i in range(size):
+            for c in range(columns):
+                added[c, i] = found[i * columns + c]
+    system.known_interfaces, system.known_loads = _register(system, new), first
     run(system.add_compliance, address)
-    system.occupied += new.size
 
 
 @Unit
 def add_compliance(address):
-    """Compute the relative displacements for new unit loads, and those of new interfaces for old ones.
+    """Compute the relative displacements in all interfaces for new unit loads, and in new interfaces for all.
 
     Parameters
     ----------
     address : int
-        Of the table of the tangent equations; the last ``columns`` of all responses are new.
+        Of the table of the tangent equations; those from ``known_interfaces`` and ``known_loads`` on are new.
     """
     system = system_at(address)
-    columns, first = system.columns, 3 * system.occupied
     response, compliance = float_rows(system.response), float_rows(system.compliance)
     dofs, rows, index = integer_rows(system.dof), float_blocks(system.strain_displacement), integers(system.index)
     interface_of_slot = integers(system.interface_of_slot)
-    for s in range((first + columns) // 3):
-        own = first if 3 * s < first else 0
-        for c in range(own, first + columns):
+    for s in range(system.occupied):
+        for c in range(system.known_loads if s < system.known_interfaces else 0, system.loads):
             for j in range(3):
                 compliance[3 * s + j, c] = _relative_displacement(
                     dofs, rows, index, response[c], interface_of_slot[s], j
@@ -186,15 +193,16 @@ def fill_capacitance(address):
     """
     system = system_at(address)
     changed, count = integers(system.changed), system.columns
-    change, compliance, slots = float_rows(system.change), float_rows(system.compliance), integers(system.slot)
+    change, compliance = float_rows(system.change), float_rows(system.compliance)
+    slot, load_slot = integers(system.slot), integer_rows(system.load_slot)
     rows, matrix = integers(system.changed_rows), floats(system.capacitance)
     for r in range(count):
         s, j = rows[r] // 3, rows[r] % 3
-        slot = 3 * slots[changed[s]]
+        at = 3 * slot[changed[s]]
         a, b, d = change[s, 3 * j], change[s, 3 * j + 1], change[s, 3 * j + 2]
         for c in range(count):
-            k = 3 * slots[changed[rows[c] // 3]] + rows[c] % 3
-            matrix[c * count + r] = a * compliance[slot, k] + b * compliance[slot + 1, k] + d * compliance[slot + 2, k]
+            k = load_slot[changed[rows[c] // 3], rows[c] % 3]
+            matrix[c * count + r] = a * compliance[at, k] + b * compliance[at + 1, k] + d * compliance[at + 2, k]
         matrix[r * count + r] += 1.0
 
 
@@ -227,7 +235,11 @@ def correct(address):
     )
     system.accurate = 0
     x, p, change = float_rows(system.relative), floats(system.correction_force), float_rows(system.change)
-    rows, slots, response = integers(system.changed_rows), integers(system.slot), float_rows(system.response)
+    rows, load_slot, response = (
+        integers(system.changed_rows),
+        integer_rows(system.load_slot),
+        float_rows(system.response),
+    )
     run(system.stiffness_changes, address)
     count = system.columns
     run(system.relative_displacements, address)
@@ -239,8 +251,7 @@ def correct(address):
         return
     for m in range(right.shape[0]):
         for c in range(count):
-            slot = 3 * slots[changed[rows[c] // 3]] + rows[c] % 3
-            add_row(-p[m * count + c], response[slot], right[m])
+            add_row(-p[m * count + c], response[load_slot[changed[rows[c] // 3], rows[c] % 3]], right[m])
     run(system.relative_displacements, address)
     accurate = True
     for m in range(right.shape[0]):

@@ -125,8 +125,8 @@ class MultifrontalSystem:
         inverse_start, coupling_start, complement_start = (
             np.concatenate(([0], np.cumsum(n))) for n in (size**2, size * edge, edge**2)
         )
-        batch, rows = 3 * options.response_batch, max(options.max_loop_rows, 2)
-        gathered = np.empty((max(rows, batch), max(int(edge.max(initial=0)), 1)))
+        rows = max(options.max_loop_rows, 2)
+        gathered = np.empty((max(rows, options.response_batch), max(int(edge.max(initial=0)), 1)))
         none = np.zeros(tree.count, dtype=np.bool_)
         self._set(
             start=tree.start,
@@ -164,7 +164,7 @@ class MultifrontalSystem:
             capacitance=np.empty(9 * slots**2),
             target=np.array(self.elastic),
             changed=np.empty(count, dtype=np.int64),
-            new=np.empty(count, dtype=np.int64),
+            new=np.empty(3 * count, dtype=np.int64),
             scratch=np.empty(largest**2),
             loop_rows=options.max_loop_rows,
             batch=options.response_batch,
@@ -225,7 +225,7 @@ class MultifrontalSystem:
         active = np.append(fronts, True)[tree.interface_front]
         self.active, self.condensed_interfaces = np.flatnonzero(active), np.flatnonzero(~active)
         self.active_dofs = tree.dofs[np.repeat(fronts, tree.size)]
-        size, batch = len(self.active_dofs), 3 * self.options.response_batch
+        size, batch = len(self.active_dofs), self.options.response_batch
         index = np.full(self.model.size, -1, dtype=np.int64)  # among the active degrees of freedom
         index[self.active_dofs] = np.arange(size)
         operations = tree.size * (tree.size + 2 * tree.boundary_size)
@@ -234,12 +234,14 @@ class MultifrontalSystem:
             active_dofs=self.active_dofs,
             index=index,
             slot=np.full(len(self.elastic), -1, dtype=np.int64),
+            load_slot=np.full((len(self.elastic), 3), -1, dtype=np.int64),
             response=np.empty((3 * slots, size)),
             unit=np.empty(batch * size),
             unit_response=np.empty(batch * size),
             rows=np.empty((2, size)),
             room=np.empty((2 * max(self.options.max_loop_rows, 2), size)),
             occupied=0,
+            loads=0,
             spent=0.0,
             any_stale=1,
             solution_operations=2.0 * float(operations[fronts].sum()),
@@ -426,10 +428,9 @@ def costs_of(size: IntArray, edge: IntArray, options: LinearSystemOptions) -> di
         Weights of operations.
     """
     n, b = size.astype(np.float64), edge.astype(np.float64)
-    products = 2.0 * n * b * (2.0 * n + b)
-    cost = options.call_overhead + options.inversion_weight * n**3 + options.product_weight * products
-    weights = ("call_overhead", "solution_weight", "vector_weight", "product_weight")
+    products = options.product_weight * 2.0 * n * b * (2.0 * n + b)
+    weights = ("call_overhead", "response_weight", "solution_weight", "vector_weight", "product_weight")
     return {
-        "factorisation_cost": cost + options.assembly_weight * (n + b) ** 2,
+        "factorisation_cost": options.assembly_weight * n + options.inversion_weight * n**3 + products,
         **{name: getattr(options, name) for name in weights},
     }

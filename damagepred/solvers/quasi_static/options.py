@@ -394,19 +394,21 @@ class LinearSystemOptions:
     inversion_panel : int
         Columns that LAPACK inverts at a time; with the workspace that SciPy gives by itself these are three.
     response_batch : int
-        Interfaces whose unit-load responses are computed at a time.
+        Unit loads whose responses are computed at a time.
     max_loop_rows : int
         Right-hand sides up to which loops are faster than matrix products of BLAS.
     woodbury_tolerance : float
         Residual of the correction forces over their largest, beyond which the system is refactorised (1).
     call_overhead : float
-        Of each front, and of a batch of unit-load responses (operations).
+        Of a batch of unit-load responses (operations).
     inversion_weight : float
         Weight of an operation in the inversion of a front's stiffness (1).
     assembly_weight : float
-        Of an entry in the assembly of a front (1).
+        Of a degree of freedom in the assembly of a front (1).
+    response_weight : float
+        Of a degree of freedom in the response to a unit load, beside the products (1).
     solution_weight : float
-        In the solution of the capacitance equations (1).
+        Of an entry of the capacitance equations, set up and solved (1).
     vector_weight : float
         In sums of vectors (1).
     product_weight : float
@@ -422,12 +424,13 @@ class LinearSystemOptions:
     keep_responses: bool = True
     max_changed_interfaces: Count = Field(default=50, ge=0)
     inversion_panel: Count = Field(default=64, ge=1)
-    response_batch: Count = Field(default=32, ge=1)
+    response_batch: Count = Field(default=96, ge=1)
     max_loop_rows: Count = Field(default=8, ge=1)
     woodbury_tolerance: Pure = Field(default=1e-6, gt=0)
-    call_overhead: Pure = Field(default=3.6e5, ge=0)
-    inversion_weight: Pure = Field(default=5.0, gt=0)
-    assembly_weight: Pure = Field(default=33.0, gt=0)
-    solution_weight: Pure = Field(default=2.4, gt=0)
-    vector_weight: Pure = Field(default=4.0, gt=0)
+    call_overhead: Pure = Field(default=2.3e5, ge=0)
+    inversion_weight: Pure = Field(default=3.2, gt=0)
+    assembly_weight: Pure = Field(default=1.7e4, gt=0)
+    response_weight: Pure = Field(default=140.0, gt=0)
+    solution_weight: Pure = Field(default=420.0, gt=0)
+    vector_weight: Pure = Field(default=5.0, gt=0)
     product_weight: Pure = Field(default=1.0, gt=0)
