@@ -16,6 +16,8 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
+from damagepred.kernels.jit import kernel
+
 PLACE = np.dtype([(name, np.int64) for name in ("address", "rows", "columns", "depth", "height")])
 """Address and shape of an array."""
 
@@ -51,6 +53,12 @@ def fill(table: np.void, values: dict[str, Any]) -> None:
             table[name] = value
 
 
+@kernel
+def _put(words, place, values):
+    """Put the address and rows of an array in a table of integers; NumPy takes far longer to tell the address."""
+    words[place], words[place + 1] = values.ctypes.data, values.shape[0]
+
+
 class Address:
     """Place in a table of an array that others replace, of any number of rows. The last one is kept alive.
 
@@ -82,8 +90,7 @@ class Address:
         if array is not self.given:
             self._kept = np.ascontiguousarray(array)
             self.given = array if self._kept is array else None
-            self._words[self._place] = self._kept.__array_interface__["data"][0]
-            self._words[self._place + 1] = len(array)
+            _put(self._words, self._place, self._kept)
 
     def forget(self) -> None:
         """Set the next array even if it is the last one: a kernel has put another in its place."""

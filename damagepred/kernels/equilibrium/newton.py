@@ -13,15 +13,14 @@ from damagepred.kernels.equilibrium.line_search import line_search
 from damagepred.kernels.equilibrium.problem import (
     Problem,
     controls_deflection,
-    keep_tangent,
     parameters_at,
     problem_at,
     residual,
     solve,
 )
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
-from damagepred.kernels.jit import Unit, rule
-from damagepred.kernels.table import float_rows, floats
+from damagepred.kernels.jit import Unit, law, rule
+from damagepred.kernels.table import float_rows, floats, run
 
 
 @rule
@@ -122,6 +121,14 @@ def newton_with_line_search(problem, jack, start, best, room):
     return least, best_jack
 
 
+@law
+def _complete(table):
+    """Store the tangent at an equilibrium, and complete it."""
+    if table.ratio < parameters_at(table.parameters).tolerance:
+        run(table.store_tangent, table.here)
+        run(table.complete, table.here)
+
+
 @Unit
 def run_newton(address):
     """Run Newton's method with backtracking for a wall of rigid or elastic blocks.
@@ -129,13 +136,13 @@ def run_newton(address):
     Parameters
     ----------
     address : int
-        Of the table of the wall: ``best`` is filled from ``start`` on; ``jack`` and ``ratio`` become those there; and
-        ``tangent`` that at an equilibrium, if this is one.
+        Of the table of the wall: ``best`` is filled from ``start`` on; ``jack`` and ``ratio`` become those there. If it
+        is an equilibrium, it is completed, and its tangent stored.
     """
     table = problem_at(address)
     problem, start, best = Problem(parameters_at(table.parameters), address), floats(table.start), floats(table.best)
     table.ratio, table.jack = newton(problem, table.jack, start, best, float_rows(table.room))
-    keep_tangent(table)
+    _complete(table)
 
 
 @Unit
@@ -150,4 +157,4 @@ def run_newton_with_line_search(address):
     table = problem_at(address)
     problem, start, best = Problem(parameters_at(table.parameters), address), floats(table.start), floats(table.best)
     table.ratio, table.jack = newton_with_line_search(problem, table.jack, start, best, float_rows(table.room))
-    keep_tangent(table)
+    _complete(table)

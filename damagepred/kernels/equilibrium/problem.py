@@ -14,7 +14,7 @@ from damagepred.kernels.interface.residual import free_residual, within_limit
 from damagepred.kernels.jit import UNCOUNTED, Unit, law
 from damagepred.kernels.linear.condensation import condensation_at
 from damagepred.kernels.linear.table import system_at
-from damagepred.kernels.table import address_of, flags, float_rows, floats, integers, run, table_at, table_type
+from damagepred.kernels.table import address_of, flags, float_rows, floats, run, table_at, table_type
 
 NEWTON = table_type(
     "",
@@ -52,13 +52,14 @@ deflection_tolerance : float
 
 PROBLEM = table_type(
     "joints external ground_normal ground_shear slip dilatant_opening cracked kappa tresca_bound "
-    "tresca_dilatant_opening tresca_kappa strain_stiffness free per_weight arms force stiffness tangent push weights "
-    "edge contact_offset contact_area side_dof side_rows properties displacement residual step start best room slides "
-    "never_opened ground_force_normal ground_force_shear bond_load opening normal_stress shear_stress",
-    integers="here system parameters condensation subtract_boundary_forces add_joint_forces compute_residual "
-    "compute_step compute_bordered_step solve_tangent first_strain coulomb bordered sliding max_iterations "
-    "dilatant_iterations",
-    numbers="deflection jack jack_step ratio limit minimum_tolerance relative_tolerance snap_back_ratio "
+    "tresca_dilatant_opening tresca_kappa strain_stiffness free per_weight arms force stiffness push weights edge "
+    "contact_offset contact_area side_dof side_rows properties displacement residual step start best room tangent rate "
+    "moving normal_ahead shear_ahead prescribed prescribed_step condensed slides never_opened ground_force_normal "
+    "ground_force_shear bond_load opening normal_stress shear_stress",
+    integers="here system parameters condensation subtract_boundary_forces recover add_joint_forces find_sliding "
+    "compute_residual compute_step compute_bordered_step solve_tangent store_tangent complete first_strain coulomb "
+    "bordered sliding within max_iterations dilatant_iterations",
+    numbers="deflection jack jack_step ratio limit minimum_tolerance rate_step relative_tolerance snap_back_ratio "
     "cap_slope_ratio yield_tolerance relaxation no_strength block_stress largest_bond_load friction crushing "
     "mode_1_dissipation stored softened violation",
 )
@@ -102,7 +103,7 @@ start, best, limit, minimum_tolerance, room
 here, system, parameters, condensation : int
     Addresses of this table, of that of the tangent equations, of ``PARAMETERS``, and of the table of the condensed
     subtrees, 0 if there are none.
-subtract_boundary_forces, add_joint_forces, compute_residual, compute_step, compute_bordered_step, solve_tangent : int
+subtract_boundary_forces, recover, ... complete : int
     Addresses of units; ``compute_bordered_step`` is 0 without jacks.
 tangent : array (m, 9)
     Tangents of the interfaces at the last equilibrium.
@@ -269,22 +270,6 @@ def bordered_step(weights, responses, missing, step):
         jack_step = (missing - dot(weights, responses[0])) / deflection_per_load
     move_along(responses[0], jack_step, responses[1], step)
     return jack_step
-
-
-@law
-def keep_tangent(table):
-    """Keep the tangents of the interfaces if the last iteration found an equilibrium.
-
-    Parameters
-    ----------
-    table : PROBLEM
-        Of the wall.
-    """
-    if table.ratio < parameters_at(table.parameters).tolerance:
-        stiffness, tangent = float_rows(table.stiffness), float_rows(table.tangent)
-        for i in integers(table.joints):
-            for j in range(9):
-                tangent[i, j] = stiffness[i, j]
 
 
 @Unit

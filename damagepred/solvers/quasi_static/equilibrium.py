@@ -58,8 +58,8 @@ class Equilibrium(Residual):
         """
         while True:
             ratio = self._find_active(state, start, methods)
-            self.complete(state)
             if ratio >= self.tolerance:
+                self.complete(state)
                 return ratio
             inelastic, start = self.inelastic_fronts(state), None
             if not inelastic.any():
@@ -106,9 +106,6 @@ class Equilibrium(Residual):
     def find_nearby(self, state: State) -> tuple[float, FloatArray]:
         """Find an equilibrium by Newton iteration from a state; return its unbalanced force ratio and displacements."""
         found, ratio = self.newton(state, state.displacement)
-        if ratio < self.tolerance:
-            found = found.copy()
-            self.complete(state, found)
         return ratio, found
 
     def accept_unconverged(self, state: State) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.kernels.concrete_section.forces import section_forces
+from damagepred.kernels.equilibrium.completion import complete, store_tangent
 from damagepred.kernels.equilibrium.joints import JOINT_UNITS
 from damagepred.kernels.equilibrium.newton import (
     newton,
@@ -29,7 +30,7 @@ from damagepred.kernels.equilibrium.tresca import minimise, minimise_tresca
 from damagepred.kernels.interface.residual import free_residual, within_limit
 from damagepred.kernels.jit import Unit
 from damagepred.kernels.joint.limits import NO_LIMIT
-from damagepred.kernels.linear.condensation import subtract_boundary_forces
+from damagepred.kernels.linear.condensation import recover, subtract_boundary_forces
 from damagepred.kernels.linear.system import solve_tangent
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
@@ -75,11 +76,9 @@ class Residual:
         elastic = self._elastic_stiffness(rest)
         self.tangent[:] = elastic
         self.equations = MultifrontalSystem(self.system, elastic, self.superelements, options.linear_system)
-        self.rate = np.zeros(self.dead_load.size)
         supports = model.supports
         moves = supports.prescribed_displacement != 0.0
         # forces inside deformable blocks may depend on the load factor
-        self._supports_move = bool(moves.any())
         self._no_imposed_movement = self.superelements is None and not (moves.any() or model.ground.moves)
         self._moving_interfaces = (
             all_interfaces[:0] if self._no_imposed_movement else self._interfaces_of(self._blocks_of(moves))
@@ -146,7 +145,7 @@ class Residual:
         """Return the stiffness of the interfaces of the unloaded wall (m, 9)."""
         size = self.dead_load.size
         self._force, self._stiffness = np.zeros(size), np.zeros((len(self._all_interfaces), 9))
-        self._external, self._room = np.zeros(size), np.empty((4, size))
+        self._external, self._room, self._rate = np.zeros(size), np.empty((4, size)), np.zeros(size)
         self._slides = np.zeros(len(self._all_interfaces), dtype=np.bool_)
         self._loads_set: tuple[object, ...] = ()
         self._parameters = _parameters_of(self.options, self.tolerance)
@@ -164,11 +163,11 @@ class Residual:
         strains = {} if elastic is None else {"side_dof": elastic.dof, "side_rows": elastic.rows}
         self._units = JOINT_UNITS[self.return_mapping.general, None if elastic is None else True]
         mapping = {name: value for name, value in self.return_mapping._asdict().items() if name != "general"}
+        ground = model.ground.at(0.0)
         table = WallTable(
             external=self._external,
             force=self._force,
             stiffness=self._stiffness,
-            tangent=self.tangent,
             strain_stiffness=system.strain_stiffness,
             first_strain=system.strain_dofs.start,
             per_weight=self.per_weight,
@@ -182,8 +181,18 @@ class Residual:
             properties=model.joint_parameters,
             **dict.fromkeys(("displacement", "residual", "step", "start", "best"), own),
             room=self._room,
+            tangent=self.tangent,
+            rate=self._rate,
+            moving=self._all_interfaces[:0],
+            normal_ahead=ground.normal,
+            shear_ahead=ground.shear,
+            rate_step=self.options.newton.finite_difference_step,
+            prescribed=model.supports.prescribed,
+            prescribed_step=model.supports.prescribed_displacement,
             bond_load=self.bond_load,
             slides=self._slides,
+            ground_normal=ground.normal,
+            ground_shear=ground.shear,
             **dict(zip(("tresca_bound", "tresca_dilatant_opening", "tresca_kappa"), self.tresca)),
             **strains,
             **mapping,
@@ -192,9 +201,7 @@ class Residual:
             no_strength=self.tolerance * model.block_stress,
             add_joint_forces=self._units.add_joint_forces.address,
         )
-        rest = State.rest(model)
-        ground = model.ground.at(rest.load_factor)
-        table.fill(**rest.history._asdict(), ground_normal=ground.normal, ground_shear=ground.shear)
+        table.fill(**State.rest(model).history._asdict())
         return table
 
     def _set_problem(self) -> None:
@@ -208,6 +215,8 @@ class Residual:
         if self._compiled:
             self.table.fill(
                 free=self.free,
+                moving=self._moving_interfaces,
+                condensed=equations.condensed_interfaces,
                 here=self.table.address,
                 system=equations.address,
                 parameters=self._parameters.ctypes.data,
@@ -217,6 +226,10 @@ class Residual:
                 compute_step=compute_step.address,
                 compute_bordered_step=0 if self.jacks is None else compute_bordered_step.address,
                 solve_tangent=solve_tangent.address,
+                store_tangent=store_tangent.address,
+                complete=complete.address,
+                recover=recover.address,
+                find_sliding=self._units.find_sliding.address,
             )
 
     def _joints(self, interfaces: IntArray) -> IntArray:
@@ -293,7 +306,10 @@ class Residual:
     def _iterate(self, unit: Unit, state: State, start: FloatArray, best: FloatArray, **entries: Any) -> np.void:
         """Run compiled iterations from a start, under the loads of a state; return the table with their results."""
         check_time()
-        self._set_loads(state, self.equations.condensation)
+        condensation = self.equations.condensation
+        self._set_loads(state, condensation)
+        if condensation is not None:
+            condensation.set_loads(state.load, state.load_factor)
         self.table.set_state(state.history, self.model.ground.at(state.load_factor))
         if self.jacks is not None:
             entries["deflection"] = self.jacks.required_deflection(state.load_factor)
@@ -339,16 +355,17 @@ class Residual:
         searching, found = self.has_potential if searching is None else searching, np.empty_like(start)
         if self._compiled:
             unit = run_newton_with_line_search if searching else run_newton
-            table = self._iterate(unit, state, start, found)
+            table = self._iterate(unit, state, start, found, limit=self._divergence_limit(state), **self._ahead(state))
             ratio, state.jack = float(table["ratio"]), float(table["jack"])
+            within = ratio < self.tolerance and bool(table["within"])
         else:
             iterate = newton_with_line_search if searching else newton
             ratio, state.jack = iterate(self._interpreted(state), state.jack, start, found, self._room)
+            within = False
             if ratio < self.tolerance:
-                self._keep_tangent()
-        if ratio < self.tolerance:
-            self._set_rate(state, found)
-        return found, np.inf if self.has_diverged(state, found) else ratio
+                self.store_tangent(state, found)
+                self.complete(state, found)
+        return found, np.inf if not within and self.has_diverged(state, found) else ratio
 
     def minimise(self, state: State, tolerance: float) -> None:
         """Minimise the potential of the Tresca problem.
@@ -425,7 +442,11 @@ class Residual:
         load, load_factor : float
             Increments of dead load and movement (1).
         """
-        force = load * self.dead_load + load_factor * self.rate
+        force = load * self.dead_load + load_factor * self._rate
+        if self._has_live_load:
+            force += load_factor * self.live_load
+        if self.jacks is not None and self.jacks.by_load:
+            force += load_factor * (self.jacks.load_at(1.0, 0.0) - self.jacks.load_at(0.0, 0.0)) * self.jacks.push
         if (superelement := self.equations.condensation) is not None:
             force[superelement.boundary_dofs] += superelement.load(load, load_factor)
         return force
@@ -455,7 +476,7 @@ class Residual:
     # -- linearisation ----------------------------------------------------------------------------------------------
 
     def store_tangent(self, state: State, displacement: FloatArray) -> None:
-        """Store the last tangent stiffness, and the force per load factor, for the predictor.
+        """Store the last tangent stiffness, and the force of the joints per load factor, for the predictor.
 
         Parameters
         ----------
@@ -464,40 +485,32 @@ class Residual:
         displacement : array (size,)
             Its displacements.
         """
-        self._keep_tangent()
-        self._set_rate(state, displacement)
-
-    def _keep_tangent(self) -> None:
-        """Keep the tangents of the active interfaces."""
+        if self._compiled:
+            self._iterate(store_tangent, state, displacement, displacement, **self._ahead(state))
+            return
         self.tangent[self.equations.active] = self._stiffness[self.equations.active]
+        if self._no_imposed_movement:
+            return
+        step, moved, ahead = self.options.newton.finite_difference_step, displacement.copy(), self._ahead(state)
+        moved[self.model.supports.prescribed] += ahead["prescribed_step"]
+        self._rate[:] = self._moving_forces(replace(state, load_factor=state.load_factor + step), moved)
+        self._rate -= self._moving_forces(state, displacement)
+        self._rate /= step
 
-    def _set_rate(self, state: State, displacement: FloatArray) -> None:
-        """Set the force per load factor at an equilibrium."""
-        self.rate = self.live_load.copy()
-        if not self._no_imposed_movement:
-            self.rate += self._joint_rate(state, displacement)
-        if self.jacks is not None and self.jacks.by_load:
-            self.rate += (self.jacks.load_at(1.0, 0.0) - self.jacks.load_at(0.0, 0.0)) * self.jacks.push
-
-    def _joint_rate(self, state: State, displacement: FloatArray) -> FloatArray:
-        """Return the force per load factor of moving ground and supports, by a forward difference."""
-        supports, step, moved = self.model.supports, self.options.newton.finite_difference_step, displacement
-        ahead = replace(state, load_factor=state.load_factor + step)
-        if self._supports_move:
-            moved, share = displacement.copy(), step * self.model.ground.load_factor_rate(state.load_factor)
-            moved[supports.prescribed] += share * supports.prescribed_displacement
-        before = self._moving_forces(state, displacement).copy()
-        return (self._moving_forces(ahead, moved) - before) / step
+    def _ahead(self, state: State) -> dict[str, FloatArray]:
+        """Return ground and movement of the supports a step of the load factor ahead."""
+        if self._no_imposed_movement:
+            return {}
+        step, ground = self.options.newton.finite_difference_step, self.model.ground
+        ahead = ground.at(state.load_factor + step)
+        moved = step * ground.load_factor_rate(state.load_factor) * self.model.supports.prescribed_displacement
+        return {"normal_ahead": ahead.normal, "shear_ahead": ahead.shear, "prescribed_step": moved}
 
     def _moving_forces(self, state: State, displacement: FloatArray) -> FloatArray:
         """Return the forces of the interfaces that ground and supports move, without external load."""
-        if not self._compiled:
-            self._external.fill(0.0)
-            self._loads_set = ()
-            return self._forces_at(self._moving_interfaces, state, displacement, 0.0)
-        self._force.fill(0.0)
-        self.evaluate_joints("add_joint_forces", self._moving_interfaces, state, displacement, coulomb=True)
-        return self._force
+        self._external.fill(0.0)
+        self._loads_set = ()
+        return self._forces_at(self._moving_interfaces, state, displacement, 0.0)
 
     def solve(self, stiffness: FloatArray, force: FloatArray, missing_deflection: float) -> tuple[FloatArray, float]:
         """Solve the linear system, bordered by the condition on the deflection where jacks are controlled by it.
@@ -564,10 +577,18 @@ class Residual:
         self.uncondense(self.equations.tree.fronts_of(interfaces))
 
     def inelastic_fronts(self, state: State) -> BoolArray:
-        """Return the condensed fronts (F,) in which a joint would slide or a block yield; activate such blocks."""
+        """Return the condensed fronts (F,) in which a joint slides or a block yields in the equilibrium just completed.
+
+        Blocks that yield become active.
+
+        Parameters
+        ----------
+        state : State
+            Of the equilibrium.
+        """
         tree, condensed = self.equations.tree, self.equations.condensed_interfaces
         found = np.zeros(tree.count, dtype=np.bool_)
-        if self.condensed and self.evaluate_joints("find_sliding", condensed, state)["sliding"] > 0:
+        if self.condensed and self.table.record["sliding"] > 0:
             found |= tree.fronts_of(condensed[self._slides[condensed]])
         if (blocks := self.superelements) is not None:
             opened = blocks.activate_yielding(state.displacement, state.load, state.load_factor, state.plastic)
@@ -590,10 +611,15 @@ class Residual:
             Changed; by default the state's own.
         """
         u = state.displacement if displacement is None else displacement
-        if (superelement := self.equations.condensation) is not None:
-            superelement.recover(u, state.load, state.load_factor)
+        if self._compiled:
+            self._iterate(complete, state, u, u, limit=np.inf)
+            return
+        if (condensation := self.equations.condensation) is not None:
+            condensation.recover(u, state.load, state.load_factor)
         if self.superelements is not None:
             self.superelements.recover(u, state.load, state.load_factor, state.plastic)
+        if self.condensed:
+            self.evaluate_joints("find_sliding", self.equations.condensed_interfaces, state, u)
 
 
 def _parameters_of(options: SolverOptions, tolerance: float) -> np.ndarray:

@@ -86,8 +86,8 @@ class StaticCondensation:
         displacement, force : array (size,)
             Of all degrees of freedom (m, N); forces are updated.
         """
-        self._displacement.set(displacement)
-        self._force.set(force)
+        self._place(self._displacement, displacement)
+        self._place(self._force, force)
         subtract_boundary_forces(self.address)
 
     def elastic_energy(self, displacement: FloatArray, load: float, live: float) -> float:
@@ -113,9 +113,19 @@ class StaticCondensation:
         """
         self._run(recover, displacement, load, live)
 
-    def _run(self, unit: Unit, displacement: FloatArray, load: float, live: float) -> None:
-        """Run a unit at a displacement under a load."""
+    def set_loads(self, load: float, live: float) -> None:
+        """Set the load factors of dead and live load for kernels that run by themselves."""
         table = self._table[0]
         table["load"], table["live"] = load, live
-        self._displacement.set(displacement)
+
+    def _run(self, unit: Unit, displacement: FloatArray, load: float, live: float) -> None:
+        """Run a unit at a displacement under a load."""
+        self.set_loads(load, live)
+        self._place(self._displacement, displacement)
         unit(self.address)
+
+    @staticmethod
+    def _place(address: Address, array: FloatArray) -> None:
+        """Set the address of an array, whatever kernels have put there."""
+        address.forget()
+        address.set(array)

@@ -1,0 +1,85 @@
+"""What follows an equilibrium of the active fronts: its linearisation, and the condensed subtrees."""
+
+from damagepred.kernels.equilibrium.problem import problem_at
+from damagepred.kernels.equilibrium.vectors import copy
+from damagepred.kernels.interface.residual import within_limit
+from damagepred.kernels.jit import Unit, law
+from damagepred.kernels.linear.condensation import condensation_at
+from damagepred.kernels.table import flags, float_rows, floats, integers, run
+
+
+@law
+def _replace(place, other):
+    """Put a vector in the place of another; return the address and rows of the latter."""
+    before = place.address, place.rows
+    place.address, place.rows = other.address, other.rows
+    return before
+
+
+@law
+def _put_back(place, before):
+    """Put a vector back in its place."""
+    place.address, place.rows = before
+
+
+@Unit
+def store_tangent(address):
+    """Store the tangents of the active interfaces, and the force of the joints per load factor, at an equilibrium.
+
+    Ground and supports move: the rate of the force is a forward difference.
+
+    Parameters
+    ----------
+    address : int
+        Of the table of the wall: ``tangent`` and ``rate`` are filled for the displacement ``best``.
+    """
+    table = problem_at(address)
+    stiffness, tangent = float_rows(table.stiffness), float_rows(table.tangent)
+    for i in integers(table.joints):
+        for j in range(9):
+            tangent[i, j] = stiffness[i, j]
+    rate, moved = floats(table.rate), float_rows(table.room)[1]
+    for i in range(rate.size):
+        rate[i] = 0.0
+    if integers(table.moving).size == 0:
+        return
+    joints, force = _replace(table.joints, table.moving), _replace(table.force, table.rate)
+    normal, shear, table.coulomb = table.ground_normal.address, table.ground_shear.address, 1
+    table.displacement.address = table.best.address
+    run(table.add_joint_forces, address)
+    for i in range(rate.size):
+        rate[i] = -rate[i]
+    copy(floats(table.best), moved)
+    prescribed, step = integers(table.prescribed), floats(table.prescribed_step)
+    for i in range(prescribed.size):
+        moved[prescribed[i]] += step[i]
+    table.displacement.address = moved.ctypes.data
+    table.ground_normal.address, table.ground_shear.address = table.normal_ahead.address, table.shear_ahead.address
+    run(table.add_joint_forces, address)
+    for i in range(rate.size):
+        rate[i] /= table.rate_step
+    table.ground_normal.address, table.ground_shear.address = normal, shear
+    _put_back(table.joints, joints)
+    _put_back(table.force, force)
+
+
+@Unit
+def complete(address):
+    """Recover the displacements of the condensed subtrees, and find the interfaces that slide in them.
+
+    Parameters
+    ----------
+    address : int
+        Of the table of the wall: ``best`` is completed, ``sliding`` and ``slides`` are filled, and ``within`` tells
+        whether displacements are below the ``limit``.
+    """
+    table = problem_at(address)
+    best = floats(table.best)
+    table.within, table.sliding = within_limit(best, flags(table.free), floats(table.arms), table.limit), 0
+    if table.condensation == 0:
+        return
+    condensation_at(table.condensation).displacement.address = table.best.address
+    run(table.recover, table.condensation)
+    joints, table.displacement.address = _replace(table.joints, table.condensed), table.best.address
+    run(table.find_sliding, address)
+    _put_back(table.joints, joints)
