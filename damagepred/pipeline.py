@@ -463,7 +463,7 @@ def matrix_bytes(model: Model, solver: Solver) -> int:
     solved = model if half is None else half
     system = DiscreteSystem.of(solved, options.elastic_solution)
     blocks = None if solved.mesh is None else Superelements(system, options.newton.interior_tolerance)
-    return 8 * EliminationTree(system, blocks, options.linear_system).matrix_entries
+    return 8 * EliminationTree.of(system, blocks, options.linear_system).matrix_entries
 
 
 def shares_of_size(model: Model, steps: list[Step]) -> dict[str, float]:

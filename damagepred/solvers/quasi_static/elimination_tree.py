@@ -8,13 +8,17 @@ its boundary are the degrees of freedom of later fronts that it then couples (Du
 
 from __future__ import annotations
 
+from collections import deque
 from itertools import pairwise
+from operator import is_
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from damagepred.arrays import BoolArray, IntArray
+from damagepred.assembly import Model
 from damagepred.enumerations import ContactKind
 from damagepred.kernels.linear.dissection import dissect
 from damagepred.solvers.quasi_static.options import LinearSystemOptions
@@ -23,6 +27,8 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.interface_kinematics import interface_kinematics
 
 DEFAULTS = LinearSystemOptions()
+_recent: deque[tuple[tuple[Any, ...], LinearSystemOptions, tuple[Any, ...], EliminationTree]] = deque(maxlen=2)
+"""Trees made before: all samples of a wall share one; supports that act later make another."""
 
 
 class EliminationTree:
@@ -69,11 +75,11 @@ class EliminationTree:
     def __init__(
         self, system: DiscreteSystem, superelements: Superelements | None, options: LinearSystemOptions = DEFAULTS
     ) -> None:
-        self._system, self.kinematics = system, interface_kinematics(system.model)
+        self.kinematics = interface_kinematics(system.model)
         boundaries = [] if superelements is None else superelements.boundary
         dofs = system.free_dofs if superelements is None else np.setdiff1d(system.free_dofs, superelements.interior)
-        node = self._set_nodes(dofs)
-        front = self._order(options)[node]
+        node = self._set_nodes(system, dofs)
+        front = self._order(system, options)[node]
         in_order = np.lexsort((dofs, node, front))
         self.dofs, node, front = dofs[in_order], node[in_order], front[in_order]
         self.count = int(front.max(initial=-1)) + 1
@@ -98,6 +104,29 @@ class EliminationTree:
         )
         self.front_interfaces, self.first_interface = self._grouped(self.interface_front)
         self.front_superelements, self.first_superelement = self._grouped(self.superelement_front)
+
+    @classmethod
+    def of(
+        cls, system: DiscreteSystem, superelements: Superelements | None, options: LinearSystemOptions = DEFAULTS
+    ) -> EliminationTree:
+        """Return the tree of a wall; that of the last wall if it has the same geometry and supports.
+
+        Parameters
+        ----------
+        system, superelements, options
+            As for the class.
+        """
+        if superelements is not None:
+            return cls(system, superelements, options)
+        model = system.model
+        same = model.blocks, model.interfaces
+        equal = model.supports.prescribed, model.guides, np.array([] if model.footing is None else model.footing)
+        for known, its_options, its_equal, tree in _recent:
+            if all(map(is_, known, same)) and its_options == options and all(map(np.array_equal, its_equal, equal)):
+                return tree
+        tree = cls(system, None, options)
+        _recent.append((same, options, equal, tree))
+        return tree
 
     @property
     def matrix_entries(self) -> int:
@@ -156,9 +185,9 @@ class EliminationTree:
 
     # -- order ----------------------------------------------------------------------------------------------------
 
-    def _set_nodes(self, dofs: IntArray) -> IntArray:
+    def _set_nodes(self, system: DiscreteSystem, dofs: IntArray) -> IntArray:
         """Set block, size and place of each node, and the nodes that interfaces join; return those of free dofs."""
-        system, model = self._system, self._system.model
+        model = system.model
         mesh, n = model.mesh, model.n_blocks
         node = system.block_of_dof.copy()
         self._block = np.arange(n + 1)
@@ -171,10 +200,10 @@ class EliminationTree:
         self._weight = np.bincount(node[dofs], minlength=len(self._block))
         return node[dofs]
 
-    def _order(self, options: LinearSystemOptions) -> IntArray:
+    def _order(self, system: DiscreteSystem, options: LinearSystemOptions) -> IntArray:
         """Return the front of each node."""
-        model, n = self._system.model, self._system.model.n_blocks
-        face, level_of_block = model.interfaces, block_levels(self._system)
+        model, n = system.model, system.model.n_blocks
+        face, level_of_block = model.interfaces, block_levels(system)
         block = np.stack((face.block_a, face.block_b), axis=1)
         level = np.where(block == n, -1, level_of_block[block])
         nearer = (level > level[:, ::-1]) & ~model.guides[:, None]
@@ -183,7 +212,7 @@ class EliminationTree:
         touching = self._sides[nearer]
         within[touching[touching >= 0]] = 0
         level_of_node = 2 * level_of_block[self._block] + within
-        last = self._last_course(options, level)
+        last = _last_course(model, options, level)
         chain = np.full(len(self._block), -1, dtype=np.int64)
         listed = (level_of_node <= last) & (self._weight > 0)
         courses, chain[listed] = np.unique(level_of_node[listed], return_inverse=True)
@@ -195,14 +224,6 @@ class EliminationTree:
         ordered = chain, len(courses), smallest
         dissect(*ordered, place, self._block, self._weight, self._sides, face.block_a, face.block_b)
         return chain
-
-    def _last_course(self, options: LinearSystemOptions, level: IntArray) -> int:
-        """Return the last half of a level that is one front, up to a plane of weakness; -1 if there is none."""
-        if options.order == "courses":
-            return 2 * int(level.max(initial=0)) + 1
-        kind = self._system.model.interfaces.kind
-        weak = (kind == ContactKind.DPC) | ((kind == ContactKind.FOOTING_INTERFACE) & (level.max(axis=1) > 0))
-        return 2 * int(level[weak].max()) if weak.any() else -1
 
     # -- symbolic factorisation -----------------------------------------------------------------------------------
 
@@ -258,6 +279,15 @@ class EliminationTree:
         order = np.argsort(front, kind="stable")
         edges = np.searchsorted(front[order], np.arange(self.count + 1))
         return order[edges[0] :], edges - edges[0]
+
+
+def _last_course(model: Model, options: LinearSystemOptions, level: IntArray) -> int:
+    """Return the last half of a level that is one front, up to a plane of weakness; -1 if there is none."""
+    if options.order == "courses":
+        return 2 * int(level.max(initial=0)) + 1
+    kind = model.interfaces.kind
+    weak = (kind == ContactKind.DPC) | ((kind == ContactKind.FOOTING_INTERFACE) & (level.max(axis=1) > 0))
+    return 2 * int(level[weak].max()) if weak.any() else -1
 
 
 def block_levels(system: DiscreteSystem) -> IntArray:

@@ -91,7 +91,7 @@ class MultifrontalSystem:
         options: LinearSystemOptions = DEFAULTS,
     ) -> None:
         self.model, self.options, self.elastic = system.model, options, elastic
-        self.tree = EliminationTree(system, superelements, options)
+        self.tree = EliminationTree.of(system, superelements, options)
         self._superelements = superelements
         self._stiffness = elastic
         self._table = np.zeros(1, SYSTEM)
