@@ -85,14 +85,11 @@ def eliminate(address):
             system.held = 0
             return
         inverse, complement = floats(system.inverses)[inverse_start[k] :], floats(system.complements)
-        lower, upper = floats(system.lower)[at[k] :], floats(system.upper)[at[k] :]
+        coupling, upper = floats(system.coupling)[at[k] :], floats(system.upper)[at[k] :]
         multiply(system, False, size, edge, size, 1.0, inverse, size, matrix[size * rows :], rows, 0.0, upper)
-        if system.symmetric != 0:
-            for j in range(size):
-                for i in range(edge):
-                    lower[j * edge + i] = upper[i * size + j]
-        else:
-            multiply(system, False, edge, size, size, 1.0, matrix[size:], rows, inverse, size, 0.0, lower)
+        for j in range(size):
+            for i in range(edge):
+                coupling[j * edge + i] = matrix[j * rows + size + i]
         complement = complement[complement_start[k] :]
         for j in range(edge):
             for i in range(edge):
@@ -182,7 +179,7 @@ def forward(address):
         for m in range(force.shape[0]):
             for i in range(rows.size):
                 edges[m, i] = 0.0
-        add_product(1.0, floats(system.lower)[at[k] :], rows.size, size, force, a, edges, 0)
+        add_product(1.0, floats(system.coupling)[at[k] :], rows.size, size, particular, a, edges, 0)
         for m in range(force.shape[0]):
             for i in range(rows.size):
                 force[m, rows[i]] -= edges[m, i]
@@ -247,7 +244,7 @@ def solve_columns(address):
         if rows.size == 0:
             continue
         reached[parent[k]] = True
-        multiply(system, True, r, rows.size, size, 1.0, own, r, floats(system.lower)[at[k] :], rows.size, 0.0, edges)
+        multiply(system, True, r, rows.size, size, 1.0, found, r, floats(system.coupling)[at[k] :], rows.size, 0.0, edges)
         for i in range(rows.size):
             add_row(-1.0, edges[i * r : (i + 1) * r], force[rows[i] * r : (rows[i] + 1) * r])
     for k in fronts:

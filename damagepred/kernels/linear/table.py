@@ -5,7 +5,7 @@ from damagepred.kernels.table import table_at, table_type
 SYSTEM = table_type(
     # elimination tree, and the factors of its fronts
     "start parent first_boundary boundary_in_parent first_child children inverse_start coupling_start complement_start "
-    "inverses lower upper complements "
+    "inverses coupling upper complements "
     # assembly
     "dof strain_displacement front_interfaces first_interface interface_front interface_index stiffness matrices "
     "strain_stiffness regularisation "
@@ -40,9 +40,9 @@ first_child, children : array of int (F + 1,), array of int
     Where the children of each front begin, and these.
 inverses, inverse_start : array
     Inverse of each front's stiffness (s, s), with all farther fronts eliminated, and where each begins.
-lower, upper, coupling_start : array
-    Product of the coupling of the boundary and that inverse (b, s), and of the inverse and the coupling (s, b); where
-    each begins.
+coupling, upper, coupling_start : array
+    Coupling of the boundary with the front (b, s), and the product of the inverse and the coupling of the front with
+    its boundary (s, b); where each begins.
 complements, complement_start : array
     Schur complement on the boundary (b, b) of the elements assembled in a front and its subtree; where each begins.
 

@@ -139,7 +139,7 @@ class MultifrontalSystem:
             coupling_start=coupling_start,
             complement_start=complement_start,
             inverses=np.zeros(inverse_start[-1]),
-            lower=np.zeros(coupling_start[-1]),
+            coupling=np.zeros(coupling_start[-1]),
             upper=np.zeros(coupling_start[-1]),
             complements=np.zeros(complement_start[-1]),
             dof=dof,
@@ -428,7 +428,7 @@ def costs_of(size: IntArray, edge: IntArray, options: LinearSystemOptions) -> di
         Weights of operations.
     """
     n, b = size.astype(np.float64), edge.astype(np.float64)
-    products = options.product_weight * 2.0 * n * b * (2.0 * n + b)
+    products = options.product_weight * 2.0 * n * b * (n + b)
     weights = ("call_overhead", "response_weight", "solution_weight", "vector_weight", "product_weight")
     return {
         "factorisation_cost": options.assembly_weight * n + options.inversion_weight * n**3 + products,
