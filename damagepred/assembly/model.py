@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -207,7 +207,7 @@ class GroundMovement:
     state: Callable[[float], Ground] | None = None
     reverses: bool = False
     sampled_states: int = 8
-    _last: list[Any] = field(default_factory=lambda: [np.nan, None], init=False, repr=False)
+    _recent: list[tuple[tuple[float, Ground], ...]] = field(default_factory=lambda: [()], init=False, repr=False)
 
     @classmethod
     def growing(cls, state: Callable[[float], Ground], reverses: bool = False) -> GroundMovement:
@@ -237,9 +237,11 @@ class GroundMovement:
         """Return the state at a load factor."""
         if self.state is not None:
             return self.state(load_factor)
-        if self._last[0] != load_factor:  # solvers ask for the same one again and again
-            self._last[:] = load_factor, Ground(load_factor * self.full.normal, load_factor * self.full.shear)
-        found: Ground = self._last[1]
+        for known, ground in self._recent[0]:  # solvers ask for the same two again and again
+            if known == load_factor:
+                return ground
+        found = Ground(load_factor * self.full.normal, load_factor * self.full.shear)
+        self._recent[0] = ((load_factor, found), *self._recent[0][:2])  # in one step: threads may share a model
         return found
 
     def load_factor_at(self, coordinate: float) -> float:

@@ -1,13 +1,13 @@
 """Units of the condensed subtrees: superelements on their boundaries, recovery of their displacements, their energy."""
 
-from damagepred.kernels.jit import Unit, law
+from damagepred.kernels.jit import Unit
 from damagepred.kernels.linear.multifrontal import add_product
 from damagepred.kernels.table import float_rows, floats, integers, part, run, table_at, table_type
 
 CONDENSATION = table_type(
     "boundary_dofs first_boundary stiffness boundary_room dofs particular particular_in_state current loaded_dofs "
     "loads displacement force",
-    integers="system back",
+    integers="system back resist",
     numbers="load live energy",
 )
 """Attributes, with b boundary degrees of freedom, counted once for each superelement.
@@ -17,7 +17,7 @@ boundary_dofs, first_boundary : array of int
 stiffness : array
     Symmetric stiffness of each superelement, one matrix after the other.
 boundary_room : array (2, b)
-    Scratch.
+    Displacements of the boundaries, and forces by which the superelements resist them.
 dofs : array of int
     All degrees of freedom in the order of the fronts.
 particular : array (2, degrees of freedom)
@@ -31,8 +31,8 @@ displacement, force : array (size,)
     Of all degrees of freedom.
 load, live : float
     Load factors of dead and live load.
-system, back : int
-    Addresses of the table of the tangent equations with the condensed fronts, and of the unit ``back``.
+system, back, resist : int
+    Addresses of the table of the tangent equations with the condensed fronts, and of units.
 energy : float
     Elastic energy of the condensed subtrees (J).
 """
@@ -40,11 +40,19 @@ condensation_at = table_at(CONDENSATION, "CONDENSATION")
 """What gives the table at an address."""
 
 
-@law
-def _resist(table, u, resisting):
-    """Gather displacements of the boundaries, and the forces by which the superelements resist them."""
+@Unit
+def resist(address):
+    """Gather displacements of the boundaries, and the forces by which the superelements resist them.
+
+    Parameters
+    ----------
+    address : int
+        Of the table; both are in ``boundary_room``.
+    """
+    table = condensation_at(address)
     dofs, first, stiffness = integers(table.boundary_dofs), integers(table.first_boundary), floats(table.stiffness)
-    displacement, at = floats(table.displacement), 0
+    displacement, room, at = floats(table.displacement), float_rows(table.boundary_room), 0
+    u, resisting = part(room, 0, 1), part(room, 1, 1)
     for i in range(dofs.size):
         u[0, i], resisting[0, i] = displacement[dofs[i]], 0.0
     for k in range(first.size - 1):
@@ -63,12 +71,10 @@ def subtract_boundary_forces(address):
         Of the table.
     """
     table = condensation_at(address)
-    dofs, force = integers(table.boundary_dofs), floats(table.force)
-    room = float_rows(table.boundary_room)
-    resisting = part(room, 1, 1)
-    _resist(table, part(room, 0, 1), resisting)
+    run(table.resist, address)
+    dofs, force, room = integers(table.boundary_dofs), floats(table.force), float_rows(table.boundary_room)
     for i in range(dofs.size):
-        force[dofs[i]] -= resisting[0, i]
+        force[dofs[i]] -= room[1, i]
 
 
 @Unit
@@ -104,9 +110,8 @@ def elastic_energy(address):
     dofs, loads, displacement = integers(table.loaded_dofs), float_rows(table.loads), floats(table.displacement)
     for i in range(dofs.size):
         work += (table.load * loads[0, i] + table.live * loads[1, i]) * displacement[dofs[i]]
+    run(table.resist, address)
     room = float_rows(table.boundary_room)
-    u, resisting = part(room, 0, 1), part(room, 1, 1)
-    _resist(table, u, resisting)
-    for i in range(u.shape[1]):
-        work += resisting[0, i] * u[0, i]
+    for i in range(room.shape[1]):
+        work += room[0, i] * room[1, i]
     table.energy = 0.5 * work

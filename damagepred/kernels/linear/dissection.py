@@ -2,33 +2,47 @@
 
 import numpy as np
 
-from damagepred.kernels.jit import kernel_making_arrays, law
+from damagepred.kernels.jit import kernel, law
 
-
-@kernel_making_arrays
-def _median(values, weight):
-    """Return the value below which about half the weight lies; a larger one than the least, if there is any."""
-    order = np.argsort(values)
-    half, total = 0.5 * weight.sum(), 0.0
-    for i in order:
-        total += weight[i]
-        if total >= half and values[i] > values[order[0]]:
-            return values[i]
-    return values[order[-1]]
+BISECTIONS = 60
+"""Bisections that find the median: the interval left is as small as rounding."""
 
 
 @law
-def _mark_separator(cut, on_left, sides, block_a, left, front, marked):
-    """Mark the nodes without a front of the cut interfaces' sides on the left, or on the right."""
-    for i in cut:
-        side = 0 if left[block_a[i]] == on_left else 1
-        for node in sides[i, side]:
-            if node >= 0 and front[node] < 0:
-                marked[node] = True
+def _median(nodes, values, weight):
+    """Return the value below which about half the weight lies; a larger one than the least, if there is any.
+
+    By bisection: code that sorts takes far longer to compile than all the rest.
+    """
+    half, low, high = 0.0, np.inf, -np.inf
+    for node in nodes:
+        half += 0.5 * weight[node]
+        low, high = min(low, values[node]), max(high, values[node])
+    for _ in range(BISECTIONS):
+        middle, below = 0.5 * (low + high), 0.0
+        for node in nodes:
+            below += weight[node] if values[node] <= middle else 0
+        low, high = (low, middle) if below >= half else (middle, high)
+    found = np.inf
+    for node in nodes:
+        if low < values[node] < found:
+            found = values[node]
+    return found
 
 
-@kernel_making_arrays
-def _separate(nodes, listed, place, block, weight, sides, block_a, block_b, left, front, separates):
+@law
+def _mark_separator(listed, on_left, sides, block_a, block_b, left, front, separates):
+    """Mark the nodes without a front on the left, or on the right, of the interfaces that are cut."""
+    for i in listed:
+        if left[block_a[i]] != left[block_b[i]]:
+            side = 0 if left[block_a[i]] == on_left else 1
+            for node in sides[i, side]:
+                if node >= 0 and front[node] < 0:
+                    separates[node] = True
+
+
+@law
+def _separate(nodes, listed, place, weight, block, sides, block_a, block_b, left, front, separates):
     """Find the lightest separator of a part: cuts along both axes, nodes on either side; return whether there is one.
 
     ``left`` becomes the half of each block, and ``separates`` tells which nodes are in the separator.
@@ -38,17 +52,17 @@ def _separate(nodes, listed, place, block, weight, sides, block_a, block_b, left
         axis = best_axis if turn == 2 else turn
         if axis < 0:
             return False
-        values = place[axis, block[nodes]]
-        middle = _median(values, weight[nodes])
-        if middle == values.min():
+        values, least = place[axis], np.inf
+        middle = _median(nodes, values, weight)
+        for node in nodes:
+            least = min(least, values[node])
+            left[block[node]] = values[node] < middle
+        if middle == least or middle == np.inf:
             continue
-        for j in range(nodes.size):
-            left[block[nodes[j]]] = values[j] < middle
-        cut = listed[left[block_a[listed]] != left[block_b[listed]]]
         for on_left in (True, False):
             if turn == 2 and on_left != best_side:
                 continue
-            _mark_separator(cut, on_left, sides, block_a, left, front, separates)
+            _mark_separator(listed, on_left, sides, block_a, block_b, left, front, separates)
             total = 0.0
             for node in nodes:
                 if separates[node]:
@@ -59,50 +73,97 @@ def _separate(nodes, listed, place, block, weight, sides, block_a, block_b, left
     return True
 
 
-@kernel_making_arrays
-def dissect(front, first, smallest, place, block, weight, sides, block_a, block_b):
-    """Set the fronts of all nodes without one: separators before the parts that they leave.
+@law
+def _part_nodes(nodes, room, block, left, separates, within):
+    """Put the nodes on the left first, those on the right next, and the separator last; return how many are where."""
+    for j in range(nodes.size):
+        room[j] = nodes[j]
+        within[block[nodes[j]]] = False
+    on_left, on_right, end = 0, 0, nodes.size
+    for turn in range(2):
+        for j in range(end):
+            node = room[j]
+            if not separates[node] and left[block[node]] == (turn == 0):
+                nodes[on_left + on_right] = node
+                within[block[node]] = True
+                on_left, on_right = on_left + (turn == 0), on_right + (turn == 1)
+    at = on_left + on_right
+    for j in range(end):
+        if separates[room[j]]:
+            nodes[at] = room[j]
+            at += 1
+    return on_left, on_right
+
+
+@law
+def _part_interfaces(listed, room, block_a, block_b, left, within):
+    """Put the interfaces within the left half first, and those within the right one next; return how many there are."""
+    for j in range(listed.size):
+        room[j] = listed[j]
+    on_left, on_right, end = 0, 0, listed.size
+    for turn in range(2):
+        for j in range(end):
+            i = room[j]
+            a, b = block_a[i], block_b[i]
+            if within[a] and within[b] and left[a] == (turn == 0) and left[b] == (turn == 0):
+                listed[on_left + on_right] = i
+                on_left, on_right = on_left + (turn == 0), on_right + (turn == 1)
+    return on_left, on_right
+
+
+@kernel
+def dissect(front, first, smallest, place, weight, block, sides, block_a, block_b, nodes, listed, parts, room, marks):
+    """Set the fronts of all nodes listed: separators before the parts that they leave.
 
     Parameters
     ----------
-    front : array of int (nodes,)
+    front : array of int (n,)
         Front of each node, -1 if it has none yet; filled.
     first : int
         Number of the first front.
     smallest : int
         Degrees of freedom up to which a part is one front.
-    place : array (2, blocks)
-        Coordinates of the blocks, equal to the last digit where they are in line.
-    block, weight : array of int (nodes,)
-        Block of each node, and its number of degrees of freedom.
+    place : array (2, n)
+        Coordinates of the blocks of the nodes, equal to the last digit where they are in line.
+    weight, block : array of int (n,)
+        Number of degrees of freedom of each node, and its block.
     sides : array of int (m, 2, w / 2)
         Nodes of the two sides of each interface, -1 where there are fewer.
     block_a, block_b : array of int (m,)
         Blocks of the two sides.
+    nodes, listed : array of int
+        Nodes without a front, and interfaces between their blocks; reordered.
+    parts : array of int (n + 1, 4)
+        Scratch: where the nodes and interfaces of parts yet to be separated begin and end.
+    room : array of int
+        Scratch, as long as the longer of ``nodes`` and ``listed``.
+    marks : array of bool (3, n)
+        Scratch, all false: separator, left half, and blocks within it.
     """
-    left, separates = np.zeros(place.shape[1], dtype=np.bool_), np.zeros(front.size, dtype=np.bool_)
-    within = np.zeros(place.shape[1], dtype=np.bool_)
-    everything = np.flatnonzero((front < 0) & (weight > 0))
-    for node in everything:
-        within[block[node]] = True
-    parts = [(everything, np.flatnonzero(within[block_a] & within[block_b]))]
-    while len(parts) > 0:
-        nodes, listed = parts.pop()
-        whole = weight[nodes].sum() <= smallest
-        if whole or not _separate(nodes, listed, place, block, weight, sides, block_a, block_b, left, front, separates):
-            front[nodes] = first
-            first += nodes.size > 0
+    separates, left, within = marks[0], marks[1], marks[2]
+    parts[0, 0], parts[0, 1], parts[0, 2], parts[0, 3] = 0, nodes.size, 0, listed.size
+    count = 1
+    while count > 0:
+        count -= 1
+        start, end, face, last = parts[count, 0], parts[count, 1], parts[count, 2], parts[count, 3]
+        own, faces, total = nodes[start:end], listed[face:last], 0
+        for node in own:
+            total += weight[node]
+        if total <= smallest or not _separate(
+            own, faces, place, weight, block, sides, block_a, block_b, left, front, separates
+        ):
+            for node in own:
+                front[node] = first
+            first += own.size > 0
             continue
-        separator = separates[nodes]
-        front[nodes[separator]] = first
-        first += separator.any()
-        for node in nodes:
-            separates[node] = False
-            within[block[node]] = False
-        on_left, rest = left[block[nodes]], ~separator
-        for node in nodes[rest]:
-            within[block[node]] = True
-        listed = listed[within[block_a[listed]] & within[block_b[listed]]]
-        a_left, b_left = left[block_a[listed]], left[block_b[listed]]
-        parts.append((nodes[rest & ~on_left], listed[~a_left & ~b_left]))
-        parts.append((nodes[rest & on_left], listed[a_left & b_left]))
+        on_left, on_right = _part_nodes(own, room, block, left, separates, within)
+        middle = start + on_left
+        for node in own[on_left + on_right :]:
+            front[node], separates[node] = first, False
+        first += on_left + on_right < own.size
+        in_left, in_right = _part_interfaces(faces, room, block_a, block_b, left, within)
+        parts[count, 0], parts[count, 1] = middle, middle + on_right
+        parts[count, 2], parts[count, 3] = face + in_left, face + in_left + in_right
+        parts[count + 1, 0], parts[count + 1, 1] = start, middle
+        parts[count + 1, 2], parts[count + 1, 3] = face, face + in_left
+        count += 2

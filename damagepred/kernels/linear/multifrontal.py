@@ -244,7 +244,9 @@ def solve_columns(address):
         if rows.size == 0:
             continue
         reached[parent[k]] = True
-        multiply(system, True, r, rows.size, size, 1.0, found, r, floats(system.coupling)[at[k] :], rows.size, 0.0, edges)
+        multiply(
+            system, True, r, rows.size, size, 1.0, found, r, floats(system.coupling)[at[k] :], rows.size, 0.0, edges
+        )
         for i in range(rows.size):
             add_row(-1.0, edges[i * r : (i + 1) * r], force[rows[i] * r : (rows[i] + 1) * r])
     for k in fronts:

@@ -68,7 +68,7 @@ class Continuation:
         self.energy_control = EnergyControl(settings.step_energy_tolerance, self.options.energy)
         law = model.properties
         weak = ((law.tensile_strength < model.block_stress) & ~law.brittle_shear)[:, None]
-        self._weak = np.broadcast_to(weak, model.interfaces.contact_area.shape)
+        self._weak, self._any_weak = np.broadcast_to(weak, model.interfaces.contact_area.shape), bool(weak.any())
         overload = control.weak_bond_overload
         self._event_overload = np.where(self._weak, overload, control.event_tolerance)
         self._no_event_overload = np.where(self._weak, overload, control.overload_tolerance)
@@ -171,8 +171,9 @@ class Continuation:
         """
         heaviest, options = load.max(), self.options.continuation
         broken = load >= heaviest * (1.0 - options.simultaneous_failures)
-        weak = self._weak & ~state.history.cracked & (load > 1.0 + options.overload_tolerance)
-        broken |= weak & (load >= 1.0 + options.weak_bond_group * (heaviest - 1.0))
+        if self._any_weak:
+            weak = self._weak & ~state.history.cracked & (load > 1.0 + options.overload_tolerance)
+            broken |= weak & (load >= 1.0 + options.weak_bond_group * (heaviest - 1.0))
         if self.equilibrium.condensed:
             self.equilibrium.uncondense_interfaces(np.flatnonzero(broken) // broken.shape[1])
         again = broken & state.history.cracked
@@ -209,8 +210,8 @@ class Continuation:
             Whether the wall snapped through.
         """
         model, (active, condensed_energy) = self.model, self.equilibrium.condensed_energy(state)
-        on_ground = model.ground.at(state.load_factor)
-        on_ground = Ground(np.zeros_like(on_ground.normal), np.zeros_like(on_ground.shear))
+        shape = model.ground.full.normal.shape
+        on_ground = Ground(np.zeros(shape), np.zeros(shape))
         joints = self.equilibrium.evaluate_joints(
             "commit_joint_history",
             active,
@@ -219,9 +220,8 @@ class Continuation:
             ground_force_normal=on_ground.normal,
             ground_force_shear=on_ground.shear,
         )
-        stored, softened, mode_1_dissipation, friction, crushing = (
-            float(joints[name]) for name in ("stored", "softened", "mode_1_dissipation", "friction", "crushing")
-        )
+        names = ["stored", "softened", "mode_1_dissipation", "friction", "crushing"]
+        stored, softened, mode_1_dissipation, friction, crushing = joints[names].item()
         stored += condensed_energy
         if self.equilibrium.return_mapping.general is not None:
             self._record_failures(state)  # slip, too, breaks bonds that it wears

@@ -218,11 +218,16 @@ class EliminationTree:
         courses, chain[listed] = np.unique(level_of_node[listed], return_inverse=True)
         blocks = model.blocks
         size = np.sqrt(blocks.area.mean())
-        place = np.stack([np.append(np.round(v / size * 1e6), 0.0) for v in (blocks.x, blocks.y)])
+        place = np.stack([np.append(np.round(v / size * 1e6), 0.0) for v in (blocks.x, blocks.y)])[:, self._block]
         # a part that is condensed is a better start for Newton's method than none
         smallest = min(options.dissected_size, int(self._weight.sum()) // 8)
-        ordered = chain, len(courses), smallest
-        dissect(*ordered, place, self._block, self._weight, self._sides, face.block_a, face.block_b)
+        nodes, within = np.flatnonzero((chain < 0) & (self._weight > 0)), np.zeros(n + 1, dtype=np.bool_)
+        within[self._block[nodes]] = True
+        between = np.flatnonzero(within[face.block_a] & within[face.block_b])
+        count, most = len(self._block), max(len(nodes), len(between))
+        of_wall = place, self._weight, self._block, self._sides, face.block_a, face.block_b
+        room = np.empty((count + 1, 4), dtype=np.int64), np.empty(most, dtype=np.int64), np.zeros((3, count), np.bool_)
+        dissect(chain, len(courses), smallest, *of_wall, nodes, between, *room)
         return chain
 
     # -- symbolic factorisation -----------------------------------------------------------------------------------

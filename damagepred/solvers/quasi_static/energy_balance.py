@@ -183,7 +183,8 @@ class EnergyBalance:
         live = 0.5 * (state.load_factor + before[1]) * float(self._loads[1] @ moved)
         now, then = (model.ground.load_factor_at(coordinate) for coordinate in (state.load_factor, self._load_factor))
         work = dead + live + 0.5 * (reaction + self._reaction) * (now - then)
-        work += _trapezoidal((self._ground, ground), (self._on_ground, on_ground))
+        if state.load_factor != self._load_factor:
+            work += _trapezoidal((self._ground, ground), (self._on_ground, on_ground))
         if model.jacks is not None:
             work += 0.5 * (state.jack + self._jack) * float(model.jacks.push @ moved)
         missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - sum(dissipation)

@@ -8,7 +8,13 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.kernels.jit import Unit
-from damagepred.kernels.linear.condensation import CONDENSATION, elastic_energy, recover, subtract_boundary_forces
+from damagepred.kernels.linear.condensation import (
+    CONDENSATION,
+    elastic_energy,
+    recover,
+    resist,
+    subtract_boundary_forces,
+)
 from damagepred.kernels.linear.multifrontal import back
 from damagepred.kernels.table import Address, fill
 
@@ -65,7 +71,8 @@ class StaticCondensation:
             "displacement": load,  # of the same size
             "force": load,
         }
-        fill(self._table[0], {**self._arrays, "system": self._system.ctypes.data, "back": back.address})
+        units = {"back": back.address, "resist": resist.address}
+        fill(self._table[0], {**self._arrays, **units, "system": self._system.ctypes.data})
         self._displacement, self._force = Address(self._table, "displacement"), Address(self._table, "force")
 
     def load(self, load: float, live: float) -> FloatArray:

@@ -111,10 +111,8 @@ def contact_states(model: Model, history: JointHistory) -> Int8Array:
     history : JointHistory
         History variables.
     """
-    control = (model.interfaces.kind == ContactKind.CONTROL_JOINT)[:, None]
-    states = np.where(
-        history.cracked,
-        ContactState.CRACKED,
-        np.where(history.slip != 0.0, ContactState.SLIPPING, ContactState.INTACT),
-    )
-    return np.where(control, ContactState.INTACT, states).astype(np.int8)
+    states = np.full(history.slip.shape, ContactState.INTACT, dtype=np.int8)
+    states[history.slip != 0.0] = ContactState.SLIPPING
+    states[history.cracked] = ContactState.CRACKED
+    states[model.interfaces.kind == ContactKind.CONTROL_JOINT] = ContactState.INTACT
+    return states
