@@ -171,7 +171,7 @@ def test_memory_of_the_full_scale_wall_is_what_its_matrices_take(
     assert f"{told / 1e6:.2g}" == megabytes
     half = reduce_by_symmetry(model) if symmetric else None
     arrays = Equilibrium(half or model, 1e-6).equations.arrays
-    assert told == sum(arrays[n].nbytes for n in ("inverses", "lower", "upper", "complements", "complements"))
+    assert told == sum(arrays[n].nbytes for n in ("inverses", "coupling", "upper", "complements", "complements"))
 
 
 def test_fragility_by_time_writes_the_table_of_years(command: Run, tmp_path: Path) -> None:

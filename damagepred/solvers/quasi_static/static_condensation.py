@@ -121,7 +121,13 @@ class StaticCondensation:
         self._run(recover, displacement, load, live)
 
     def set_loads(self, load: float, live: float) -> None:
-        """Set the load factors of dead and live load for kernels that run by themselves."""
+        """Set the load factors for kernels that run by themselves.
+
+        Parameters
+        ----------
+        load, live : float
+            Of dead and live load.
+        """
         table = self._table[0]
         table["load"], table["live"] = load, live
 
