@@ -181,7 +181,7 @@ def _sobol_rows(bank: Bank, truth: Truth, cost: float, random: np.random.Generat
 def rare_rows(wall: str, banks: dict[str, Bank], cost: pd.Series, subset: pd.DataFrame) -> list[Row]:
     """Return errors of a small probability."""
     question, rows = Question("small probability", walls.SETS[wall]["rare_at"]), []
-    truth = rare_truth(banks, subset)
+    truth = rare_truth(question, banks, subset)
     for n in powers(64, 1 << 14):
         row = row_of(question, "random", n, n * cost["rare random"], np.full(2, truth.value), truth)
         exact = np.sqrt((1 - truth.value) / (truth.value * n))
