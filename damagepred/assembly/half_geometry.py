@@ -93,7 +93,7 @@ def half_geometry(
     rounding : float
         Relative difference up to which lengths (over the size of the wall) and areas agree (1).
     """
-    for known_blocks, known_interfaces, known_rounding, geometry in _recent:
+    for known_blocks, known_interfaces, known_rounding, geometry in tuple(_recent):  # threads may add to it
         if known_blocks is blocks and known_interfaces is interfaces and known_rounding == rounding:
             return geometry
     mirror = _mirror_image(blocks, interfaces, rounding)

@@ -121,7 +121,7 @@ class EliminationTree:
         model = system.model
         same = model.blocks, model.interfaces
         equal = model.supports.prescribed, model.guides, np.array([] if model.footing is None else model.footing)
-        for known, its_options, its_equal, tree in _recent:
+        for known, its_options, its_equal, tree in tuple(_recent):  # threads may add to it
             if all(map(is_, known, same)) and its_options == options and all(map(np.array_equal, its_equal, equal)):
                 return tree
         tree = cls(system, None, options)
