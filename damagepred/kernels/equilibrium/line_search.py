@@ -41,11 +41,15 @@ def line_search(
         if abs(slope_here) <= slope_tolerance * slope or (slope_here > 0.0 and length >= maximum_step):
             break
         if slope_here > 0.0:
+            if slope_high == -np.inf:
+                break  # twice as far there is no residual
             low, slope_low = length, slope_here
         else:
             high, slope_high = length, slope_here
         if np.isnan(slope_high):
             length *= 2.0
+        elif slope_high == -np.inf:
+            length = 0.5 * (low + high)
         else:
             # false position, kept away from the ends
             root = slope_low / (slope_low - slope_high)

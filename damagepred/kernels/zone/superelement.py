@@ -79,7 +79,7 @@ class InteriorOptions(NamedTuple):
         Share of the elastic moduli added to the tangent of yielding zones, so that it is not singular (1).
     """
 
-    max_iterations: int = 200
+    max_iterations: int = 40
     max_line_search_steps: int = 20
     slope_ratio: float = 0.5
     residual_stiffness: float = 1e-5
