@@ -422,7 +422,7 @@ class LinearSystemOptions:
     max_memory: Pure = Field(default=6.0, gt=0)
     keep_unchanged_fronts: bool = True
     keep_responses: bool = True
-    max_changed_interfaces: Count = Field(default=50, ge=0)
+    max_changed_interfaces: Count = Field(default=200, ge=0)
     inversion_panel: Count = Field(default=64, ge=1)
     response_batch: Count = Field(default=96, ge=1)
     max_loop_rows: Count = Field(default=8, ge=1)
