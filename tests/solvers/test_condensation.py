@@ -2,15 +2,18 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from damagepred.assembly import wall_model
+from damagepred.assembly import Model, wall_model
 from damagepred.kernels.interface.commit import commit_joint_history
 from damagepred.kernels.jit import kernel
 from damagepred.scene import Scene, Solver
+from damagepred.solvers.quasi_static import elimination_tree
 from damagepred.solvers.quasi_static.continuation import Continuation
+from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
 from damagepred.solvers.quasi_static.options import ReturnMappingOptions
 from damagepred.solvers.quasi_static.stepper import quasi_static_path
 from damagepred.solvers.symmetry import reduce_by_symmetry
@@ -114,3 +117,34 @@ def test_a_dilatant_joint_without_cohesion_slides_while_condensed() -> None:
     assert np.abs(level[1].slip).max() > 1e-8
     for name in ("slip", "opening", "displacement"):
         np.testing.assert_allclose(getattr(level[0], name), getattr(level[1], name), atol=1e-12)
+
+
+@pytest.mark.parametrize(("changed", "reused"), [("tensile_strength", True), ("shear_stiffness", False)])
+def test_walls_that_differ_in_strength_share_elastic_factors(
+    changed: str, reused: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Joint strengths do not enter the elastic stiffness; paths are the same, to the last digit, without sharing."""
+    scene = replace(Scene.from_toml(DATA / "bryant_dishing.toml"), solver=Solver(symmetric_half=False))
+    first = wall_model(scene)
+    law = first.properties._replace(**{changed: 1.1 * getattr(first.properties, changed)})
+    second = replace(first, properties=law)
+    eliminated = []
+    plain = MultifrontalSystem._eliminate_elastic
+
+    def counted(system: MultifrontalSystem, *of: Any) -> bool:
+        eliminated.append(system)
+        return plain(system, *of)
+
+    def path(model: Model) -> list[np.ndarray]:
+        return [step.displacement for step in quasi_static_path(model, scene.solver, 4)]
+
+    elimination_tree._recent.clear()
+    alone = path(second)
+    elimination_tree._recent.clear()
+    monkeypatch.setattr(MultifrontalSystem, "_eliminate_elastic", counted)
+    for model in (first, first):
+        path(model)
+    before = len(eliminated)
+    shared = path(second)
+    assert (len(eliminated) - before < before / 2) == reused
+    np.testing.assert_array_equal(shared, alone)

@@ -220,8 +220,8 @@ class Continuation:
             ground_force_normal=on_ground.normal,
             ground_force_shear=on_ground.shear,
         )
-        names = ["stored", "softened", "mode_1_dissipation", "friction", "crushing"]
-        stored, softened, mode_1_dissipation, friction, crushing = joints[names].item()
+        names = "stored", "softened", "mode_1_dissipation", "friction", "crushing"
+        stored, softened, mode_1_dissipation, friction, crushing = (float(joints[name]) for name in names)
         stored += condensed_energy
         if self.equilibrium.return_mapping.general is not None:
             self._record_failures(state)  # slip, too, breaks bonds that it wears

@@ -11,13 +11,13 @@ from __future__ import annotations
 from collections import deque
 from itertools import pairwise
 from operator import is_
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from damagepred.arrays import BoolArray, IntArray
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.enumerations import ContactKind
 from damagepred.kernels.linear.dissection import dissect
@@ -29,6 +29,27 @@ from damagepred.solvers.system.interface_kinematics import interface_kinematics
 DEFAULTS = LinearSystemOptions()
 _recent: deque[tuple[tuple[Any, ...], LinearSystemOptions, tuple[Any, ...], EliminationTree]] = deque(maxlen=2)
 """Trees made before: all samples of a wall share one; supports that act later make another."""
+
+
+class ElasticFactors(NamedTuple):
+    """Factors of condensed fronts, elastic: joint strengths do not enter them.
+
+    Attributes
+    ----------
+    of : tuple of array
+        What they are made of: stiffness of the interfaces and of strains, and which fronts are condensed.
+    arrays : dict
+        By their names in the table of the tangent equations.
+    elastic_complements : array
+        See ``MultifrontalSystem``.
+    held : bool
+        Whether the other fronts hold the condensed ones.
+    """
+
+    of: tuple[FloatArray | BoolArray, ...]
+    arrays: dict[str, FloatArray]
+    elastic_complements: FloatArray
+    held: bool
 
 
 class EliminationTree:
@@ -70,7 +91,14 @@ class EliminationTree:
         Interfaces assembled in each front, and where those of each begin.
     superelement_front, superelement_index, front_superelements, first_superelement : array of int
         The same of deformable blocks; indices of their boundaries one after the other.
+    shared : bool
+        Whether several walls have this tree.
+    elastic_factors : ElasticFactors or None
+        Those of the last of these walls that needed its own.
     """
+
+    shared = False
+    elastic_factors: ElasticFactors | None = None
 
     def __init__(
         self, system: DiscreteSystem, superelements: Superelements | None, options: LinearSystemOptions = DEFAULTS
@@ -123,6 +151,7 @@ class EliminationTree:
         equal = model.supports.prescribed, model.guides, np.array([] if model.footing is None else model.footing)
         for known, its_options, its_equal, tree in tuple(_recent):  # threads may add to it
             if all(map(is_, known, same)) and its_options == options and all(map(np.array_equal, its_equal, equal)):
+                tree.shared = True
                 return tree
         tree = cls(system, None, options)
         _recent.append((same, options, equal, tree))

@@ -90,6 +90,12 @@ class EnergyBalance:
     largest_work: float = 0.0
     residual_work: float = 0.0
 
+    def __copy__(self) -> EnergyBalance:
+        """Return a copy that shares its arrays, which are never changed."""
+        other = object.__new__(EnergyBalance)
+        other.__dict__.update(self.__dict__)
+        return other
+
     def energies(self) -> Energies:
         """Return the balance as an increment reports it."""
         return Energies(**{name: value for name, value in vars(self).items() if name in described(Energies)})

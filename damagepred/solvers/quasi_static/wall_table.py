@@ -36,6 +36,9 @@ class WallTable:
         self.fill(**entries)
         self._history = Addresses(self._table, "slip dilatant_opening cracked kappa")
         self._ground = Addresses(self._table, "ground_normal ground_shear")
+        self._joints, self._displacement, self._start, self._best = (
+            Address(self._table, name) for name in ("joints", "displacement", "start", "best")
+        )
         self._places: dict[str, Address] = {}
 
     def fill(self, **entries: Any) -> None:
@@ -93,7 +96,9 @@ class WallTable:
         **entries
             See ``set``.
         """
-        self.set(joints=joints, displacement=displacement, **entries)
+        self._joints.set(joints)
+        self._displacement.set(displacement)
+        self.set(**entries)
         unit(self.address)
         return self.record
 
@@ -111,6 +116,8 @@ class WallTable:
         **entries
             See ``set``.
         """
-        found = self.run(unit, joints, start, start=start, best=best, **entries)
-        self._places["displacement"].forget()  # the iterations have put their own there
+        self._start.set(start)
+        self._best.set(best)
+        found = self.run(unit, joints, start, **entries)
+        self._displacement.forget()  # the iterations have put their own there
         return found
