@@ -19,7 +19,7 @@ class Spring:
     def __init__(self, rest: float, limit: float = np.inf) -> None:
         self.rest, self.limit, self.evaluations = rest, limit, 0
 
-    def compute_residual(self, jack: float, displacement: FloatArray, coulomb: bool, force: FloatArray) -> float:
+    def residual(self, jack: float, displacement: FloatArray, coulomb: bool, force: FloatArray) -> float:
         """Compute the residual force."""
         self.evaluations += 1
         force[0] = 1.0 - displacement[0] / self.rest
@@ -28,7 +28,7 @@ class Spring:
     def search(self) -> float:
         """Return the length of a step of 1 from 0."""
         start, step, end, force = np.zeros(1), np.ones(1), np.ones(1), np.zeros(1)
-        ratio = self.compute_residual(0.0, end, False, force)
+        ratio = self.residual(0.0, end, False, force)
         length, _ = line_search(self, 0.0, 0.0, start, step, 1.0, ratio, 0.1, 64.0, False, end, force)
         assert end[0] == length
         return float(length)

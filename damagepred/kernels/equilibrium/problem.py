@@ -4,6 +4,7 @@ The iterations are written once. Compiled, they work on a ``Problem``: a wall of
 deformable blocks offers the same two functions in Python, and then the iterations run in Python.
 """
 
+from functools import update_wrapper
 from typing import NamedTuple
 
 import numpy as np
@@ -129,40 +130,20 @@ class Problem(NamedTuple):
     table: int
 
 
-def residual(problem, jack, displacement, coulomb, force):
-    """Compute the residual force, and the tangents of the interfaces; return the unbalanced force ratio.
+def offered(function):
+    """Make a function of a problem: compiled for a ``Problem``; in Python, the problem's own method of that name.
 
     Parameters
     ----------
-    problem : Problem
-        The wall.
-    jack : float
-        Load of each jack (N).
-    displacement : array (size,)
-        Of all degrees of freedom (m, rad).
-    coulomb : bool
-        Whether the Coulomb law holds, or the Tresca problem is solved.
-    force : array (size,)
-        Filled: residual force on free degrees of freedom, 0 elsewhere (N, N m).
+    function : callable
+        Of a ``Problem`` and other arguments, to be compiled.
     """
-    return problem.compute_residual(jack, displacement, coulomb, force)
 
+    def method(problem, *values):
+        return getattr(problem, function.__name__)(*values)
 
-def solve(problem, bordered, displacement, force, step):
-    """Solve the tangent equations at the last residual; return the step of the load of the jacks (N).
-
-    Parameters
-    ----------
-    problem, displacement
-        As ``residual``.
-    bordered : bool
-        Whether the load of the jacks is unknown, if their deflection is given.
-    force : array (size,)
-        Residual force.
-    step : array (size,)
-        Filled: step of the displacements (m, rad).
-    """
-    return problem.compute_step(bordered, displacement, force, step)
+    overload(method, jit_options=UNCOUNTED, strict=False)(lambda *kinds: function)
+    return update_wrapper(method, function)
 
 
 @law
@@ -193,7 +174,6 @@ def missing_deflection(table, displacement):
     return 0.0
 
 
-@law
 @Unit
 def compute_residual(address):
     """Compute the residual force, the tangents of the interfaces and the unbalanced force ratio.
@@ -235,18 +215,28 @@ def with_constraint(parameters, ratio, missing, coulomb):
     return max(ratio, constraint if constraint < np.inf else np.inf)
 
 
-@overload(residual, jit_options=UNCOUNTED)
-def _residual(problem, jack, displacement, coulomb, force):
-    """Compile ``residual`` for a ``Problem``."""
+@offered
+def residual(problem, jack, displacement, coulomb, force):
+    """Compute the residual force, and the tangents of the interfaces; return the unbalanced force ratio.
 
-    def compiled(problem, jack, displacement, coulomb, force):
-        table = problem_at(problem.table)
-        table.jack, table.coulomb = jack, coulomb
-        table.displacement.address, table.residual.address = address_of(displacement, 0), address_of(force, 0)
-        run(table.compute_residual, table.here)
-        return with_constraint(problem.parameters, table.ratio, missing_deflection(table, displacement), coulomb)
-
-    return compiled
+    Parameters
+    ----------
+    problem : Problem
+        The wall.
+    jack : float
+        Load of each jack (N).
+    displacement : array (size,)
+        Of all degrees of freedom (m, rad).
+    coulomb : bool
+        Whether the Coulomb law holds, or the Tresca problem is solved.
+    force : array (size,)
+        Filled: residual force on free degrees of freedom, 0 elsewhere (N, N m).
+    """
+    table = problem_at(problem.table)
+    table.jack, table.coulomb = jack, coulomb
+    table.displacement.address, table.residual.address = address_of(displacement, 0), address_of(force, 0)
+    run(table.compute_residual, table.here)
+    return with_constraint(problem.parameters, table.ratio, missing_deflection(table, displacement), coulomb)
 
 
 @law
@@ -313,20 +303,29 @@ def compute_bordered_step(address):
     table.jack_step = bordered_step(floats(table.weights), float_rows(system.solution), missing, floats(table.step))
 
 
-@overload(solve, jit_options=UNCOUNTED)
-def _solve(problem, bordered, displacement, force, step):
-    """Compile ``solve`` for a ``Problem``."""
+@offered
+def solve(problem, bordered, displacement, force, step):
+    """Solve the tangent equations at the last residual; return the step of the load of the jacks (N).
 
-    def compiled(problem, bordered, displacement, force, step):
-        table = problem_at(problem.table)
-        table.displacement.address, table.residual.address = address_of(displacement, 0), address_of(force, 0)
-        table.step.address, table.bordered = address_of(step, 0), bordered
-        run(table.compute_step, table.here)
-        return table.jack_step
+    Parameters
+    ----------
+    problem, displacement
+        As ``residual``.
+    bordered : bool
+        Whether the load of the jacks is unknown, if their deflection is given.
+    force : array (size,)
+        Residual force.
+    step : array (size,)
+        Filled: step of the displacements (m, rad).
+    """
+    table = problem_at(problem.table)
+    table.displacement.address, table.residual.address = address_of(displacement, 0), address_of(force, 0)
+    table.step.address, table.bordered = address_of(step, 0), bordered
+    run(table.compute_step, table.here)
+    return table.jack_step
 
-    return compiled
 
-
+@offered
 def controls_deflection(problem):
     """Whether the deflection at the jacks is given, and their load unknown.
 
@@ -335,19 +334,10 @@ def controls_deflection(problem):
     problem : Problem
         The wall.
     """
-    return problem.controls_deflection()
+    return deflection_is_given(problem_at(problem.table))
 
 
-@overload(controls_deflection, jit_options=UNCOUNTED)
-def _controls_deflection(problem):
-    """Compile ``controls_deflection`` for a ``Problem``."""
-
-    def compiled(problem):
-        return deflection_is_given(problem_at(problem.table))
-
-    return compiled
-
-
+@offered
 def goes_too_far(problem, displacement, limit):
     """Whether a displacement of an active degree of freedom exceeds a limit.
 
@@ -358,20 +348,11 @@ def goes_too_far(problem, displacement, limit):
     limit : float
         The limit (m).
     """
-    return problem.goes_too_far(displacement, limit)
+    table = problem_at(problem.table)
+    return not within_limit(displacement, flags(table.free), floats(table.arms), limit)
 
 
-@overload(goes_too_far, jit_options=UNCOUNTED)
-def _goes_too_far(problem, displacement, limit):
-    """Compile ``goes_too_far`` for a ``Problem``."""
-
-    def compiled(problem, displacement, limit):
-        table = problem_at(problem.table)
-        return not within_limit(displacement, flags(table.free), floats(table.arms), limit)
-
-    return compiled
-
-
+@offered
 def missing(problem, displacement):
     """Return the missing deflection at the jacks (m), 0 where their load is given.
 
@@ -380,19 +361,10 @@ def missing(problem, displacement):
     problem, displacement
         As ``residual``.
     """
-    return problem.missing_deflection(displacement)
+    return missing_deflection(problem_at(problem.table), displacement)
 
 
-@overload(missing, jit_options=UNCOUNTED)
-def _missing(problem, displacement):
-    """Compile ``missing`` for a ``Problem``."""
-
-    def compiled(problem, displacement):
-        return missing_deflection(problem_at(problem.table), displacement)
-
-    return compiled
-
-
+@offered
 def add_jack_load(problem, load, force):
     """Add a load of the jacks to the residual force of active degrees of freedom.
 
@@ -405,18 +377,8 @@ def add_jack_load(problem, load, force):
     force : array (size,)
         Added to (N, N m).
     """
-    problem.add_jack_load(load, force)
-
-
-@overload(add_jack_load, jit_options=UNCOUNTED)
-def _add_jack_load(problem, load, force):
-    """Compile ``add_jack_load`` for a ``Problem``."""
-
-    def compiled(problem, load, force):
-        table = problem_at(problem.table)
-        push, free = floats(table.push), flags(table.free)
-        for i in range(push.size):
-            if free[i]:
-                force[i] += load * push[i]
-
-    return compiled
+    table = problem_at(problem.table)
+    push, free = floats(table.push), flags(table.free)
+    for i in range(push.size):
+        if free[i]:
+            force[i] += load * push[i]

@@ -335,7 +335,7 @@ class Residual:
         """
         force = np.empty_like(displacement)
         if not self._compiled:
-            return force, self._interpreted(state).compute_residual(state.jack, displacement, True, force)
+            return force, self._interpreted(state).residual(state.jack, displacement, True, force)
         found = self._iterate(compute_residual, state, displacement, displacement, coulomb=True, residual=force)
         missing = self.missing_deflection(state, displacement)
         return force, float(with_constraint(self._parameters[0], float(found["ratio"]), missing, True))
@@ -640,7 +640,7 @@ class _InterpretedProblem:
     def __init__(self, wall: Residual, state: State) -> None:
         self._wall, self._state, self.parameters = wall, state, wall._parameters[0]
 
-    def compute_residual(self, jack: float, displacement: FloatArray, coulomb: bool, force: FloatArray) -> float:
+    def residual(self, jack: float, displacement: FloatArray, coulomb: bool, force: FloatArray) -> float:
         """Compute the residual force; see ``damagepred.kernels.equilibrium.problem.residual``."""
         wall, state = self._wall, self._state
         total = wall._forces_at(wall.equations.active, state, displacement, jack, coulomb)
@@ -650,13 +650,13 @@ class _InterpretedProblem:
         ratio = free_residual(total, wall.free, wall.per_weight, force)
         if wall.superelements is not None:
             ratio = max(ratio, wall.superelements.largest_block_resultant(force) / wall.weight)
-        return float(with_constraint(self.parameters, ratio, self.missing_deflection(displacement), coulomb))
+        return float(with_constraint(self.parameters, ratio, self.missing(displacement), coulomb))
 
-    def compute_step(self, bordered: bool, displacement: FloatArray, force: FloatArray, step: FloatArray) -> float:
+    def solve(self, bordered: bool, displacement: FloatArray, force: FloatArray, step: FloatArray) -> float:
         """Solve the tangent equations; see ``damagepred.kernels.equilibrium.problem.solve``."""
         wall = self._wall
         if bordered:
-            step[:], jack_step = wall.solve(wall._stiffness, force, self.missing_deflection(displacement))
+            step[:], jack_step = wall.solve(wall._stiffness, force, self.missing(displacement))
             return jack_step
         wall.equations.update(wall._stiffness)
         wall.equations.tangent["iterations"] += 1
@@ -667,7 +667,7 @@ class _InterpretedProblem:
         """Whether the deflection at the jacks is given, and their load unknown."""
         return not self._wall.has_potential
 
-    def missing_deflection(self, displacement: FloatArray) -> float:
+    def missing(self, displacement: FloatArray) -> float:
         """Return the missing deflection at the jacks (m), 0 where their load is given."""
         return self._wall.missing_deflection(self._state, displacement)
 
