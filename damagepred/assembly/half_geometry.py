@@ -10,6 +10,8 @@ from scipy.spatial import cKDTree
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly.elastic_blocks import ElasticBlocks, elastic_sides
+from damagepred.assembly.geometry import mass_properties
+from damagepred.assembly.mesh import HalfMesh, Mesh, half_mesh
 from damagepred.assembly.model import Blocks, Interfaces
 
 MIRRORED = np.array([-1.0, 1.0, -1.0])
@@ -51,9 +53,10 @@ class HalfGeometry(NamedTuple):
         Of the whole.
     kept, faces : array of int (h,), (k,)
         Blocks and interfaces of the half, the latter in this order: between blocks, on the axis, with the ground.
-    cut, on_axis : array of bool (h,), (k,)
-        Which of the blocks the axis cuts; which of the interfaces lie along it, between a block and its image.
-    blocks, interfaces, elastic
+    cut, halved, on_axis : array of bool (h,), (h,), (k,)
+        Which of the blocks the axis cuts: rigid ones, of which half the load is modelled, and deformable ones, of which
+        the right half is a block; which of the interfaces lie along the axis, between a block and its image.
+    blocks, interfaces, elastic, mesh
         Of the half.
     block_source, block_sign : array of int (n,), array (n, 3)
         Block of the half whose motion each block of the whole has, and the signs of its x, y and rotation.
@@ -65,10 +68,12 @@ class HalfGeometry(NamedTuple):
     kept: IntArray
     faces: IntArray
     cut: BoolArray
+    halved: BoolArray
     on_axis: BoolArray
     blocks: Blocks
     interfaces: Interfaces
     elastic: ElasticBlocks | None
+    mesh: HalfMesh | None
     block_source: IntArray
     block_sign: FloatArray
     contact_source: IntArray
@@ -80,7 +85,7 @@ _recent: deque[tuple[Blocks, Interfaces, float, HalfGeometry | None]] = deque(ma
 
 
 def half_geometry(
-    blocks: Blocks, interfaces: Interfaces, elastic: ElasticBlocks | None, rounding: float
+    blocks: Blocks, interfaces: Interfaces, elastic: ElasticBlocks | None, mesh: Mesh | None, rounding: float
 ) -> HalfGeometry | None:
     """Return the half of a geometry; None if it is not its own mirror image, or cannot be halved.
 
@@ -88,7 +93,7 @@ def half_geometry(
 
     Parameters
     ----------
-    blocks, interfaces, elastic
+    blocks, interfaces, elastic, mesh
         Of the wall.
     rounding : float
         Relative difference up to which lengths (over the size of the wall) and areas agree (1).
@@ -97,7 +102,7 @@ def half_geometry(
         if known_blocks is blocks and known_interfaces is interfaces and known_rounding == rounding:
             return geometry
     mirror = _mirror_image(blocks, interfaces, rounding)
-    geometry = None if mirror is None else _halve(mirror, blocks, interfaces, elastic, rounding)
+    geometry = None if mirror is None else _halve(mirror, blocks, interfaces, elastic, mesh, rounding)
     _recent.append((blocks, interfaces, rounding, geometry))
     return geometry
 
@@ -141,7 +146,12 @@ def _images(x: FloatArray, y: FloatArray, axis: float, near: float) -> IntArray 
 
 
 def _halve(
-    mirror: MirrorImage, blocks: Blocks, interfaces: Interfaces, elastic: ElasticBlocks | None, rounding: float
+    mirror: MirrorImage,
+    blocks: Blocks,
+    interfaces: Interfaces,
+    elastic: ElasticBlocks | None,
+    mesh: Mesh | None,
+    rounding: float,
 ) -> HalfGeometry | None:
     """Return how a geometry is halved; None if all of it is on the axis, or an interface reaches across it."""
     n, m, q = len(blocks.x), *interfaces.contact_area.shape
@@ -163,8 +173,23 @@ def _halve(
         return None
     a[on_axis] = len(kept)
     part = interfaces.taken(faces)
+    bodies, zoned, half, cut = np.stack((a, b)), None, _blocks_of_half(blocks, kept), own_block[kept]
+    in_half = np.zeros_like(cut)  # deformable blocks of which the right half is a block
+    if mesh is not None:
+        near = rounding * float(np.ptp(blocks.vertices, axis=0).max())
+        zoned = half_mesh(mesh, mirror.axis, mirror.block, number[:n], near)
+        if zoned is None:
+            return None
+        in_half[list(zoned.outline)] = True
+        if np.append(in_half, False)[bodies[:, own_face[faces] & ~on_axis]].any():
+            return None
+        half, cut = _with_outlines(half, zoned.outline), cut & ~in_half
+        piece = np.stack((part.body_a, part.body_b)) - (n + 1)
+        side = (piece >= 0) & ~np.stack((on_axis, np.zeros_like(on_axis)))
+        bodies[side] = len(kept) + 1 + np.arange(int(side.sum()))
+        x, y = (np.broadcast_to(v, side.shape)[side] for v in (part.x, part.y))
+        zoned = zoned._replace(mesh=zoned.mesh.in_pieces(zoned.facet[mesh.piece_facet[piece[side]]], x, y))
     strained = elastic and elastic.taken(kept)
-    sizes = np.diff(blocks.first_vertex)
     place = np.full(m, -1)
     place[faces] = np.arange(len(faces))
     left_block, left_face = number[:n] < 0, place < 0
@@ -174,18 +199,15 @@ def _halve(
         mirror,
         kept,
         faces,
-        own_block[kept],
+        cut,
+        in_half,
         on_axis,
-        blocks=blocks._replace(
-            vertices=blocks.vertices[np.isin(np.repeat(np.arange(n), sizes), kept)],
-            first_vertex=np.concatenate(([0], np.cumsum(sizes[kept]))),
-            **{name: getattr(blocks, name)[kept] for name in ("x", "y", "area", "polar", "course")},
-        ),
+        blocks=half,
         interfaces=part._replace(
             block_a=a,
             block_b=b,
-            body_a=a,
-            body_b=b,
+            body_a=bodies[0],
+            body_b=bodies[1],
             arm_normal_a=np.where(on_axis, 0.0, part.arm_normal_a),  # the axis does not turn
             arm_shear_a=np.where(on_axis, 0.0, part.arm_shear_a),
             contact_area=part.contact_area * np.where(halved[faces], 0.5, 1.0)[:, None],
@@ -200,8 +222,36 @@ def _halve(
             ),
         ),
         elastic=strained,
+        mesh=zoned,
         block_source=number[np.where(left_block, mirror.block, np.arange(n))],
-        block_sign=np.where(left_block[:, None], MIRRORED, 1.0),
+        block_sign=_signs(left_block, in_half[number[np.where(left_block, mirror.block, np.arange(n))]]),
         contact_source=place[:, None] * q + contacts,
         shear_sign=np.where(axis_face, 0.0, np.where(left_face, -1.0, 1.0))[:, None],
+    )
+
+
+def _signs(left: BoolArray, halved: BoolArray) -> FloatArray:
+    """Return the signs (n, 3) of x, y and rotation; blocks of which one half is modelled only move up and down."""
+    return np.where(halved[:, None], MIRRORED > 0, np.where(left[:, None], MIRRORED, 1.0))
+
+
+def _blocks_of_half(blocks: Blocks, kept: IntArray) -> Blocks:
+    """Return the blocks of the half, whole."""
+    sizes = np.diff(blocks.first_vertex)
+    return blocks._replace(
+        vertices=blocks.vertices[np.isin(np.repeat(np.arange(len(sizes)), sizes), kept)],
+        first_vertex=np.concatenate(([0], np.cumsum(sizes[kept]))),
+        **{name: getattr(blocks, name)[kept] for name in ("x", "y", "area", "polar", "course")},
+    )
+
+
+def _with_outlines(blocks: Blocks, outlines: dict[int, FloatArray]) -> Blocks:
+    """Return blocks of which some have another outline."""
+    corners = np.split(blocks.vertices, blocks.first_vertex[1:-1])
+    found = blocks._replace(**{name: getattr(blocks, name).copy() for name in ("x", "y", "area", "polar")})
+    for block, outline in outlines.items():
+        corners[block] = outline
+        found.area[block], found.x[block], found.y[block], found.polar[block] = mass_properties(outline)
+    return found._replace(
+        vertices=np.concatenate(corners), first_vertex=np.concatenate(([0], np.cumsum([len(c) for c in corners])))
     )

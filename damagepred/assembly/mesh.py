@@ -323,10 +323,7 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
     """
     if not sizes:
         return None
-    patterns: list[Pattern] = []
-    known: dict[tuple[int, bytes], int] = {}
-    numbers, places, total = [], [], 0
-    blocks = sorted(sizes)
+    cuts, total, blocks = [], 0, sorted(sizes)
     for block in blocks:  # before any is cut: millions of zones would take long, and fill the memory
         total += _zones_of(*_division(polygons[block] - polygons[block].mean(axis=0), sizes[block]))
         if total > MOST_ZONES:
@@ -337,23 +334,39 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
     for block in blocks:
         origin = polygons[block].mean(axis=0)
         pattern, points = cut_into_zones(polygons[block] - origin, sizes[block])
-        key = (pattern.gridpoints, pattern.zones.tobytes())
-        if key not in known:
+        cuts.append((pattern, points + origin))
+    return joined_mesh(len(polygons), blocks, cuts)
+
+
+def joined_mesh(count: int, blocks: list[int], cuts: list[tuple[Pattern, FloatArray]]) -> Mesh:
+    """Return the mesh of blocks that are cut into zones; no facet has pieces yet.
+
+    Parameters
+    ----------
+    count : int
+        Number of all blocks.
+    blocks : list of int
+        The deformable ones.
+    cuts : list of (Pattern, array (g, 2))
+        How the zones of each hang together, and its gridpoints (m).
+    """
+    known: dict[tuple[int, bytes], int] = {}
+    patterns: list[Pattern] = []
+    for pattern, _ in cuts:
+        if (key := (pattern.gridpoints, pattern.zones.tobytes())) not in known:
             known[key] = len(patterns)
             patterns.append(pattern)
-        numbers.append(known[key])
-        places.append(points + origin)
-    number = np.array(numbers)
-    batch, lane, batch_pattern = _batches(number, [polygons[b] - polygons[b].mean(axis=0) for b in blocks])
+    number = np.array([known[pattern.gridpoints, pattern.zones.tobytes()] for pattern, _ in cuts])
+    batch, lane, batch_pattern = _batches(number, [points - points.mean(axis=0) for _, points in cuts])
     count_g = np.array([patterns[p].gridpoints for p in number])
     first_gridpoint = np.concatenate(([0], np.cumsum(count_g)))
-    start = 3 * (len(polygons) + 1)
+    start = 3 * (count + 1)
     in_batch = np.array([2 * LANES * patterns[p].gridpoints for p in batch_pattern])
     batch_dof = start + np.concatenate(([0], np.cumsum(in_batch)))
     owner = np.repeat(np.arange(len(blocks)), count_g)
     local = np.arange(len(owner)) - first_gridpoint[owner]
     dof_x = batch_dof[batch[owner]] + 2 * LANES * local + lane[owner]
-    xy = np.concatenate(places)
+    xy = np.concatenate([points for _, points in cuts])
     return Mesh(
         patterns=tuple(patterns),
         block=np.array(blocks),
@@ -375,6 +388,106 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
         dof_y=dof_x + LANES,
         size=int(batch_dof[-1]),
     )
+
+
+class HalfMesh(NamedTuple):
+    """Right half of a mesh that is its own mirror image; g gridpoints and z zones of the whole.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        Of the half.
+    facet : array of int
+        Number in the half of each facet of the whole, -1 on the left.
+    axis_gridpoints : array of int
+        Those of the half on the axis in blocks that it cuts.
+    gridpoint, zone : array of int (g,), (z,)
+        Of the half whose values each of the whole has.
+    mirrored_gridpoint, mirrored_zone : array of bool (g,), (z,)
+        Whether they are the mirror image of that.
+    outline : dict
+        Corners of the right half of each block that the axis cuts, by its number in the half (m).
+    """
+
+    mesh: Mesh
+    facet: IntArray
+    axis_gridpoints: IntArray
+    gridpoint: IntArray
+    zone: IntArray
+    mirrored_gridpoint: BoolArray
+    mirrored_zone: BoolArray
+    outline: dict[int, FloatArray]
+
+
+def half_mesh(mesh: Mesh, axis: float, image: IntArray, number: IntArray, near: float) -> HalfMesh | None:
+    """Return the right half of a mesh; None if it is not its own mirror image, or has no line along the axis.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Of the whole, n blocks.
+    axis : float
+        Place of the mirror (m).
+    image, number : array of int (n,)
+        Mirror image of each block, and its number in the half, -1 on the left.
+    near : float
+        Distance below which points are the same (m).
+    """
+    middle = mesh.x[mesh.zones].mean(axis=1)
+    zone_block = mesh.zone_block
+    right = (number[zone_block] >= 0) & ((image[zone_block] != zone_block) | (middle > axis))
+    blocks, cuts, outline = [], [], {}
+    for d in np.flatnonzero(number[mesh.block] >= 0):
+        block, pattern, own = int(mesh.block[d]), mesh.patterns[mesh.pattern[d]], mesh.first_gridpoint[d]
+        zones = mesh.zones[mesh.first_zone[d] : mesh.first_zone[d + 1]]
+        points = np.arange(own, mesh.first_gridpoint[d + 1])
+        if image[block] == block:
+            kept = zones[right[mesh.first_zone[d] : mesh.first_zone[d + 1]]]
+            points, places = np.unique(kept, return_inverse=True)
+            if 2 * len(kept) != len(zones) or mesh.x[points].min() < axis - near:
+                return None
+            pattern = Pattern(places.reshape(-1, 3), _outline(places.reshape(-1, 3)), len(points))
+        place = np.column_stack((mesh.x[points], mesh.y[points]))
+        if image[block] == block:
+            outline[int(number[block])] = _without_straight_corners(place[pattern.facets[:, 0]])
+        blocks.append(int(number[block]))
+        cuts.append((pattern, place))
+    half = joined_mesh(int(number.max()) + 1, blocks, cuts)
+    mirror = axis, image, number, near
+
+    gridpoint, left = _found(mesh.x, mesh.y, mesh.gridpoint_block, half.x, half.y, half.gridpoint_block, *mirror)
+    x, y, there_x, there_y = (v[m.zones].mean(axis=1) for m in (mesh, half) for v in (m.x, m.y))
+    zone, left_zone = _found(x, y, mesh.zone_block, there_x, there_y, half.zone_block, *mirror)
+    if (gridpoint == len(half.x)).any() or (zone == len(half.zones)).any():
+        return None
+    numbers = {(a, b): f for f, (a, b) in enumerate(half.facets.tolist())}
+    ends = np.where(left[mesh.facets], -1, gridpoint[mesh.facets])
+    facet = np.array([numbers.get((a, b), -1) for a, b in ends.tolist()])
+    on_axis = np.isin(half.gridpoint_block, list(outline)) & (half.x < axis + near)
+    return HalfMesh(half, facet, np.flatnonzero(on_axis), gridpoint, zone, left, left_zone, outline)
+
+
+def _found(
+    x: FloatArray,
+    y: FloatArray,
+    block: IntArray,
+    there_x: FloatArray,
+    there_y: FloatArray,
+    there_block: IntArray,
+    axis: float,
+    image: IntArray,
+    number: IntArray,
+    near: float,
+) -> tuple[IntArray, BoolArray]:
+    """Return which point of the half each of the whole is or mirrors, their number if none, and whether it mirrors."""
+    from scipy.spatial import cKDTree
+
+    apart = 10.0 * float(np.ptp(x) + np.ptp(y))  # blocks touch: they are put apart
+    mirrored = (number[block] < 0) | ((image[block] == block) & (x < axis - near))
+    kept = np.where(number < 0, number[image], number)[block]
+    here = np.column_stack((np.where(mirrored, 2.0 * axis - x, x), y, apart * kept))
+    tree = cKDTree(np.column_stack((there_x, there_y, apart * there_block)))
+    return tree.query(here, distance_upper_bound=near)[1], mirrored
 
 
 def _batches(pattern: IntArray, outlines: list[FloatArray]) -> tuple[IntArray, IntArray, IntArray]:

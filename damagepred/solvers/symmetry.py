@@ -3,7 +3,8 @@
 Where geometry, properties, loads, supports and movement are mirror images about an upright axis, so is a path of
 equilibria: no block on the axis moves sideways or turns, and no joint on it is sheared. The blocks to the right, with
 the halves of those on the axis, then make a model of their own. Blocks on the axis have half their load and are held
-against sideways motion and rotation. Joints on the axis join a block to the ground; they are twice as stiff, for half
+against sideways motion and rotation. Of a deformable block on the axis the right half remains; its gridpoints there are
+held against sideways motion. Joints on the axis join a block to the ground; they are twice as stiff, for half
 of the opening is on this side, and guides without shear.
 
 The whole wall may leave its symmetry where rounding decides which of two equal bonds breaks first; the half never does.
@@ -19,11 +20,12 @@ from numpy.typing import NDArray
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.assembly import Model
 from damagepred.assembly.half_geometry import MIRRORED, HalfGeometry, MirrorImage, half_geometry
+from damagepred.assembly.mesh import HalfMesh
 from damagepred.assembly.model import BlockLaw, Ground, Jambs, JointProperties, Supports
 from damagepred.assembly.section import Sections
 from damagepred.errors import SolverError
 from damagepred.solvers.options import DEFAULTS, SymmetryOptions
-from damagepred.solvers.state.increment import Increment
+from damagepred.solvers.state.increment import Increment, ZoneResults
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +55,7 @@ class HalfModel(Model):
 
     @property
     def block_share(self) -> FloatArray:
-        """Share of each block (h,) that is modelled: half of a block that the axis cuts."""
+        """Share of each block (h,) that is modelled: half of a rigid block that the axis cuts."""
         return np.where(self.geometry.cut, 0.5, 1.0)
 
     @property
@@ -70,7 +72,8 @@ class HalfModel(Model):
             return found if factor is None else factor * found
 
         if force is not None:  # twice that on half a block; sideways force and moment of the axis are no support's
-            force = np.where(geometry.cut[:, None], np.array([0.0, 2.0, 0.0]) * force, force)
+            on_axis = (geometry.cut | geometry.halved)[:, None]
+            force = np.where(on_axis, np.array([0.0, 2.0, 0.0]) * force, force)
             force = geometry.block_sign * force[geometry.block_source]
         return replace(
             increment,
@@ -83,6 +86,9 @@ class HalfModel(Model):
             state=at_contacts(increment.state),
             broken_at=None if increment.broken_at is None else at_contacts(increment.broken_at),
             support_force=force,
+            zones=None
+            if geometry.mesh is None or increment.zones is None
+            else _unfolded(geometry.mesh, increment.zones),
             base_reaction=2 * increment.base_reaction,
             energy=increment.energy.twice(),
         )
@@ -97,7 +103,9 @@ class HalfModel(Model):
 
 
 def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetry) -> HalfModel | None:
-    """Return the half of a wall that is its own mirror image; None if it is not, or has deformable or strained blocks.
+    """Return the half of a wall that is its own mirror image; None if it is not, or has strained blocks.
+
+    Walls of deformable blocks with jacks, or loads or supports on single gridpoints, are not halved either.
 
     Parameters
     ----------
@@ -106,9 +114,9 @@ def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetr
     options : SymmetryOptions, optional
         Rounding, and shear of the joints on the axis.
     """
-    if model.mesh is not None or model.is_strained:
+    if model.is_strained or (model.mesh is not None and not _loaded_by_block(model)):
         return None
-    geometry = half_geometry(model.blocks, model.interfaces, model.elastic, options.rounding)
+    geometry = half_geometry(model.blocks, model.interfaces, model.elastic, model.mesh, options.rounding)
     if geometry is None or not _is_symmetric(model, geometry.mirror, options.rounding):
         return None
     kept, jacks = geometry.kept, model.jacks
@@ -119,6 +127,7 @@ def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetr
         "blocks": geometry.blocks,
         "interfaces": geometry.interfaces,
         "elastic": geometry.elastic,
+        "mesh": None if geometry.mesh is None else geometry.mesh.mesh,
         "properties": _joints_of_half(model.properties, geometry, options),
         "ground": model.ground.map(lambda ground: _ground_of_half(ground, geometry)),
         "supports": _supports_of_half(model, geometry),
@@ -133,6 +142,21 @@ def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetr
     }
     of_whole = {field.name: getattr(model, field.name) for field in fields(Model)}
     return HalfModel(**of_whole | of_half, whole=model, geometry=geometry)
+
+
+def _loaded_by_block(model: Model) -> bool:
+    """Return whether loads and supports are those of whole blocks, and no jacks or deflections measured."""
+    others = model.edge_load, model.live_edge_load, model.jacks, model.deflection
+    return all(v is None for v in others) and bool((model.supports.prescribed < 3 * model.n_blocks).all())
+
+
+def _unfolded(half: HalfMesh, zones: ZoneResults) -> ZoneResults:
+    """Return the zones of the whole wall from those of the half."""
+    moves_back = np.where(half.mirrored_gridpoint[:, None], MIRRORED[:2], 1.0)
+    shears_back = np.where(half.mirrored_zone[:, None], np.array([1.0, 1.0, -1.0, 1.0]), 1.0)
+    return ZoneResults(
+        moves_back * zones.displacement[half.gridpoint], shears_back * zones.stress[half.zone], zones.state[half.zone]
+    )
 
 
 def _is_symmetric(model: Model, mirror: MirrorImage, rounding: float) -> bool:
@@ -153,7 +177,7 @@ def _is_symmetric(model: Model, mirror: MirrorImage, rounding: float) -> bool:
     return (
         (model.elastic is None or np.array_equal(stretches := model.elastic.number[:-1] >= 0, stretches[image]))
         and all((np.abs(k[face_image] - k) <= rounding * k).all() for k in (law.normal_stiffness, law.shear_stiffness))
-        and all(np.array_equal(values[image], values) for values in (model.density, held, later))
+        and all(np.array_equal(values[image], values) for values in (model.density, held, later, *model.block_law))
         and all((np.abs(there - here) <= rounding * np.abs(here).max(initial=0.0)).all() for there, here in pairs)
     )
 
@@ -200,12 +224,16 @@ def _supports_of_half(model: Model, geometry: HalfGeometry) -> Supports:
     held, moved, later = held[kept], moved[kept], later[kept]
     guided = geometry.cut[:, None] & (MIRRORED < 0)
     held[guided], moved[guided], later[guided] = True, 0.0, False
-    share = np.where(geometry.cut, 0.5, 1.0)[:, None]
+    share = np.where(geometry.cut | geometry.halved, 0.5, 1.0)[:, None]
     dead, live = (
         (share * values.reshape(-1, 3)[kept]).ravel() for values in (model.supports.load, model.supports.live_load)
     )
     dofs = np.flatnonzero(held)
-    return Supports(dofs, moved.ravel()[dofs], dead, live, np.zeros(len(dofs)), later.ravel()[dofs])
+    moves, later = moved.ravel()[dofs], later.ravel()[dofs]
+    if (half := geometry.mesh) is not None:  # nothing on the axis moves sideways
+        axis = half.mesh.dof_x[half.axis_gridpoints]
+        dofs, moves, later = (np.append(v, w) for v, w in ((dofs, axis), (moves, 0.0 * axis), (later, axis < 0)))
+    return Supports(dofs, moves, dead, live, np.zeros(len(dofs)), later)
 
 
 def _half_weights(geometry: HalfGeometry, weights: FloatArray) -> FloatArray:

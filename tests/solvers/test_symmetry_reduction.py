@@ -13,7 +13,7 @@ from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ContactKind, ContactState
 from damagepred.errors import ConvergenceError
-from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
+from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit import stepper as explicit
 from damagepred.solvers.explicit.stepper import explicit_path
@@ -123,6 +123,9 @@ def compare(
             assert_near(getattr(one, name), getattr(other, name), displacement, 1e-12)
         for name in ("normal_stress", "shear_stress"):
             assert_near(getattr(one, name), getattr(whole, name), stress, nothing)
+        if one.zones is not None and whole.zones is not None:
+            assert_near(one.zones.displacement, whole.zones.displacement, displacement, 1e-12)
+            assert_near(one.zones.stress, whole.zones.stress, stress, nothing)
         # a joint without strength breaks by rounding where it carries nothing, which shows only where it opens
         bare = (model.properties.tensile_strength == 0.0)[:, None] & (whole.opening < 1e-8)
         np.testing.assert_array_equal(*((step.state == ContactState.CRACKED) & ~bare for step in (one, whole)))
@@ -173,6 +176,58 @@ def test_small_walls_follow_the_same_path(name: str) -> None:
     end = pairs[-1][0]
     assert (end.state == ContactState.CRACKED).sum() > 10, "nothing happened"
     assert np.abs(end.shear_stress).max() > 1e3
+
+
+SOFT_BRICKS = BlockMaterial(cohesion=0.15e6, friction=0.75, tensile_strength=0.1e6)
+ZONES = replace(QUASI_STATIC, blocks="deformable")
+WALLS_OF_ZONES = {
+    "even": scene(solver=ZONES),
+    "odd": scene(ODD, kind="doming", solver=ZONES),
+    "stack bond, joints on the axis": scene(EVEN, "stack", solver=ZONES),
+    "stack bond, blocks on the axis": scene(ODD, "stack", "doming", solver=ZONES),
+    "window, small zones": scene(opening=(MIDDLE,), solver=replace(ZONES, zone_size=0.03)),
+    "rigid above the dpc": replace(
+        scene(solver=replace(QUASI_STATIC, below_dpc="deformable"), dpc=Dpc()), movement=LITTLE["doming"]
+    ),
+    "bricks that yield": scene(solver=ZONES, block=SOFT_BRICKS),
+}
+
+
+@pytest.mark.parametrize("name", WALLS_OF_ZONES)
+def test_deformable_walls_follow_the_same_path(name: str) -> None:
+    wall = WALLS_OF_ZONES[name]
+    yields = wall.block == SOFT_BRICKS  # its path depends on the steps
+    model = wall_model(wall)
+    pairs = compare(model, wall.solver, wall.movement.increments, 1e-3 if yields else 1e-4, 1e-2 if yields else 1e-4)
+    zones = pairs[-1][0].zones
+    assert zones is not None
+    assert (zones.state > 0).any() == yields
+    assert (pairs[-1][0].state == ContactState.CRACKED).sum() > 10, "nothing happened"
+
+
+@pytest.mark.parametrize("name", WALLS_OF_ZONES)
+def test_half_of_a_deformable_wall(name: str) -> None:
+    whole = wall_model(WALLS_OF_ZONES[name])
+    half = halved(whole)
+    assert whole.mesh is not None
+    assert half.mesh is not None
+    axis = WALLS_OF_ZONES[name].wall.length / 2
+    assert half.mesh.x.min() > axis - 1e-9
+    assert half.mesh.zone_area.sum() == pytest.approx(whole.mesh.zone_area.sum() / 2)
+    assert len(half.mesh.zones) == len(whole.mesh.zones) / 2
+    assert half.supports.load.sum() == pytest.approx(whole.supports.load.sum() / 2)
+    across = np.flatnonzero(half.geometry.halved)
+    held = np.isin(half.mesh.gridpoint_block, across) & (half.mesh.x < axis + 1e-9)
+    assert set(half.mesh.dof_x[held]) <= set(half.supports.prescribed)
+    assert half.blocks.area[across] == pytest.approx(whole.blocks.area[half.geometry.kept[across]] / 2)
+
+
+@pytest.mark.parametrize("length", [EVEN, ODD])
+def test_the_explicit_solver_follows_the_same_path_with_zones(length: float) -> None:
+    settings = Solver(method="explicit", blocks="deformable", tolerance=1e-4, ramp_cycles=10_000)
+    wall = scene(length, joint=Joint(tensile_strength=1e6, cohesion=1e6), solver=settings)
+    model = wall_model(replace(wall, movement=Movement(central_deflection=5e-6, increments=1)))
+    compare(model, settings, 1, displacement=2e-3, stress=2e-2)
 
 
 @pytest.mark.parametrize(
@@ -509,8 +564,17 @@ NOT_SYMMETRIC: dict[str, Callable[[], Model]] = {
     "both springers turned alike": lambda: opposite_moves(rotation=1e-3),
     "leaning": lambda: leaning(),
     "all blocks on the axis": lambda: stack(5, QUASI_STATIC),
+    "one stiff brick": lambda: one_stiff_brick(),
+    "bricks of one cell, without a line along the axis": lambda: model_of(ODD, solver=replace(ZONES, zone_size=0.3)),
     "one dense block": lambda: replace(model_of(), density=np.where(np.arange(model_of().n_blocks) == 0, 1e3, 2e3)),
 }
+
+
+def one_stiff_brick() -> Model:
+    model = model_of(solver=ZONES)
+    modulus = model.block_law.elastic_modulus.copy()
+    modulus[0] *= 2.0
+    return replace(model, block_law=model.block_law._replace(elastic_modulus=modulus))
 
 
 def leaning() -> Model:
