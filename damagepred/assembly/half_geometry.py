@@ -188,11 +188,15 @@ def _halve(
         side = (piece >= 0) & ~np.stack((on_axis, np.zeros_like(on_axis)))
         bodies[side] = len(kept) + 1 + np.arange(int(side.sum()))
         x, y = (np.broadcast_to(v, side.shape)[side] for v in (part.x, part.y))
-        zoned = zoned._replace(mesh=zoned.mesh.in_pieces(zoned.facet[mesh.piece_facet[piece[side]]], x, y))
+        facet = zoned.facet[mesh.piece_facet[piece[side]]]
+        if (facet < 0).any():
+            return None
+        zoned = zoned._replace(mesh=zoned.mesh.in_pieces(facet, x, y))
     strained = elastic and elastic.taken(kept)
     place = np.full(m, -1)
     place[faces] = np.arange(len(faces))
     left_block, left_face = number[:n] < 0, place < 0
+    source = number[np.where(left_block, mirror.block, np.arange(n))]
     place[left_face] = place[mirror.interface[left_face]]
     contacts = np.where((left_face & mirror.reverses)[:, None], np.arange(q)[::-1], np.arange(q))
     return HalfGeometry(
@@ -223,8 +227,8 @@ def _halve(
         ),
         elastic=strained,
         mesh=zoned,
-        block_source=number[np.where(left_block, mirror.block, np.arange(n))],
-        block_sign=_signs(left_block, in_half[number[np.where(left_block, mirror.block, np.arange(n))]]),
+        block_source=source,
+        block_sign=_signs(left_block, in_half[source]),
         contact_source=place[:, None] * q + contacts,
         shear_sign=np.where(axis_face, 0.0, np.where(left_face, -1.0, 1.0))[:, None],
     )

@@ -4,8 +4,8 @@ Where geometry, properties, loads, supports and movement are mirror images about
 equilibria: no block on the axis moves sideways or turns, and no joint on it is sheared. The blocks to the right, with
 the halves of those on the axis, then make a model of their own. Blocks on the axis have half their load and are held
 against sideways motion and rotation. Of a deformable block on the axis the right half remains; its gridpoints there are
-held against sideways motion. Joints on the axis join a block to the ground; they are twice as stiff, for half
-of the opening is on this side, and guides without shear.
+held against sideways motion. Joints on the axis join a block to the ground; they are twice as stiff, for half of the
+opening is on this side, and guides without shear.
 
 The whole wall may leave its symmetry where rounding decides which of two equal bonds breaks first; the half never does.
 """

@@ -294,7 +294,8 @@ class MultifrontalSystem:
         """
         interfaces, tree = np.flatnonzero(self.tree.in_fronts(fronts)), self.tree
         self.arrays["target"][interfaces] = self.elastic[interfaces]
-        if not (tree.shared and np.isnan(self.arrays["stiffness"]).all()):
+        small = 8e-9 * tree.matrix_entries <= self.options.max_shared_memory
+        if not (tree.shared and small and np.isnan(self.arrays["stiffness"]).all()):
             return self._eliminate_elastic(fronts, interfaces)
         of = self.elastic, self.arrays["strain_stiffness"], fronts
         known = tree.elastic_factors

@@ -384,6 +384,8 @@ class LinearSystemOptions:
         Degrees of freedom of a part of the wall above which it is divided by a separator.
     max_memory : float
         Of the dense matrices of all fronts (GB).
+    max_shared_memory : float
+        Up to which the factors of condensed fronts are kept for the next wall of the same geometry and stiffness (GB).
     keep_unchanged_fronts : bool
         Whether a factorisation skips fronts in whose subtree nothing has changed.
     keep_responses : bool
@@ -420,6 +422,7 @@ class LinearSystemOptions:
     order: Literal["dissection", "courses"] = "dissection"
     dissected_size: Count = Field(default=48, ge=1)
     max_memory: Pure = Field(default=6.0, gt=0)
+    max_shared_memory: Pure = Field(default=0.1, ge=0)
     keep_unchanged_fronts: bool = True
     keep_responses: bool = True
     max_changed_interfaces: Count = Field(default=200, ge=0)
