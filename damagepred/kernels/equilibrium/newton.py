@@ -82,8 +82,10 @@ def newton_with_line_search(problem, jack, start, best, room):
     """Newton's method with line search on the Coulomb law; return unbalanced force ratio and load of the jacks.
 
     A step that does not halve the residual ends where the work of the residual along it vanishes (Crisfield 1991,
-    ch. 9). Joints that open far, or a loose block, would otherwise throw the iteration away. A step of negative work is
-    reversed, unless jacks control the deflection: then the residual is not the slope of a potential.
+    ch. 9). Joints that open far, or a loose block, would otherwise throw the iteration away. Where a part of the wall
+    slides under constant friction, the residual stays the same along the step, whose length is that of the
+    regularisation: there the step is lengthened until a contact closes or sticks. A step of negative work is reversed,
+    unless jacks control the deflection: then the residual is not the slope of a potential.
 
     Parameters
     ----------
@@ -107,8 +109,10 @@ def newton_with_line_search(problem, jack, start, best, room):
         move_along(u, length, step, trial)
         ratio = residual(problem, jack + jack_step, trial, True, force)
         if not ratio < options.full_step_reduction * before and slope > 0.0:
+            flat = ratio < np.inf and dot(force, step) > options.flat_slope * slope
+            longest = problem.parameters.line_search.maximum_step if flat else 1.0
             length, ratio = line_search(
-                problem, jack, jack_step, u, step, slope, ratio, options.slope_tolerance, 1.0, True, trial, force
+                problem, jack, jack_step, u, step, slope, ratio, options.slope_tolerance, longest, True, trial, force
             )
         if ratio == np.inf:
             break

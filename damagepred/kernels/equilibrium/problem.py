@@ -24,7 +24,7 @@ NEWTON = table_type(
 )
 """Newton's method; meaning and defaults: ``NewtonOptions`` of the quasi-static solver."""
 NEWTON_LINE_SEARCH = table_type(
-    "", "max_iterations stagnation_limit", "full_step_reduction slope_tolerance stagnation_ratio"
+    "", "max_iterations stagnation_limit", "full_step_reduction slope_tolerance flat_slope stagnation_ratio"
 )
 """Newton's method with line search: ``NewtonLineSearchOptions``."""
 LINE_SEARCH = table_type("", "max_iterations", "slope_tolerance maximum_step safeguard")

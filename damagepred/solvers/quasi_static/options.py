@@ -65,6 +65,8 @@ class NewtonLineSearchOptions:
         Residual over that before the step, below which no line search is needed (1).
     slope_tolerance : float
         Work of the residual along a step over that at its start, at which the line search ends (1).
+    flat_slope : float
+        Work of the residual at the end of a full step over that at its start, above which the step is lengthened (1).
     stagnation_ratio : float
         Residual over the least so far from which an iteration counts as stagnation (1).
     stagnation_limit : int
@@ -74,6 +76,7 @@ class NewtonLineSearchOptions:
     max_iterations: Count = Field(default=40, ge=1)
     full_step_reduction: Pure = Field(default=0.5, gt=0, le=1)
     slope_tolerance: Pure = Field(default=0.5, gt=0, lt=1)
+    flat_slope: Pure = Field(default=0.99, gt=0, le=1)
     stagnation_ratio: Pure = Field(default=0.9, gt=0, le=1)
     stagnation_limit: Count = Field(default=25, ge=0)
 
@@ -89,7 +92,7 @@ class LineSearchOptions:
     slope_tolerance : float
         Work over that at the start of the step, at which the search ends in a Tresca problem (1).
     maximum_step : float
-        Largest multiple of a step in a Tresca problem (1).
+        Largest multiple of a step in a Tresca problem, or of one along which the residual stays the same (1).
     safeguard : float
         Least distance of a trial step from the ends of its bracket, over the bracket's length (1).
     """
