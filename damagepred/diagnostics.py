@@ -141,6 +141,7 @@ class Energies:
 
 
 @cache
+@cache
 def described(record: type) -> dict[str, Diagnostic]:
     """Return the diagnostics of a record by name."""
     return {f.name: f.metadata["diagnostic"] for f in fields(record) if "diagnostic" in f.metadata}

@@ -16,7 +16,7 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from damagepred.kernels.jit import kernel
+from damagepred.kernels.jit import kernel, law
 
 PLACE = np.dtype([(name, np.int64) for name in ("address", "rows", "columns", "depth", "height")])
 """Address and shape of an array."""
@@ -185,6 +185,34 @@ def table_at(dtype, name):
         return kind(address), generate
 
     return table
+
+
+@law
+def replace(place, other):
+    """Put an array in the place of another; return the address and rows of the latter.
+
+    Parameters
+    ----------
+    place, other : PLACE
+        Of arrays whose rows have the same shape.
+    """
+    before = place.address, place.rows
+    place.address, place.rows = other.address, other.rows
+    return before
+
+
+@law
+def put_back(place, before):
+    """Put an array back in its place.
+
+    Parameters
+    ----------
+    place : PLACE
+        Where another has been put.
+    before : (int, int)
+        What ``replace`` returned.
+    """
+    place.address, place.rows = before
 
 
 @intrinsic

@@ -3,23 +3,9 @@
 from damagepred.kernels.equilibrium.problem import problem_at
 from damagepred.kernels.equilibrium.vectors import copy
 from damagepred.kernels.interface.residual import within_limit
-from damagepred.kernels.jit import Unit, law
+from damagepred.kernels.jit import Unit
 from damagepred.kernels.linear.condensation import condensation_at
-from damagepred.kernels.table import flags, float_rows, floats, integers, run
-
-
-@law
-def _replace(place, other):
-    """Put a vector in the place of another; return the address and rows of the latter."""
-    before = place.address, place.rows
-    place.address, place.rows = other.address, other.rows
-    return before
-
-
-@law
-def _put_back(place, before):
-    """Put a vector back in its place."""
-    place.address, place.rows = before
+from damagepred.kernels.table import flags, float_rows, floats, integers, put_back, replace, run
 
 
 @Unit
@@ -43,7 +29,7 @@ def store_tangent(address):
         rate[i] = 0.0
     if integers(table.moving).size == 0:
         return
-    joints, force = _replace(table.joints, table.moving), _replace(table.force, table.rate)
+    joints, force = replace(table.joints, table.moving), replace(table.force, table.rate)
     normal, shear, table.coulomb = table.ground_normal.address, table.ground_shear.address, 1
     table.displacement.address = table.best.address
     run(table.add_joint_forces, address)
@@ -59,8 +45,8 @@ def store_tangent(address):
     for i in range(rate.size):
         rate[i] /= table.rate_step
     table.ground_normal.address, table.ground_shear.address = normal, shear
-    _put_back(table.joints, joints)
-    _put_back(table.force, force)
+    put_back(table.joints, joints)
+    put_back(table.force, force)
 
 
 @Unit
@@ -80,6 +66,6 @@ def complete(address):
         return
     condensation_at(table.condensation).displacement.address = table.best.address
     run(table.recover, table.condensation)
-    joints, table.displacement.address = _replace(table.joints, table.condensed), table.best.address
+    joints, table.displacement.address = replace(table.joints, table.condensed), table.best.address
     run(table.find_sliding, address)
-    _put_back(table.joints, joints)
+    put_back(table.joints, joints)

@@ -56,13 +56,14 @@ PROBLEM = table_type(
     "tresca_dilatant_opening tresca_kappa strain_stiffness free per_weight arms force stiffness push weights edge "
     "contact_offset contact_area side_dof side_rows properties displacement residual step start best room tangent rate "
     "moving normal_ahead shear_ahead prescribed prescribed_step condensed slides never_opened ground_force_normal "
-    "ground_force_shear bond_load opening normal_stress shear_stress",
+    "ground_force_shear bond_load bond_load_at_start room_joints prescribed_ahead opening normal_stress shear_stress",
     integers="here system parameters condensation subtract_boundary_forces recover add_joint_forces find_sliding "
-    "compute_residual compute_step compute_bordered_step solve_tangent store_tangent complete first_strain coulomb "
+    "compute_residual compute_step compute_bordered_step solve_tangent store_tangent complete bond_loads first_strain "
+    "coulomb "
     "bordered sliding within max_iterations dilatant_iterations",
     numbers="deflection jack jack_step ratio limit minimum_tolerance rate_step relative_tolerance snap_back_ratio "
     "cap_slope_ratio yield_tolerance relaxation no_strength block_stress largest_bond_load friction crushing "
-    "mode_1_dissipation stored softened violation",
+    "mode_1_dissipation stored softened violation overload_tolerance event_tolerance weak_bond_overload aim share",
 )
 """Attributes, with m interfaces of q contacts.
 
@@ -108,6 +109,10 @@ subtract_boundary_forces, recover, ... complete : int
     Addresses of units; ``compute_bordered_step`` is 0 without jacks.
 tangent : array (m, 9)
     Tangents of the interfaces at the last equilibrium.
+prescribed_ahead, bond_load_at_start, room_joints, aim, share
+    Arguments, results and scratch of ``predict`` and ``interpolate_event``.
+overload_tolerance, event_tolerance, weak_bond_overload
+    Of ``ContinuationOptions``.
 slides, sliding, never_opened, ground_force_normal, ..., violation
     Arguments and results of the units of ``damagepred.kernels.equilibrium.joints``.
 """

@@ -71,7 +71,6 @@ class Continuation:
         self._weak, self._any_weak = np.broadcast_to(weak, model.interfaces.contact_area.shape), bool(weak.any())
         overload = control.weak_bond_overload
         self._event_overload = np.where(self._weak, overload, control.event_tolerance)
-        self._no_event_overload = np.where(self._weak, overload, control.overload_tolerance)
         # weak bonds break while a wall relaxes: if all are, it relaxes, once it has had to, where Newton's method fails
         bonded, self._relaxes = ~without_bond(model), False
         self._all_weak = bool(bonded.any() and weak[bonded].all())
@@ -156,8 +155,8 @@ class Continuation:
         found = self.equilibrium.evaluate_joints("bond_loads", self._everything if listed is None else listed, state)
         return load, float(found["largest_bond_load"])
 
-    def fail_bonds(self, state: State, load: FloatArray) -> BoolArray:
-        """Fail the most loaded bonds; return those that lost the residual strength of a crack.
+    def fail_bonds(self, state: State, load: FloatArray) -> IntArray:
+        """Fail the most loaded bonds; return those, as flat indices, that lost the residual strength of a crack.
 
         A softening bond that reaches its tensile strength only begins to soften. Slip breaks all of it if its shear is
         brittle. Tension comes first where tension and shear reach their limits together.
@@ -174,9 +173,10 @@ class Continuation:
         if self._any_weak:
             weak = self._weak & ~state.history.cracked & (load > 1.0 + options.overload_tolerance)
             broken |= weak & (load >= 1.0 + options.weak_bond_group * (heaviest - 1.0))
+        failed, cracked, kappa = np.flatnonzero(broken), state.history.cracked.ravel(), state.history.kappa.ravel()
         if self.equilibrium.condensed:
-            self.equilibrium.uncondense_interfaces(np.flatnonzero(broken) // broken.shape[1])
-        again = broken & state.history.cracked
+            self.equilibrium.uncondense_interfaces(failed // broken.shape[1])
+        again = failed[cracked[failed]]
         if self._dilates_or_fails_in_shear:
             _, sigma, _ = self.stresses(state)
             state.history.kappa[broken & self._dilates_at & (sigma > 0.0)] = np.inf  # open: no more dilatancy
@@ -187,15 +187,16 @@ class Continuation:
             self.balance.add_mode_1_dissipation(
                 break_in_shear(sheared, model.interface_records, model.joint_parameters, state.history)
             )
-        state.history.kappa[again] = np.inf
-        state.history.cracked[broken] = True
-        self._record_failures(state)
+        kappa[again], cracked[failed] = np.inf, True
+        self._record_failures(state, failed)
         self.events += 1
         return again
 
-    def _record_failures(self, state: State) -> None:
-        """Record the load factor at which bonds failed since the last call."""
-        self.broken_at[state.history.cracked & self._bonded & np.isnan(self.broken_at)] = state.load_factor
+    def _record_failures(self, state: State, bonds: IntArray | None = None) -> None:
+        """Record the load factor at which bonds (flat indices; by default all) failed since the last call."""
+        listed = np.flatnonzero(state.history.cracked) if bonds is None else bonds
+        broken_at = self.broken_at.ravel()
+        broken_at[listed[self._bonded.ravel()[listed] & np.isnan(broken_at[listed])]] = state.load_factor
 
     def commit(self, state: State, unstable: bool, snapped: bool = False) -> None:
         """Commit an equilibrium: update history variables and the energy balance.
@@ -223,7 +224,7 @@ class Continuation:
         names = "stored", "softened", "mode_1_dissipation", "friction", "crushing"
         stored, softened, mode_1_dissipation, friction, crushing = (float(joints[name]) for name in names)
         stored += condensed_energy
-        if self.equilibrium.return_mapping.general is not None:
+        if snapped or self.equilibrium.return_mapping.general is not None:
             self._record_failures(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
             commit_sections(model.sections, state.sections, model.interface_records, state.displacement)
@@ -327,7 +328,8 @@ class Continuation:
         options, step = self.options.continuation, state.distance(target)
         loaded, heaviest = self.bond_loads(trial.state)
         at_event = heaviest <= 1.0 + options.event_tolerance or step <= control.minimum_event_step
-        at_event = at_event or bool((loaded <= 1.0 + self._event_overload).all())
+        if self._any_weak and not at_event:
+            at_event = bool((loaded <= 1.0 + self._event_overload).all())
         if at_event and not self._commit_within_energy_error(trial.state, step, trial.snapped, control):
             return state, np.inf, False
         if heaviest <= 1.0 + options.overload_tolerance:
@@ -345,7 +347,7 @@ class Continuation:
             if failed:
                 self.last_stable_load_factor, self.state = trial.state.load_factor, state
             return state, residual, failed
-        control.bracket_event(state, target, self._interpolate_event(state, loaded, options.interpolation_aim))
+        control.bracket_event(state, target, self.equilibrium.event_share(state, options.interpolation_aim))
         return state, np.inf, False
 
     def _is_detached(self, state: State) -> bool:
@@ -399,18 +401,6 @@ class Continuation:
         self._longest_step = control.longest_step if self.state.load == control.goal[0] else np.inf
         return True
 
-    def _interpolate_event(self, state: State, loaded: FloatArray, aim: float) -> float:
-        """Return the share of a step at which the first bond reaches its strength and a share of its event tolerance.
-
-        Bond loads are linear between the last equilibrium and those at the end of the step; 1 if no bond fails.
-        """
-        over = loaded > 1.0 + self._no_event_overload
-        if not over.any():
-            return 1.0
-        after, wanted = loaded[over], 1.0 + aim * self._event_overload[over]
-        before = self.bond_loads(state, np.flatnonzero(over) // over.shape[1])[0][over]
-        return float(np.min((wanted - before) / (after - before)))
-
     def predict_next_event(self, state: State, target: Point) -> tuple[FloatArray, float]:
         """Predict displacements at a target with the tangent, and the share of the step at which the next bond fails.
 
@@ -431,23 +421,14 @@ class Continuation:
         share : float
             Share of the step to the next event; 1 if there is none.
         """
-        equilibrium, supports = self.equilibrium, self.model.supports
-        load_increment = equilibrium.load_increment(target[0] - state.load, target[1] - state.load_factor)
-        ahead = replace(state, load=target[0], load_factor=target[1], displacement=state.displacement.copy())
-        step, _ = equilibrium.solve(
-            equilibrium.tangent, load_increment, equilibrium.missing_deflection(ahead, state.displacement)
-        )
-        ahead.displacement += step
-        ahead.displacement[supports.prescribed] = self.model.support_displacement(ahead.load_factor)
+        equilibrium, options, share = self.equilibrium, self.options.continuation, 1.0
+        ahead, diverged = equilibrium.predict(state, target)
+        if diverged:
+            return state.displacement, share
         plain = equilibrium.return_mapping.general is None
-        if equilibrium.superelements is not None or not plain:
-            equilibrium.complete(ahead)
-        if equilibrium.has_diverged(ahead):
-            return state.displacement, 1.0
-        loaded, heaviest = self.bond_loads(ahead, equilibrium.equations.active if plain else None)
-        options, share = self.options.continuation, 1.0
+        _, heaviest = self.bond_loads(ahead, equilibrium.equations.active if plain else None)
         if heaviest > 1.0 + options.overload_tolerance:
-            share = self._interpolate_event(state, loaded, options.predictor_aim)
+            share = equilibrium.event_share(state, options.predictor_aim)
         return ahead.displacement, min(max(share, options.minimum_predicted_share), 1.0)
 
     def snap_through(self, state: State, start_load_factor: float, cycles_share: float = 1.0) -> tuple[State, float]:
@@ -506,13 +487,13 @@ class Continuation:
 
     def _redistribute_failures(self, state: State, ratio: float) -> tuple[State, float]:
         """Fail overloaded bonds at constant load, the most overloaded first, until none is overloaded."""
-        parted_again = np.zeros_like(state.history.cracked)
+        parted_again = np.zeros(state.history.cracked.size, dtype=np.bool_)
         while True:
             load, heaviest = self.bond_loads(state)
             overloaded = heaviest > 1.0 + self.options.continuation.overload_tolerance
             if overloaded:
-                parted_again |= self.fail_bonds(state, load)
-            if not (self._reclose(state, except_for=parted_again) or overloaded):
+                parted_again[self.fail_bonds(state, load)] = True
+            if not (self._reclose(state, except_for=parted_again.reshape(load.shape)) or overloaded):
                 return state, ratio
             trial = state.copy()
             ratio = self.equilibrium.find(trial)

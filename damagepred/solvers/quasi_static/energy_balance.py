@@ -11,6 +11,7 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
 from damagepred.diagnostics import Energies, described
+from damagepred.kernels.equilibrium.work import external_work
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -98,7 +99,8 @@ class EnergyBalance:
 
     def energies(self) -> Energies:
         """Return the balance as an increment reports it."""
-        return Energies(**{name: value for name, value in vars(self).items() if name in described(Energies)})
+        names = described(Energies)
+        return Energies(**{name: value for name, value in vars(self).items() if name in names})
 
     def begin(self, model: Model, state: State) -> None:
         """Start the balance at a state.
@@ -179,24 +181,33 @@ class EnergyBalance:
             stored += section_stored
             self.add_section_work(section_work)
             self._sections = response
-        softened += float(self._largest_section_work.sum())
+            softened += float(self._largest_section_work.sum())
         self._mode_1_dissipation += mode_1_dissipation
         softened += self._mode_1_dissipation
-        moved = state.displacement - self._displacement
+        dead, live, by_ground, residual_work = external_work(
+            self._loads,
+            self.residual,
+            self._displacement,
+            state.displacement,
+            self._ground,
+            ground,
+            self._on_ground,
+            on_ground,
+        )
         # a wall that snaps through does so under the load that it has reached
         before = (state.load, state.load_factor) if unstable else (self._load, self._load_factor)
-        dead = 0.5 * (state.load + before[0]) * float(self._loads[0] @ moved)
-        live = 0.5 * (state.load_factor + before[1]) * float(self._loads[1] @ moved)
+        work = 0.5 * ((state.load + before[0]) * dead + (state.load_factor + before[1]) * live)
         now, then = (model.ground.load_factor_at(coordinate) for coordinate in (state.load_factor, self._load_factor))
-        work = dead + live + 0.5 * (reaction + self._reaction) * (now - then)
+        work += 0.5 * (reaction + self._reaction) * (now - then)
         if state.load_factor != self._load_factor:
-            work += _trapezoidal((self._ground, ground), (self._on_ground, on_ground))
+            work += by_ground
         if model.jacks is not None:
-            work += 0.5 * (state.jack + self._jack) * float(model.jacks.push @ moved)
+            lifted = float(model.jacks.push @ (state.displacement - self._displacement))
+            work += 0.5 * (state.jack + self._jack) * lifted
         missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - sum(dissipation)
         self.external_work += work
         self.largest_work = max(self.largest_work, abs(self.external_work))
-        self.residual_work = float(self.residual @ np.abs(moved))
+        self.residual_work = residual_work
         self.elastic_energy, self.fracture_work = stored, softened
         self.friction_work += dissipation.friction
         self.crushing_work += dissipation.crushing
@@ -208,11 +219,3 @@ class EnergyBalance:
             self.energy_error += abs(missing)
         self._keep(state)
         self._reaction, self._ground, self._on_ground = reaction, ground, on_ground
-
-
-def _trapezoidal(ground: tuple[Ground, Ground], force: tuple[Ground, Ground]) -> float:
-    """Return the work (J) of forces (N) on the ground between two states (m), by the trapezoidal rule."""
-    (from_n, from_s), (to_n, to_s) = ground
-    (before_n, before_s), (after_n, after_s) = force
-    along_normal = (before_n + after_n) * (to_n - from_n)
-    return 0.5 * float(along_normal.sum() + ((before_s + after_s) * (to_s - from_s)).sum())

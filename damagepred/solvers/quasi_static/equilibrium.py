@@ -62,19 +62,16 @@ class Equilibrium(Residual):
                 self.complete(state)
                 return ratio
             inelastic, start = self.inelastic_fronts(state), None
-            if not inelastic.any():
+            if inelastic is None:
                 return ratio
             if self.condensed:
                 self.uncondense(inelastic)
 
     def _find_active(self, state: State, start: FloatArray | None, methods: Methods) -> float:
         """Find the equilibrium with the present active fronts."""
-        supports = self.model.supports
-        begun = state.displacement.copy()
-        begun[supports.prescribed] = self.model.support_displacement(state.load_factor)
         if self.jacks is not None:
             state.jack = self.jacks.load_at(state.load_factor, state.jack)
-        first, load = begun if start is None else start, state.jack
+        first, load = self._with_supports_moved(state) if start is None else start, state.jack
         best, ratio, best_jack = first, np.inf, load
         forms = (self.has_potential, not self.has_potential)  # with line search, or with backtracking
         for searching in forms[:1] if methods is Methods.NEWTON else forms:
@@ -90,7 +87,7 @@ class Equilibrium(Residual):
         if self._searches_to_skip > 0:
             self._searches_to_skip -= 1
             return ratio
-        options = self.options.coulomb
+        options, begun = self.options.coulomb, self._with_supports_moved(state)
         max_newton_iterations = options.max_newton_iterations >> self._failures
         if ratio < options.warm_start_residual:
             state.displacement[:], state.jack = best, best_jack
@@ -102,6 +99,12 @@ class Equilibrium(Residual):
         self._failures = min(self._failures + 1, options.max_failures) if failed else max(self._failures - 1, 0)
         self._searches_to_skip = 2 ** (self._failures - 1) - 1 if failed else 0
         return ratio
+
+    def _with_supports_moved(self, state: State) -> FloatArray:
+        """Return the displacements of a state, supports at their place at its load factor."""
+        displacement = state.displacement.copy()
+        displacement[self.model.supports.prescribed] = self.model.support_displacement(state.load_factor)
+        return displacement
 
     def find_nearby(self, state: State) -> tuple[float, FloatArray]:
         """Find an equilibrium by Newton iteration from a state; return its unbalanced force ratio and displacements."""

@@ -76,7 +76,7 @@ class NewtonLineSearchOptions:
     max_iterations: Count = Field(default=40, ge=1)
     full_step_reduction: Pure = Field(default=0.5, gt=0, le=1)
     slope_tolerance: Pure = Field(default=0.5, gt=0, lt=1)
-    flat_slope: Pure = Field(default=0.99, gt=0, le=1)
+    flat_slope: Pure = Field(default=0.9999, gt=0, le=1)
     stagnation_ratio: Pure = Field(default=0.9, gt=0, le=1)
     stagnation_limit: Count = Field(default=25, ge=0)
 

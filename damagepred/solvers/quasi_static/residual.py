@@ -18,6 +18,7 @@ from damagepred.kernels.equilibrium.newton import (
     run_newton,
     run_newton_with_line_search,
 )
+from damagepred.kernels.equilibrium.predictor import interpolate_event, predict
 from damagepred.kernels.equilibrium.problem import (
     PARAMETERS,
     bordered_step,
@@ -38,7 +39,7 @@ from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
 from damagepred.solvers.quasi_static.static_condensation import StaticCondensation
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.quasi_static.wall_table import WallTable
-from damagepred.solvers.state.wall_state import State
+from damagepred.solvers.state.wall_state import Point, State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.time_limit import check_time
@@ -190,6 +191,12 @@ class Residual:
             prescribed=model.supports.prescribed,
             prescribed_step=model.supports.prescribed_displacement,
             bond_load=self.bond_load,
+            bond_load_at_start=np.zeros_like(self.bond_load),
+            room_joints=np.empty_like(self._all_interfaces),
+            bond_loads=self._units.bond_loads.address,
+            overload_tolerance=self.options.continuation.overload_tolerance,
+            event_tolerance=self.options.continuation.event_tolerance,
+            weak_bond_overload=self.options.continuation.weak_bond_overload,
             slides=self._slides,
             ground_normal=ground.normal,
             ground_shear=ground.shear,
@@ -303,8 +310,19 @@ class Residual:
                 state.load, state.load_factor, displacement, state.plastic, self._force, condensed_too
             )
 
-    def _iterate(self, unit: Unit, state: State, start: FloatArray, best: FloatArray, **entries: Any) -> np.void:
-        """Run compiled iterations from a start, under the loads of a state; return the table with their results."""
+    def _iterate(
+        self,
+        unit: Unit,
+        state: State,
+        start: FloatArray,
+        best: FloatArray,
+        stiffness: FloatArray | None = None,
+        **entries: Any,
+    ) -> np.void:
+        """Run compiled iterations from a start, under the loads of a state; return the table with their results.
+
+        Their first tangent is that of a stiffness of the interfaces, by default that at the last residual.
+        """
         check_time()
         condensation = self.equations.condensation
         self._set_loads(state, condensation)
@@ -313,7 +331,7 @@ class Residual:
         self.table.set_state(state.history, self.model.ground.at(state.load_factor))
         if self.jacks is not None:
             entries["deflection"] = self.jacks.required_deflection(state.load_factor)
-        self.equations.update(self._stiffness)
+        self.equations.update(self._stiffness if stiffness is None else stiffness)
         self.equations.prepare()
         return self.table.iterate(unit, self.equations.active, start, best, jack=state.jack, **entries)
 
@@ -442,14 +460,58 @@ class Residual:
         load, load_factor : float
             Increments of dead load and movement (1).
         """
-        force = load * self.dead_load + load_factor * self._rate
+        force = load_factor * self._rate
+        if load != 0.0:
+            force += load * self.dead_load
         if self._has_live_load:
             force += load_factor * self.live_load
         if self.jacks is not None and self.jacks.by_load:
             force += load_factor * (self.jacks.load_at(1.0, 0.0) - self.jacks.load_at(0.0, 0.0)) * self.jacks.push
-        if (superelement := self.equations.condensation) is not None:
+        loaded = load != 0.0 or self._has_live_load
+        if (superelement := self.equations.condensation) is not None and loaded:
             force[superelement.boundary_dofs] += superelement.load(load, load_factor)
         return force
+
+    def predict(self, state: State, target: Point) -> tuple[State, bool]:
+        """Predict the wall at a target with the tangent of the last equilibrium; return it, and whether it has diverged.
+
+        Parameters
+        ----------
+        state : State
+            The last equilibrium.
+        target : (float, float)
+            Load and load factor.
+        """
+        increment = self.load_increment(target[0] - state.load, target[1] - state.load_factor)
+        ahead, start = state.at(*target, copied=False), state.displacement
+        ahead.displacement, prescribed = np.empty_like(start), self.model.support_displacement(ahead.load_factor)
+        if self._compiled:
+            limit, near = self._divergence_limit(ahead), self.return_mapping.general is None
+            entries = {"residual": increment, "prescribed_ahead": prescribed, "limit": limit}
+            table = self._iterate(predict, ahead, start, ahead.displacement, self.tangent, **entries)
+            near &= bool(table["within"])
+        else:
+            step, _ = self.solve(self.tangent, increment, self.missing_deflection(ahead, start))
+            np.add(start, step, out=ahead.displacement)
+            ahead.displacement[self.model.supports.prescribed], near = prescribed, False
+        if near:
+            return ahead, False
+        if not self._compiled or self.return_mapping.general is not None:
+            self.complete(ahead)
+        return ahead, self.has_diverged(ahead)
+
+    def event_share(self, state: State, aim: float) -> float:
+        """Interpolate the share of a step at which the first bond fails; ``bond_load`` is that at its end.
+
+        Parameters
+        ----------
+        state : State
+            At the start of the step.
+        aim : float
+            Overload at which it counts as failing, over the event tolerance (1).
+        """
+        self.table.set_state(state.history, self.model.ground.at(state.load_factor))
+        return float(self.table.run(interpolate_event, self._all_interfaces, state.displacement, aim=aim)["share"])
 
     def has_diverged(self, state: State, displacement: FloatArray | None = None) -> bool:
         """Return whether displacements are so large that no equilibrium is sought any more.
@@ -576,8 +638,10 @@ class Residual:
         """Make the fronts of some interfaces and of active deformable blocks active."""
         self.uncondense(self.equations.tree.fronts_of(interfaces))
 
-    def inelastic_fronts(self, state: State) -> BoolArray:
+    def inelastic_fronts(self, state: State) -> BoolArray | None:
         """Return the condensed fronts (F,) in which a joint slides or a block yields in the equilibrium just completed.
+
+        None if there is none.
 
         Blocks that yield become active.
 
@@ -587,13 +651,16 @@ class Residual:
             Of the equilibrium.
         """
         tree, condensed = self.equations.tree, self.equations.condensed_interfaces
+        slides = self.condensed and self.table.record["sliding"] > 0
+        if (blocks := self.superelements) is None and not slides:
+            return None
         found = np.zeros(tree.count, dtype=np.bool_)
-        if self.condensed and self.table.record["sliding"] > 0:
+        if slides:
             found |= tree.fronts_of(condensed[self._slides[condensed]])
-        if (blocks := self.superelements) is not None:
+        if blocks is not None:
             opened = blocks.activate_yielding(state.displacement, state.load, state.load_factor, state.plastic)
             found |= tree.fronts_of_superelements(opened)
-        return found
+        return found if found.any() else None
 
     def _active_block_fronts(self) -> BoolArray:
         """Return the fronts (F,) of uncondensed deformable blocks."""

@@ -1,0 +1,33 @@
+"""External work of a step between two equilibria, by the trapezoidal rule."""
+
+from damagepred.kernels.jit import kernel
+
+
+@kernel
+def external_work(loads, residual, before, after, ground, ground_after, force, force_after):
+    """Return the work of unit dead and live load, of the ground, and that of the residual at most (J).
+
+    Parameters
+    ----------
+    loads : tuple of array (size,)
+        Dead and live load (N, N m).
+    residual : array (size,)
+        Largest residual force of each degree of freedom (N, N m).
+    before, after : array (size,)
+        Displacements (m, rad).
+    ground, ground_after : tuple of array (g, q)
+        Normal and shear displacement of the ground (m).
+    force, force_after : tuple of array (g, q)
+        Forces on it (N).
+    """
+    dead, live, at_most, by_ground = 0.0, 0.0, 0.0, 0.0
+    for i in range(before.size):
+        moved = after[i] - before[i]
+        dead += loads[0][i] * moved
+        live += loads[1][i] * moved
+        at_most += residual[i] * abs(moved)
+    for i in range(force[0].shape[0]):
+        for k in range(force[0].shape[1]):
+            by_ground += (force[0][i, k] + force_after[0][i, k]) * (ground_after[0][i, k] - ground[0][i, k])
+            by_ground += (force[1][i, k] + force_after[1][i, k]) * (ground_after[1][i, k] - ground[1][i, k])
+    return dead, live, 0.5 * by_ground, at_most
