@@ -50,7 +50,11 @@ def interpolate_event(address):
         those at its start, and ``aim`` is that share of the tolerance. ``share`` becomes 1 if no bond fails.
     """
     table = problem_at(address)
-    after, start, overloaded = float_rows(table.bond_load), float_rows(table.bond_load_at_start), integers(table.room_joints)
+    after, start, overloaded = (
+        float_rows(table.bond_load),
+        float_rows(table.bond_load_at_start),
+        integers(table.room_joints),
+    )
     properties, count = joint_parameters(table.properties), 0
     for i in range(after.shape[0]):
         least = 1.0 + (table.weak_bond_overload if _is_weak(table, properties[i]) else table.overload_tolerance)

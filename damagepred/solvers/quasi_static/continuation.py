@@ -67,10 +67,10 @@ class Continuation:
         self.balance = EnergyBalance(self.tolerance / self.equilibrium.per_weight)
         self.energy_control = EnergyControl(settings.step_energy_tolerance, self.options.energy)
         law = model.properties
-        weak = ((law.tensile_strength < model.block_stress) & ~law.brittle_shear)[:, None]
-        self._weak, self._any_weak = np.broadcast_to(weak, model.interfaces.contact_area.shape), bool(weak.any())
+        weak = (law.tensile_strength < model.block_stress) & ~law.brittle_shear
+        self._weak, self._any_weak = weak, bool(weak.any())
         overload = control.weak_bond_overload
-        self._event_overload = np.where(self._weak, overload, control.event_tolerance)
+        self._event_overload = np.where(weak[:, None], overload, control.event_tolerance)
         # weak bonds break while a wall relaxes: if all are, it relaxes, once it has had to, where Newton's method fails
         bonded, self._relaxes = ~without_bond(model), False
         self._all_weak = bool(bonded.any() and weak[bonded].all())
@@ -169,11 +169,14 @@ class Continuation:
             Bond loads, 1 at the strength.
         """
         heaviest, options = load.max(), self.options.continuation
+        cracked, kappa = state.history.cracked.ravel(), state.history.kappa.ravel()
         broken = load >= heaviest * (1.0 - options.simultaneous_failures)
         if self._any_weak:
-            weak = self._weak & ~state.history.cracked & (load > 1.0 + options.overload_tolerance)
-            broken |= weak & (load >= 1.0 + options.weak_bond_group * (heaviest - 1.0))
-        failed, cracked, kappa = np.flatnonzero(broken), state.history.cracked.ravel(), state.history.kappa.ravel()
+            group = options.weak_bond_group * (heaviest - 1.0)
+            weak = np.flatnonzero((load > 1.0 + options.overload_tolerance) & (load >= 1.0 + group))
+            weak = weak[self._weak[weak // load.shape[1]] & ~cracked[weak]]
+            broken.ravel()[weak] = True
+        failed = np.flatnonzero(broken)
         if self.equilibrium.condensed:
             self.equilibrium.uncondense_interfaces(failed // broken.shape[1])
         again = failed[cracked[failed]]

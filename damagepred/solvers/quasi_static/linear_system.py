@@ -129,6 +129,9 @@ class MultifrontalSystem:
             np.concatenate(([0], np.cumsum(n))) for n in (size**2, size * edge, edge**2)
         )
         rows = max(options.max_loop_rows, 2)
+        # room for all degrees of freedom, of which active ones take a part: memory that is not touched costs nothing
+        room_rows = {"response": 3 * slots, "rows": 2, "room": 2 * rows}
+        self._rooms = {name: (number, np.empty(number * self.model.size)) for name, number in room_rows.items()}
         gathered = np.empty((max(rows, options.response_batch), max(int(edge.max(initial=0)), 1)))
         none = np.zeros(tree.count, dtype=np.bool_)
         self._set(
@@ -153,6 +156,8 @@ class MultifrontalSystem:
             interface_index=tree.interface_index,
             gathered=gathered,
             gathered_columns=gathered.reshape(-1),
+            unit=np.empty(options.response_batch * self.model.size),
+            unit_response=np.empty(options.response_batch * self.model.size),
             **{name: none.copy() for name in ("reached", "outdated", "stale", "unsymmetric", "yields")},
             stiffness=np.full((count, 9), np.nan),
             matrices=np.empty((count, dof.shape[1], dof.shape[1])),
@@ -221,15 +226,15 @@ class MultifrontalSystem:
         fronts : array of bool (F,)
             With the ancestors of each.
         """
-        tree, slots = self.tree, self.options.max_changed_interfaces
+        tree = self.tree
         stale = self.arrays["stale"]
         stale[:] = fronts & (stale | ~self.active_fronts)  # regularised only while active
         self.condensation: StaticCondensation | None = None
         self.active_fronts = fronts
-        active = np.append(fronts, True)[tree.interface_front]
+        active = self._is_active = np.append(fronts, True)[tree.interface_front]
         self.active, self.condensed_interfaces = np.flatnonzero(active), np.flatnonzero(~active)
         self.active_dofs = tree.dofs[np.repeat(fronts, tree.size)]
-        size, batch = len(self.active_dofs), self.options.response_batch
+        size = len(self.active_dofs)
         index = np.full(self.model.size, -1, dtype=np.int64)  # among the active degrees of freedom
         index[self.active_dofs] = np.arange(size)
         operations = tree.size * (tree.size + 2 * tree.boundary_size)
@@ -239,11 +244,7 @@ class MultifrontalSystem:
             index=index,
             slot=np.full(len(self.elastic), -1, dtype=np.int64),
             load_slot=np.full((len(self.elastic), 3), -1, dtype=np.int64),
-            response=np.empty((3 * slots, size)),
-            unit=np.empty(batch * size),
-            unit_response=np.empty(batch * size),
-            rows=np.empty((2, size)),
-            room=np.empty((2 * max(self.options.max_loop_rows, 2), size)),
+            **{name: room[: number * size].reshape(number, size) for name, (number, room) in self._rooms.items()},
             occupied=0,
             loads=0,
             spent=0.0,
@@ -252,6 +253,10 @@ class MultifrontalSystem:
         )
         self._set(**self._rows_of(fronts, fronts))
         self._condensed_rows = self._rows_of(~fronts, np.ones_like(fronts))
+
+    def are_active(self, interfaces: BoolArray | IntArray) -> bool:
+        """Whether no interface listed is of a condensed front."""
+        return bool(self._is_active[interfaces].all())
 
     def _rows_of(self, fronts: BoolArray, in_rows: BoolArray) -> dict[str, IntArray]:
         """Return the fronts that units work on, and where the degrees of freedom of those ``in_rows`` are in a row."""

@@ -473,7 +473,7 @@ class Residual:
         return force
 
     def predict(self, state: State, target: Point) -> tuple[State, bool]:
-        """Predict the wall at a target with the tangent of the last equilibrium; return it, and whether it has diverged.
+        """Predict the wall at a target with the tangent of the last equilibrium; return it, and whether it diverges.
 
         Parameters
         ----------
@@ -636,7 +636,10 @@ class Residual:
 
     def uncondense_interfaces(self, interfaces: BoolArray | IntArray) -> None:
         """Make the fronts of some interfaces and of active deformable blocks active."""
-        self.uncondense(self.equations.tree.fronts_of(interfaces))
+        equations = self.equations
+        if self.condensed and self.superelements is None and equations.are_active(interfaces):
+            return
+        self.uncondense(equations.tree.fronts_of(interfaces))
 
     def inelastic_fronts(self, state: State) -> BoolArray | None:
         """Return the condensed fronts (F,) in which a joint slides or a block yields in the equilibrium just completed.
