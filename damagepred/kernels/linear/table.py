@@ -27,7 +27,7 @@ SYSTEM = table_type(
     "dgemm dpotrf dpotri dgetrf dgetri dgesv batch loop_rows keep_unchanged_fronts keep_responses "
     "iterations factorisations corrections occupied loads known_interfaces known_loads any_stale has_blocks",
     numbers="call_overhead response_weight solution_weight vector_weight product_weight woodbury_tolerance "
-    "singular_pivot_ratio pivot_ratio spent solution_operations",
+    "refactorisation_ratio singular_pivot_ratio pivot_ratio spent solution_operations",
 )
 """Attributes, with F fronts of s degrees of freedom and a boundary of b, m interfaces of w degrees of freedom, n slots,
 a active degrees of freedom. Matrices of fronts lie one after the other, column by column.

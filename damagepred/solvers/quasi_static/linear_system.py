@@ -180,6 +180,7 @@ class MultifrontalSystem:
             keep_unchanged_fronts=options.keep_unchanged_fronts,
             keep_responses=options.keep_responses,
             woodbury_tolerance=options.woodbury_tolerance,
+            refactorisation_ratio=options.refactorisation_ratio,
             singular_pivot_ratio=options.singular_pivot_ratio,
             right=np.empty((2, self.model.size)),
             solution=np.empty((2, self.model.size)),

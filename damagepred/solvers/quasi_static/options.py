@@ -404,6 +404,8 @@ class LinearSystemOptions:
         Right-hand sides up to which loops are faster than matrix products of BLAS.
     woodbury_tolerance : float
         Residual of the correction forces over their largest, beyond which the system is refactorised (1).
+    refactorisation_ratio : float
+        Cost of all corrections since the last factorisation over that of a new one, from which that is made (1).
     call_overhead : float
         Of a batch of unit-load responses (operations).
     inversion_weight : float
@@ -433,6 +435,7 @@ class LinearSystemOptions:
     response_batch: Count = Field(default=96, ge=1)
     max_loop_rows: Count = Field(default=8, ge=1)
     woodbury_tolerance: Pure = Field(default=1e-6, gt=0)
+    refactorisation_ratio: Pure = Field(default=1.5, gt=0)
     call_overhead: Pure = Field(default=2.3e5, ge=0)
     inversion_weight: Pure = Field(default=3.2, gt=0)
     assembly_weight: Pure = Field(default=1.7e4, gt=0)
