@@ -485,18 +485,17 @@ class Residual:
         increment = self.load_increment(target[0] - state.load, target[1] - state.load_factor)
         ahead, start = state.at(*target, copied=False), state.displacement
         ahead.displacement, prescribed = np.empty_like(start), self.model.support_displacement(ahead.load_factor)
+        needs_condensed = self.superelements is not None or self.return_mapping.general is not None
         if self._compiled:
-            limit, near = self._divergence_limit(ahead), self.return_mapping.general is None
-            entries = {"residual": increment, "prescribed_ahead": prescribed, "limit": limit}
+            entries = {"residual": increment, "prescribed_ahead": prescribed, "limit": self._divergence_limit(ahead)}
             table = self._iterate(predict, ahead, start, ahead.displacement, self.tangent, **entries)
-            near &= bool(table["within"])
+            if table["within"] and not needs_condensed:
+                return ahead, False
         else:
             step, _ = self.solve(self.tangent, increment, self.missing_deflection(ahead, start))
             np.add(start, step, out=ahead.displacement)
-            ahead.displacement[self.model.supports.prescribed], near = prescribed, False
-        if near:
-            return ahead, False
-        if not self._compiled or self.return_mapping.general is not None:
+            ahead.displacement[self.model.supports.prescribed] = prescribed
+        if needs_condensed:
             self.complete(ahead)
         return ahead, self.has_diverged(ahead)
 
