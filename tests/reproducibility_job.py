@@ -33,6 +33,7 @@ FOOTING = {"footing": {"width": 0.3, "depth": 0.3, "elastic_modulus": "7 GPa"}}
 SCENES = {
     "rigid": WALL,
     "deformable": WALL | {"solver": {"blocks": "deformable"}},
+    "elastic": WALL | {"solver": {"blocks": "elastic"}},
     "auto": WALL | {"solver": {"blocks": "auto"}, "movement": {"central_deflection": "3 mm", "increments": 2}},
     "jacks": WALL | FOOTING | {"movement": {"shape": "jacks", "central_deflection": "4 mm", "increments": 2}},
     "mound": WALL

@@ -32,9 +32,10 @@ def predict(address):
 
 
 @law
-def _is_weak(table, p):
-    """Whether the failure of a bond releases next to no energy."""
-    return p.tensile_strength < table.block_stress and not p.brittle_shear
+def _allowed_overload(table, p, tolerance):
+    """Return a tolerance, or the overload of a weak bond, whose failure releases next to no energy."""
+    weak = p.tensile_strength < table.block_stress and not p.brittle_shear
+    return table.weak_bond_overload if weak else tolerance
 
 
 @Unit
@@ -50,15 +51,11 @@ def interpolate_event(address):
         those at its start, and ``aim`` is that share of the tolerance. ``share`` becomes 1 if no bond fails.
     """
     table = problem_at(address)
-    after, start, overloaded = (
-        float_rows(table.bond_load),
-        float_rows(table.bond_load_at_start),
-        integers(table.room_joints),
-    )
+    after, start = float_rows(table.bond_load), float_rows(table.bond_load_at_start)
+    overloaded = integers(table.room_joints)
     properties, count = joint_parameters(table.properties), 0
     for i in range(after.shape[0]):
-        least = 1.0 + (table.weak_bond_overload if _is_weak(table, properties[i]) else table.overload_tolerance)
-        fails = False
+        least, fails = 1.0 + _allowed_overload(table, properties[i], table.overload_tolerance), False
         for k in range(after.shape[1]):
             fails |= after[i, k] > least
         if fails:
@@ -71,9 +68,8 @@ def interpolate_event(address):
     put_back(table.joints, joints)
     put_back(table.bond_load, load)
     for i in overloaded[:count]:
-        weak = _is_weak(table, properties[i])
-        least = 1.0 + (table.weak_bond_overload if weak else table.overload_tolerance)
-        wanted = 1.0 + table.aim * (table.weak_bond_overload if weak else table.event_tolerance)
+        least = 1.0 + _allowed_overload(table, properties[i], table.overload_tolerance)
+        wanted = 1.0 + table.aim * _allowed_overload(table, properties[i], table.event_tolerance)
         for k in range(after.shape[1]):
             if after[i, k] > least:
                 table.share = min(table.share, (wanted - start[i, k]) / (after[i, k] - start[i, k]))

@@ -59,8 +59,7 @@ PROBLEM = table_type(
     "ground_force_shear bond_load bond_load_at_start room_joints prescribed_ahead opening normal_stress shear_stress",
     integers="here system parameters condensation subtract_boundary_forces recover add_joint_forces find_sliding "
     "compute_residual compute_step compute_bordered_step solve_tangent store_tangent complete bond_loads first_strain "
-    "coulomb "
-    "bordered sliding within max_iterations dilatant_iterations",
+    "coulomb bordered sliding within max_iterations dilatant_iterations",
     numbers="deflection jack jack_step ratio limit minimum_tolerance rate_step relative_tolerance snap_back_ratio "
     "cap_slope_ratio yield_tolerance relaxation no_strength block_stress largest_bond_load friction crushing "
     "mode_1_dissipation stored softened violation overload_tolerance event_tolerance weak_bond_overload aim share",

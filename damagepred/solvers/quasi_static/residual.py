@@ -483,8 +483,8 @@ class Residual:
             Load and load factor.
         """
         increment = self.load_increment(target[0] - state.load, target[1] - state.load_factor)
-        ahead, start = state.at(*target, copied=False), state.displacement
-        ahead.displacement, prescribed = np.empty_like(start), self.model.support_displacement(ahead.load_factor)
+        start, prescribed = state.displacement, self.model.support_displacement(target[1])
+        ahead = replace(state, load=target[0], load_factor=target[1], displacement=np.empty_like(start))
         needs_condensed = self.superelements is not None or self.return_mapping.general is not None
         if self._compiled:
             entries = {"residual": increment, "prescribed_ahead": prescribed, "limit": self._divergence_limit(ahead)}

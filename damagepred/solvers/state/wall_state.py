@@ -60,19 +60,14 @@ class State:
         """Return an independent copy."""
         return self.at(self.load, self.load_factor)
 
-    def at(self, load: float, load_factor: float, copied: bool = True) -> State:
+    def at(self, load: float, load_factor: float) -> State:
         """Return a copy at another load and load factor, with the same displacements.
 
         Parameters
         ----------
         load, load_factor : float
             Shares of dead load and of movement (1).
-        copied : bool
-            Whether arrays are copied, or shared.
         """
-        if not copied:
-            values = self.displacement, self.history, self.plastic, self.jack, self.sections, self.zone_state
-            return State(load, load_factor, *values)
         return State(
             load,
             load_factor,
