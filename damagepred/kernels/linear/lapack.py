@@ -139,7 +139,7 @@ def invert(address):
         _call(system.dpotrf, (lower, n, a, apart, failed))
         if count[1] == 0:
             for i in range(size):
-                pivot = matrix[i * rows + i] ** 2
+                pivot = matrix[i * rows + i] * matrix[i * rows + i]
                 smallest, largest = min(smallest, pivot), max(largest, pivot)
             _call(system.dpotri, (lower, n, a, apart, failed))
             tile = 32

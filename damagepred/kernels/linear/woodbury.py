@@ -111,7 +111,7 @@ def respond(address):
     size, columns, first = integers(system.active_dofs).size, new.size, system.loads
     added = part(float_rows(system.response), first, columns)
     if columns <= system.loop_rows:
-        _set_unit_loads(system, new, added.reshape(columns * size), size, 1)
+        _set_unit_loads(system, new, part(floats(system.response), first * size, columns * size), size, 1)
         solve_factorised(system, added)
     else:
         found = floats(system.unit_response)

@@ -20,7 +20,7 @@ from scipy.sparse.csgraph import dijkstra
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.enumerations import ContactKind
-from damagepred.kernels.linear.dissection import dissect
+from damagepred.solvers.quasi_static.dissection import Dissection
 from damagepred.solvers.quasi_static.options import LinearSystemOptions
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -245,18 +245,14 @@ class EliminationTree:
         chain = np.full(len(self._block), -1, dtype=np.int64)
         listed = (level_of_node <= last) & (self._weight > 0)
         courses, chain[listed] = np.unique(level_of_node[listed], return_inverse=True)
-        blocks = model.blocks
-        size = np.sqrt(blocks.area.mean())
-        place = np.stack([np.append(np.round(v / size * 1e6), 0.0) for v in (blocks.x, blocks.y)])[:, self._block]
+        size = np.sqrt(model.blocks.area.mean())
+        centre = np.stack((model.blocks.x, model.blocks.y))
+        place = np.pad(np.round(centre / size * 1e6), ((0, 0), (0, 1)))[:, self._block]
         # a part that is condensed is a better start for Newton's method than none
         smallest = min(options.dissected_size, int(self._weight.sum()) // 8)
-        nodes, within = np.flatnonzero((chain < 0) & (self._weight > 0)), np.zeros(n + 1, dtype=np.bool_)
-        within[self._block[nodes]] = True
-        between = np.flatnonzero(within[face.block_a] & within[face.block_b])
-        count, most = len(self._block), max(len(nodes), len(between))
-        of_wall = place, self._weight, self._block, self._sides, face.block_a, face.block_b
-        room = np.empty((count + 1, 4), dtype=np.int64), np.empty(most, dtype=np.int64), np.zeros((3, count), np.bool_)
-        dissect(chain, len(courses), smallest, *of_wall, nodes, between, *room)
+        blocks = np.stack((face.block_a, face.block_b))
+        dissection = Dissection(place, self._weight, self._block, self._sides, blocks, smallest)
+        dissection.order(chain, len(courses), np.flatnonzero((chain < 0) & (self._weight > 0)))
         return chain
 
     # -- symbolic factorisation -----------------------------------------------------------------------------------
