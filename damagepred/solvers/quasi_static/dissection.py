@@ -48,29 +48,26 @@ class Dissection:
         """
         within = np.zeros(int(self.block.max(initial=0)) + 1, dtype=np.bool_)
         left, separates = within.copy(), np.zeros(len(self.block) + 1, dtype=np.bool_)  # the last for -1
-        parts = [(nodes, self._interfaces(np.arange(self.blocks.shape[1]), within, nodes))]
+        parts = [(nodes, np.arange(self.blocks.shape[1]))]
         while parts:
             nodes, listed = parts.pop()
-            cut = self._cut(nodes, listed, left, separates) if self.weight[nodes].sum() > self.smallest else None
+            cut = None
+            if self.weight[nodes].sum() > self.smallest:
+                within[self.block[nodes]] = True
+                first_in, second_in = within[self.blocks[:, listed]]
+                within[self.block[nodes]] = False
+                listed = listed[first_in & second_in]
+                cut = self._cut(nodes, listed, left, separates)
             if cut is None:
                 front[nodes] = first
                 first += len(nodes) > 0
                 continue
-            on_left, separates[cut] = left[self.block[nodes]], True
-            parted = separates[nodes]
+            separates[cut] = True
+            parted, on_left = separates[nodes], left[self.block[nodes]]
             separates[cut] = False
             front[nodes[parted]] = first
             first += bool(parted.any())
-            halves = nodes[~parted & ~on_left], nodes[~parted & on_left]
-            parts += [(half, self._interfaces(listed, within, half)) for half in halves]
-
-    def _interfaces(self, listed: IntArray, within: BoolArray, nodes: IntArray) -> IntArray:
-        """Return those of the listed interfaces that lie between blocks of some nodes."""
-        own = self.block[nodes]
-        within[own] = True
-        found = listed[within[self.blocks[:, listed]].all(axis=0)]
-        within[own] = False
-        return found
+            parts += [(nodes[~parted & ~on_left], listed), (nodes[~parted & on_left], listed)]
 
     def _cut(self, nodes: IntArray, listed: IntArray, left: BoolArray, separates: BoolArray) -> IntArray | None:
         """Return the lightest separator of a part, nodes on one side of a cut along one axis; None if there is none.
@@ -78,18 +75,19 @@ class Dissection:
         ``left`` becomes the half of each block.
         """
         own, weight, best, least = self.block[nodes], self.weight[nodes], None, np.inf
+        ends = self.blocks[:, listed]
         for values in self.place[:, nodes]:
             median = _median(values, weight)
             if median == np.inf:
                 continue
-            half = values < median
-            left[own] = half
-            on_left = left[self.blocks[:, listed]]
-            cut = on_left[0] != on_left[1]
-            for side in (True, False):
-                separator = self.sides[listed[cut], np.where(on_left[0, cut] == side, 0, 1)].ravel()
+            left[own] = half = values < median
+            first_left, second_left = left[ends]
+            cut = np.flatnonzero(first_left != second_left)
+            first, second = self.sides[listed[cut]].swapaxes(0, 1)
+            begins_left = first_left[cut, None]
+            for separator in (np.where(begins_left, first, second), np.where(begins_left, second, first)):
                 separates[separator] = True
-                total = weight[separates[nodes]].sum()
+                total = separates[nodes] @ weight
                 separates[separator] = False
                 if total < least:
                     least, best, best_half = total, separator, half
@@ -100,8 +98,9 @@ class Dissection:
 
 def _median(values: FloatArray, weight: IntArray) -> float:
     """Return the value up to which half the weight lies; a larger one than the least, infinite if there is none."""
-    order = np.argsort(values, kind="stable")
-    total = np.cumsum(weight[order])
-    ordered = values[order]
-    above = ordered[max(np.searchsorted(total, 0.5 * total[-1]), np.searchsorted(ordered, ordered[0], "right")) :]
-    return above[0] if len(above) else np.inf
+    order = np.argsort(values)
+    ordered, total = values[order], np.cumsum(weight[order])
+    median = ordered[np.searchsorted(total, 0.5 * total[-1])]
+    if median > ordered[0]:
+        return float(median)
+    return float(np.append(ordered[ordered > median], np.inf)[0])
