@@ -87,7 +87,7 @@ class Dissection:
             begins_left = first_left[cut, None]
             for separator in (np.where(begins_left, first, second), np.where(begins_left, second, first)):
                 separates[separator] = True
-                total = separates[nodes] @ weight
+                total = int(separates[nodes] @ weight)
                 separates[separator] = False
                 if total < least:
                     least, best, best_half = total, separator, half
