@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from damagepred.assembly import NO_LIMITS
 from damagepred.errors import SolverError
-from damagepred.pipeline import solve
+from damagepred.pipeline import follow, model_of, solve
 from damagepred.scene import Loads, Movement, Scene
 
 
@@ -58,9 +58,10 @@ def warm_up(scene: Scene) -> None:
             runs.append((replace(small, dpc=None), small.solver))
         if not scene.movement.prescribed:
             runs.append((_small_on_the_ground(small, scene), scene.solver))
-    if scene.dynamics is not None:
-        brief = replace(scene.dynamics, duration=1e-3, outputs=1)
-        runs.append((replace(small, dynamics=brief), scene.solver))
     for wall, solver in runs:
         with suppress(SolverError):
-            solve(wall, solver=solver, limits=NO_LIMITS)
+            list(follow(model_of(replace(wall, solver=solver)), solver, wall.damage, wall.movement.increment_count))
+    if scene.dynamics is not None:
+        brief = replace(scene.dynamics, duration=1e-3, outputs=1)
+        with suppress(SolverError):
+            solve(replace(small, dynamics=brief), solver=scene.solver, limits=NO_LIMITS)
