@@ -7,25 +7,27 @@ from pathlib import Path
 import pytest
 
 SCRIPT = """
-import importlib, pkgutil, sys
+import gc, sys
 
 from numba.core.dispatcher import Dispatcher
 
-from damagepred import kernels
+from damagepred.kernels.jit import Unit
 from damagepred.pipeline import solve
 from damagepred.scene import Scene
 from damagepred.study.campaign.warm_up import warm_up
 
 
 def compiled():
-    modules = [importlib.import_module(f"damagepred.kernels.{m.name}") for m in pkgutil.iter_modules(kernels.__path__)]
-    functions = {f for m in modules for f in vars(m).values() if isinstance(f, Dispatcher)}
-    return {(f.py_func.__name__, str(signature)) for f in functions for signature in f.signatures}
+    kernels = [kernel for kernel in gc.get_objects() if isinstance(kernel, (Dispatcher, Unit))]
+    units = {(unit.name, id(unit)) for unit in kernels if isinstance(unit, Unit) and "_compiled" in vars(unit)}
+    functions = [function for function in kernels if isinstance(function, Dispatcher)]
+    return units | {(f.py_func.__qualname__, str(s)) for f in functions for s in f.signatures}
 
 
 scene = Scene.from_toml(sys.argv[1])
 warm_up(scene)
 before = compiled()
+assert len(before) > 20
 solve(scene, increments=4)
 print(sorted(compiled() - before))
 """
