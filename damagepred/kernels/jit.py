@@ -31,14 +31,14 @@ UNCOUNTED = {**FLAGS, "_nrt": False}
 all of them go up and down, and that took three quarters of the time of a joint. What is compiled so cannot make
 arrays, and a law may not return one."""
 STACK = 65536
-"""Entries of a deep stack, 0.5 MB. Its chunk is the next power of two, and what is left of it takes the calls."""
+"""Entries of a deep stack, 0.5 MB. Its chunk is the next power of two; the rest of it is room for the calls."""
 
 
 def _with_deep_stack(function):
-    """Give the frame of a function a large stack, of which all calls inside it take a part.
+    """Give the frame of a function a large stack, so that there is room for the frames of all calls inside it.
 
-    CPython allocates frames in chunks of 16 kB. Where calls in a loop cross the end of one, as those of numba do at its
-    depth, every call allocates a chunk and frees it again: 200 000 times while kernels compile.
+    CPython allocates frames in chunks of 16 kB. Where calls in a loop cross the end of a chunk, as those of numba do,
+    every call allocates one and frees it again.
     """
     function.__code__ = function.__code__.replace(co_stacksize=STACK)
     return function
@@ -70,8 +70,8 @@ class _LawLibrary(JITCodeLibrary):
         self._finalized = True
 
 
-class _LawCompiler(_Compiler):
-    """Compiler of laws: they have no machine code of their own, which took a tenth of the time of all kernels."""
+class _LawCompiler(Compiler):
+    """Compiler of laws, while a kernel that calls them is compiled: they have no machine code of their own."""
 
     def compile_extra(self, func):
         """Compile a law."""
