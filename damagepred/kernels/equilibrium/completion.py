@@ -51,13 +51,13 @@ def store_tangent(address):
 
 @Unit
 def complete(address):
-    """Recover the displacements of the condensed subtrees, and find the interfaces that slide in them.
+    """Recover the displacements of the condensed subtrees, and check the interfaces in them.
 
     Parameters
     ----------
     address : int
-        Of the table of the wall: ``best`` is completed, ``sliding`` and ``slides`` are filled, and ``within`` tells
-        whether displacements are below the ``limit``.
+        Of the table of the wall: ``best`` is completed, ``within`` tells whether displacements are below the ``limit``,
+        and the results of ``check_condensed`` are filled.
     """
     table = problem_at(address)
     best = floats(table.best)
@@ -67,5 +67,5 @@ def complete(address):
     condensation_at(table.condensation).displacement.address = table.best.address
     run(table.recover, table.condensation)
     joints, table.displacement.address = replace(table.joints, table.condensed), table.best.address
-    run(table.find_sliding, address)
+    run(table.check_condensed, address)
     put_back(table.joints, joints)

@@ -165,12 +165,24 @@ class JointUnits:
                 listed, interfaces, properties, options, ground, history, u, table.no_strength, table.block_stress, load
             )
 
-        def find_sliding(address):
-            """Fill ``slides`` of the interfaces: whether a joint slides, is crushed or closes its gap; count them."""
+        def check_condensed(address):
+            """Fill ``slides`` and ``bond_load`` of condensed interfaces; set ``sliding`` and their largest load."""
             table = problem_at(address)
             interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
-            listed, found = integers(table.joints), flags(table.slides)
-            table.sliding = checks.find_sliding(listed, interfaces, properties, options, ground, history, u, found)
+            listed, slides, load = integers(table.joints), flags(table.slides), float_rows(table.bond_load)
+            table.sliding, table.largest_condensed_load = checks.check_elastic(
+                listed,
+                interfaces,
+                properties,
+                options,
+                ground,
+                history,
+                u,
+                table.no_strength,
+                table.block_stress,
+                slides,
+                load,
+            )
 
         def joint_law_violation(address):
             """Set ``violation``, the largest stress by which ``normal_stress`` and ``shear_stress`` violate the law."""
@@ -181,7 +193,7 @@ class JointUnits:
 
         self.add_joint_forces, self.update_tresca_bounds = Unit(add_joint_forces), Unit(update_tresca_bounds)
         self.contact_stresses, self.commit_joint_history = Unit(contact_stresses), Unit(commit_joint_history)
-        self.bond_loads, self.find_sliding = Unit(bond_loads), Unit(find_sliding)
+        self.bond_loads, self.check_condensed = Unit(bond_loads), Unit(check_condensed)
         self.joint_law_violation = Unit(joint_law_violation)
 
 

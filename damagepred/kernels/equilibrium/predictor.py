@@ -47,14 +47,15 @@ def interpolate_event(address):
     Parameters
     ----------
     address : int
-        Of the table of the wall: ``bond_load`` is that at the end of the step, ``displacement``, ground and history are
-        those at its start, and ``aim`` is that share of the tolerance. ``share`` becomes 1 if no bond fails.
+        Of the table of the wall: ``bond_load`` of the interfaces in ``joints`` is that at the end of the step,
+        ``displacement``, ground and history are those at its start, and ``aim`` is that share of the tolerance.
+        ``share`` becomes 1 if no bond fails.
     """
     table = problem_at(address)
     after, start = float_rows(table.bond_load), float_rows(table.bond_load_at_start)
     overloaded = integers(table.room_joints)
     properties, count = joint_parameters(table.properties), 0
-    for i in range(after.shape[0]):
+    for i in integers(table.joints):
         least, fails = 1.0 + _allowed_overload(table, properties[i], table.overload_tolerance), False
         for k in range(after.shape[1]):
             fails |= after[i, k] > least

@@ -57,11 +57,11 @@ PROBLEM = table_type(
     "contact_offset contact_area side_dof side_rows properties displacement residual step start best room tangent rate "
     "moving normal_ahead shear_ahead prescribed prescribed_step condensed slides never_opened ground_force_normal "
     "ground_force_shear bond_load bond_load_at_start room_joints prescribed_ahead opening normal_stress shear_stress",
-    integers="here system parameters condensation subtract_boundary_forces recover add_joint_forces find_sliding "
+    integers="here system parameters condensation subtract_boundary_forces recover add_joint_forces check_condensed "
     "compute_residual compute_step compute_bordered_step solve_tangent store_tangent complete bond_loads first_strain "
     "coulomb bordered sliding within max_iterations dilatant_iterations",
     numbers="deflection jack jack_step ratio limit minimum_tolerance rate_step relative_tolerance snap_back_ratio "
-    "cap_slope_ratio yield_tolerance relaxation no_strength block_stress largest_bond_load friction crushing "
+    "cap_slope_ratio yield_tolerance relaxation no_strength block_stress largest_bond_load largest_condensed_load friction crushing "
     "mode_1_dissipation stored softened violation overload_tolerance event_tolerance weak_bond_overload aim share",
 )
 """Attributes, with m interfaces of q contacts.

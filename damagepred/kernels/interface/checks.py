@@ -1,4 +1,4 @@
-"""Checks of the joint law at a displacement: loads of the bonds, sliding of condensed joints, violation by stresses."""
+"""Checks of the joint law at a displacement: loads of the bonds, inelastic condensed joints, violation by stresses."""
 
 import numpy as np
 
@@ -53,10 +53,31 @@ def softened_bond_load(general, parameters, kappa, e, tau, no_strength):
 
 
 @law
-def bond_loads(active, interfaces, properties, options, ground, history, displacement, no_strength, block_stress, load):
-    """Fill the load of each bond, 1 at its strength, 0 where there is none; return the largest.
+def _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, block_stress):
+    """Return the load of the bond of a contact, 1 at its strength, 0 where there is none.
 
     A softening bond breaks once in tension, and then, if its shear is brittle, once more where it would slide.
+    """
+    residual, w_c = p.residual_tensile_strength, p.critical_opening
+    if not plain and cracked and p.brittle_shear and kappa < w_c:
+        return softened_bond_load(options.general, p, kappa, e, p.shear_stiffness * u_s, no_strength)
+    if cracked and (plain or residual == 0.0 or kappa > 0.0 or w_c > 0.0):
+        return 0.0
+    sigma = p.normal_stiffness * e
+    if not plain and p.dilation > 0.0:  # the dilatancy of slip along the step reduces the tension
+        sigma, _, _, _, _, _, _, _, _ = coulomb_return(p, options.general, plain, cracked, kappa, e, u_s, options)
+    if cracked:
+        return bond_load(sigma, residual, block_stress)
+    load = bond_load(sigma, max(p.tensile_strength, no_strength), block_stress)
+    if not plain and p.brittle_shear:
+        limit = max(coulomb_limit(p.cohesion, p.friction, sigma), no_strength)
+        load = max(load, capped(abs(p.shear_stiffness * u_s), sigma, p) / limit)
+    return load
+
+
+@law
+def bond_loads(active, interfaces, properties, options, ground, history, displacement, no_strength, block_stress, load):
+    """Fill the load of each bond, 1 at its strength, 0 where there is none; return the largest.
 
     Parameters
     ----------
@@ -73,32 +94,11 @@ def bond_loads(active, interfaces, properties, options, ground, history, displac
     for i in active:
         middle = interface_displacement(interfaces, displacement, i)
         p = properties[i]
-        k_s, w_c, residual = p.shear_stiffness, p.critical_opening, p.residual_tensile_strength
         plain = is_plain(p, options.general)
         for k in range(interfaces.contact_area.shape[1]):
-            load[i, k] = 0.0
-            cracked, kappa = history.cracked[i, k], history.kappa[i, k]
-            softening = not plain and cracked and p.brittle_shear and kappa < w_c
-            if cracked and not softening and (plain or residual == 0.0 or kappa > 0.0 or w_c > 0.0):
-                continue
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
-            e = u_n - history.dilatant_opening[i, k]
-            if softening:
-                load[i, k] = softened_bond_load(options.general, p, kappa, e, k_s * u_s, no_strength)
-                heaviest = max(heaviest, load[i, k])
-                continue
-            sigma = p.normal_stiffness * e
-            if not plain and p.dilation > 0.0:  # the dilatancy of slip along the step reduces the tension
-                sigma, _, _, _, _, _, _, _, _ = coulomb_return(
-                    p, options.general, plain, cracked, kappa, e, u_s, options
-                )
-            if cracked:
-                load[i, k] = bond_load(sigma, residual, block_stress)
-            else:
-                load[i, k] = bond_load(sigma, max(p.tensile_strength, no_strength), block_stress)
-                if not plain and p.brittle_shear:
-                    limit = max(coulomb_limit(p.cohesion, p.friction, sigma), no_strength)
-                    load[i, k] = max(load[i, k], capped(abs(k_s * u_s), sigma, p) / limit)
+            cracked, kappa, e = history.cracked[i, k], history.kappa[i, k], u_n - history.dilatant_opening[i, k]
+            load[i, k] = _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, block_stress)
             heaviest = max(heaviest, load[i, k])
     return heaviest
 
@@ -113,33 +113,40 @@ def _elastic_shear_limit(general, p, cracked, sigma, options):
 
 
 @law
-def find_sliding(listed, interfaces, properties, options, ground, history, displacement, found):
-    """Find the interfaces in which a joint slides, is crushed or closes its gap; return their number.
+def check_elastic(
+    listed, interfaces, properties, options, ground, history, displacement, no_strength, block_stress, slides, load
+):
+    """Check interfaces that are taken as elastic: find those that slide, are crushed or close their gap.
+
+    Return their number, and the largest load of a bond. A bond within its strength may still slide.
 
     Parameters
     ----------
     listed : array of int
         The interfaces.
-    interfaces, properties, options, ground, history, displacement
-        As ``damagepred.kernels.interface.internal_force.joint_forces``.
-    found : array of bool (m,)
-        Set for those listed.
+    interfaces, properties, options, ground, history, displacement, no_strength, block_stress, load
+        As ``bond_loads``; loads are filled for those listed.
+    slides : array of bool (m,)
+        Whether an interface does any of these; set for those listed.
     """
-    count = 0
+    count, heaviest = 0, 0.0
     for i in listed:
-        middle, p, slides = interface_displacement(interfaces, displacement, i), properties[i], False
+        middle, p, inelastic = interface_displacement(interfaces, displacement, i), properties[i], False
+        plain = is_plain(p, options.general)
         for k in range(interfaces.contact_area.shape[1]):
             u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
-            sigma = p.normal_stiffness * (u_n - history.dilatant_opening[i, k])
+            cracked, kappa, e = history.cracked[i, k], history.kappa[i, k], u_n - history.dilatant_opening[i, k]
+            load[i, k] = _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, block_stress)
+            heaviest, sigma = max(heaviest, load[i, k]), p.normal_stiffness * e
             if p.gap > 0.0:
-                slides |= sigma < 0.0  # closed here, whatever the other contacts do
+                inelastic |= sigma < 0.0  # closed here, whatever the other contacts do
                 continue
-            limit = _elastic_shear_limit(options.general, p, history.cracked[i, k], sigma, options)
-            slides |= abs(p.shear_stiffness * u_s) > limit
-            slides |= sigma < -p.compressive_strength
-        found[i] = slides
-        count += slides
-    return count
+            limit = _elastic_shear_limit(options.general, p, cracked, sigma, options)
+            inelastic |= abs(p.shear_stiffness * u_s) > limit
+            inelastic |= sigma < -p.compressive_strength
+        slides[i] = inelastic
+        count += inelastic
+    return count, heaviest
 
 
 @law

@@ -109,6 +109,7 @@ class Continuation:
         self.balance.change_supports(model)
         self.equilibrium.find(self.state)  # for its tangent
         self.commit(self.state, unstable=False)
+        self._record_worn_bonds(self.state, snapped=False)
 
     def release_supports(self, model: Model) -> float:
         """Release unilateral supports of the footing in tension; return the unbalanced force ratio after it."""
@@ -128,6 +129,7 @@ class Continuation:
         self.state = trial
         if ratio < self.tolerance:
             self.commit(trial, unstable=True, snapped=snapped)
+            self._record_worn_bonds(trial, snapped)
             self.state, ratio = self._redistribute_failures(trial, ratio)
         return ratio
 
@@ -138,22 +140,6 @@ class Continuation:
         return Counters(self.events, equilibrium.newton_iterations, equations.factorisations, equations.corrections)
 
     # -- bonds and history -------------------------------------------------------------------------------------------
-
-    def bond_loads(self, state: State, listed: IntArray | None = None) -> tuple[FloatArray, float]:
-        """Return the load of each bond (m, q), 1 at its strength and 0 where it is broken; and the largest.
-
-        Parameters
-        ----------
-        state : State
-            Displacements and history.
-        listed : array of int, optional
-            Interfaces whose bonds are looked at; the loads of all others are 0.
-        """
-        load = self.equilibrium.bond_load
-        if listed is not None:
-            load.fill(0.0)
-        found = self.equilibrium.evaluate_joints("bond_loads", self._everything if listed is None else listed, state)
-        return load, float(found["largest_bond_load"])
 
     def fail_bonds(self, state: State, load: FloatArray) -> IntArray:
         """Fail the most loaded bonds; return those, as flat indices, that lost the residual strength of a crack.
@@ -201,6 +187,11 @@ class Continuation:
         broken_at = self.broken_at.ravel()
         broken_at[listed[self._bonded.ravel()[listed] & np.isnan(broken_at[listed])]] = state.load_factor
 
+    def _record_worn_bonds(self, state: State, snapped: bool) -> None:
+        """Record bonds that slip has worn or a snap-through has broken on the way to an equilibrium."""
+        if snapped or self.equilibrium.return_mapping.general is not None:
+            self._record_failures(state)
+
     def commit(self, state: State, unstable: bool, snapped: bool = False) -> None:
         """Commit an equilibrium: update history variables and the energy balance.
 
@@ -227,8 +218,6 @@ class Continuation:
         names = "stored", "softened", "mode_1_dissipation", "friction", "crushing"
         stored, softened, mode_1_dissipation, friction, crushing = (float(joints[name]) for name in names)
         stored += condensed_energy
-        if snapped or self.equilibrium.return_mapping.general is not None:
-            self._record_failures(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
             commit_sections(model.sections, state.sections, model.interface_records, state.displacement)
         superelements, yielding = self.equilibrium.superelements, 0.0
@@ -329,10 +318,10 @@ class Continuation:
         Return the state to continue from, its unbalanced force ratio, and whether the increment ends with it.
         """
         options, step = self.options.continuation, state.distance(target)
-        loaded, heaviest = self.bond_loads(trial.state)
+        heaviest = self.equilibrium.bond_loads(trial.state)
         at_event = heaviest <= 1.0 + options.event_tolerance or step <= control.minimum_event_step
         if self._any_weak and not at_event:
-            at_event = bool((loaded <= 1.0 + self._event_overload).all())
+            at_event = bool((self.equilibrium.bond_load <= 1.0 + self._event_overload).all())
         if at_event and not self._commit_within_energy_error(trial.state, step, trial.snapped, control):
             return state, np.inf, False
         if heaviest <= 1.0 + options.overload_tolerance:
@@ -391,14 +380,15 @@ class Continuation:
 
     def _commit_within_energy_error(self, trial: State, step: float, snapped: bool, control: StepControl) -> bool:
         """Commit an equilibrium, unless the energy error of the step asks for a shorter one; return whether."""
-        before = self.never_opened.copy(), copy(self.balance), self.broken_at.copy()
+        before = self.never_opened.copy(), copy(self.balance)
         self.commit(trial, unstable=snapped, snapped=snapped)
         length = np.inf if snapped else self.energy_control.next_length(before[1], self.balance, step)
         # live loads go in small steps anyhow
         if length < step and step > control.shortest_refined_step and not self._locates_collapse:
-            self.never_opened, self.balance, self.broken_at = before
+            self.never_opened, self.balance = before
             control.refine_step(length)
             return False
+        self._record_worn_bonds(trial, snapped)
         control.allow_step(length, step)
         # dead load and movement are measured by different load factors
         self._longest_step = control.longest_step if self.state.load == control.goal[0] else np.inf
@@ -429,9 +419,8 @@ class Continuation:
         if diverged:
             return state.displacement, share
         plain = equilibrium.return_mapping.general is None
-        _, heaviest = self.bond_loads(ahead, equilibrium.equations.active if plain else None)
-        if heaviest > 1.0 + options.overload_tolerance:
-            share = equilibrium.event_share(state, options.predictor_aim)
+        if equilibrium.bond_loads(ahead, active_only=plain) > 1.0 + options.overload_tolerance:
+            share = equilibrium.event_share(state, options.predictor_aim, active_only=plain)
         return ahead.displacement, min(max(share, options.minimum_predicted_share), 1.0)
 
     def snap_through(self, state: State, start_load_factor: float, cycles_share: float = 1.0) -> tuple[State, float]:
@@ -492,11 +481,10 @@ class Continuation:
         """Fail overloaded bonds at constant load, the most overloaded first, until none is overloaded."""
         parted_again = np.zeros(state.history.cracked.size, dtype=np.bool_)
         while True:
-            load, heaviest = self.bond_loads(state)
-            overloaded = heaviest > 1.0 + self.options.continuation.overload_tolerance
+            overloaded = self.equilibrium.bond_loads(state) > 1.0 + self.options.continuation.overload_tolerance
             if overloaded:
-                parted_again[self.fail_bonds(state, load)] = True
-            if not (self._reclose(state, except_for=parted_again.reshape(load.shape)) or overloaded):
+                parted_again[self.fail_bonds(state, self.equilibrium.bond_load)] = True
+            if not (self._reclose(state, except_for=parted_again.reshape(state.history.slip.shape)) or overloaded):
                 return state, ratio
             trial = state.copy()
             ratio = self.equilibrium.find(trial)
@@ -507,6 +495,7 @@ class Continuation:
                 return trial, ratio
             state = trial
             self.commit(state, unstable=True, snapped=snapped)
+            self._record_worn_bonds(state, snapped)
 
     def _reclose(self, state: State, except_for: BoolArray) -> bool:
         """Re-close cracked joints whose trial stress is within their residual strength; return whether any does."""

@@ -39,7 +39,7 @@ class ElasticFactors(NamedTuple):
     of : tuple of array
         What they are made of: stiffness of the interfaces and of strains, and which fronts are condensed.
     arrays : dict
-        By their names in the table of the tangent equations.
+        By their names in the table of the tangent equations; empty until a second wall has been made of the same.
     elastic_complements : array
         See ``MultifrontalSystem``.
     held : bool
@@ -91,13 +91,10 @@ class EliminationTree:
         Interfaces assembled in each front, and where those of each begin.
     superelement_front, superelement_index, front_superelements, first_superelement : array of int
         The same of deformable blocks; indices of their boundaries one after the other.
-    shared : bool
-        Whether several walls have this tree.
     elastic_factors : ElasticFactors or None
         Those of the last of these walls that needed its own.
     """
 
-    shared = False
     elastic_factors: ElasticFactors | None = None
 
     def __init__(
@@ -151,7 +148,6 @@ class EliminationTree:
         equal = model.supports.prescribed, model.guides, np.array([] if model.footing is None else model.footing)
         for known, its_options, its_equal, tree in tuple(_recent):  # threads may add to it
             if all(map(is_, known, same)) and its_options == options and all(map(np.array_equal, its_equal, equal)):
-                tree.shared = True
                 return tree
         tree = cls(system, None, options)
         _recent.append((same, options, equal, tree))

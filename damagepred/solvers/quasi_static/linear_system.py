@@ -296,19 +296,18 @@ class MultifrontalSystem:
     def _eliminate_condensed(self, fronts: BoolArray) -> bool:
         """Eliminate some fronts, elastic; return whether their ancestors hold them.
 
-        The first time, walls of one geometry and elastic stiffness take over what the one before has computed.
+        Of walls of one geometry and elastic stiffness, all from the third on take over what the second has computed.
         """
         interfaces, tree = np.flatnonzero(self.tree.in_fronts(fronts)), self.tree
         self.arrays["target"][interfaces] = self.elastic[interfaces]
         small = 8e-9 * tree.matrix_entries <= self.options.max_shared_memory
-        if not (tree.shared and small and np.isnan(self.arrays["stiffness"]).all()):
+        if not (small and np.isnan(self.arrays["stiffness"]).all()):
             return self._eliminate_elastic(fronts, interfaces)
-        of = self.elastic, self.arrays["strain_stiffness"], fronts
-        known = tree.elastic_factors
-        if known is None or not all(map(np.array_equal, known.of, of)):
+        of, known = (self.elastic, self.arrays["strain_stiffness"], fronts), tree.elastic_factors
+        again = known is not None and all(map(np.array_equal, known.of, of))
+        if known is None or not (again and known.arrays):
             held = self._eliminate_elastic(fronts, interfaces)
-            arrays = {name: self.arrays[name].copy() for name in _OF_FACTORS}
-            of = self.elastic.copy(), self.arrays["strain_stiffness"].copy(), fronts.copy()
+            arrays = {name: self.arrays[name].copy() for name in _OF_FACTORS} if again else {}
             tree.elastic_factors = ElasticFactors(of, arrays, self.elastic_complements.copy(), held)
             return held
         for name, array in known.arrays.items():

@@ -236,7 +236,7 @@ class Residual:
                 store_tangent=store_tangent.address,
                 complete=complete.address,
                 recover=recover.address,
-                find_sliding=self._units.find_sliding.address,
+                check_condensed=self._units.check_condensed.address,
             )
 
     def _joints(self, interfaces: IntArray) -> IntArray:
@@ -499,7 +499,25 @@ class Residual:
             self.complete(ahead)
         return ahead, self.has_diverged(ahead)
 
-    def event_share(self, state: State, aim: float) -> float:
+    def bond_loads(self, state: State, active_only: bool = False) -> float:
+        """Fill ``bond_load`` (m, q), 1 at the strength, 0 where there is no bond; return the largest.
+
+        Loads of condensed fronts are those of the state that was last completed.
+
+        Parameters
+        ----------
+        state : State
+            Displacements and history.
+        active_only : bool
+            Whether those of condensed fronts do not count.
+        """
+        found = self.evaluate_joints("bond_loads", self.equations.active, state)
+        heaviest = float(found["largest_bond_load"])
+        if active_only or not self.condensed:
+            return heaviest
+        return max(heaviest, float(found["largest_condensed_load"]))
+
+    def event_share(self, state: State, aim: float, active_only: bool = False) -> float:
         """Interpolate the share of a step at which the first bond fails; ``bond_load`` is that at its end.
 
         Parameters
@@ -508,9 +526,12 @@ class Residual:
             At the start of the step.
         aim : float
             Overload at which it counts as failing, over the event tolerance (1).
+        active_only : bool
+            Whether bonds of condensed fronts do not count.
         """
+        listed = self.equations.active if active_only else self._all_interfaces
         self.table.set_state(state.history, self.model.ground.at(state.load_factor))
-        return float(self.table.run(interpolate_event, self._all_interfaces, state.displacement, aim=aim)["share"])
+        return float(self.table.run(interpolate_event, listed, state.displacement, aim=aim)["share"])
 
     def has_diverged(self, state: State, displacement: FloatArray | None = None) -> bool:
         """Return whether displacements are so large that no equilibrium is sought any more.
@@ -688,7 +709,7 @@ class Residual:
         if self.superelements is not None:
             self.superelements.recover(u, state.load, state.load_factor, state.plastic)
         if self.condensed:
-            self.evaluate_joints("find_sliding", self.equations.condensed_interfaces, state, u)
+            self.evaluate_joints("check_condensed", self.equations.condensed_interfaces, state, u)
 
 
 def _parameters_of(options: SolverOptions, tolerance: float) -> np.ndarray:

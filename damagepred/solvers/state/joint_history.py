@@ -111,7 +111,7 @@ def contact_states(model: Model, history: JointHistory) -> Int8Array:
     history : JointHistory
         History variables.
     """
-    sliding = np.where(history.slip != 0.0, np.int8(ContactState.SLIPPING), np.int8(ContactState.INTACT))
-    states: Int8Array = np.where(history.cracked, np.int8(ContactState.CRACKED), sliding)
+    states: Int8Array = (history.slip != 0.0) * np.int8(ContactState.SLIPPING)
+    states[history.cracked] = ContactState.CRACKED
     states[model.interfaces.kind == ContactKind.CONTROL_JOINT] = ContactState.INTACT
     return states
