@@ -61,8 +61,9 @@ PROBLEM = table_type(
     "compute_residual compute_step compute_bordered_step solve_tangent store_tangent complete bond_loads first_strain "
     "coulomb bordered sliding within max_iterations dilatant_iterations",
     numbers="deflection jack jack_step ratio limit minimum_tolerance rate_step relative_tolerance snap_back_ratio "
-    "cap_slope_ratio yield_tolerance relaxation no_strength block_stress largest_bond_load largest_condensed_load friction crushing "
-    "mode_1_dissipation stored softened violation overload_tolerance event_tolerance weak_bond_overload aim share",
+    "cap_slope_ratio yield_tolerance relaxation no_strength block_stress largest_bond_load largest_condensed_load "
+    "friction crushing mode_1_dissipation stored softened violation overload_tolerance event_tolerance "
+    "weak_bond_overload aim share",
 )
 """Attributes, with m interfaces of q contacts.
 

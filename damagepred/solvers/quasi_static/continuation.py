@@ -141,7 +141,7 @@ class Continuation:
 
     # -- bonds and history -------------------------------------------------------------------------------------------
 
-    def fail_bonds(self, state: State, load: FloatArray) -> IntArray:
+    def fail_bonds(self, state: State, heaviest: float) -> IntArray:
         """Fail the most loaded bonds; return those, as flat indices, that lost the residual strength of a crack.
 
         A softening bond that reaches its tensile strength only begins to soften. Slip breaks all of it if its shear is
@@ -151,10 +151,10 @@ class Continuation:
         ----------
         state : State
             Its joint history is updated.
-        load : array (m, q)
-            Bond loads, 1 at the strength.
+        heaviest : float
+            The largest bond load, 1 at the strength.
         """
-        heaviest, options = load.max(), self.options.continuation
+        load, options = self.equilibrium.bond_load, self.options.continuation
         cracked, kappa = state.history.cracked.ravel(), state.history.kappa.ravel()
         broken = load >= heaviest * (1.0 - options.simultaneous_failures)
         if self._any_weak:
@@ -238,7 +238,7 @@ class Continuation:
         supports = self.model.supports
         if not supports.prescribed_displacement.any():
             return 0.0
-        force = self.equilibrium.forces(state)
+        force = self.equilibrium.forces_on_supports(state)
         return -float(force[supports.prescribed] @ supports.prescribed_displacement)
 
     # -- steps ------------------------------------------------------------------------------------------------------
@@ -333,7 +333,8 @@ class Continuation:
                 self.state = state
             return state, residual, target == control.goal
         if at_event:
-            state, residual = self._redistribute_failures(trial.state, trial.residual)
+            plain = self.equilibrium.return_mapping.general is None  # its commit leaves the loads of bonds as they are
+            state, residual = self._redistribute_failures(trial.state, trial.residual, heaviest if plain else None)
             control.pass_event()
             failed = residual >= self.tolerance
             if failed:
@@ -477,13 +478,24 @@ class Continuation:
         self.largest_accepted_residual = max(self.largest_accepted_residual, equilibrium.accept_unconverged(best))
         return best, 0.0
 
-    def _redistribute_failures(self, state: State, ratio: float) -> tuple[State, float]:
-        """Fail overloaded bonds at constant load, the most overloaded first, until none is overloaded."""
+    def _redistribute_failures(self, state: State, ratio: float, heaviest: float | None = None) -> tuple[State, float]:
+        """Fail overloaded bonds at constant load, the most overloaded first, until none is overloaded.
+
+        Parameters
+        ----------
+        state : State
+            The last equilibrium.
+        ratio : float
+            Its unbalanced force ratio.
+        heaviest : float, optional
+            Its largest bond load, if that is known.
+        """
         parted_again = np.zeros(state.history.cracked.size, dtype=np.bool_)
         while True:
-            overloaded = self.equilibrium.bond_loads(state) > 1.0 + self.options.continuation.overload_tolerance
+            heaviest = self.equilibrium.bond_loads(state) if heaviest is None else heaviest
+            overloaded = heaviest > 1.0 + self.options.continuation.overload_tolerance
             if overloaded:
-                parted_again[self.fail_bonds(state, self.equilibrium.bond_load)] = True
+                parted_again[self.fail_bonds(state, heaviest)] = True
             if not (self._reclose(state, except_for=parted_again.reshape(state.history.slip.shape)) or overloaded):
                 return state, ratio
             trial = state.copy()
@@ -496,6 +508,7 @@ class Continuation:
             state = trial
             self.commit(state, unstable=True, snapped=snapped)
             self._record_worn_bonds(state, snapped)
+            heaviest = None
 
     def _reclose(self, state: State, except_for: BoolArray) -> bool:
         """Re-close cracked joints whose trial stress is within their residual strength; return whether any does."""

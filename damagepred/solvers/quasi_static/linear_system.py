@@ -199,9 +199,9 @@ class MultifrontalSystem:
 
     def _elastic_diagonal(self, strain_stiffness: FloatArray) -> FloatArray:
         """Return the diagonal of the elastic stiffness in the order of the fronts."""
-        (dof, rows), total = self.tree.kinematics, np.zeros(self.model.size)
+        dof, rows = self.tree.kinematics
         own = np.einsum("mjr,mjr->mr", rows, self.elastic.reshape(-1, 3, 3) @ rows)
-        np.add.at(total, dof[dof >= 0], own[dof >= 0])
+        total = np.bincount(dof[dof >= 0], own[dof >= 0], minlength=self.model.size)
         if self._superelements is not None:
             for boundary, stiffness in zip(self._superelements.boundary, self._superelements.elastic):
                 total[boundary] += stiffness.diagonal()

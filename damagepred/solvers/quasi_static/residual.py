@@ -102,6 +102,7 @@ class Residual:
             self._never_condensed[:] = True
         self._detachment_limit = DetachmentLimit.of(model)
         self._initial_support_displacement = float(np.abs(supports.start).max(initial=0.0))
+        self._support_interfaces = self._interfaces_on_supports()
         self._set_problem()
         self._stiffness[:] = elastic
         self.store_tangent(rest, rest.displacement)
@@ -114,6 +115,7 @@ class Residual:
     def change_model(self, model: Model) -> None:
         """Continue with other supports of the same stiffness."""
         self.model = model
+        self._support_interfaces = self._interfaces_on_supports()
         self.table = self._make_table()
         self._set_problem()
 
@@ -126,6 +128,14 @@ class Residual:
         face, n = self.model.interfaces, self.model.n_blocks
         on_ground = ((face.block_a == n) | (face.block_b == n)) & ~self.model.guides
         return np.flatnonzero(np.isin(face.block_a, blocks) | np.isin(face.block_b, blocks) | on_ground)
+
+    def _interfaces_on_supports(self) -> IntArray:
+        """Return the interfaces that act on ground and prescribed degrees of freedom; all if blocks are deformable."""
+        if self.superelements is not None:
+            return self._all_interfaces
+        face, held = self.model.interfaces, self.system.block_of_dof[self.model.supports.prescribed]
+        bodies = np.append(held, self.model.n_blocks)  # the last is the ground
+        return np.flatnonzero(np.isin(face.block_a, bodies) | np.isin(face.block_b, bodies))
 
     @property
     def has_potential(self) -> bool:
@@ -424,10 +434,10 @@ class Residual:
         """
         return 0.0 if self.jacks is None else self.jacks.missing_deflection(state.load_factor, displacement)
 
-    def forces(self, state: State) -> FloatArray:
-        """Return the force of joints and loads on all degrees of freedom, prescribed and condensed ones included."""
+    def forces_on_supports(self, state: State) -> FloatArray:
+        """Return the force of joints and loads on prescribed degrees of freedom (N, N m); others are incomplete."""
         self._set_loads(state)
-        return self._forces_at(self._all_interfaces, state, state.displacement, state.jack)
+        return self._forces_at(self._support_interfaces, state, state.displacement, state.jack)
 
     def _forces_at(
         self, interfaces: IntArray, state: State, displacement: FloatArray, jack: float, coulomb: bool = True

@@ -233,9 +233,12 @@ class Campaign:
         timeout = sample_timeout(timeout, self.limits, executor)
         began = time.perf_counter()
         folder = StudyFolder(out)
+        where, pool = str(folder.path.resolve()), None
         lock = folder.lock()
         try:
             folder.tidy()
+            if executor is None and not folder.exists:
+                pool = LocalPool(where, workers, timeout)  # loads the program while the design is drawn
             asked = self.settings.study.samples if samples is None else int(samples)
             drawn, known = self._prepare(
                 folder,
@@ -257,11 +260,18 @@ class Campaign:
             tasks = ((i, {k: float(v[i]) for k, v in values.items()}) for i in left)
             with _interruptible() as stop:
                 if left:
-                    state = self._run(folder, tasks, len(left), workers, executor, timeout, stop, state, on_progress)
+                    engine: Engine = (
+                        GivenExecutor(where, executor)
+                        if executor is not None
+                        else pool or LocalPool(where, workers, timeout)
+                    )
+                    state = self._run(folder, tasks, len(left), engine, timeout, stop, state, on_progress)
             folder.consolidate()
             if executor is None or not stop.asked:  # workers elsewhere may not have seen the request to stop yet
                 folder.tidy()
         finally:
+            if pool is not None:
+                pool.kill()
             lock.release()
         return RunSummary(
             folder.path, state.total, state.done, state.failed, state.done < state.total, time.perf_counter() - began
@@ -272,8 +282,7 @@ class Campaign:
         folder: StudyFolder,
         tasks: Iterator[tuple[int, dict[str, float]]],
         count: int,
-        workers: int,
-        executor: Executor | None,
+        engine: Engine,
         timeout: float | None,
         stop: _Stop,
         state: Progress,
@@ -287,8 +296,6 @@ class Campaign:
                 values[sample] = inputs
                 yield sample, inputs
 
-        engine: Engine
-        engine = GivenExecutor(where, executor) if executor is not None else LocalPool(where, workers, timeout)
         finished = False
         stop.at_first, stop.at_once = folder.ask_to_stop, engine.terminate
         try:

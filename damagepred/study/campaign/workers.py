@@ -73,8 +73,6 @@ def serve(handle: int, parent: int) -> None:
     parent : int
         Process id of the parent; the worker ends when the parent has ended.
     """
-    for number in (signal.SIGINT, signal.SIGTERM):  # interrupts are the parent's business: it lets samples finish
-        signal.signal(number, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     parent_socket = Connection(handle)
     with contextlib.suppress(EOFError, OSError):
@@ -113,9 +111,11 @@ class _Worker:
     def __init__(self, folder: str, task: Task, ready: Callable[[str], None]) -> None:
         ours, theirs = socket.socketpair()
         self.socket = Connection(ours.detach())
+        # interrupts are the parent's business: it lets samples finish
+        ignored = "; ".join(f"signal({number:d}, SIG_IGN)" for number in (signal.SIGINT, signal.SIGTERM))
         program = (
-            f"import sys; sys.path[:] = {sys.path!r}; from damagepred.study.campaign.workers import serve; "
-            f"serve({theirs.fileno()}, {os.getpid()})"
+            f"from signal import SIG_IGN, signal; {ignored}; import sys; sys.path[:] = {sys.path!r}; "
+            f"from damagepred.study.campaign.workers import serve; serve({theirs.fileno()}, {os.getpid()})"
         )
         self.process = subprocess.Popen(
             [sys.executable, "-c", program],
