@@ -60,8 +60,9 @@ class HalfGeometry(NamedTuple):
         Of the half.
     block_source, block_sign : array of int (n,), array (n, 3)
         Block of the half whose motion each block of the whole has, and the signs of its x, y and rotation.
-    contact_source, shear_sign : array of int (m, q), array (m, 1)
-        Contact (of all in the half) whose values each of the whole has, and the sign of its shear: 0 on the axis.
+    contact_source, shear_sign, opening_factor : array of int (m, q), array (m, q)
+        Contact (of all in the half) whose values each of the whole has, the sign of its shear, 0 on the axis, and the
+        factor of its opening, 2 on the axis.
     """
 
     mirror: MirrorImage
@@ -78,6 +79,7 @@ class HalfGeometry(NamedTuple):
     block_sign: FloatArray
     contact_source: IntArray
     shear_sign: FloatArray
+    opening_factor: FloatArray
 
 
 _recent: deque[tuple[Blocks, Interfaces, float, HalfGeometry | None]] = deque(maxlen=8)
@@ -230,7 +232,8 @@ def _halve(
         block_source=source,
         block_sign=_signs(left_block, in_half[source]),
         contact_source=place[:, None] * q + contacts,
-        shear_sign=np.where(axis_face, 0.0, np.where(left_face, -1.0, 1.0))[:, None],
+        shear_sign=np.repeat(np.where(axis_face, 0.0, np.where(left_face, -1.0, 1.0))[:, None], q, axis=1),
+        opening_factor=np.repeat(np.where(axis_face, 2.0, 1.0)[:, None], q, axis=1),
     )
 
 

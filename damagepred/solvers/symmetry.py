@@ -79,7 +79,7 @@ class HalfModel(Model):
             increment,
             displacement=geometry.block_sign * increment.displacement[geometry.block_source],
             strain=None if increment.strain is None else increment.strain[geometry.block_source],
-            opening=at_contacts(increment.opening, np.where(geometry.shear_sign == 0.0, 2.0, 1.0)),
+            opening=at_contacts(increment.opening, geometry.opening_factor),
             slip=at_contacts(increment.slip, geometry.shear_sign),
             normal_stress=at_contacts(increment.normal_stress),
             shear_stress=at_contacts(increment.shear_stress, geometry.shear_sign),

@@ -72,7 +72,7 @@ class Residual:
         shape = model.interfaces.contact_area.shape
         all_interfaces = self._all_interfaces = np.arange(shape[0])
         self.tresca = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
-        self.bond_load = np.zeros(shape)
+        self.bond_load: FloatArray = np.zeros(shape)
         rest, self.tangent = State.rest(model), np.zeros((shape[0], 9))
         elastic = self._elastic_stiffness(rest)
         self.tangent[:] = elastic
