@@ -59,6 +59,7 @@ class Continuation:
         self.options = SolverOptions.of(settings)
         control = self.options.continuation
         self.equilibrium = Equilibrium(model, self.tolerance, self.options)
+        self._plain = self.equilibrium.return_mapping.general is None
         self.last_stable_load_factor, self._locates_collapse = np.nan, bool(model.supports.live_load.any())
         self._longest_step = np.inf  # allowed by the energy balance at the end of the last increment
         self.events, self._allowed_halvings = 0, control.max_halvings + 1  # the first that are in vain do not count
@@ -189,7 +190,7 @@ class Continuation:
 
     def _record_worn_bonds(self, state: State, snapped: bool) -> None:
         """Record bonds that slip has worn or a snap-through has broken on the way to an equilibrium."""
-        if snapped or self.equilibrium.return_mapping.general is not None:
+        if snapped or not self._plain:
             self._record_failures(state)
 
     def commit(self, state: State, unstable: bool, snapped: bool = False) -> None:
@@ -280,7 +281,7 @@ class Continuation:
 
     def _solve_step(self, state: State, target: Point, ahead: FloatArray, control: StepControl) -> _Trial | None:
         """Find the equilibrium at a target, near or distant; None if a shorter step is tried first."""
-        step, trial = state.distance(target), state.at(*target)
+        step, trial = state.distance(target), state.at(*target, self._plain)
         # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
         newton_only = self._locates_collapse or self._relaxes
         may_halve = not newton_only and control.may_halve(step, self._allowed_halvings)
@@ -333,8 +334,8 @@ class Continuation:
                 self.state = state
             return state, residual, target == control.goal
         if at_event:
-            plain = self.equilibrium.return_mapping.general is None  # its commit leaves the loads of bonds as they are
-            state, residual = self._redistribute_failures(trial.state, trial.residual, heaviest if plain else None)
+            known = heaviest if self._plain else None  # then the commit leaves the loads of bonds as they are
+            state, residual = self._redistribute_failures(trial.state, trial.residual, known)
             control.pass_event()
             failed = residual >= self.tolerance
             if failed:
@@ -419,9 +420,8 @@ class Continuation:
         ahead, diverged = equilibrium.predict(state, target)
         if diverged:
             return state.displacement, share
-        plain = equilibrium.return_mapping.general is None
-        if equilibrium.bond_loads(ahead, active_only=plain) > 1.0 + options.overload_tolerance:
-            share = equilibrium.event_share(state, options.predictor_aim, active_only=plain)
+        if equilibrium.bond_loads(ahead, active_only=self._plain) > 1.0 + options.overload_tolerance:
+            share = equilibrium.event_share(state, options.predictor_aim, active_only=self._plain)
         return ahead.displacement, min(max(share, options.minimum_predicted_share), 1.0)
 
     def snap_through(self, state: State, start_load_factor: float, cycles_share: float = 1.0) -> tuple[State, float]:
@@ -498,7 +498,7 @@ class Continuation:
                 parted_again[self.fail_bonds(state, heaviest)] = True
             if not (self._reclose(state, except_for=parted_again.reshape(state.history.slip.shape)) or overloaded):
                 return state, ratio
-            trial = state.copy()
+            trial = state.at(state.load, state.load_factor, self._plain)
             ratio = self.equilibrium.find(trial)
             snapped = ratio >= self.tolerance and not self.equilibrium.has_diverged(trial)
             if snapped:

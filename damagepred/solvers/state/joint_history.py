@@ -39,9 +39,16 @@ class JointHistory(NamedTuple):
         gap = np.broadcast_to(model.properties.gap[:, None], shape)
         return cls(np.zeros(shape), 0.0 - gap, gap > 0.0, np.zeros(shape))
 
-    def copy(self) -> JointHistory:
-        """Return an independent copy."""
-        return JointHistory(self.slip.copy(), self.dilatant_opening.copy(), self.cracked.copy(), self.kappa.copy())
+    def copy(self, plain: bool = False) -> JointHistory:
+        """Return an independent copy.
+
+        Parameters
+        ----------
+        plain : bool
+            Whether all joints are plain: their dilatant openings never change, and are shared.
+        """
+        dilatant_opening = self.dilatant_opening if plain else self.dilatant_opening.copy()
+        return JointHistory(self.slip.copy(), dilatant_opening, self.cracked.copy(), self.kappa.copy())
 
 
 def without_bond(model: Model) -> BoolArray:

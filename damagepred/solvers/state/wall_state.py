@@ -60,19 +60,21 @@ class State:
         """Return an independent copy."""
         return self.at(self.load, self.load_factor)
 
-    def at(self, load: float, load_factor: float) -> State:
+    def at(self, load: float, load_factor: float, plain: bool = False) -> State:
         """Return a copy at another load and load factor, with the same displacements.
 
         Parameters
         ----------
         load, load_factor : float
             Shares of dead load and of movement (1).
+        plain : bool
+            See ``JointHistory.copy``.
         """
         return State(
             load,
             load_factor,
             self.displacement.copy(),
-            self.history.copy(),
+            self.history.copy(plain),
             self.plastic.copy(),
             self.jack,
             self.sections.copy(),
