@@ -23,7 +23,7 @@ BY_NAME = {case.name: case for case in GATE}
 def judged(case: Case, usual: Work, now: Work) -> tuple[bool, Rounds]:
     """Return whether work counts as slow where it usually takes what the usual takes here, and what was measured.
 
-    Both are measured in turn and over several tries: the ratio of either changes by a tenth from one try to the next.
+    Both are measured in turn and over several tries: the ratio of either changes from one try to the next.
     """
     beside, before, found = yardstick(case.beside), Rounds(), Rounds()
     for _ in range(TRIES):

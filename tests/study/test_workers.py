@@ -7,11 +7,13 @@ import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from damagepred import Study, open_study
 from damagepred.errors import StudyError
+from damagepred.study.campaign import campaign
 from damagepred.study.campaign.dispatch import Batches, DispatchOptions, LostSample, run_all
 from damagepred.study.campaign.sample import Outcome
 from damagepred.study.campaign.workers import LocalPool, PoolOptions, SharedPool
@@ -106,6 +108,40 @@ def test_idle_workers_that_are_killed_are_replaced() -> None:
         assert not set(first) & set(pool.processes)
     finally:
         pool.kill()
+
+
+def test_workers_ignore_interrupts_while_they_load_the_program() -> None:
+    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once)
+    try:
+        time.sleep(0.4)
+        first = pool.processes
+        for process, number in zip(2 * first, (signal.SIGINT, signal.SIGTERM)):
+            os.kill(process, number)
+        assert pool.submit([(1, {"x": 1.0})]).result(timeout=60)[0].sample == 1
+        assert pool.processes == first
+    finally:
+        pool.kill()
+
+
+def test_workers_end_if_the_design_cannot_be_drawn(
+    small_study_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pools: list[LocalPool] = []
+
+    def pool(*arguments: Any) -> LocalPool:
+        pools.append(LocalPool(*arguments))
+        return pools[-1]
+
+    def refuse(*_: Any) -> None:
+        assert not pools[0]._over(), "workers load the program meanwhile"
+        raise StudyError("no such design")
+
+    monkeypatch.setattr(campaign, "LocalPool", pool)
+    monkeypatch.setattr(campaign.Campaign, "_prepare", refuse)
+    with pytest.raises(StudyError, match="no such design"):
+        Study.from_toml(small_study_file).run(tmp_path / "a.dp", workers=2)
+    assert pools[0]._over()
+    assert not pools[0].processes
 
 
 @pytest.mark.parametrize("timeout", [None, 30.0])

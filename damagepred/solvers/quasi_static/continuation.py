@@ -110,7 +110,6 @@ class Continuation:
         self.balance.change_supports(model)
         self.equilibrium.find(self.state)  # for its tangent
         self.commit(self.state, unstable=False)
-        self._record_worn_bonds(self.state, snapped=False)
 
     def release_supports(self, model: Model) -> float:
         """Release unilateral supports of the footing in tension; return the unbalanced force ratio after it."""
@@ -130,7 +129,6 @@ class Continuation:
         self.state = trial
         if ratio < self.tolerance:
             self.commit(trial, unstable=True, snapped=snapped)
-            self._record_worn_bonds(trial, snapped)
             self.state, ratio = self._redistribute_failures(trial, ratio)
         return ratio
 
@@ -185,13 +183,9 @@ class Continuation:
     def _record_failures(self, state: State, bonds: IntArray | None = None) -> None:
         """Record the load factor at which bonds (flat indices; by default all) failed since the last call."""
         listed = np.flatnonzero(state.history.cracked) if bonds is None else bonds
+        self.broken_at = self.broken_at.copy()  # who keeps an earlier point of the path keeps the array
         broken_at = self.broken_at.ravel()
         broken_at[listed[self._bonded.ravel()[listed] & np.isnan(broken_at[listed])]] = state.load_factor
-
-    def _record_worn_bonds(self, state: State, snapped: bool) -> None:
-        """Record bonds that slip has worn or a snap-through has broken on the way to an equilibrium."""
-        if snapped or not self._plain:
-            self._record_failures(state)
 
     def commit(self, state: State, unstable: bool, snapped: bool = False) -> None:
         """Commit an equilibrium: update history variables and the energy balance.
@@ -219,6 +213,8 @@ class Continuation:
         names = "stored", "softened", "mode_1_dissipation", "friction", "crushing"
         stored, softened, mode_1_dissipation, friction, crushing = (float(joints[name]) for name in names)
         stored += condensed_energy
+        if snapped or not self._plain:
+            self._record_failures(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
             commit_sections(model.sections, state.sections, model.interface_records, state.displacement)
         superelements, yielding = self.equilibrium.superelements, 0.0
@@ -281,7 +277,7 @@ class Continuation:
 
     def _solve_step(self, state: State, target: Point, ahead: FloatArray, control: StepControl) -> _Trial | None:
         """Find the equilibrium at a target, near or distant; None if a shorter step is tried first."""
-        step, trial = state.distance(target), state.at(*target, self._plain)
+        step, trial = state.distance(target), state.at(*target, plain=self._plain)
         # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
         newton_only = self._locates_collapse or self._relaxes
         may_halve = not newton_only and control.may_halve(step, self._allowed_halvings)
@@ -334,8 +330,7 @@ class Continuation:
                 self.state = state
             return state, residual, target == control.goal
         if at_event:
-            known = heaviest if self._plain else None  # then the commit leaves the loads of bonds as they are
-            state, residual = self._redistribute_failures(trial.state, trial.residual, known)
+            state, residual = self._redistribute_failures(trial.state, trial.residual)
             control.pass_event()
             failed = residual >= self.tolerance
             if failed:
@@ -382,15 +377,14 @@ class Continuation:
 
     def _commit_within_energy_error(self, trial: State, step: float, snapped: bool, control: StepControl) -> bool:
         """Commit an equilibrium, unless the energy error of the step asks for a shorter one; return whether."""
-        before = self.never_opened.copy(), copy(self.balance)
+        before = self.never_opened.copy(), copy(self.balance), self.broken_at
         self.commit(trial, unstable=snapped, snapped=snapped)
         length = np.inf if snapped else self.energy_control.next_length(before[1], self.balance, step)
         # live loads go in small steps anyhow
         if length < step and step > control.shortest_refined_step and not self._locates_collapse:
-            self.never_opened, self.balance = before
+            self.never_opened, self.balance, self.broken_at = before
             control.refine_step(length)
             return False
-        self._record_worn_bonds(trial, snapped)
         control.allow_step(length, step)
         # dead load and movement are measured by different load factors
         self._longest_step = control.longest_step if self.state.load == control.goal[0] else np.inf
@@ -478,27 +472,17 @@ class Continuation:
         self.largest_accepted_residual = max(self.largest_accepted_residual, equilibrium.accept_unconverged(best))
         return best, 0.0
 
-    def _redistribute_failures(self, state: State, ratio: float, heaviest: float | None = None) -> tuple[State, float]:
-        """Fail overloaded bonds at constant load, the most overloaded first, until none is overloaded.
-
-        Parameters
-        ----------
-        state : State
-            The last equilibrium.
-        ratio : float
-            Its unbalanced force ratio.
-        heaviest : float, optional
-            Its largest bond load, if that is known.
-        """
+    def _redistribute_failures(self, state: State, ratio: float) -> tuple[State, float]:
+        """Fail overloaded bonds at constant load, the most overloaded first, until none is overloaded."""
         parted_again = np.zeros(state.history.cracked.size, dtype=np.bool_)
         while True:
-            heaviest = self.equilibrium.bond_loads(state) if heaviest is None else heaviest
+            heaviest = self.equilibrium.bond_loads(state)
             overloaded = heaviest > 1.0 + self.options.continuation.overload_tolerance
             if overloaded:
                 parted_again[self.fail_bonds(state, heaviest)] = True
             if not (self._reclose(state, except_for=parted_again.reshape(state.history.slip.shape)) or overloaded):
                 return state, ratio
-            trial = state.at(state.load, state.load_factor, self._plain)
+            trial = state.at(state.load, state.load_factor, plain=self._plain)
             ratio = self.equilibrium.find(trial)
             snapped = ratio >= self.tolerance and not self.equilibrium.has_diverged(trial)
             if snapped:
@@ -507,8 +491,6 @@ class Continuation:
                 return trial, ratio
             state = trial
             self.commit(state, unstable=True, snapped=snapped)
-            self._record_worn_bonds(state, snapped)
-            heaviest = None
 
     def _reclose(self, state: State, except_for: BoolArray) -> bool:
         """Re-close cracked joints whose trial stress is within their residual strength; return whether any does."""
@@ -541,14 +523,12 @@ class Continuation:
 
     def checkpoint(self) -> Checkpoint:
         """Return a copy of the present point of the path."""
-        return Checkpoint(
-            self.state.copy(), self.never_opened.copy(), self.broken_at.copy(), copy(self.balance), self.events
-        )
+        return Checkpoint(self.state.copy(), self.never_opened.copy(), self.broken_at, copy(self.balance), self.events)
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Return to a checkpoint."""
         state, never_opened, broken_at, balance, self.events = checkpoint
-        self.state, self.never_opened, self.broken_at = state.copy(), never_opened.copy(), broken_at.copy()
+        self.state, self.never_opened, self.broken_at = state.copy(), never_opened.copy(), broken_at
         self.balance = copy(balance)
         self.equilibrium.find(self.state)
 

@@ -201,8 +201,8 @@ class MultifrontalSystem:
         """Return the diagonal of the elastic stiffness in the order of the fronts."""
         dof, rows = self.tree.kinematics
         own = np.einsum("mjr,mjr->mr", rows, self.elastic.reshape(-1, 3, 3) @ rows)
-        total = np.zeros(self.model.size)
-        total += np.bincount(dof[dof >= 0], own[dof >= 0], len(total))
+        summed = np.bincount(dof[dof >= 0], own[dof >= 0], self.model.size)
+        total = summed.astype(np.float64)  # without joints they would be whole numbers
         if self._superelements is not None:
             for boundary, stiffness in zip(self._superelements.boundary, self._superelements.elastic):
                 total[boundary] += stiffness.diagonal()

@@ -125,17 +125,20 @@ class Residual:
 
     def _interfaces_of(self, blocks: IntArray) -> IntArray:
         """Return the interfaces of some blocks, and those to the ground but for guides, which do not move."""
-        face, n = self.model.interfaces, self.model.n_blocks
-        on_ground = ((face.block_a == n) | (face.block_b == n)) & ~self.model.guides
-        return np.flatnonzero(np.isin(face.block_a, blocks) | np.isin(face.block_b, blocks) | on_ground)
+        ground = np.array([self.model.n_blocks])
+        return np.flatnonzero(self._are_on(blocks) | (self._are_on(ground) & ~self.model.guides))
+
+    def _are_on(self, bodies: IntArray) -> BoolArray:
+        """Whether interfaces (m,) are on some bodies; the last one is the ground."""
+        face = self.model.interfaces
+        return np.isin(face.block_a, bodies) | np.isin(face.block_b, bodies)
 
     def _interfaces_on_supports(self) -> IntArray:
         """Return the interfaces that act on ground and prescribed degrees of freedom; all if blocks are deformable."""
         if self.superelements is not None:
             return self._all_interfaces
-        face, held = self.model.interfaces, self.system.block_of_dof[self.model.supports.prescribed]
-        bodies = np.append(held, self.model.n_blocks)  # the last is the ground
-        return np.flatnonzero(np.isin(face.block_a, bodies) | np.isin(face.block_b, bodies))
+        held = self.system.block_of_dof[self.model.supports.prescribed]
+        return np.flatnonzero(self._are_on(np.append(held, self.model.n_blocks)))
 
     @property
     def has_potential(self) -> bool:

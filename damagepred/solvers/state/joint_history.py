@@ -40,12 +40,12 @@ class JointHistory(NamedTuple):
         return cls(np.zeros(shape), 0.0 - gap, gap > 0.0, np.zeros(shape))
 
     def copy(self, plain: bool = False) -> JointHistory:
-        """Return an independent copy.
+        """Return a copy that may be changed.
 
         Parameters
         ----------
         plain : bool
-            Whether all joints are plain: their dilatant openings never change, and are shared.
+            Whether all joints are plain: then dilatant openings never change, and both share them.
         """
         dilatant_opening = self.dilatant_opening if plain else self.dilatant_opening.copy()
         return JointHistory(self.slip.copy(), dilatant_opening, self.cracked.copy(), self.kappa.copy())

@@ -233,12 +233,13 @@ class Campaign:
         timeout = sample_timeout(timeout, self.limits, executor)
         began = time.perf_counter()
         folder = StudyFolder(out)
-        where, pool = str(folder.path.resolve()), None
+        where = str(folder.path.resolve())
+        engine: Engine | None = None if executor is None else GivenExecutor(where, executor)
         lock = folder.lock()
         try:
             folder.tidy()
-            if executor is None and not folder.exists:
-                pool = LocalPool(where, workers, timeout)  # loads the program while the design is drawn
+            if engine is None and not folder.exists:
+                engine = LocalPool(where, workers, timeout)  # loads the program while the design is drawn
             asked = self.settings.study.samples if samples is None else int(samples)
             drawn, known = self._prepare(
                 folder,
@@ -260,18 +261,14 @@ class Campaign:
             tasks = ((i, {k: float(v[i]) for k, v in values.items()}) for i in left)
             with _interruptible() as stop:
                 if left:
-                    engine: Engine = (
-                        GivenExecutor(where, executor)
-                        if executor is not None
-                        else pool or LocalPool(where, workers, timeout)
-                    )
+                    engine = engine or LocalPool(where, workers, timeout)
                     state = self._run(folder, tasks, len(left), engine, timeout, stop, state, on_progress)
             folder.consolidate()
             if executor is None or not stop.asked:  # workers elsewhere may not have seen the request to stop yet
                 folder.tidy()
         finally:
-            if pool is not None:
-                pool.kill()
+            if engine is not None:
+                engine.kill()
             lock.release()
         return RunSummary(
             folder.path, state.total, state.done, state.failed, state.done < state.total, time.perf_counter() - began

@@ -10,7 +10,6 @@ import contextlib
 import math
 import os
 import pickle
-import signal
 import socket
 import subprocess
 import sys
@@ -111,11 +110,10 @@ class _Worker:
     def __init__(self, folder: str, task: Task, ready: Callable[[str], None]) -> None:
         ours, theirs = socket.socketpair()
         self.socket = Connection(ours.detach())
-        # interrupts are the parent's business: it lets samples finish
-        ignored = "; ".join(f"signal({number:d}, SIG_IGN)" for number in (signal.SIGINT, signal.SIGTERM))
-        program = (
-            f"from signal import SIG_IGN, signal; {ignored}; import sys; sys.path[:] = {sys.path!r}; "
-            f"from damagepred.study.campaign.workers import serve; serve({theirs.fileno()}, {os.getpid()})"
+        program = (  # interrupts are the parent's business: it lets samples finish
+            "from signal import SIG_IGN, SIGINT, SIGTERM, signal; signal(SIGINT, SIG_IGN); signal(SIGTERM, SIG_IGN); "
+            f"import sys; sys.path[:] = {sys.path!r}; from damagepred.study.campaign.workers import serve; "
+            f"serve({theirs.fileno()}, {os.getpid()})"
         )
         self.process = subprocess.Popen(
             [sys.executable, "-c", program],
