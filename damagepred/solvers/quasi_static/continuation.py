@@ -81,7 +81,6 @@ class Continuation:
         self._fails_in_shear_at = (law.brittle_shear & (law.critical_opening > 0))[:, None]
         self._can_reclose = bool(self._can_reclose_at.any())
         self._dilates_or_fails_in_shear = bool((self._dilates_at | self._fails_in_shear_at).any())
-        self._everything = np.arange(len(model.interfaces.kind))
         self.state = self._begin(settings.condense)
         self.balance.begin(model, self.state)
 
@@ -508,7 +507,7 @@ class Continuation:
         model = self.model
         opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
         self.equilibrium.evaluate_joints(
-            "contact_stresses", self._everything, state, opening=opening, normal_stress=sigma, shear_stress=tau
+            "contact_stresses", None, state, opening=opening, normal_stress=sigma, shear_stress=tau
         )
         if model.sections is not None:
             set_linear_stresses(model, section_response_of(model, state.sections, state.displacement), sigma, tau)

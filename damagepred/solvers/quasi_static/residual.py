@@ -274,7 +274,7 @@ class Residual:
     def evaluate_joints(
         self,
         unit: str,
-        interfaces: IntArray,
+        interfaces: IntArray | None,
         state: State,
         displacement: FloatArray | None = None,
         **entries: Any,
@@ -285,8 +285,8 @@ class Residual:
         ----------
         unit : str
             Name of one of ``JointUnits``.
-        interfaces : array of int
-            Interfaces that it works on.
+        interfaces : array of int or None
+            Interfaces that it works on; None: all.
         state : State
             Load factor and history; the latter is updated by a commit.
         displacement : array (size,), optional
@@ -296,7 +296,8 @@ class Residual:
         """
         at = state.displacement if displacement is None else displacement
         self.table.set_state(state.history, self.model.ground.at(state.load_factor))
-        return self.table.run(getattr(self._units, unit), interfaces, at, **entries)
+        listed = self._all_interfaces if interfaces is None else interfaces
+        return self.table.run(getattr(self._units, unit), listed, at, **entries)
 
     def _add_forces(self, interfaces: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
         """Add forces of joints, sections and deformable blocks to the residual, and set joint tangents."""

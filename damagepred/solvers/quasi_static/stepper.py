@@ -124,9 +124,8 @@ class QuasiStaticStepper:
         path = self.path
         model, state, superelements = path.model, path.state, path.equilibrium.superelements
         history, (opening, sigma, tau) = state.history, path.stresses(state)
-        everything = np.arange(len(sigma))
         violation = path.equilibrium.evaluate_joints(
-            "joint_law_violation", everything, state, normal_stress=sigma, shear_stress=tau
+            "joint_law_violation", None, state, normal_stress=sigma, shear_stress=tau
         )["violation"]
         force = path.equilibrium.forces_on_supports(state)
         accepted, path.largest_accepted_residual = path.largest_accepted_residual, 0.0
