@@ -135,11 +135,8 @@ def test_steps_are_not_halved_without_end(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_bonds_that_break_before_the_collapse_are_broken_in_the_collapsed_wall(monkeypatch: pytest.MonkeyPatch) -> None:
     """The collapse was found in a step beyond the movement at which they break."""
-    path, find, predict_next_event = (
-        pulled(1e-4, Joint(tensile_strength=1e5, cohesion=1e5)),
-        Equilibrium.find,
-        Continuation.predict_next_event,
-    )
+    path = pulled(1e-4, Joint(tensile_strength=1e5, cohesion=1e5))
+    find, predict = Equilibrium.find, Equilibrium.predict
     fell: list[float] = []
 
     def fall_at_the_end(state: Any, *_: Any) -> Any:
@@ -150,13 +147,13 @@ def test_bonds_that_break_before_the_collapse_are_broken_in_the_collapsed_wall(m
     def not_at_the_end(self: Equilibrium, state: Any, *arguments: Any, **named: Any) -> float:
         return 1.0 if state.load_factor == 1.0 else find(self, state, *arguments, **named)
 
-    def at_first_blindly(self: Continuation, state: Any, target: Any) -> Any:
-        return predict_next_event(self, state, target) if fell else (state.displacement, 1.0)
+    def at_first_blindly(self: Equilibrium, state: Any, target: Any) -> Any:
+        return predict(self, state, target) if fell else (state.displacement, 1.0)
 
     monkeypatch.setattr(path, "snap_through", fall_at_the_end)
     monkeypatch.setattr(path, "_allowed_halvings", 0)
     monkeypatch.setattr(Equilibrium, "find", not_at_the_end)
-    monkeypatch.setattr(Continuation, "predict_next_event", at_first_blindly)
+    monkeypatch.setattr(Equilibrium, "predict", at_first_blindly)
     assert path.advance(1.0, 1.0) == np.inf
     broken = np.isfinite(path.broken_at)
     assert broken.any()

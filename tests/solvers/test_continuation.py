@@ -79,7 +79,7 @@ def test_the_tangent_predicts_the_movement_at_which_a_bond_breaks(share: float, 
     model, _ = with_one_weak_bond(share, density)
     path = Continuation(model, WHOLE)
     assert path.advance(1.0, 0.0) < path.tolerance
-    ahead, found = path.predict_next_event(path.state, (1.0, 1.0))
+    ahead, found = path.equilibrium.predict(path.state, (1.0, 1.0))
     assert found == pytest.approx(share, rel=0.01)
     # no joint slides: the tangent predictor is in equilibrium
     there = path.state.at(1.0, 1.0)
@@ -124,20 +124,19 @@ def test_a_bond_breaks_at_the_movement_that_reaches_its_strength(
     ],
     ids=str,
 )
-def test_loads_of_condensed_bonds_are_those_of_the_present_state(law: dict, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They are kept from the check of condensed joints, and equal those evaluated anew wherever they are asked for."""
-    original, condensed = Equilibrium.bond_loads, []
+def test_bond_loads_are_those_of_the_present_state(law: dict, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are kept from the completion of the equilibrium, and equal those evaluated anew wherever they are taken."""
+    original, condensed = Equilibrium.largest_bond_load, []
 
-    def bond_loads(self: Equilibrium, state: State, active_only: bool = False) -> float:
-        heaviest = original(self, state, active_only)
-        if not active_only:
-            kept = self.bond_load.copy()
-            assert heaviest == self.evaluate_joints("bond_loads", None, state)["largest_bond_load"]
-            np.testing.assert_array_equal(kept, self.bond_load)
-            condensed.append(len(self.equations.condensed_interfaces))
+    def largest_bond_load(self: Equilibrium, state: State) -> float:
+        heaviest, kept = original(self, state), self.bond_load.copy()
+        assert heaviest == self.evaluate_joints("bond_loads", None, state)["largest_bond_load"]
+        np.testing.assert_array_equal(kept, self.bond_load)
+        original(self, state)
+        condensed.append(len(self.equations.condensed_interfaces))
         return heaviest
 
-    monkeypatch.setattr(Equilibrium, "bond_loads", bond_loads)
+    monkeypatch.setattr(Equilibrium, "largest_bond_load", largest_bond_load)
     wall = Wall(length=3.6, height=1.5, block_length=0.3, block_height=0.15)
     scene = replace(cracking(joint=replace(WEAK, **law)), wall=wall)
     steps = list(quasi_static_path(wall_model(scene), WHOLE, 3))

@@ -6,7 +6,7 @@ import pytest
 from damagepred.kernels.linear import lapack
 from damagepred.kernels.linear.table import SYSTEM
 from damagepred.kernels.table import fill
-from damagepred.solvers.quasi_static.linear_system import lapack_routines
+from damagepred.solvers.quasi_static.linear_system import DEFAULTS, lapack_routines
 
 
 def invert(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
@@ -21,6 +21,7 @@ def invert(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
         "matrix_size": size,
         "matrix_rows": len(front),
         "symmetric": symmetric,
+        "singular_pivot_ratio": DEFAULTS.singular_pivot_ratio,
     }
     routines = lapack_routines(size)
     fill(table[0], {**routines, **arguments})
@@ -52,6 +53,16 @@ def test_inverse(size: int, kind: str) -> None:
     assert 0.0 < smallest <= 1.0
     if kind == "positive":
         assert np.array_equal(inverse, inverse.T)
+
+
+@pytest.mark.parametrize("corner", [0.0, 1e-14])
+def test_blocks_without_inverse_of_a_matrix_that_has_one(corner: float) -> None:
+    size = DEFAULTS.inversion_panel
+    unit = np.eye(size)
+    matrix = np.block([[corner * unit, unit], [2.0 * unit, made(size, "skew")]])
+    inverse = np.empty_like(matrix)
+    assert 0.01 < invert(matrix, False, inverse) < 1.0
+    np.testing.assert_allclose(matrix @ inverse, np.eye(2 * size), atol=1e-13)
 
 
 def test_rounding_in_the_other_half_does_not_count() -> None:

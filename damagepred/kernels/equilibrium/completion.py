@@ -51,21 +51,23 @@ def store_tangent(address):
 
 @Unit
 def complete(address):
-    """Recover the displacements of the condensed subtrees, and check the interfaces in them.
+    """Recover the displacements of the condensed subtrees, check the interfaces in them, and load all bonds.
 
     Parameters
     ----------
     address : int
         Of the table of the wall: ``best`` is completed, ``within`` tells whether displacements are below the ``limit``,
-        and the results of ``check_condensed`` are filled.
+        and the results of ``bond_loads`` and ``check_condensed`` are filled.
     """
     table = problem_at(address)
-    best = floats(table.best)
-    table.within, table.sliding = within_limit(best, flags(table.free), floats(table.arms), table.limit), 0
+    best, table.displacement.address = floats(table.best), table.best.address
+    table.within = within_limit(best, flags(table.free), floats(table.arms), table.limit)
+    table.sliding, table.largest_condensed_load = 0, 0.0
+    run(table.bond_loads, address)
     if table.condensation == 0:
         return
     condensation_at(table.condensation).displacement.address = table.best.address
     run(table.recover, table.condensation)
-    joints, table.displacement.address = replace(table.joints, table.condensed), table.best.address
+    joints = replace(table.joints, table.condensed)
     run(table.check_condensed, address)
     put_back(table.joints, joints)

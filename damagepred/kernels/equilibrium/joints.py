@@ -11,6 +11,7 @@ from damagepred.kernels.interface.kinematics import EDGE
 from damagepred.kernels.jit import Unit, law
 from damagepred.kernels.joint.parameters import JOINT_PARAMETERS
 from damagepred.kernels.joint.return_mapping import ReturnMapping
+from damagepred.kernels.linear.condensation import condensation_at
 from damagepred.kernels.table import (
     flag_rows,
     flags,
@@ -20,6 +21,7 @@ from damagepred.kernels.table import (
     integer_rows,
     integers,
     records_of,
+    run,
 )
 
 edges, joint_parameters = records_of(EDGE), records_of(JOINT_PARAMETERS)
@@ -145,7 +147,10 @@ class JointUnits:
             internal_force.contact_stresses(interfaces, properties, options, ground, history, u, opening, sigma, tau)
 
         def commit_joint_history(address):
-            """Commit the history; set ``friction``, ``crushing``, ``mode_1_dissipation``, ``stored``, ``softened``."""
+            """Commit the history; set ``friction``, ``crushing``, ``mode_1_dissipation``, ``stored``, ``softened``.
+
+            Energy stored in condensed subtrees counts.
+            """
             table = problem_at(address)
             interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
             listed, never_opened = integers(table.joints), flag_rows(table.never_opened)
@@ -155,6 +160,11 @@ class JointUnits:
                     listed, interfaces, properties, options, ground, history, u, never_opened, on_ground
                 )
             )
+            if table.condensation != 0:
+                condensation = condensation_at(table.condensation)
+                condensation.displacement.address = table.displacement.address
+                run(table.elastic_energy, table.condensation)
+                table.stored += condensation.energy
 
         def bond_loads(address):
             """Fill ``bond_load`` of the interfaces, and set ``largest_bond_load``."""

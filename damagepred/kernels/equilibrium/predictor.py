@@ -1,4 +1,4 @@
-"""Tangent predictor, and the load factor at which the next bond fails."""
+"""Tangent predictor, and the share of a step at which the next bond fails."""
 
 import numpy as np
 
@@ -12,13 +12,15 @@ from damagepred.kernels.table import flags, float_rows, floats, integers, put_ba
 
 @Unit
 def predict(address):
-    """Predict the displacements at the end of a step with the tangent of the last equilibrium.
+    """Predict the displacements at the end of a step with the tangent of the last equilibrium, and the next event.
 
     Parameters
     ----------
     address : int
         Of the table of the wall: ``residual`` is the increment of the load, ``best`` is filled from ``start`` on, and
-        ``within`` tells whether displacements are below the ``limit``. Supports move to ``prescribed_ahead``.
+        ``within`` tells whether displacements are below the ``limit``. Then ``share`` is that of ``interpolate_event``,
+        of active interfaces, or of all if ``bonds_of_all``. Supports move to ``prescribed_ahead``; the ground, there
+        already, was ``normal_at_start`` and ``shear_at_start``.
     """
     table = problem_at(address)
     table.bordered = 1
@@ -28,7 +30,20 @@ def predict(address):
     prescribed, displacement = integers(table.prescribed), floats(table.prescribed_ahead)
     for i in range(prescribed.size):
         ahead[prescribed[i]] = displacement[i]
-    table.within = within_limit(ahead, flags(table.free), floats(table.arms), table.limit)
+    table.within, table.share = within_limit(ahead, flags(table.free), floats(table.arms), table.limit), 1.0
+    if table.within == 0:
+        return
+    table.displacement.address = table.best.address
+    run(table.complete if table.bonds_of_all != 0 else table.bond_loads, address)
+    normal = replace(table.ground_normal, table.normal_at_start)
+    shear = replace(table.ground_shear, table.shear_at_start)
+    joints, table.displacement.address = replace(table.joints, table.joints), table.start.address
+    if table.bonds_of_all != 0:
+        replace(table.joints, table.all_joints)
+    run(table.interpolate_event, address)
+    put_back(table.joints, joints)
+    put_back(table.ground_shear, shear)
+    put_back(table.ground_normal, normal)
 
 
 @law

@@ -56,10 +56,12 @@ PROBLEM = table_type(
     "tresca_dilatant_opening tresca_kappa strain_stiffness free per_weight arms force stiffness push weights edge "
     "contact_offset contact_area side_dof side_rows properties displacement residual step start best room tangent rate "
     "moving normal_ahead shear_ahead prescribed prescribed_step condensed slides never_opened ground_force_normal "
-    "ground_force_shear bond_load bond_load_at_start room_joints prescribed_ahead opening normal_stress shear_stress",
+    "ground_force_shear bond_load bond_load_at_start room_joints all_joints prescribed_ahead normal_at_start "
+    "shear_at_start opening normal_stress shear_stress",
     integers="here system parameters condensation subtract_boundary_forces recover add_joint_forces check_condensed "
-    "compute_residual compute_step compute_bordered_step solve_tangent store_tangent complete bond_loads first_strain "
-    "coulomb bordered sliding within max_iterations dilatant_iterations",
+    "compute_residual compute_step compute_bordered_step solve_tangent store_tangent complete elastic_energy "
+    "bond_loads interpolate_event first_strain coulomb bordered bonds_of_all sliding within max_iterations "
+    "dilatant_iterations",
     numbers="deflection jack jack_step ratio limit minimum_tolerance rate_step relative_tolerance snap_back_ratio "
     "cap_slope_ratio yield_tolerance relaxation no_strength block_stress largest_bond_load largest_condensed_load "
     "friction crushing mode_1_dissipation stored softened violation overload_tolerance event_tolerance "
@@ -109,7 +111,7 @@ subtract_boundary_forces, recover, ... complete : int
     Addresses of units; ``compute_bordered_step`` is 0 without jacks.
 tangent : array (m, 9)
     Tangents of the interfaces at the last equilibrium.
-prescribed_ahead, bond_load_at_start, room_joints, aim, share
+prescribed_ahead, normal_at_start, ..., bond_load_at_start, room_joints, all_joints, bonds_of_all, aim, share
     Arguments, results and scratch of ``predict`` and ``interpolate_event``.
 overload_tolerance, event_tolerance, weak_bond_overload
     Of ``ContinuationOptions``.

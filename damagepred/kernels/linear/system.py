@@ -104,7 +104,7 @@ def _discard_responses(system):
     for s in range(system.occupied):
         i = interface_of_slot[s]
         slot[i] = load_slot[i, 0] = load_slot[i, 1] = load_slot[i, 2] = -1
-    system.occupied = system.loads = 0
+    system.occupied = system.loads = system.corrected_count = 0
 
 
 @law

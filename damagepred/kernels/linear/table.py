@@ -13,19 +13,20 @@ SYSTEM = table_type(
     "front_blocks first_block block_first_dof block_index first_entry tangents yields "
     # Woodbury corrections
     "index slot interface_of_slot load_slot response compliance change changed_rows relative correction_force "
-    "capacitance unit unit_response "
+    "capacitance capacitance_pivots corrected unit unit_response "
     # costs of factorisations and corrections
     "factorisation_cost "
     # the active system, and scratch
     "fronts row_start boundary_row reached outdated stale unsymmetric active active_dofs target changed new rows room "
     "scratch gathered gathered_columns current particular wanted right solution "
     # arguments and workspace of LAPACK
-    "lapack_integers lapack_reals lapack_letters pivots lapack_work",
+    "lapack_integers lapack_reals lapack_letters pivots lapack_work block_room",
     integers="here k columns set_stiffness assemble_front assemble_blocks invert eliminate forward back solve_columns "
-    "add_compliance stiffness_changes relative_displacements fill_capacitance respond correct "
-    "row_count elastic held first_new last_new changed_count accurate matrix_size matrix_rows symmetric "
-    "dgemm dpotrf dpotri dgetrf dgetri dgesv batch loop_rows keep_unchanged_fronts keep_responses "
-    "iterations factorisations corrections occupied loads known_interfaces known_loads any_stale has_blocks",
+    "add_compliance stiffness_changes relative_displacements fill_capacitance respond correct row_count "
+    "elastic held first_new last_new changed_count corrected_count factorised accurate matrix_size "
+    "matrix_rows symmetric dgemm dgetrf dgetri dgetrs inversion_panel batch loop_rows keep_unchanged_fronts "
+    "keep_responses iterations factorisations corrections occupied loads known_interfaces known_loads "
+    "any_stale has_blocks",
     numbers="call_overhead response_weight solution_weight vector_weight product_weight woodbury_tolerance "
     "refactorisation_ratio singular_pivot_ratio pivot_ratio spent solution_operations",
 )
@@ -81,8 +82,12 @@ compliance : array (3 n, 3 n)
 change, changed_rows : array (n, 9), array of int (3 n,)
     Change D of the stiffness of changed interfaces, and which of its rows are not 0: 3 s + j for opening (0), shear (1)
     or rotation (2) of changed interface s.
-relative, correction_force, capacitance : array (2, 3 n), (6 n,), (9 n n,)
-    Relative displacements x and correction forces p of each right-hand side, and 1 + D C, transposed.
+relative, correction_force : array (2, 3 n), (6 n,)
+    Relative displacements x and correction forces p of each right-hand side.
+capacitance, capacitance_pivots : array (9 n n,), array of int (3 n,)
+    Factors of 1 + D C, and their exchanges of rows.
+corrected, corrected_count, factorised : array of int (n,), int, bool
+    Changed interfaces of these factors, and their number, 0 if there are none; whether the present change is theirs.
 unit, unit_response : array
     Unit loads of new interfaces, one a column, and the displacements for them.
 

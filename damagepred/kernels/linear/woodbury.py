@@ -7,10 +7,20 @@ correction forces p = D (x - C p), so (1 + D C) p = D x.
 import numpy as np
 
 from damagepred.kernels.jit import Unit, law
-from damagepred.kernels.linear.lapack import solve_dense
+from damagepred.kernels.linear.lapack import factorise_dense, solve_dense
 from damagepred.kernels.linear.multifrontal import add_row
 from damagepred.kernels.linear.table import system_at
-from damagepred.kernels.table import flags, float_blocks, float_rows, floats, integer_rows, integers, part, run
+from damagepred.kernels.table import (
+    flags,
+    float_blocks,
+    float_rows,
+    floats,
+    integer_rows,
+    integers,
+    integers32,
+    part,
+    run,
+)
 
 
 @law
@@ -155,23 +165,28 @@ def stiffness_changes(address):
     Parameters
     ----------
     address : int
-        Of the table of the tangent equations; ``columns`` becomes the number of rows.
+        Of the table of the tangent equations; ``columns`` becomes the number of rows, and ``factorised`` tells whether
+        the change is that of the last correction.
     """
     system = system_at(address)
     changed, target = part(integers(system.changed), 0, system.changed_count), float_rows(system.target)
     factorised, change, rows = float_rows(system.stiffness), float_rows(system.change), integers(system.changed_rows)
-    count = 0
+    corrected, count, same = integers(system.corrected), 0, system.changed_count == system.corrected_count
     for s in range(changed.size):
         i = changed[s]
+        same &= corrected[s] == i
+        corrected[s] = i
         for j in range(3):
             listed = False
             for k in range(3 * j, 3 * j + 3):
-                change[s, k] = target[i, k] - factorised[i, k]
-                listed |= change[s, k] != 0.0
+                difference = target[i, k] - factorised[i, k]
+                same &= change[s, k] == difference
+                change[s, k] = difference
+                listed |= difference != 0.0
             if listed:
                 rows[count] = 3 * s + j
                 count += 1
-    system.columns = count
+    system.columns, system.factorised = count, same
 
 
 @law
@@ -243,12 +258,16 @@ def correct(address):
     run(system.stiffness_changes, address)
     count = system.columns
     run(system.relative_displacements, address)
-    run(system.fill_capacitance, address)
+    factors, pivots = floats(system.capacitance), integers32(system.capacitance_pivots)
+    if system.factorised == 0:
+        run(system.fill_capacitance, address)
+        system.corrected_count = changed.size if factorise_dense(system, count, factors, pivots) else 0
+        if system.corrected_count == 0:
+            return
     for m in range(right.shape[0]):
         for c in range(count):
             p[m * count + c] = _correction_force(rows[c], change, x[m])
-    if not solve_dense(system, count, right.shape[0], floats(system.capacitance), p):
-        return
+    solve_dense(system, count, right.shape[0], factors, pivots, p)
     for m in range(right.shape[0]):
         for c in range(count):
             add_row(-p[m * count + c], response[load_slot[changed[rows[c] // 3], rows[c] % 3]], right[m])

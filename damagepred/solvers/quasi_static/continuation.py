@@ -18,14 +18,13 @@ import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
-from damagepred.assembly.model import Ground
 from damagepred.diagnostics import Counters
 from damagepred.kernels.concrete_section.forces import commit_sections
 from damagepred.kernels.interface.commit import break_in_shear
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.quasi_static.dynamic_relaxation import collapse_motion, relax_dynamically
-from damagepred.solvers.quasi_static.energy_balance import Dissipation, EnergyBalance, JointEnergy
+from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium, Methods
 from damagepred.solvers.quasi_static.step_control import (
     EnergyControl,
@@ -59,7 +58,6 @@ class Continuation:
         self.options = SolverOptions.of(settings)
         control = self.options.continuation
         self.equilibrium = Equilibrium(model, self.tolerance, self.options)
-        self._plain = self.equilibrium.return_mapping.general is None
         self.last_stable_load_factor, self._locates_collapse = np.nan, bool(model.supports.live_load.any())
         self._longest_step = np.inf  # allowed by the energy balance at the end of the last increment
         self.events, self._allowed_halvings = 0, control.max_halvings + 1  # the first that are in vain do not count
@@ -198,43 +196,21 @@ class Continuation:
         snapped : bool
             Whether the wall snapped through.
         """
-        model, (active, condensed_energy) = self.model, self.equilibrium.condensed_energy(state)
-        shape = model.ground.full.normal.shape
-        on_ground = Ground(np.zeros(shape), np.zeros(shape))
-        joints = self.equilibrium.evaluate_joints(
-            "commit_joint_history",
-            active,
-            state,
-            never_opened=self.never_opened,
-            ground_force_normal=on_ground.normal,
-            ground_force_shear=on_ground.shear,
-        )
-        names = "stored", "softened", "mode_1_dissipation", "friction", "crushing"
-        stored, softened, mode_1_dissipation, friction, crushing = (float(joints[name]) for name in names)
-        stored += condensed_energy
-        if snapped or not self._plain:
+        model, superelements = self.model, self.equilibrium.superelements
+        joints, on_ground = self.equilibrium.commit_joint_history(state, self.never_opened)
+        if snapped or not self.equilibrium.plain:
             self._record_failures(state)  # slip, too, breaks bonds that it wears
         if model.sections is not None:
             commit_sections(model.sections, state.sections, model.interface_records, state.displacement)
-        superelements, yielding = self.equilibrium.superelements, 0.0
-        if superelements is not None:
-            yielding = superelements.commit(state)
-        self.balance.add(
-            state,
-            Dissipation(friction, crushing, yielding),
-            JointEnergy(stored, softened, mode_1_dissipation, on_ground),
-            self._support_power(state),
-            unstable,
-            snapped,
-            superelements,
-        )
+        yielding = 0.0 if superelements is None else superelements.commit(state)
+        reaction = self._support_power(state)
+        self.balance.add(state, joints, on_ground, yielding, reaction, unstable, snapped, superelements)
 
     def _support_power(self, state: State) -> float:
         """Return the work of the moving supports per load factor (J)."""
-        supports = self.model.supports
-        if not supports.prescribed_displacement.any():
+        if not self.equilibrium.supports_move:
             return 0.0
-        force = self.equilibrium.forces_on_supports(state)
+        supports, force = self.model.supports, self.equilibrium.forces_on_supports(state)
         return -float(force[supports.prescribed] @ supports.prescribed_displacement)
 
     # -- steps ------------------------------------------------------------------------------------------------------
@@ -276,7 +252,7 @@ class Continuation:
 
     def _solve_step(self, state: State, target: Point, ahead: FloatArray, control: StepControl) -> _Trial | None:
         """Find the equilibrium at a target, near or distant; None if a shorter step is tried first."""
-        step, trial = state.distance(target), state.at(*target, plain=self._plain)
+        step, trial = state.distance(target), state.at(*target, plain=self.equilibrium.plain)
         # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
         newton_only = self._locates_collapse or self._relaxes
         may_halve = not newton_only and control.may_halve(step, self._allowed_halvings)
@@ -314,7 +290,7 @@ class Continuation:
         Return the state to continue from, its unbalanced force ratio, and whether the increment ends with it.
         """
         options, step = self.options.continuation, state.distance(target)
-        heaviest = self.equilibrium.bond_loads(trial.state)
+        heaviest = self.equilibrium.largest_bond_load(trial.state)
         at_event = heaviest <= 1.0 + options.event_tolerance or step <= control.minimum_event_step
         if self._any_weak and not at_event:
             at_event = bool((self.equilibrium.bond_load <= 1.0 + self._event_overload).all())
@@ -345,8 +321,9 @@ class Continuation:
     def _next_target(self, state: State, control: StepControl) -> tuple[Point, FloatArray]:
         """Return the next target, at the predicted event if that is nearer, and displacements to start from."""
         target = control.target(state)
-        ahead, share = self.predict_next_event(state, target)
+        ahead, share = self.equilibrium.predict(state, target)
         if control.next_point is None and share < 1.0 and not self._relaxes:
+            share = max(share, self.options.continuation.minimum_predicted_share)
             share = min(share * 2.0**control.accepted_steps, 1.0)
             target = state.towards(target, share)
             ahead = state.displacement + share * (ahead - state.displacement)
@@ -388,34 +365,6 @@ class Continuation:
         # dead load and movement are measured by different load factors
         self._longest_step = control.longest_step if self.state.load == control.goal[0] else np.inf
         return True
-
-    def predict_next_event(self, state: State, target: Point) -> tuple[FloatArray, float]:
-        """Predict displacements at a target with the tangent, and the share of the step at which the next bond fails.
-
-        Of plain joints, bonds of condensed fronts do not count: where one fails first, the step to it is found by
-        interpolation. Paths of softening joints amplify the difference.
-
-        Parameters
-        ----------
-        state : State
-            Last equilibrium.
-        target : (float, float)
-            Load and load factor.
-
-        Returns
-        -------
-        displacement : array (size,)
-            At the target, if no bond fails before it.
-        share : float
-            Share of the step to the next event; 1 if there is none.
-        """
-        equilibrium, options, share = self.equilibrium, self.options.continuation, 1.0
-        ahead, diverged = equilibrium.predict(state, target)
-        if diverged:
-            return state.displacement, share
-        if equilibrium.bond_loads(ahead, active_only=self._plain) > 1.0 + options.overload_tolerance:
-            share = equilibrium.event_share(state, options.predictor_aim, active_only=self._plain)
-        return ahead.displacement, min(max(share, options.minimum_predicted_share), 1.0)
 
     def snap_through(self, state: State, start_load_factor: float, cycles_share: float = 1.0) -> tuple[State, float]:
         """Find a distant equilibrium at constant load by dynamic relaxation; return it and its unbalanced force ratio.
@@ -475,13 +424,13 @@ class Continuation:
         """Fail overloaded bonds at constant load, the most overloaded first, until none is overloaded."""
         parted_again = np.zeros(state.history.cracked.size, dtype=np.bool_)
         while True:
-            heaviest = self.equilibrium.bond_loads(state)
+            heaviest = self.equilibrium.largest_bond_load(state)
             overloaded = heaviest > 1.0 + self.options.continuation.overload_tolerance
             if overloaded:
                 parted_again[self.fail_bonds(state, heaviest)] = True
             if not (self._reclose(state, except_for=parted_again.reshape(state.history.slip.shape)) or overloaded):
                 return state, ratio
-            trial = state.at(state.load, state.load_factor, plain=self._plain)
+            trial = state.at(state.load, state.load_factor, plain=self.equilibrium.plain)
             ratio = self.equilibrium.find(trial)
             snapped = ratio >= self.tolerance and not self.equilibrium.has_diverged(trial)
             if snapped:

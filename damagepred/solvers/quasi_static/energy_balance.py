@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,33 +15,6 @@ from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_energy, section_response_of
-
-
-class Dissipation(NamedTuple):
-    """Work dissipated in a step (J): by friction, by crushed joints, by zones that yield."""
-
-    friction: float
-    crushing: float
-    yielding: float
-
-
-class JointEnergy(NamedTuple):
-    """Energy of the joints after a step.
-
-    Attributes
-    ----------
-    stored, softened : float
-        Elastic energy, and work of softening bonds so far (J).
-    mode_1_dissipation : float
-        Work dissipated in tension by bonds that soften by slip (J) in the step, which ``softened`` lacks.
-    on_ground : Ground
-        Forces on the ground (N).
-    """
-
-    stored: float
-    softened: float
-    mode_1_dissipation: float
-    on_ground: Ground
 
 
 @dataclass
@@ -145,8 +117,9 @@ class EnergyBalance:
     def add(
         self,
         state: State,
-        dissipation: Dissipation,
-        joints: JointEnergy,
+        joints: np.void,
+        on_ground: Ground,
+        plastic_work: float,
         reaction: float,
         unstable: bool,
         snapped: bool,
@@ -158,10 +131,12 @@ class EnergyBalance:
         ----------
         state : State
             With the history variables of the new equilibrium.
-        dissipation : Dissipation
-            Of the step.
-        joints : JointEnergy
-            Energy of the joints and of condensed levels, and forces on the ground, in the new equilibrium.
+        joints : PROBLEM
+            Table with the energy of the joints in the new equilibrium, and the work that they dissipated in the step.
+        on_ground : Ground
+            Forces on the ground in the new equilibrium (N).
+        plastic_work : float
+            Of the zones in the step (J).
         reaction : float
             Work per load factor of the moving supports in the new equilibrium (J).
         unstable : bool
@@ -172,7 +147,8 @@ class EnergyBalance:
             Deformable blocks.
         """
         model, ground = self._model, self._model.ground.at(state.load_factor)
-        stored, softened, mode_1_dissipation, on_ground = joints
+        stored, softened = float(joints["stored"]), float(joints["softened"])
+        friction, crushing = float(joints["friction"]), float(joints["crushing"])
         if superelements is not None:
             stored += superelements.elastic_energy(state)
         if model.sections is not None:
@@ -182,7 +158,7 @@ class EnergyBalance:
             self.add_section_work(section_work)
             self._sections = response
             softened += float(self._largest_section_work.sum())
-        self._mode_1_dissipation += mode_1_dissipation
+        self._mode_1_dissipation += float(joints["mode_1_dissipation"])
         softened += self._mode_1_dissipation
         dead, live, by_ground, residual_work = external_work(
             self._loads,
@@ -204,14 +180,15 @@ class EnergyBalance:
         if model.jacks is not None:
             lifted = float(model.jacks.push @ (state.displacement - self._displacement))
             work += 0.5 * (state.jack + self._jack) * lifted
-        missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work) - sum(dissipation)
+        missing = work - (stored - self.elastic_energy) - (softened - self.fracture_work)
+        missing -= friction + crushing + plastic_work
         self.external_work += work
         self.largest_work = max(self.largest_work, abs(self.external_work))
         self.residual_work = residual_work
         self.elastic_energy, self.fracture_work = stored, softened
-        self.friction_work += dissipation.friction
-        self.crushing_work += dissipation.crushing
-        self.plastic_work += dissipation.yielding
+        self.friction_work += friction
+        self.crushing_work += crushing
+        self.plastic_work += plastic_work
         if unstable and missing > 0.0:
             self.released_energy += missing
             self.snap_through_energy += missing if snapped else 0.0

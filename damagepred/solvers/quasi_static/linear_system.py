@@ -170,6 +170,8 @@ class MultifrontalSystem:
             relative=np.empty((2, 3 * slots)),
             correction_force=np.empty(6 * slots),
             capacitance=np.empty(9 * slots**2),
+            capacitance_pivots=np.empty(3 * slots, dtype=np.int32),
+            corrected=np.empty(slots, dtype=np.int64),
             target=np.array(self.elastic),
             wanted=self.elastic,
             changed=np.empty(count, dtype=np.int64),
@@ -249,6 +251,7 @@ class MultifrontalSystem:
             **{name: room[: number * size].reshape(number, size) for name, (number, room) in self._rooms.items()},
             occupied=0,
             loads=0,
+            corrected_count=0,
             spent=0.0,
             any_stale=1,
             solution_operations=2.0 * float(operations[fronts].sum()),
@@ -430,15 +433,17 @@ def lapack_routines(largest: int, panel: int = DEFAULTS.inversion_panel) -> dict
     largest : int
         Rows and columns.
     panel : int
-        Columns that LAPACK inverts at a time.
+        Columns that are inverted at a time.
     """
     return {
-        **{name: _address(name) for name in ("dgemm", "dpotrf", "dpotri", "dgetrf", "dgetri", "dgesv")},
+        **{name: _address(name) for name in ("dgemm", "dgetrf", "dgetri", "dgetrs")},
         "lapack_integers": np.zeros(8, dtype=np.int32),
         "lapack_reals": np.zeros(2),
         "lapack_letters": lapack.LETTERS,
         "pivots": np.zeros(largest, dtype=np.int32),
         "lapack_work": np.zeros(panel * largest),
+        "inversion_panel": panel,
+        "block_room": np.empty(panel * (3 * largest + panel)),
     }
 
 

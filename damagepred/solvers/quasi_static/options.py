@@ -397,7 +397,7 @@ class LinearSystemOptions:
         Interfaces that a Woodbury correction may have; the unit-load responses of as many take memory. With 0, every
         change is factorised.
     inversion_panel : int
-        Columns that LAPACK inverts at a time; with the workspace that SciPy gives by itself these are three.
+        Columns of a front's stiffness that are inverted at a time.
     response_batch : int
         Unit loads whose responses are computed at a time.
     max_loop_rows : int
@@ -431,7 +431,7 @@ class LinearSystemOptions:
     keep_unchanged_fronts: bool = True
     keep_responses: bool = True
     max_changed_interfaces: Count = Field(default=200, ge=0)
-    inversion_panel: Count = Field(default=64, ge=1)
+    inversion_panel: Count = Field(default=16, ge=1)
     response_batch: Count = Field(default=96, ge=1)
     max_loop_rows: Count = Field(default=8, ge=1)
     woodbury_tolerance: Pure = Field(default=1e-6, gt=0)

@@ -9,6 +9,7 @@ import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
+from damagepred.assembly.model import Ground
 from damagepred.kernels.concrete_section.forces import section_forces
 from damagepred.kernels.equilibrium.completion import complete, store_tangent
 from damagepred.kernels.equilibrium.joints import JOINT_UNITS
@@ -31,7 +32,7 @@ from damagepred.kernels.equilibrium.tresca import minimise, minimise_tresca
 from damagepred.kernels.interface.residual import free_residual, within_limit
 from damagepred.kernels.jit import Unit
 from damagepred.kernels.joint.limits import NO_LIMIT
-from damagepred.kernels.linear.condensation import recover, subtract_boundary_forces
+from damagepred.kernels.linear.condensation import elastic_energy, recover, subtract_boundary_forces
 from damagepred.kernels.linear.system import solve_tangent
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
@@ -61,6 +62,7 @@ class Residual:
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         self.model, self.tolerance, self.options = model, tolerance, options
         self.return_mapping = options.return_mapping.for_kernels(model.joint_parameters)
+        self.plain = self.return_mapping.general is None
         self.system = DiscreteSystem.of(model, options.elastic_solution)
         self.dead_load, self.live_load = self.system.dead_load, self.system.live_load
         self.jacks, self.superelements = JackControl.of(model), None
@@ -102,7 +104,7 @@ class Residual:
             self._never_condensed[:] = True
         self._detachment_limit = DetachmentLimit.of(model)
         self._initial_support_displacement = float(np.abs(supports.start).max(initial=0.0))
-        self._support_interfaces = self._interfaces_on_supports()
+        self._find_supports()
         self._set_problem()
         self._stiffness[:] = elastic
         self.store_tangent(rest, rest.displacement)
@@ -115,7 +117,7 @@ class Residual:
     def change_model(self, model: Model) -> None:
         """Continue with other supports of the same stiffness."""
         self.model = model
-        self._support_interfaces = self._interfaces_on_supports()
+        self._find_supports()
         self.table = self._make_table()
         self._set_problem()
 
@@ -133,12 +135,13 @@ class Residual:
         face = self.model.interfaces
         return np.isin(face.block_a, bodies) | np.isin(face.block_b, bodies)
 
-    def _interfaces_on_supports(self) -> IntArray:
-        """Return the interfaces that act on ground and prescribed degrees of freedom; all if blocks are deformable."""
-        if self.superelements is not None:
-            return self._all_interfaces
-        held = self.system.block_of_dof[self.model.supports.prescribed]
-        return np.flatnonzero(self._are_on(np.append(held, self.model.n_blocks)))
+    def _find_supports(self) -> None:
+        """Find the interfaces that act on ground and prescribed degrees of freedom; all if blocks are deformable."""
+        supports, self._support_interfaces = self.model.supports, self._all_interfaces
+        self.supports_move = bool(supports.prescribed_displacement.any())
+        if self.superelements is None:
+            held = self.system.block_of_dof[supports.prescribed]
+            self._support_interfaces = np.flatnonzero(self._are_on(np.append(held, self.model.n_blocks)))
 
     @property
     def has_potential(self) -> bool:
@@ -206,7 +209,9 @@ class Residual:
             bond_load=self.bond_load,
             bond_load_at_start=np.zeros_like(self.bond_load),
             room_joints=np.empty_like(self._all_interfaces),
+            all_joints=self._all_interfaces,
             bond_loads=self._units.bond_loads.address,
+            interpolate_event=interpolate_event.address,
             overload_tolerance=self.options.continuation.overload_tolerance,
             event_tolerance=self.options.continuation.event_tolerance,
             weak_bond_overload=self.options.continuation.weak_bond_overload,
@@ -226,21 +231,25 @@ class Residual:
 
     def _set_problem(self) -> None:
         """Set what the iterations take, with the present active fronts."""
-        equations, condensation = self.equations, self.equations.condensation
+        equations = self.equations
         if self.superelements is not None:
             active = np.append(equations.active_fronts, True)[equations.tree.superelement_front]
             self.superelements.set_condensed(~active)
         self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
         self.free[self.equations.active_dofs] = True
+        superelement = None if self.superelements is not None else self.equations.condensation
+        self.table.fill(
+            condensation=0 if superelement is None else superelement.address, elastic_energy=elastic_energy.address
+        )
         if self._compiled:
             self.table.fill(
                 free=self.free,
                 moving=self._moving_interfaces,
+                bonds_of_all=not self.plain,
                 condensed=equations.condensed_interfaces,
                 here=self.table.address,
                 system=equations.address,
                 parameters=self._parameters.ctypes.data,
-                condensation=0 if condensation is None else condensation.address,
                 subtract_boundary_forces=subtract_boundary_forces.address,
                 compute_residual=compute_residual.address,
                 compute_step=compute_step.address,
@@ -453,18 +462,41 @@ class Residual:
         self._add_forces(interfaces, state, displacement, coulomb)
         return self._force
 
-    def condensed_energy(self, state: State) -> tuple[IntArray, float]:
-        """Return the active interfaces, and the elastic energy of condensed fronts and of strained elastic blocks (J).
+    def commit_joint_history(self, state: State, never_opened: BoolArray) -> tuple[np.void, Ground]:
+        """Commit the history of the joints to an equilibrium.
 
-        With deformable blocks all interfaces are returned.
+        Parameters
+        ----------
+        state : State
+            The equilibrium.
+        never_opened : array of bool (m, q)
+            Contacts without bond that have never been open; updated.
+
+        Returns
+        -------
+        joints : PROBLEM
+            Table with the energy stored in joints, condensed fronts and strained elastic blocks, and with the work that
+            the joints have dissipated.
+        on_ground : Ground
+            Forces on the ground (N).
         """
-        condensation, u, by_strain = self.equations.condensation, state.displacement, 0.0
+        if (condensation := self.equations.condensation) is not None:
+            condensation.set_loads(state.load, state.load_factor)
+        whole, shape = condensation is None or self.superelements is not None, self.model.ground.full.normal.shape
+        on_ground = Ground(np.zeros(shape), np.zeros(shape))
+        joints = self.evaluate_joints(
+            "commit_joint_history",
+            None if whole else self.equations.active,
+            state,
+            never_opened=never_opened,
+            ground_force_normal=on_ground.normal,
+            ground_force_shear=on_ground.shear,
+        )
         if self.model.elastic is not None:  # those of active fronts
             strains = self.system.strain_dofs
-            by_strain = 0.5 * float(self.system.strain_stiffness @ (u[strains] ** 2 * self.free[strains]))
-        if condensation is None or self.superelements is not None:
-            return self._all_interfaces, by_strain
-        return self.equations.active, by_strain + condensation.elastic_energy(u, state.load, state.load_factor)
+            square = state.displacement[strains] ** 2 * self.free[strains]
+            joints["stored"] += 0.5 * float(self.system.strain_stiffness @ square)
+        return joints, on_ground
 
     def load_increment(self, load: float, load_factor: float) -> FloatArray:
         """Return the force increment of a step, with sliding joints as in the last equilibrium (N, N m).
@@ -486,8 +518,11 @@ class Residual:
             force[superelement.boundary_dofs] += superelement.load(load, load_factor)
         return force
 
-    def predict(self, state: State, target: Point) -> tuple[State, bool]:
-        """Predict the wall at a target with the tangent of the last equilibrium; return it, and whether it diverges.
+    def predict(self, state: State, target: Point) -> tuple[FloatArray, float]:
+        """Predict displacements at a target with the tangent, and the share of the step at which the next bond fails.
+
+        Of plain joints, bonds of condensed fronts do not count: where one fails first, the step to it is found by
+        interpolation. Paths of softening joints amplify the difference.
 
         Parameters
         ----------
@@ -495,41 +530,56 @@ class Residual:
             The last equilibrium.
         target : (float, float)
             Load and load factor.
+
+        Returns
+        -------
+        displacement : array (size,)
+            At the target, if no bond fails before it; that of the state if it diverges.
+        share : float
+            Share of the step to the next event; 1 if there is none.
         """
         increment = self.load_increment(target[0] - state.load, target[1] - state.load_factor)
         start, prescribed = state.displacement, self.model.support_displacement(target[1])
         ahead = replace(state, load=target[0], load_factor=target[1], displacement=np.empty_like(start))
-        needs_condensed = self.superelements is not None or self.return_mapping.general is not None
+        aim = self.options.continuation.predictor_aim
         if self._compiled:
-            entries = {"residual": increment, "prescribed_ahead": prescribed, "limit": self._divergence_limit(ahead)}
-            table = self._iterate(predict, ahead, start, ahead.displacement, self.tangent, **entries)
-            if table["within"] and not needs_condensed:
-                return ahead, False
+            ground = self.model.ground.at(state.load_factor)
+            table = self._iterate(
+                predict,
+                ahead,
+                start,
+                ahead.displacement,
+                self.tangent,
+                residual=increment,
+                prescribed_ahead=prescribed,
+                limit=self._divergence_limit(ahead),
+                normal_at_start=ground.normal,
+                shear_at_start=ground.shear,
+                aim=aim,
+            )
+            if table["within"]:
+                return ahead.displacement, float(table["share"])
         else:
             step, _ = self.solve(self.tangent, increment, self.missing_deflection(ahead, start))
             np.add(start, step, out=ahead.displacement)
             ahead.displacement[self.model.supports.prescribed] = prescribed
-        if needs_condensed:
-            self.complete(ahead)
-        return ahead, self.has_diverged(ahead)
+        self.complete(ahead)
+        if self.has_diverged(ahead):
+            return start, 1.0
+        return ahead.displacement, self.event_share(state, aim, active_only=self.plain)
 
-    def bond_loads(self, state: State, active_only: bool = False) -> float:
-        """Fill ``bond_load`` (m, q), 1 at the strength, 0 where there is no bond; return the largest.
-
-        Loads of condensed fronts are those of the state that was last completed.
+    def largest_bond_load(self, state: State) -> float:
+        """Return the largest bond load of an equilibrium just completed, 1 at the strength; ``bond_load`` has all.
 
         Parameters
         ----------
         state : State
-            Displacements and history.
-        active_only : bool
-            Whether those of condensed fronts do not count.
+            The equilibrium. Its commit changes the bonds of joints that are not plain.
         """
-        found = self.evaluate_joints("bond_loads", self.equations.active, state)
-        heaviest = float(found["largest_bond_load"])
-        if active_only or not self.condensed:
-            return heaviest
-        return max(heaviest, float(found["largest_condensed_load"]))
+        if not self.plain:
+            self.evaluate_joints("bond_loads", self.equations.active, state)
+        table = self.table.record
+        return max(float(table["largest_bond_load"]), float(table["largest_condensed_load"]))
 
     def event_share(self, state: State, aim: float, active_only: bool = False) -> float:
         """Interpolate the share of a step at which the first bond fails; ``bond_load`` is that at its end.
@@ -705,7 +755,7 @@ class Residual:
         return tree.fronts_of_superelements(np.empty(0, dtype=np.int64) if blocks is None else blocks.active)
 
     def complete(self, state: State, displacement: FloatArray | None = None) -> None:
-        """Recover the displacements of condensed fronts, and those inside deformable blocks.
+        """Recover the displacements of condensed fronts, and those inside deformable blocks; load all bonds.
 
         Parameters
         ----------
@@ -722,6 +772,8 @@ class Residual:
             condensation.recover(u, state.load, state.load_factor)
         if self.superelements is not None:
             self.superelements.recover(u, state.load, state.load_factor, state.plastic)
+        self.evaluate_joints("bond_loads", self.equations.active, state, u)
+        self.table.record["largest_condensed_load"] = 0.0
         if self.condensed:
             self.evaluate_joints("check_condensed", self.equations.condensed_interfaces, state, u)
 

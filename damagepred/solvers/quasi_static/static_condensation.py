@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.kernels.jit import Unit
 from damagepred.kernels.linear.condensation import (
     CONDENSATION,
-    elastic_energy,
     recover,
     resist,
     subtract_boundary_forces,
@@ -38,6 +36,8 @@ class StaticCondensation:
         Degrees of freedom of active fronts on which superelements act.
     address : int
         Of the table that kernels take.
+    record : CONDENSATION
+        The table itself.
     """
 
     def __init__(self, equations: MultifrontalSystem, load: FloatArray, live_load: FloatArray | None) -> None:
@@ -56,7 +56,7 @@ class StaticCondensation:
         row, particular_in_state = np.empty((1, len(tree.dofs))), np.empty((1, len(tree.dofs)))
         self._system = equations.condensed_table(row, particular_in_state)
         self._table = np.zeros(1, CONDENSATION)
-        self.address = self._table.ctypes.data
+        self.address, self.record = self._table.ctypes.data, self._table[0]
         self._arrays = {
             "boundary_dofs": tree.dofs[places],
             "first_boundary": np.concatenate(([0], np.cumsum(tree.boundary_size[roots]))),
@@ -72,7 +72,7 @@ class StaticCondensation:
             "force": load,
         }
         units = {"back": back.address, "resist": resist.address}
-        fill(self._table[0], {**self._arrays, **units, "system": self._system.ctypes.data})
+        fill(self.record, {**self._arrays, **units, "system": self._system.ctypes.data})
         self._displacement, self._force = Address(self._table, "displacement"), Address(self._table, "force")
 
     def load(self, load: float, live: float) -> FloatArray:
@@ -97,28 +97,19 @@ class StaticCondensation:
         self._place(self._force, force)
         subtract_boundary_forces(self.address)
 
-    def elastic_energy(self, displacement: FloatArray, load: float, live: float) -> float:
-        """Return the elastic energy of the condensed fronts (J).
-
-        Parameters
-        ----------
-        displacement : array (size,)
-            Of all degrees of freedom (m).
-        load, live : float
-            Load factors of dead and live load.
-        """
-        self._run(elastic_energy, displacement, load, live)
-        return float(self._table[0]["energy"])
-
     def recover(self, displacement: FloatArray, load: float, live: float = 0.0) -> None:
         """Recover the displacements of the condensed fronts by back substitution.
 
         Parameters
         ----------
-        displacement, load, live
-            As ``elastic_energy``; displacements are updated.
+        displacement : array (size,)
+            Of all degrees of freedom (m); updated.
+        load, live : float
+            Load factors of dead and live load.
         """
-        self._run(recover, displacement, load, live)
+        self.set_loads(load, live)
+        self._place(self._displacement, displacement)
+        recover(self.address)
 
     def set_loads(self, load: float, live: float) -> None:
         """Set the load factors for kernels that run by themselves.
@@ -128,14 +119,7 @@ class StaticCondensation:
         load, live : float
             Of dead and live load.
         """
-        table = self._table[0]
-        table["load"], table["live"] = load, live
-
-    def _run(self, unit: Unit, displacement: FloatArray, load: float, live: float) -> None:
-        """Run a unit at a displacement under a load."""
-        self.set_loads(load, live)
-        self._place(self._displacement, displacement)
-        unit(self.address)
+        self.record["load"], self.record["live"] = load, live
 
     @staticmethod
     def _place(address: Address, array: FloatArray) -> None:
