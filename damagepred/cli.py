@@ -1012,10 +1012,9 @@ def main() -> None:
     except OSError as error:
         screen.say(f"{error.filename or 'system'}: {error.strerror or error}", error=True)
         sys.exit(BAD_INPUT)
-    except KeyboardInterrupt:
-        screen.say("interrupted", error=True)
-        sys.exit(INTERRUPTED)
     except SystemExit as ending:
+        if isinstance(getattr(ending.__context__, "__cause__", None), KeyboardInterrupt):  # as Typer ends then
+            screen.say("interrupted", error=True)
         if (reason := screen.lost_output()) and not ending.code:
             screen.say(f"the output could not be written: {reason}", error=True)
             sys.exit(BAD_INPUT)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import optimize, special
+from scipy import special
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
@@ -45,7 +46,7 @@ def gaussian_correlation(first: Marginal, second: Marginal, correlation: float) 
         raise ValueError(
             f"these two distributions can only be correlated between {reached.low:.3f} and {reached.high:.3f}"
         )
-    return float(optimize.brentq(lambda rho: float(reached(rho)) - correlation, -1.0, 1.0, xtol=1e-12))
+    return float(scipy.optimize.brentq(lambda rho: float(reached(rho)) - correlation, -1.0, 1.0, xtol=1e-12))
 
 
 class NatafCurve:

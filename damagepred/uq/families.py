@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import scipy
-from scipy import optimize, special
+from scipy import special
 
 from damagepred.errors import InputError, nearest
 from damagepred.uq.marginals import Table
@@ -116,7 +116,7 @@ def _weibull(where: str, given: Given) -> Any:
         inverse = np.exp(-log_shape)
         return float(special.gammaln(1 + 2 * inverse) - 2 * special.gammaln(1 + inverse) - np.log1p(cov**2))
 
-    shape = float(np.exp(optimize.brentq(excess, np.log(0.1), np.log(500.0), xtol=1e-14)))
+    shape = float(np.exp(scipy.optimize.brentq(excess, np.log(0.1), np.log(500.0), xtol=1e-14)))
     return scipy.stats.weibull_min(shape, loc=lower, scale=mean / special.gamma(1 + 1 / shape))
 
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 from scipy import special
-from scipy.interpolate import PchipInterpolator
 
 from damagepred.arrays import FloatArray
 
@@ -152,7 +152,7 @@ class Mixture:
         self.breaks: FloatArray = np.unique(scores[np.isfinite(scores)])
         self._grid_z = np.linspace(-6.0, 6.0, 1201)
         self._grid_x = self._quantile(self._grid_z, *self._bracket(self._grid_z))
-        self._near = PchipInterpolator(self._grid_z, self._grid_x)
+        self._near = scipy.interpolate.PchipInterpolator(self._grid_z, self._grid_x)
 
     def cdf(self, x: ArrayLike) -> FloatArray:
         """Return the probability of at most x."""

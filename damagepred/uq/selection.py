@@ -21,7 +21,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy import optimize, special
+import scipy
+from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
@@ -112,8 +113,10 @@ def hoeffding_bounds(mean: float, count: int, error: float) -> tuple[float, floa
         return float(special.rel_entr(mean, p) + special.rel_entr(1.0 - mean, 1.0 - p)) - limit
 
     tiny = 1e-12
-    lower = 0.0 if mean <= tiny or excess(tiny) < 0 else optimize.brentq(excess, tiny, mean)
-    upper = 1.0 if mean >= 1 - tiny or excess(1 - tiny) < 0 else optimize.brentq(excess, max(mean, tiny), 1 - tiny)
+    lower = 0.0 if mean <= tiny or excess(tiny) < 0 else scipy.optimize.brentq(excess, tiny, mean)
+    upper = (
+        1.0 if mean >= 1 - tiny or excess(1 - tiny) < 0 else scipy.optimize.brentq(excess, max(mean, tiny), 1 - tiny)
+    )
     return float(lower), float(upper)
 
 
@@ -190,7 +193,7 @@ def betting_lower_bound(values: FloatArray, error: float, options: SelectionOpti
         return float(special.logsumexp(capital) - np.log(len(stakes)) + np.log(error))
 
     tiny, mean = 1e-12, float(np.mean(values))
-    return 0.0 if mean <= tiny or excess(tiny) < 0 else float(optimize.brentq(excess, tiny, mean))
+    return 0.0 if mean <= tiny or excess(tiny) < 0 else float(scipy.optimize.brentq(excess, tiny, mean))
 
 
 def select_least_expected(

@@ -15,9 +15,10 @@ import itertools
 from typing import Annotated, Literal
 
 import numpy as np
+import scipy
 import xarray as xr
 from pydantic import Field
-from scipy import optimize, special
+from scipy import special
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
@@ -134,7 +135,7 @@ def interim_confidence(at: list[int], confidence: float, replicated: bool) -> fl
     if replicated:
         return float(confidence ** (1 / len(at)))
     sizes = np.array(at, dtype=np.float64)
-    factor = float(optimize.brentq(lambda c: _simultaneous_coverage(c, sizes) - confidence, 0.5, 8.0, xtol=1e-6))
+    factor = float(scipy.optimize.brentq(lambda c: _simultaneous_coverage(c, sizes) - confidence, 0.5, 8.0, xtol=1e-6))
     return float(2 * special.ndtr(factor) - 1)
 
 

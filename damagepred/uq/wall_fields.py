@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from scipy import linalg
-from scipy.interpolate import PchipInterpolator
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.errors import InputError
@@ -211,7 +211,7 @@ class _ToNormals:
         reached = NatafCurve(marginal, marginal)(rho)
         reached[0], reached[-1] = 0.0, 1.0
         keep = np.append(True, np.diff(np.maximum.accumulate(reached)) > 0)
-        self._curve = PchipInterpolator(reached[keep], rho[keep])
+        self._curve = scipy.interpolate.PchipInterpolator(reached[keep], rho[keep])
 
     def __call__(self, correlation: FloatArray) -> FloatArray:
         return np.asarray(self._curve(correlation))

@@ -17,6 +17,7 @@ from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.solvers.symmetry import reduce_by_symmetry
 from damagepred.study.campaign.template import Template
+from damagepred.study.settings import StudySettings
 from tests.cli.conftest import Run
 from tests.synthetic_studies import synthetic_study
 
@@ -224,6 +225,17 @@ def test_the_road_from_study_to_fragility(command: Run, small_study_file: Path, 
     assert "bit for bit" in replayed.out
     assert "contact_opening" in read_dataset(tmp_path / "s2.nc")
     assert command("plot", folder, "-o", tmp_path / "pictures").code == 0
+
+
+def test_an_interrupt_before_anything_is_done_is_said(
+    command: Run, small_study_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(StudySettings, "from_toml", interrupted)
+    ended = command("study", small_study_file)
+    assert (ended.code, ended.err) == (130, "damagepred: interrupted\n")
 
 
 def test_an_interrupted_study_keeps_what_was_done_and_goes_on(small_study_file: Path, tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
@@ -96,7 +96,7 @@ def from_record(time: FloatArray, values: FloatArray, quantity: str, baseline: s
     """
     step = np.diff(time)
     if quantity == "displacement":
-        curve = CubicSpline(time, values - values[0])
+        curve = scipy.interpolate.CubicSpline(time, values - values[0])
         return lambda t: np.asarray(curve(np.clip(t, time[0], time[-1])))
     if quantity == "velocity":
         velocity, acceleration = values, np.append(np.diff(values) / step, 0.0)

@@ -142,7 +142,7 @@ def _places_on(geometry: Geometry, brick: float) -> JointPlaces:
 
 
 def prepare(folder: str) -> None:
-    """Load the study and the compiled kernels: the first task of a worker.
+    """Load the study and the compiled kernels that all its walls need: the first task of a worker.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def prepare(folder: str) -> None:
         Study folder.
     """
     settings, _ = _read_study(folder, StudyFolder(folder).study_text())
-    warm_up(settings.scene)
+    warm_up(settings.scene, rare=False)
 
 
 def run_batch(folder: str, batch: Batch) -> list[Outcome]:
