@@ -78,7 +78,7 @@ load_slot : array of int (m, 3)
 response : array (3 n, a)
     Displacements for unit loads.
 compliance : array (3 n, 3 n)
-    Opening, shear and rotation of the interfaces with a slot, a row each, for unit loads.
+    Opening, shear and rotation of the interfaces with a slot for unit loads, a row each.
 change, changed_rows : array (n, 9), array of int (3 n,)
     Change D of the stiffness of changed interfaces, and which of its rows are not 0: 3 s + j for opening (0), shear (1)
     or rotation (2) of changed interface s.

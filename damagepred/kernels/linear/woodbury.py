@@ -148,10 +148,10 @@ def add_compliance(address):
     response, compliance = float_rows(system.response), float_rows(system.compliance)
     dofs, rows, index = integer_rows(system.dof), float_blocks(system.strain_displacement), integers(system.index)
     interface_of_slot = integers(system.interface_of_slot)
-    for s in range(system.occupied):
-        for c in range(system.known_loads if s < system.known_interfaces else 0, system.loads):
+    for c in range(system.loads):
+        for s in range(system.known_interfaces if c < system.known_loads else 0, system.occupied):
             for j in range(3):
-                compliance[3 * s + j, c] = _relative_displacement(
+                compliance[c, 3 * s + j] = _relative_displacement(
                     dofs, rows, index, response[c], interface_of_slot[s], j
                 )
 
@@ -211,14 +211,14 @@ def fill_capacitance(address):
     change, compliance = float_rows(system.change), float_rows(system.compliance)
     slot, load_slot = integers(system.slot), integer_rows(system.load_slot)
     rows, matrix = integers(system.changed_rows), floats(system.capacitance)
-    for r in range(count):
-        s, j = rows[r] // 3, rows[r] % 3
-        at = 3 * slot[changed[s]]
-        a, b, d = change[s, 3 * j], change[s, 3 * j + 1], change[s, 3 * j + 2]
-        for c in range(count):
-            k = load_slot[changed[rows[c] // 3], rows[c] % 3]
-            matrix[c * count + r] = a * compliance[at, k] + b * compliance[at + 1, k] + d * compliance[at + 2, k]
-        matrix[r * count + r] += 1.0
+    for c in range(count):
+        relative = compliance[load_slot[changed[rows[c] // 3], rows[c] % 3]]
+        for r in range(count):
+            s, j = rows[r] // 3, rows[r] % 3
+            at = 3 * slot[changed[s]]
+            force = change[s, 3 * j] * relative[at] + change[s, 3 * j + 1] * relative[at + 1]
+            matrix[c * count + r] = force + change[s, 3 * j + 2] * relative[at + 2]
+        matrix[c * count + c] += 1.0
 
 
 @law
