@@ -15,7 +15,7 @@ from numba import config
 from numba.core import types
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
+from numba.core.compiler import Compiler, Flags
 from numba.extending import register_jitable
 
 from damagepred.kernels.cache_folder import cache_folder
@@ -44,12 +44,41 @@ def _with_deep_stack(function):
     return function
 
 
+class _Flags(Flags):
+    """Flags that are compared as they are stored: numba does so thousands of times for each kernel."""
+
+    def __hash__(self):
+        """Of their number, the same for nearly all, as numba's is of their names."""
+        return len(self._values)
+
+    def __eq__(self, other):
+        """Whether the same are set, to the same values."""
+        return isinstance(other, _Flags) and self._values == other._values
+
+
+class _Library(JITCodeLibrary):
+    """Code of kernels that count no references: LLVM's passes run once, over all that is linked together."""
+
+    def _optimize_functions(self, ll_module):
+        """Leave functions to the passes over the whole."""
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self):
+        """Run the passes over the whole."""
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
+
+
 class _Compiler(Compiler):
     """Compiler that makes many objects, and collects no garbage meanwhile: they all stay."""
 
     @_with_deep_stack
     def compile_extra(self, func):
         """Compile a function."""
+        self.state.flags = _Flags(self.state.flags)
+        if not self.state.flags.nrt:
+            self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
+            self.state.library.enable_object_caching()
         collects = gc.isenabled()
         gc.disable()
         try:
@@ -59,7 +88,7 @@ class _Compiler(Compiler):
                 gc.enable()
 
 
-class _LawLibrary(JITCodeLibrary):
+class _LawLibrary(_Library):
     """Code of a law: linked into the kernels that call it, and optimised with them."""
 
     def _optimize_final_module(self):
@@ -76,7 +105,8 @@ class _LawCompiler(Compiler):
     def compile_extra(self, func):
         """Compile a law."""
         state = self.state
-        state.flags.no_compile, state.library = True, _LawLibrary(state.targetctx.codegen(), func.__qualname__)
+        state.flags, state.library = _Flags(state.flags), _LawLibrary(state.targetctx.codegen(), func.__qualname__)
+        state.flags.no_compile = True
         compiled = super().compile_extra(func)
         known_by = [].append  # numba knows a law by a function in C, whichever it is
         state.targetctx.insert_user_function(known_by, compiled.fndesc, [state.library])

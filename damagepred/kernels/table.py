@@ -13,7 +13,7 @@ import numpy as np
 from llvmlite import ir
 from numba import from_dtype
 from numba.core import cgutils, types
-from numba.extending import intrinsic
+from numba.extending import intrinsic, models, register_model
 from numba.np import arrayobj
 
 from damagepred.kernels.jit import kernel, law
@@ -162,6 +162,17 @@ def _array_at(kind, dimensions):
     return array
 
 
+class _Record(types.Record):
+    """Record that is written as its name: numba writes types again and again, and its own text lists all entries."""
+
+    def __repr__(self):
+        """Return the name."""
+        return self.name
+
+
+register_model(_Record)(models.RecordModel)
+
+
 def table_at(dtype, name):
     """Return what gives the table of a type at an address.
 
@@ -170,10 +181,10 @@ def table_at(dtype, name):
     dtype : numpy.dtype
         Made by ``table_type``.
     name : str
-        Of the type; numba's own name lists all entries.
+        Of the type.
     """
     kind = from_dtype(dtype)
-    kind.name = name
+    kind.__class__, kind.name = _Record, name
 
     @intrinsic
     def table(typing_context, address):

@@ -73,7 +73,7 @@ def eliminate(address):
         rows = size + edge
         system.k, system.matrix_size, system.matrix_rows = k, size, rows
         run(system.assemble_front, address)
-        if system.has_blocks != 0:
+        if system.assemble_blocks != 0:
             run(system.assemble_blocks, address)
         add_to_diagonal(floats(system.strain_stiffness), start[k], size, rows, matrix)
         if system.elastic == 0:

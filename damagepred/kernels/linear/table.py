@@ -25,8 +25,7 @@ SYSTEM = table_type(
     "add_compliance stiffness_changes relative_displacements fill_capacitance respond correct row_count "
     "elastic held first_new last_new changed_count corrected_count factorised accurate matrix_size "
     "matrix_rows symmetric dgemm dgetrf dgetri dgetrs inversion_panel batch loop_rows keep_unchanged_fronts "
-    "keep_responses iterations factorisations corrections occupied loads known_interfaces known_loads "
-    "any_stale has_blocks",
+    "keep_responses iterations factorisations corrections occupied loads known_interfaces known_loads any_stale",
     numbers="call_overhead response_weight solution_weight vector_weight product_weight woodbury_tolerance "
     "refactorisation_ratio singular_pivot_ratio pivot_ratio spent solution_operations",
 )
@@ -61,7 +60,7 @@ strain_stiffness, regularisation : array (degrees of freedom,)
 Deformable blocks
 -----------------
 front_blocks, first_block, block_index
-    See ``EliminationTree``; empty where ``has_blocks`` is 0.
+    See ``EliminationTree``; empty where ``assemble_blocks`` is 0.
 block_first_dof, first_entry, tangents : array
     Where the boundary of each block begins; see ``Superelements``.
 yields : array of bool (F,)

@@ -30,7 +30,6 @@ UNITS = {
     for unit in (
         assembly.set_stiffness,
         assembly.assemble_front,
-        assembly.assemble_blocks,
         lapack.invert,
         multifrontal.eliminate,
         multifrontal.forward,
@@ -219,7 +218,7 @@ class MultifrontalSystem:
             block_index=self.tree.superelement_index,
             first_entry=blocks.first_entry,
             tangents=blocks.tangents,
-            has_blocks=1,
+            assemble_blocks=assembly.assemble_blocks.address,
         )
 
     def activate(self, fronts: BoolArray) -> None:
