@@ -56,19 +56,6 @@ class _Flags(Flags):
         return isinstance(other, _Flags) and self._values == other._values
 
 
-class _Library(JITCodeLibrary):
-    """Code of kernels that count no references: LLVM's passes run once, over all that is linked together."""
-
-    def _optimize_functions(self, ll_module):
-        """Leave functions to the passes over the whole."""
-        ll_module.data_layout = self._codegen._data_layout
-
-    def _optimize_final_module(self):
-        """Run the passes over the whole."""
-        passes, builder = self._codegen._module_pass_manager()
-        passes.run(self._final_module, builder)
-
-
 class _Compiler(Compiler):
     """Compiler that makes many objects, and collects no garbage meanwhile: they all stay."""
 
@@ -76,9 +63,6 @@ class _Compiler(Compiler):
     def compile_extra(self, func):
         """Compile a function."""
         self.state.flags = _Flags(self.state.flags)
-        if not self.state.flags.nrt:
-            self.state.library = _Library(self.state.targetctx.codegen(), func.__qualname__)
-            self.state.library.enable_object_caching()
         collects = gc.isenabled()
         gc.disable()
         try:
@@ -88,7 +72,33 @@ class _Compiler(Compiler):
                 gc.enable()
 
 
-class _LawLibrary(_Library):
+class _UnitLibrary(JITCodeLibrary):
+    """Code of a unit: LLVM's passes run once, over all that is linked together. Zones' kernels need them twice."""
+
+    def _optimize_functions(self, ll_module):
+        """Leave functions to the passes over the whole."""
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self):
+        """Run the passes over the whole."""
+        passes = self._codegen._module_pass_manager()
+        if isinstance(passes, tuple):  # and what builds them, in newer versions of numba
+            passes[0].run(self._final_module, passes[1])
+        else:
+            passes.run(self._final_module)
+
+
+class _UnitCompiler(_Compiler):
+    """Compiler of units."""
+
+    def compile_extra(self, func):
+        """Compile a unit."""
+        self.state.library = _UnitLibrary(self.state.targetctx.codegen(), func.__qualname__)
+        self.state.library.enable_object_caching()
+        return super().compile_extra(func)
+
+
+class _LawLibrary(JITCodeLibrary):
     """Code of a law: linked into the kernels that call it, and optimised with them."""
 
     def _optimize_final_module(self):
@@ -140,7 +150,7 @@ class Unit:
     @cached_property
     def _compiled(self):
         flags = {name: value for name, value in UNCOUNTED.items() if name != "no_cfunc_wrapper"}
-        compiled = CFunc(self.function, ((types.intp,), types.void), {}, flags, pipeline_class=_Compiler)
+        compiled = CFunc(self.function, ((types.intp,), types.void), {}, flags, pipeline_class=_UnitCompiler)
         before, config.CACHE_DIR = config.CACHE_DIR, str(CACHE_FOLDER or "")
         try:
             if CACHE_FOLDER is not None:

@@ -51,7 +51,7 @@ def store_tangent(address):
 
 @Unit
 def complete(address):
-    """Recover the displacements of the condensed subtrees, check the interfaces in them, and load all bonds.
+    """Recover the displacements of the condensed subtrees, check the interfaces in them, and compute all bond loads.
 
     Parameters
     ----------

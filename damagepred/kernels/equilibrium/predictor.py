@@ -19,8 +19,8 @@ def predict(address):
     address : int
         Of the table of the wall: ``residual`` is the increment of the load, ``best`` is filled from ``start`` on, and
         ``within`` tells whether displacements are below the ``limit``. Then ``share`` is that of ``interpolate_event``,
-        of active interfaces, or of all if ``bonds_of_all``. Supports move to ``prescribed_ahead``; the ground, there
-        already, was ``normal_at_start`` and ``shear_at_start``.
+        of active interfaces, or of all if ``bonds_of_all``. Supports move to ``prescribed_ahead``; the ground has
+        moved already, from ``normal_at_start`` and ``shear_at_start``.
     """
     table = problem_at(address)
     table.bordered = 1
@@ -37,9 +37,8 @@ def predict(address):
     run(table.complete if table.bonds_of_all != 0 else table.bond_loads, address)
     normal = replace(table.ground_normal, table.normal_at_start)
     shear = replace(table.ground_shear, table.shear_at_start)
-    joints, table.displacement.address = replace(table.joints, table.joints), table.start.address
-    if table.bonds_of_all != 0:
-        replace(table.joints, table.all_joints)
+    joints = replace(table.joints, table.all_joints if table.bonds_of_all != 0 else table.joints)
+    table.displacement.address = table.start.address
     run(table.interpolate_event, address)
     put_back(table.joints, joints)
     put_back(table.ground_shear, shear)

@@ -755,7 +755,7 @@ class Residual:
         return tree.fronts_of_superelements(np.empty(0, dtype=np.int64) if blocks is None else blocks.active)
 
     def complete(self, state: State, displacement: FloatArray | None = None) -> None:
-        """Recover the displacements of condensed fronts, and those inside deformable blocks; load all bonds.
+        """Recover the displacements of condensed fronts, and those inside deformable blocks, and compute bond loads.
 
         Parameters
         ----------
