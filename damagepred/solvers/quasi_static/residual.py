@@ -212,6 +212,7 @@ class Residual:
             all_joints=self._all_interfaces,
             bond_loads=self._units.bond_loads.address,
             interpolate_event=interpolate_event.address,
+            elastic_energy=elastic_energy.address,
             overload_tolerance=self.options.continuation.overload_tolerance,
             event_tolerance=self.options.continuation.event_tolerance,
             weak_bond_overload=self.options.continuation.weak_bond_overload,
@@ -238,9 +239,7 @@ class Residual:
         self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
         self.free[self.equations.active_dofs] = True
         superelement = None if self.superelements is not None else self.equations.condensation
-        self.table.fill(
-            condensation=0 if superelement is None else superelement.address, elastic_energy=elastic_energy.address
-        )
+        self.table.fill(condensation=0 if superelement is None else superelement.address)
         if self._compiled:
             self.table.fill(
                 free=self.free,
