@@ -1060,13 +1060,16 @@ def _described(file: Path) -> tuple[Scene, StudySettings | None]:
     from damagepred.input_files import read_toml
     from damagepred.scene import Scene
     from damagepred.scene.scene import STUDY_KEYS
+    from damagepred.solvers.options import SolverOptions
 
     if any(key in read_toml(file) for key in STUDY_KEYS):
         from damagepred.study.settings import StudySettings  # slow to import, and a scene needs none of it
 
         settings = StudySettings.from_toml(file)
         return settings.scene, settings
-    return Scene.from_toml(file), None
+    scene = Scene.from_toml(file)
+    SolverOptions.of(scene.solver, str(file))
+    return scene, None
 
 
 def _ask_back(described: Scene, settings: StudySettings | None) -> None:

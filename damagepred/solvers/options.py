@@ -102,8 +102,15 @@ class SolverOptions:
     dynamics: DynamicsOptions = Field(default_factory=DynamicsOptions)
 
     @classmethod
-    def of(cls, settings: Solver) -> SolverOptions:
+    def of(cls, settings: Solver, source: str = "scene") -> SolverOptions:
         """Return the options that ``[solver.advanced]`` sets, defaults elsewhere.
+
+        Parameters
+        ----------
+        settings : Solver
+            With its tables.
+        source : str
+            Where they came from, for messages.
 
         Raises
         ------
@@ -112,7 +119,7 @@ class SolverOptions:
         """
         if not settings.advanced:
             return DEFAULTS
-        return build(_File, {"solver": {"advanced": settings.advanced}}, "scene").solver.advanced
+        return build(_File, {"solver": {"advanced": settings.advanced}}, source).solver.advanced
 
     def to_json(self) -> str:
         """Return all values as text, as archives record them."""

@@ -23,6 +23,7 @@ from damagepred.scene.described import described
 from damagepred.scene.material_library import material
 from damagepred.scene.quantity import Count, Duration, Pure
 from damagepred.scene.reading import build, plain
+from damagepred.solvers.options import SolverOptions
 from damagepred.text import check_title
 from damagepred.uq.design import Design, Sampler
 from damagepred.uq.importance import Proposal, check
@@ -154,9 +155,11 @@ class StudySettings:
             what = "is a scene; `damagepred solve` solves it. A study" if "wall" in tables else "has no scene; it"
             raise InputError(f'{file}: {what} names one with scene = "file.toml" at the top, or has tables [scene.*].')
         if isinstance(scene, str):
-            described_scene: Any = Scene.from_toml(file.parent / scene)
+            source, described_scene = str(file.parent / scene), Scene.from_toml(file.parent / scene)
         else:
-            described_scene = Scene.from_file_tables(scene, file.parent, f"{file} [scene]")
+            source = f"{file} [scene]"
+            described_scene = Scene.from_file_tables(scene, file.parent, source)
+        SolverOptions.of(described_scene.solver, source)
         settings = (
             build(cls, {**tables, "scene": described_scene}, str(file))
             ._with_material_scatter()

@@ -150,6 +150,19 @@ def test_an_unknown_template_is_answered_by_its_names(command: Run, tmp_path: Pa
     assert not (tmp_path / "house.toml").exists()
 
 
+@pytest.mark.parametrize("name", ["check", "solve", "study"])
+def test_an_unknown_option_of_an_algorithm_is_answered_with_the_name_of_the_file(
+    command: Run, tmp_path: Path, name: str
+) -> None:
+    wall, study = tmp_path / "wall.toml", tmp_path / "study.toml"
+    wall.write_text(f"{SMALL_SCENE}[solver.advanced.newton]\nmost = 3\n", encoding="utf-8")
+    study.write_text('scene = "wall.toml"\n[study]\nsamples = 4\n', encoding="utf-8")
+    for file in (study,) if name == "study" else (wall, study):
+        said = command(name, file)
+        assert (said.code, said.err.count("\n")) == (2, 1)
+        assert f"{wall}: unknown key [solver.advanced.newton] most" in said.err
+
+
 def test_check_prices_a_study(command: Run, small_study_file: Path) -> None:
     result = command("check", small_study_file)
     assert result.code == 0, result.err

@@ -10,7 +10,6 @@ from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
 from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
-from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
 from damagepred.solvers.options import SolverOptions
@@ -235,7 +234,6 @@ class ExplicitStepper:
         return least_support_load(scheme.model, scheme.pump.load, fields.normal_stress)
 
 
-@each_with_one_blas_thread
 def explicit_path(
     model: Model, settings: Solver, increments: int, *, elastic_start: bool = True
 ) -> Iterator[Increment]:

@@ -9,7 +9,6 @@ import numpy as np
 from damagepred.assembly import Model
 from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
-from damagepred.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
 from damagepred.solvers.options import SolverOptions
@@ -153,7 +152,6 @@ class QuasiStaticStepper:
         )
 
 
-@each_with_one_blas_thread
 def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
     """Follow the movement increment by increment.
 
