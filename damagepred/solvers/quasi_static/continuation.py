@@ -59,7 +59,6 @@ class Continuation:
         control = self.options.continuation
         self.equilibrium = Equilibrium(model, self.tolerance, self.options)
         self.last_stable_load_factor, self._locates_collapse = np.nan, bool(model.supports.live_load.any())
-        self._longest_step = np.inf  # allowed by the energy balance at the end of the last increment
         self.events, self._allowed_halvings = 0, control.max_halvings + 1  # the first that are in vain do not count
         # largest residual since the last report of accepted states that are no equilibria
         self.largest_accepted_residual = 0.0
@@ -72,6 +71,10 @@ class Continuation:
         self._event_overload = np.where(weak[:, None], overload, control.event_tolerance)
         # weak bonds break while a wall relaxes: if all are, it relaxes, once it has had to, where Newton's method fails
         bonded, self._relaxes = ~without_bond(model), False
+        controls = settings.step_energy_tolerance < 1.0 and not self._locates_collapse
+        # of the movement; no event shortens it where nothing is bonded
+        self._first_step = control.first_step if controls and not bonded.any() else np.inf
+        self._longest_step = self._first_step  # allowed by the energy balance at the end of the last increment
         self._all_weak = bool(bonded.any() and weak[bonded].all())
         self._can_reclose_at = ((law.residual_tensile_strength > 0) & (law.critical_opening == 0))[:, None]
         plain = (law.residual_tensile_strength == 0) & (law.critical_opening == 0)
@@ -228,8 +231,8 @@ class Continuation:
             Shares of dead load and of movement (1).
         """
         state = self.state
-        longest = self._longest_step if load == state.load else np.inf
-        control = StepControl.start(state, (load, load_factor), self.options, self._locates_collapse, longest)
+        steps = (self._longest_step, self._first_step) if load == state.load else ()
+        control = StepControl.start(state, (load, load_factor), self.options, self._locates_collapse, *steps)
         while True:
             check_time()
             if control.has_located_collapse(state) and control.collapsed_state is not None:
@@ -362,8 +365,8 @@ class Continuation:
             control.refine_step(length)
             return False
         control.allow_step(length, step)
-        # dead load and movement are measured by different load factors
-        self._longest_step = control.longest_step if self.state.load == control.goal[0] else np.inf
+        if self.state.load == control.goal[0]:  # dead load and movement are measured by different load factors
+            self._longest_step = control.longest_step
         return True
 
     def snap_through(self, state: State, start_load_factor: float, cycles_share: float = 1.0) -> tuple[State, float]:

@@ -197,6 +197,8 @@ class ContinuationOptions:
         Growth of the shortest step to an event when a bond that fails in a longer step holds in shorter ones (1).
     minimum_event_step : float
         Step, over the increment, within which all bonds fail at its end (1).
+    first_step : float
+        First step of the movement of a wall without bonds, over the movement (1); the energy balance lengthens it.
     clipped_step : float
         Difference from the longest step, over that step, from which a step ended sooner than the energy balance asked
         for (1).
@@ -237,6 +239,7 @@ class ContinuationOptions:
     weak_bond_group: Pure = Field(default=0.5, gt=0, le=1)
     event_step_growth: Pure = Field(default=4.0, ge=1)
     minimum_event_step: Pure = Field(default=1e-5, gt=0, lt=1)
+    first_step: Pure = Field(default=0.005, gt=0, le=1)
     clipped_step: Pure = Field(default=1e-3, ge=0, lt=1)
     max_halvings: Count = Field(default=5, ge=0, le=50)
     least_halvings: Count = Field(default=1, ge=0)
@@ -269,7 +272,7 @@ class EnergyOptions:
     growth : float
         Largest factor from one step to the next (1).
     refinements : int
-        Halvings of an increment down to its shortest step.
+        Halvings of an increment, or of a shorter first step, down to its shortest step.
     """
 
     step_share: Pure = Field(default=0.2, gt=0)

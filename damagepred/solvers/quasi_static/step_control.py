@@ -109,7 +109,13 @@ class StepControl:
 
     @classmethod
     def start(
-        cls, state: State, goal: Point, options: SolverOptions, locates_collapse: bool, longest_step: float = np.inf
+        cls,
+        state: State,
+        goal: Point,
+        options: SolverOptions,
+        locates_collapse: bool,
+        longest_step: float = np.inf,
+        first_step: float = np.inf,
     ) -> StepControl:
         """Return the step control at the start of an increment.
 
@@ -125,6 +131,8 @@ class StepControl:
             Whether collapse is bracketed to ``options.continuation.collapse_bracket``; otherwise to the minimum step.
         longest_step : float
             That of the last increment.
+        first_step : float
+            That of the path: however long increments are, steps are refined as far as those of its length.
         """
         control, length = options.continuation, state.distance(goal)
         minimum_step = max(control.collapse_bracket, length / 2**control.max_halvings)
@@ -134,7 +142,7 @@ class StepControl:
             minimum_step,
             control.collapse_bracket if locates_collapse else minimum_step * (1.0 + 1e-9),
             1.5 * length / 2**control.max_halvings,
-            length / 2**options.energy.refinements,
+            min(length, first_step) / 2**options.energy.refinements,
             control.minimum_event_step * length,
             longest_step,
         )
