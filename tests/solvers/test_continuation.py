@@ -385,7 +385,8 @@ def test_an_accepted_state_moves_its_condensed_courses() -> None:
     model = wall_model(cracking(joint=Joint(tensile_strength=1e8, cohesion=1e9)))
     path = Continuation(model, WHOLE)
     assert path.advance(1.0, 0.5) < path.tolerance
-    hidden = ~path.equilibrium.free
+    hidden = np.ones(model.size, dtype=np.bool_)
+    hidden[path.equilibrium.free] = False
     hidden[model.supports.prescribed] = False
     state = path.state.copy()
     state.displacement[hidden] = 0.0

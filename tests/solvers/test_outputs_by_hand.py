@@ -90,7 +90,7 @@ def test_excess_of_stresses_over_the_law(
 
 
 def test_residual_is_the_largest_of_free_degrees_of_freedom() -> None:
-    force, free = np.array([3.0, -8.0, 5.0, 99.0]), np.array([True, True, True, False])
+    force, free = np.array([3.0, -8.0, 5.0, 99.0]), np.array([0, 1, 2])
     left = np.empty(4)
     assert free_residual(force, free, np.array([1.0, 0.5, 2.0, 1.0]), left) == 10.0
     np.testing.assert_array_equal(left, [3.0, -8.0, 5.0, 0.0])

@@ -5,7 +5,7 @@ from damagepred.kernels.equilibrium.vectors import copy
 from damagepred.kernels.interface.residual import within_limit
 from damagepred.kernels.jit import Unit
 from damagepred.kernels.linear.condensation import condensation_at
-from damagepred.kernels.table import flags, float_rows, floats, integers, put_back, replace, run
+from damagepred.kernels.table import float_rows, floats, integers, put_back, replace, run
 
 
 @Unit
@@ -61,7 +61,7 @@ def complete(address):
     """
     table = problem_at(address)
     best, table.displacement.address = floats(table.best), table.best.address
-    table.within = within_limit(best, flags(table.free), floats(table.arms), table.limit)
+    table.within = within_limit(best, integers(table.free), floats(table.arms), table.limit)
     table.sliding, table.largest_condensed_load = 0, 0.0
     run(table.bond_loads, address)
     if table.condensation == 0:

@@ -7,7 +7,7 @@ from damagepred.kernels.equilibrium.problem import problem_at
 from damagepred.kernels.equilibrium.vectors import move_along
 from damagepred.kernels.interface.residual import within_limit
 from damagepred.kernels.jit import Unit, law
-from damagepred.kernels.table import flags, float_rows, floats, integers, put_back, replace, run
+from damagepred.kernels.table import float_rows, floats, integers, put_back, replace, run
 
 
 @Unit
@@ -30,7 +30,7 @@ def predict(address):
     prescribed, displacement = integers(table.prescribed), floats(table.prescribed_ahead)
     for i in range(prescribed.size):
         ahead[prescribed[i]] = displacement[i]
-    table.within, table.share = within_limit(ahead, flags(table.free), floats(table.arms), table.limit), 1.0
+    table.within, table.share = within_limit(ahead, integers(table.free), floats(table.arms), table.limit), 1.0
     if table.within == 0:
         return
     table.displacement.address = table.best.address

@@ -15,7 +15,7 @@ from damagepred.kernels.interface.residual import free_residual, within_limit
 from damagepred.kernels.jit import UNCOUNTED, Unit, law
 from damagepred.kernels.linear.condensation import condensation_at
 from damagepred.kernels.linear.table import system_at
-from damagepred.kernels.table import address_of, flags, float_rows, floats, run, table_at, table_type
+from damagepred.kernels.table import address_of, float_rows, floats, integers, run, table_at, table_type
 
 NEWTON = table_type(
     "",
@@ -79,7 +79,7 @@ slip, dilatant_opening, cracked, kappa, tresca_bound, tresca_dilatant_opening, t
     History and bounds; see ``joint_forces``.
 first_strain, strain_stiffness : int, array
     First strain of elastic blocks among all degrees of freedom, and their stiffness.
-free : array of bool (size,)
+free : array of int
     Active degrees of freedom.
 per_weight, arms : array (size,)
     See ``free_residual`` and ``within_limit``.
@@ -200,7 +200,7 @@ def compute_residual(address):
         condensation = condensation_at(table.condensation)
         condensation.displacement.address, condensation.force.address = table.displacement.address, table.force.address
         run(table.subtract_boundary_forces, table.condensation)
-    table.ratio = free_residual(force, flags(table.free), floats(table.per_weight), floats(table.residual))
+    table.ratio = free_residual(force, integers(table.free), floats(table.per_weight), floats(table.residual))
 
 
 @law
@@ -284,10 +284,11 @@ def compute_step(address):
     if table.bordered != 0 and deflection_is_given(table):
         run(table.compute_bordered_step, address)
         return
-    copy(floats(table.residual), float_rows(system.right)[0])
+    right, solution = system.right.address, system.solution.address
+    system.right.address, system.solution.address = table.residual.address, table.step.address
     system.row_count, table.jack_step = 1, 0.0
     run(table.solve_tangent, table.system)
-    copy(float_rows(system.solution)[0], floats(table.step))
+    system.right.address, system.solution.address = right, solution
 
 
 @Unit
@@ -356,7 +357,7 @@ def goes_too_far(problem, displacement, limit):
         The limit (m).
     """
     table = problem_at(problem.table)
-    return not within_limit(displacement, flags(table.free), floats(table.arms), limit)
+    return not within_limit(displacement, integers(table.free), floats(table.arms), limit)
 
 
 @offered
@@ -385,7 +386,6 @@ def add_jack_load(problem, load, force):
         Added to (N, N m).
     """
     table = problem_at(problem.table)
-    push, free = floats(table.push), flags(table.free)
-    for i in range(push.size):
-        if free[i]:
-            force[i] += load * push[i]
+    push = floats(table.push)
+    for i in integers(table.free):
+        force[i] += load * push[i]

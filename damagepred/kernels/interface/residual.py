@@ -13,7 +13,7 @@ def free_residual(force, free, per_weight, residual):
     ----------
     force : array (size,)
         On every degree of freedom (N, N m).
-    free : array of bool (size,)
+    free : array of int
         Free degrees of freedom.
     per_weight : array (size,)
         One over the reference force of each degree of freedom (1/N, 1/(N m)).
@@ -21,13 +21,13 @@ def free_residual(force, free, per_weight, residual):
         Filled.
     """
     largest, known = 0.0, True
-    for i in range(force.size):
+    for i in range(residual.size):
         residual[i] = 0.0
-        if free[i]:
-            residual[i] = force[i]
-            ratio = abs(force[i] * per_weight[i])
-            known &= ratio < np.inf  # false for NaN
-            largest = max(largest, ratio)
+    for i in free:
+        residual[i] = force[i]
+        ratio = abs(force[i] * per_weight[i])
+        known &= ratio < np.inf  # false for NaN
+        largest = max(largest, ratio)
     return largest if known else np.inf
 
 
@@ -68,7 +68,7 @@ def within_limit(displacement, free, arms, limit):
     ----------
     displacement : array (size,)
         Displacements (m) and rotations.
-    free : array of bool (size,)
+    free : array of int
         Free degrees of freedom.
     arms : array (size,)
         Arms that make rotations comparable to displacements (m), else 1.
@@ -76,6 +76,6 @@ def within_limit(displacement, free, arms, limit):
         Limit (m).
     """
     within = True
-    for i in range(displacement.size):
-        within &= not free[i] or abs(displacement[i] * arms[i]) < limit  # false for NaN
+    for i in free:
+        within &= abs(displacement[i] * arms[i]) < limit  # false for NaN
     return within

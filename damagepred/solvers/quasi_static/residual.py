@@ -236,8 +236,7 @@ class Residual:
         if self.superelements is not None:
             active = np.append(equations.active_fronts, True)[equations.tree.superelement_front]
             self.superelements.set_condensed(~active)
-        self.free = np.zeros(self.dead_load.size, dtype=np.bool_)
-        self.free[self.equations.active_dofs] = True
+        self.free = equations.active_dofs
         superelement = None if self.superelements is not None else self.equations.condensation
         self.table.fill(condensation=0 if superelement is None else superelement.address)
         if self._compiled:
@@ -492,9 +491,9 @@ class Residual:
             ground_force_shear=on_ground.shear,
         )
         if self.model.elastic is not None:  # those of active fronts
-            strains = self.system.strain_dofs
-            square = state.displacement[strains] ** 2 * self.free[strains]
-            joints["stored"] += 0.5 * float(self.system.strain_stiffness @ square)
+            strain = np.zeros_like(state.displacement)
+            strain[self.free] = state.displacement[self.free]
+            joints["stored"] += 0.5 * float(self.system.strain_stiffness @ strain[self.system.strain_dofs] ** 2)
         return joints, on_ground
 
     def load_increment(self, load: float, load_factor: float) -> FloatArray:
@@ -833,4 +832,4 @@ class _InterpretedProblem:
     def add_jack_load(self, load: float, force: FloatArray) -> None:
         """Add a load of the jacks (N) to the residual force of active degrees of freedom."""
         if self._wall.jacks is not None:
-            force += np.where(self._wall.free, load * self._wall.jacks.push, 0.0)
+            force[self._wall.free] += load * self._wall.jacks.push[self._wall.free]
