@@ -23,7 +23,8 @@ def free_residual(force, free, per_weight, residual):
     largest, known = 0.0, True
     for i in range(residual.size):
         residual[i] = 0.0
-    for i in free:
+    for j in range(free.size):
+        i = free[j]
         residual[i] = force[i]
         ratio = abs(force[i] * per_weight[i])
         known &= ratio < np.inf  # false for NaN
@@ -76,6 +77,7 @@ def within_limit(displacement, free, arms, limit):
         Limit (m).
     """
     within = True
-    for i in free:
+    for j in range(free.size):
+        i = free[j]
         within &= abs(displacement[i] * arms[i]) < limit  # false for NaN
     return within
