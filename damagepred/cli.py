@@ -1068,7 +1068,7 @@ def _described(file: Path) -> tuple[Scene, StudySettings | None]:
         settings = StudySettings.from_toml(file)
         return settings.scene, settings
     scene = Scene.from_toml(file)
-    SolverOptions.of(scene.solver, str(file))
+    SolverOptions.of(scene.solver, str(file))  # refused with the name of the file
     return scene, None
 
 

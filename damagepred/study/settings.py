@@ -159,7 +159,7 @@ class StudySettings:
         else:
             source = f"{file} [scene]"
             described_scene = Scene.from_file_tables(scene, file.parent, source)
-        SolverOptions.of(described_scene.solver, source)
+        SolverOptions.of(described_scene.solver, source)  # refused with the name of the file
         settings = (
             build(cls, {**tables, "scene": described_scene}, str(file))
             ._with_material_scatter()

@@ -102,7 +102,7 @@ def over_a_gap() -> Assembly:
 
 
 def test_few_increments_follow_a_dry_wall_over_a_gap_as_many_do_and_cost_less() -> None:
-    """Only the first hundredths of a millimetre decide which of the bricks friction holds."""
+    """In its first steps friction decides which of the bricks it holds."""
     model = over_a_gap().build(Solver())
     friction, iterations = [], []
     for count in (1, 5, 20, 80):

@@ -71,6 +71,7 @@ class Continuation:
         self._event_overload = np.where(weak[:, None], overload, control.event_tolerance)
         # weak bonds break while a wall relaxes: if all are, it relaxes, once it has had to, where Newton's method fails
         bonded, self._relaxes = ~without_bond(model), False
+        # an error as large as the work controls nothing
         controls = settings.step_energy_tolerance < 1.0 and not self._locates_collapse
         # of the movement; no event shortens it where nothing is bonded
         self._first_step = control.first_step if controls and not bonded.any() else np.inf

@@ -132,7 +132,7 @@ class StepControl:
         longest_step : float
             That of the last increment.
         first_step : float
-            That of the path: however long increments are, steps are refined as far as those of its length.
+            That of the movement. Where the increment is longer, steps are refined as if it had this length.
         """
         control, length = options.continuation, state.distance(goal)
         minimum_step = max(control.collapse_bracket, length / 2**control.max_halvings)
