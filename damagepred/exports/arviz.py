@@ -44,10 +44,10 @@ def to_arviz(ds: xr.Dataset) -> Any:
         raise InputError("to_arviz needs ArviZ; install it with `pip install damagepred[arviz]`.") from None
     require_results(ds, ("sample", "status"), "open_study")
     names: dict[str, list[str]] = {"prior": [], "prior_predictive": [], "sample_stats_prior": []}
-    for name, variable in ds.data_vars.items():
-        of_sample = variable.dims == ("sample",) and not str(name).startswith("end_")
+    for name in map(str, ds.data_vars):
+        of_sample = name in VARIABLES and VARIABLES[name].dims == ("sample",) and not name.startswith("end_")
         known = "sample_stats_prior" if of_sample else "prior_predictive"
-        names[known if name in VARIABLES else "prior"].append(str(name))
+        names[known if name in VARIABLES else "prior"].append(name)
     draws = ds.rename(sample="draw")
     groups = {group: draws[found].expand_dims(chain=[0]) for group, found in names.items() if found}
     # ArviZ 1 has no class of its own
