@@ -54,6 +54,35 @@ def test_some_variables_only(tmp_path: Path) -> None:
     assert read_part(tmp_path / "part.nc", ["status"]).keys() == {"sample", "status"}
 
 
+@pytest.mark.parametrize("names", [None, ["status"], ["newton_iterations"], ["crack_width_worst", "cycles"], []])
+@pytest.mark.parametrize("version", range(2, SCHEMA_VERSION + 1))
+def test_some_variables_of_a_part_of_each_version(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, version: int, names: list[str] | None
+) -> None:
+    """By their names of today, whatever they were called then; no others."""
+    from damagepred.archive import parts
+
+    written = row(1)
+    written["newton_iterations"] = written["cycles"]
+    written["crack_width_worst"] = written["crack_width_max"]
+    written["joint_law_violation"] = written["crack_width_max"]  # of the quasi-static solver alone
+    values, iterations = written["crack_width_worst"].values, written["newton_iterations"].values
+    if version < 7:
+        written["worst_crack_width"] = written.pop("crack_width_worst")
+    if version < 5:
+        del written["newton_iterations"]
+    monkeypatch.setattr(parts, "SCHEMA_VERSION", version)
+    write_part(tmp_path / "part.nc", written)
+    monkeypatch.undo()
+    found = read_part(tmp_path / "part.nc", names)
+    today = {*row(1), "newton_iterations", "crack_width_worst", "joint_law_violation"}
+    assert found.keys() - {"movement"} == ({"sample", *names} if names is not None else today)
+    if "crack_width_worst" in found:
+        np.testing.assert_array_equal(found["crack_width_worst"].values, values)
+    if "newton_iterations" in found:
+        np.testing.assert_array_equal(found["newton_iterations"].values, iterations)
+
+
 def test_anyone_s_xarray_reads_it(tmp_path: Path) -> None:
     written = joined([row(0), row(1)])
     write_part(tmp_path / "part.nc", written)

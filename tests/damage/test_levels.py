@@ -36,3 +36,21 @@ def test_a_strain_that_meets_a_limit_has_the_category_below():
     assert table.by_strain(strain * (1 + 1e-10)).tolist() == [0, 1, 2, 3]
     assert table.by_strain(strain * (1 + 1e-6)).tolist() == [1, 2, 3, 4]
     assert table.by_strain([np.nan]).tolist() == [-1]
+
+
+@pytest.mark.parametrize(
+    ("names", "limits", "expected"),
+    [
+        (sticking_limits().level_names, sticking_limits().angle, ("free", "sticks slightly", "sticks")),
+        (sticking_limits().level_names, sticking_limits().narrowing, ("free", "sticks slightly", "sticks")),
+        (sticking_limits().level_names, sticking_limits().diagonal, ("free", "sticks slightly", "sticks")),
+        (deviation_limits().level_names, deviation_limits().limits, None),
+        (load_table("as2870").category_names, load_table("as2870").limits, None),
+        (load_table("bre251").category_names, load_table("bre251").limits, None),
+    ],
+)
+def test_each_level_has_a_name_and_all_but_the_lowest_a_limit(names, limits, expected):
+    assert len(names) == len(limits) + 1
+    assert len(set(names)) == len(names)
+    assert (np.diff(limits) > 0).all()
+    assert expected is None or names == expected

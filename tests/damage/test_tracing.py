@@ -142,6 +142,31 @@ def test_two_parallel_cracks_are_two():
     assert [f.crack.orientation for f in found] == [VERTICAL, VERTICAL]
 
 
+TIES = {
+    "widest": ([("open", 3, 1, 2 * MM), ("open", 10, 3, 1 * MM)], [1, 3]),
+    "of one width the longest": ([("open", 3, 1, 2 * MM), ("open", 10, 3, 2 * MM)], [3, 1]),
+    "of one width and length the lowest": ([("open", 3, 2, 2 * MM), ("open", 10, 2, 2 * MM)], [2, 2]),
+    "slid: the longest": ([("slide", 3, 1, 9 * MM), ("slide", 10, 3, 2 * MM), ("slide", 15, 2, 5 * MM)], [3, 2, 1]),
+    "slid the other way": ([("slide", 3, 1, -9 * MM), ("slide", 10, 3, 2 * MM)], [3, 1]),
+    "open before slid": ([("slide", 3, 5, 9 * MM), ("open", 10, 1, 0.2 * MM)], [1, 5]),
+}
+
+
+@pytest.mark.parametrize("case", TIES)
+def test_order_of_cracks_of_one_age(case: str):
+    """Widest first, then longest, then lowest; cracks that only slid last, by their length, however far they slid."""
+    wall = Pattern()
+    drawn, lengths = TIES[case]
+    for row, (how, column, count, size) in enumerate(drawn, 3):
+        for i in range(count):
+            getattr(wall, how)("bed", column + i, row, size)
+    found = cracks(wall)
+    assert [f.number for f in found] == list(range(1, len(drawn) + 1))
+    assert [round(f.crack.length / HALF) for f in found] == lengths
+    if len(set(lengths)) == 1:
+        assert found[0].crack.path[0, 1] < found[1].crack.path[0, 1]
+
+
 def test_a_joint_open_at_its_ends_alone_is_two_cracks():
     """Whole joints would be one; that is how categories are found."""
     wall = Pattern()
