@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -137,7 +137,7 @@ class StudySettings:
     scene: Scene
     study: Sampling = Field(default_factory=Sampling)
     variables: dict[str, Variable] = Field(default_factory=dict)
-    correlation: dict[str, dict[str, float]] = Field(default_factory=dict)
+    correlation: dict[str, dict[str, Pure]] = Field(default_factory=dict)
 
     @classmethod
     def from_toml(cls, path: str | Path) -> StudySettings:
@@ -271,21 +271,34 @@ class StudySettings:
                     f'{source}: [variables."{place}"] field: only numbers of joint, head_joint and dpc vary from '
                     "joint to joint."
                 )
-        for a, b, value in self._pairs():
-            for place in (a, b):
-                if place not in self.variables:
-                    raise InputError(
-                        f'{source}: [correlation] "{place}": is no variable of this study.'
-                        + nearest(place, self.variables)
-                    )
-            if a == b or not -1 <= value <= 1:
-                raise InputError(
-                    f'{source}: [correlation] "{a}" with "{b}" = {value:g}: must be between two variables, -1 to 1.'
-                )
+        self._check_correlation(source, places)
         self._check_sampling(source)
         self._check_range(source)
         if self.study.coarse:
             self.coarse_scene(f"{source}: [study.coarse]")
+
+    def _check_correlation(self, source: str, places: Collection[str]) -> None:
+        stated: dict[frozenset[str], float] = {}
+        for a, b, value in self._pairs():
+            where, pair = f'{source}: [correlation] "{a}" with "{b}" = {value}', frozenset((a, b))
+            for place in (a, b):
+                if place in self.study.table_columns:
+                    raise InputError(f'{where}: "{place}" is a column of the table, whose samples stay as they are.')
+                if place not in self.variables:
+                    what = (
+                        "is a number of the scene without"
+                        if place in places
+                        else "is no variable of this study; there is no"
+                    )
+                    raise InputError(
+                        f'{where}: "{place}" {what} table [variables."{place}"].' + nearest(place, self.variables)
+                    )
+            if a == b:
+                raise InputError(f"{where}: a variable has correlation 1 with itself; leave this line out.")
+            if not -1 <= value <= 1:
+                raise InputError(f"{where}: must be a number from -1 to 1.")
+            if stated.setdefault(pair, value) != value:
+                raise InputError(f"{where}: the same pair is given {stated[pair]:g} before; leave one of them out.")
 
     def _check_sampling(self, source: str) -> None:
         how = self.study
@@ -334,7 +347,13 @@ class StudySettings:
 
     def _check_range(self, source: str) -> None:
         """Refuse distributions of which the scene cannot take the middle, or can never take the ends."""
-        design = self.design()
+        try:
+            design = self.design()
+        except InputError as error:
+            library = " Those of the material's library are replaced by values given there." * (
+                self.study.material_scatter and str(error).startswith("[correlation]")
+            )
+            raise InputError(f"{source}: {error}{library}") from None
         for place, marginal in design.marginals.items():
             for share in (1e-6, 0.5, 1 - 1e-6):
                 value = float(marginal.ppf(share))
@@ -507,5 +526,9 @@ def differing_keys(first: Mapping[str, Any], second: Mapping[str, Any], place: s
 
 
 def read_frozen(text: str) -> StudySettings:
-    """Read the frozen copy of a study from its text."""
-    return StudySettings.from_dict(parse_toml(text, "study.toml"), source="study.toml")
+    """Study settings from their frozen copy; of a pair correlated twice the last value counts, as it did."""
+    tables = parse_toml(text, "study.toml")
+    pairs = {frozenset((a, b)): (a, b, r) for a, row in tables.get("correlation", {}).items() for b, r in row.items()}
+    if pairs:
+        tables["correlation"] = {a: {d: r for c, d, r in pairs.values() if c == a} for a, *_ in pairs.values()}
+    return StudySettings.from_dict(tables, source="study.toml")

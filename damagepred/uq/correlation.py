@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -9,7 +11,7 @@ import scipy
 from numpy.typing import ArrayLike
 from scipy import special
 
-from damagepred.arrays import FloatArray
+from damagepred.arrays import BoolArray, FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.marginals import Marginal, breaks, from_normal
@@ -19,6 +21,9 @@ _TERMS = 300
 
 _LARGEST_NORMAL = 12.0
 """End of the integrals over standard normals."""
+
+_NO_VARIANCE = 1e-8
+"""Variance beside other variables (1) below which a variable follows from them; the Nataf solution leaves 1e-12."""
 
 
 @one_blas_thread()
@@ -42,9 +47,10 @@ def gaussian_correlation(first: Marginal, second: Marginal, correlation: float) 
     reached = NatafCurve(first, second)
     if not reached.low < correlation < reached.high:
         if min(abs(correlation - reached.high), abs(correlation - reached.low)) <= 1e-6:
-            return float(np.sign(correlation))
+            return 1.0 if abs(correlation - reached.high) < abs(correlation - reached.low) else -1.0
         raise ValueError(
-            f"these two distributions can only be correlated between {reached.low:.3f} and {reached.high:.3f}"
+            f"these two distributions can only be correlated between {_within(reached.low, 1)} and "
+            f"{_within(reached.high, -1)}"
         )
     return float(scipy.optimize.brentq(lambda rho: float(reached(rho)) - correlation, -1.0, 1.0, xtol=1e-12))
 
@@ -122,44 +128,86 @@ def _standardised(marginal: Marginal, z: FloatArray) -> FloatArray:
     if not (np.isfinite(mean) and np.isfinite(std)):
         raise ValueError("a distribution without a finite standard deviation has no correlation")
     if std == 0.0:
-        raise ValueError("a distribution that is one single value has no correlation")
+        raise ValueError("a distribution of one single value has no correlation; leave the correlation out")
     return (from_normal(marginal, z) - mean) / std
 
 
 def cholesky(
     names: Sequence[str], marginals: Mapping[str, Marginal], wanted: Mapping[frozenset[str], float]
 ) -> FloatArray:
-    """Return the lower factor that turns independent standard normals into correlated ones.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Variables in order, k of them.
-    marginals : mapping of str to Marginal
-        Their distributions.
-    wanted : mapping of pairs to float
-        Correlation of the variables, pair by pair; pairs not given are uncorrelated.
-
-    Returns
-    -------
-    array (k, k)
-
-    Raises
-    ------
-    InputError
-        If a correlation cannot be had, or the matrix is not positive definite.
-    """
+    """Lower factor (k, k) that turns independent standard normals into correlated ones; pairs not given have none."""
     matrix = np.eye(len(names))
     for pair, value in wanted.items():
-        a, b = sorted(pair, key=list(names).index)
-        i, j = list(names).index(a), list(names).index(b)
+        i, j = sorted(map(list(names).index, pair))
         try:
-            matrix[i, j] = matrix[j, i] = gaussian_correlation(marginals[a], marginals[b], value)
+            matrix[i, j] = matrix[j, i] = gaussian_correlation(marginals[names[i]], marginals[names[j]], value)
         except ValueError as error:
-            raise InputError(f'[correlation] "{a}" with "{b}" = {value:g}: {error}.') from None
+            raise InputError(f'[correlation] "{names[i]}" with "{names[j]}" = {value:g}: {error}.') from None
+    try:
+        return lower_factor(matrix)
+    except np.linalg.LinAlgError:
+        raise InputError(_contradiction(names, marginals, wanted, matrix)) from None
+
+
+def lower_factor(matrix: FloatArray) -> FloatArray:
+    """Cholesky factor of a positive semi-definite correlation matrix; variables that follow from earlier ones get 0."""
     try:
         return np.asarray(np.linalg.cholesky(matrix), dtype=np.float64)
     except np.linalg.LinAlgError:
-        raise InputError(
-            "[correlation]: the correlations contradict each other (the matrix is not positive definite); weaken some."
-        ) from None
+        if np.linalg.eigvalsh(matrix)[0] < -_NO_VARIANCE:
+            raise
+    rest, factor = matrix.copy(), np.zeros_like(matrix)
+    for k in range(len(matrix)):
+        if rest[k, k] > _NO_VARIANCE:
+            factor[k:, k] = rest[k:, k] / np.sqrt(rest[k, k])
+            rest -= np.outer(factor[:, k], factor[:, k])
+    return factor
+
+
+def varying(factor: FloatArray) -> BoolArray:
+    """Whether each variable has a variance beside the variables before it in a Cholesky factor: array (k,)."""
+    return np.asarray(np.diag(factor) ** 2 > _NO_VARIANCE)
+
+
+def independent_normals(normal: FloatArray, factor: FloatArray) -> FloatArray:
+    """Independent normals (n, r) behind correlated ones; ValueError if the other variables do not follow from them."""
+    own = varying(factor)
+    if own.all():
+        return np.asarray(normal @ np.linalg.inv(factor).T)
+    independent = np.compress(own, normal, axis=1) @ np.linalg.inv(factor[np.ix_(own, own)]).T
+    following = independent @ factor[np.ix_(~own, own)].T
+    if not np.allclose(following, normal[:, ~own], rtol=0.0, atol=1e-3):
+        raise ValueError
+    return np.asarray(independent)
+
+
+def _contradiction(
+    names: Sequence[str],
+    marginals: Mapping[str, Marginal],
+    wanted: Mapping[frozenset[str], float],
+    matrix: FloatArray,
+) -> str:
+    """Three variables whose correlations contradict each other, or the smallest eigenvalue of the matrix."""
+
+    def stated(i: int, j: int) -> str:
+        value = wanted.get(frozenset((names[i], names[j])))
+        return f'"{names[i]}" with "{names[j]}" ' + ("(not given, thus 0)" if value is None else f"= {value:g}")
+
+    for i, j, k in itertools.combinations(range(len(names)), 3):
+        if np.linalg.eigvalsh(matrix[np.ix_((i, j, k), (i, j, k))])[0] < -_NO_VARIANCE:
+            product, spread = matrix[i, j] * matrix[i, k], np.sqrt((1 - matrix[i, j] ** 2) * (1 - matrix[i, k] ** 2))
+            curve = NatafCurve(marginals[names[j]], marginals[names[k]])
+            low, high = (float(curve(np.clip(product + side * spread, -1.0, 1.0))) for side in (-1, 1))
+            return (
+                f"[correlation]: {stated(i, j)}, {stated(i, k)} and {stated(j, k)} contradict each other: with the "
+                f"first two, the third lies between {_within(low, 1)} and {_within(high, -1)}."
+            )
+    return (
+        f"[correlation]: the correlations of {', '.join(names)} contradict each other (their matrix is not positive "
+        f"semi-definite, its smallest eigenvalue is {np.linalg.eigvalsh(matrix)[0]:.3g}); weaken some."
+    )
+
+
+def _within(bound: float, side: int) -> str:
+    """Text of a bound, rounded up (side 1) or down (-1) so that the written number is accepted."""
+    return f"{side * math.ceil(side * bound * 1e4 - 1e-6) / 1e4 + 0.0:g}"

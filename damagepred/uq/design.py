@@ -11,8 +11,8 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.correlation import cholesky
-from damagepred.uq.fields import course_autoregression, innovation_factor, lag_correlation
+from damagepred.uq.correlation import cholesky, gaussian_correlation
+from damagepred.uq.fields import course_autoregression, innovation_factor
 from damagepred.uq.importance import Drawn, Proposal, draw
 from damagepred.uq.marginals import from_normal
 from damagepred.uq.quantile_table import JointQuantile
@@ -152,8 +152,8 @@ class Design:
         if sampler.kind == "table":
             wall = _table_places(sampler.columns, wall)
         joint = tuple(place for place, v in variables.items() if v.field is not None)
-        for pair in correlation:
-            if len(pair & set(wall)) == 1:
+        for pair, value in correlation.items():
+            if value and len(pair & set(wall)) == 1:
                 a, b = sorted(pair, key=lambda p: p in joint)
                 raise InputError(
                     f'[correlation] "{a}" with "{b}": one has a value a wall, the other one a joint; give both a field '
@@ -165,7 +165,7 @@ class Design:
         by_distance, lag, innovation = None, {}, joint_factor
         if all(f.by_course for f in fields.values()):
             lag = {place: _lag(place, marginals[place], f.course_correlation) for place, f in fields.items()}
-            innovation = innovation_factor(joint_factor, [lag[place] for place in joint])
+            innovation = innovation_factor(joint_factor, {place: lag[place] for place in joint})
         else:
             by_distance = WallFields(joint, fields, marginals, joint_factor)
         return cls(
@@ -276,7 +276,7 @@ class Design:
 
 def _lag(place: str, marginal: Any, correlation: float) -> float:
     try:
-        return lag_correlation(marginal, correlation)
+        return gaussian_correlation(marginal, marginal, correlation)
     except ValueError as error:
         raise InputError(f'[variables."{place}"] field: {error}.') from None
 

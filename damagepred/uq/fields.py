@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.errors import InputError
+from damagepred.uq.correlation import lower_factor
 
 
 def course_autoregression(innovation: FloatArray, sequence: IntArray, correlation: ArrayLike) -> FloatArray:
@@ -40,34 +40,24 @@ def course_autoregression(innovation: FloatArray, sequence: IntArray, correlatio
     return normals
 
 
-def innovation_factor(factor: FloatArray, lags: Sequence[float]) -> FloatArray:
-    """Return the Cholesky factor of the correlation that the innovations of several fields need.
+def innovation_factor(factor: FloatArray, lags: Mapping[str, float]) -> FloatArray:
+    """Cholesky factor (k, k) of the correlation of the innovations of fields, from the factor in one joint and lags.
 
-    With it the values of one joint are correlated as wanted everywhere along a course, and each field keeps its own
-    correlation along it: fields with lags a, b and correlation r need innovations correlated by
-    r (1 - a b) / sqrt((1 - a^2) (1 - b^2)), which is r where the lags are the same.
-
-    Parameters
-    ----------
-    factor : array (k, k)
-        Cholesky factor of the correlation of the fields' normals in one joint.
-    lags : sequence of float
-        Correlation of each field's normals from one joint to the next.
-
-    Raises
-    ------
-    InputError
-        If fields so differently smooth cannot be so strongly correlated.
+    Fields with correlations a, b from joint to joint and r in one joint need innovations correlated by
+    r (1 - a b) / sqrt((1 - a^2) (1 - b^2)), which is r where a = b.
     """
-    a = np.asarray(lags, dtype=np.float64)
+    a = np.asarray(list(lags.values()), dtype=np.float64)
     scale = np.sqrt(1.0 - a**2)
     wanted = (factor @ factor.T) * (1.0 - np.outer(a, a)) / np.outer(scale, scale)
     try:
-        return np.asarray(np.linalg.cholesky(wanted), dtype=np.float64)
+        return lower_factor(wanted)
     except np.linalg.LinAlgError:
+        within = np.abs(wanted - np.eye(len(a)))
+        i, j = sorted(np.unravel_index(within.argmax(), wanted.shape))
         raise InputError(
-            "[correlation]: fields with such different course_correlation cannot be so strongly correlated; make the "
-            "former more alike or the correlation weaker."
+            f'[correlation] "{list(lags)[i]}" with "{list(lags)[j]}": the normals behind these fields are correlated '
+            f"by {a[i]:.4g} and {a[j]:.4g} from joint to joint (from course_correlation and the distribution), which "
+            "is too different for a correlation this strong in one joint; make the fields more alike or it weaker."
         ) from None
 
 
@@ -84,18 +74,3 @@ def course_sequences(course: IntArray, kind: Int8Array, x: FloatArray, apart: fl
     change = (np.diff(course, prepend=course[:1]) != 0) | (np.diff(kind, prepend=kind[:1]) != 0)
     change |= np.abs(np.diff(x, prepend=x[:1])) > apart
     return np.cumsum(change).astype(np.int64)
-
-
-def lag_correlation(marginal: Any, correlation: float) -> float:
-    """Return the correlation of normals that gives neighbours of this marginal the stated correlation.
-
-    Parameters
-    ----------
-    marginal : frozen distribution
-        Of the values.
-    correlation : float
-        Of the values of neighbours, as stated.
-    """
-    from damagepred.uq.correlation import gaussian_correlation
-
-    return gaussian_correlation(marginal, marginal, correlation)

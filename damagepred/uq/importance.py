@@ -21,6 +21,7 @@ from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Pure
+from damagepred.uq.correlation import independent_normals, varying
 from damagepred.uq.estimate import effective_samples
 
 
@@ -94,11 +95,17 @@ def draw(
     moved = normal * scale + shift
     if nominal_share > 0 and turn is not None:
         moved = np.where(turn[:, None] < nominal_share, normal, moved)
-    inverse = np.linalg.inv(factor)
     # squares of the independent normals that either density would have drawn these walls from
-    as_stated = ((moved @ inverse.T) ** 2).sum(axis=1)
-    as_proposed = ((((moved - shift) / scale) @ inverse.T) ** 2).sum(axis=1)
-    likelier = np.exp(np.clip(0.5 * (as_stated - as_proposed) - np.log(scale).sum(), -700.0, 700.0))
+    try:
+        as_stated = (independent_normals(moved, factor) ** 2).sum(axis=1)
+        as_proposed = (independent_normals((moved - shift) / scale, factor) ** 2).sum(axis=1)
+    except ValueError:
+        raise InputError(
+            "[study.importance]: some of these variables follow from others (correlation 1 or -1) and are shifted or "
+            "scaled otherwise; give them the same scale, and the shift that follows, or name one of them."
+        ) from None
+    widened = np.log(scale[varying(factor)]).sum()
+    likelier = np.exp(np.clip(0.5 * (as_stated - as_proposed) - widened, -700.0, 700.0))
     return Drawn(moved, 1.0 / (nominal_share + (1.0 - nominal_share) * likelier))
 
 
@@ -117,9 +124,10 @@ def conditional_shift(correlation: FloatArray, places: Sequence[str], given: Map
     named = np.array([p in given for p in places])
     shift = np.array([given.get(p, 0.0) for p in places])
     if named.any() and not named.all():
-        shift[~named] = correlation[np.ix_(~named, named)] @ np.linalg.solve(
-            correlation[np.ix_(named, named)], shift[named]
-        )
+        among = correlation[np.ix_(named, named)]
+        singular = np.linalg.eigvalsh(among)[0] < 1e-8
+        solution = np.linalg.pinv(among, 1e-8) @ shift[named] if singular else np.linalg.solve(among, shift[named])
+        shift[~named] = correlation[np.ix_(~named, named)] @ solution
     return shift
 
 

@@ -14,6 +14,7 @@ from scipy import special
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
+from damagepred.uq.correlation import independent_normals, varying
 from damagepred.uq.design import Design
 
 
@@ -48,12 +49,20 @@ def _log_density(design: Design, values: Mapping[str, FloatArray]) -> FloatArray
             )
         low, high = np.asarray(marginal.cdf(x)), np.asarray(marginal.sf(x))
         normal[:, k] = np.where(low < high, special.ndtri(low), -special.ndtri(high))
-        with np.errstate(divide="ignore"):
-            total = total + marginal.logpdf(x)
+        if varying(design.wall_factor)[k]:
+            with np.errstate(divide="ignore"):
+                total = total + marginal.logpdf(x)
     # the Gaussian copula: density of correlated standard normals over that of independent ones
     inside: BoolArray = np.asarray(np.isfinite(normal).all(axis=1))
     normal = np.where(inside[:, None], normal, 0.0)
-    independent = normal @ np.linalg.inv(design.wall_factor).T
-    copula = 0.5 * (normal**2 - independent**2).sum(axis=1)
-    copula = copula - np.log(np.diag(design.wall_factor)).sum()
+    own = varying(design.wall_factor)
+    try:
+        independent = independent_normals(normal, design.wall_factor)
+    except ValueError:
+        raise InputError(
+            "[correlation]: a variable that follows from others (correlation 1 or -1) has other values under the "
+            "alternative, which no wall of this study has; change all of them alike, or run the alternative as a study."
+        ) from None
+    copula = 0.5 * (np.compress(own, normal, axis=1) ** 2 - independent**2).sum(axis=1)
+    copula = copula - np.log(np.diag(design.wall_factor)[own]).sum()
     return np.where(inside, total + copula, -np.inf)

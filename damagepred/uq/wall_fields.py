@@ -17,7 +17,7 @@ from scipy import linalg
 from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.correlation import NatafCurve
+from damagepred.uq.correlation import NatafCurve, lower_factor, varying
 from damagepred.uq.marginals import Marginal
 from damagepred.uq.variable import JointField
 
@@ -137,7 +137,8 @@ class WallFields:
     def _one_kind(self, places: JointPlaces, here: IntArray) -> _OneKind:
         whole = [normal(stated_correlation(f, places, here)) for f, normal in zip(self._fields, self._normal)]
         order = np.argsort([matrix.sum() for matrix in whole], kind="stable")
-        factor = np.linalg.cholesky(self._correlation[np.ix_(order, order)])
+        factor = lower_factor(self._correlation[np.ix_(order, order)])
+        own = varying(factor)
         independent: list[FloatArray] = []
         triangles = []
         for k, field in enumerate(order):
@@ -145,9 +146,14 @@ class WallFields:
             np.fill_diagonal(matrix, 1.0)
             for part, earlier in zip(factor[k, :k] ** 2, independent):
                 matrix -= part * earlier
-            matrix /= factor[k, k] ** 2
             try:
-                triangles.append(_cholesky(matrix, self._tolerance / factor[k, k] ** 2))
+                if own[k]:
+                    matrix /= factor[k, k] ** 2
+                    triangles.append(_cholesky(matrix, self._tolerance / factor[k, k] ** 2))
+                elif np.abs(matrix).max() <= self._tolerance:  # this field follows from the earlier ones
+                    triangles.append(np.zeros_like(matrix, order="F"))
+                else:
+                    raise linalg.LinAlgError
             except linalg.LinAlgError:
                 raise InputError(_impossible(self._names[field], bool(factor[k, :k].any()))) from None
             independent.append(matrix)

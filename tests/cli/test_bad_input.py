@@ -117,7 +117,28 @@ BAD_STUDIES = {
     ),
     "correlation of a stranger": (
         STUDY + '[correlation]\n"joint.friction" = { "joint.cohesion" = 0.5 }\n',
-        ["joint.cohesion", "no variable"],
+        ['"joint.friction" with "joint.cohesion" = 0.5', "number of the scene without", '[variables."joint.cohesion"]'],
+    ),
+    "correlation of nothing": (
+        STUDY + '[correlation]\n"joint.friction" = { "joint.cohesoin" = 0.5 }\n',
+        ["joint.cohesoin", "no variable"],
+    ),
+    "correlation with itself": (
+        STUDY + '[correlation]\n"joint.friction" = { "joint.friction" = 1 }\n',
+        ["correlation 1 with itself"],
+    ),
+    "correlated twice": (
+        STUDY
+        + '[variables."joint.cohesion"]\ndistribution = "lognormal"\nmean = 1e5\ncov = 0.3\n'
+        + '[correlation]\n"joint.friction" = { "joint.cohesion" = 0.5 }\n'
+        + '"joint.cohesion" = { "joint.friction" = 0.4 }\n',
+        ['"joint.cohesion" with "joint.friction" = 0.4', "given 0.5 before"],
+    ),
+    "correlation of one value": (
+        STUDY
+        + '[variables."joint.cohesion"]\ndistribution = "discrete"\nvalues = [1e5]\n'
+        + '[correlation]\n"joint.friction" = { "joint.cohesion" = 0.5 }\n',
+        ["study.toml", "one single value"],
     ),
     "correlation too large": (
         STUDY

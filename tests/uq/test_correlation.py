@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from damagepred.errors import InputError
-from damagepred.uq.correlation import cholesky, gaussian_correlation
-from damagepred.uq.design import Design
+from damagepred.uq.correlation import cholesky, gaussian_correlation, lower_factor
+from damagepred.uq.design import Design, Sampler
 from damagepred.uq.marginals import from_normal
 from damagepred.uq.variable import JointField, Variable
+from damagepred.uq.wall_fields import JointPlaces
 
 
 def lognormal(cov: float, mean: float = 1.0):
@@ -124,8 +126,106 @@ def test_contradicting_correlations():
         frozenset(("joint.tensile_strength", "joint.friction")): 0.9,
         frozenset(("joint.cohesion", "joint.friction")): -0.5,
     }
-    with pytest.raises(InputError, match="contradict each other"):
+    with pytest.raises(InputError, match="contradict each other") as caught:
         Design.make(VARIABLES, UNITS, wanted, "random", 1)
+    assert '"joint.tensile_strength" with "joint.cohesion" = 0.9' in str(caught.value)
+
+
+NORMAL = Variable(distribution="normal", mean=0.7, std=0.02)
+
+
+def normals(**pairs: float) -> tuple[dict[str, Variable], dict[str, str], dict[frozenset[str], float]]:
+    """Variables a, b, ... with normal distributions, their units, and the correlations of pairs such as ab."""
+    names = sorted(set("".join(pairs)))
+    return dict.fromkeys(names, NORMAL), dict.fromkeys(names, "1"), {frozenset(k): v for k, v in pairs.items()}
+
+
+@pytest.mark.parametrize("rho", [1.0, -1.0])
+@pytest.mark.parametrize("sampler", ["sobol", "lhs", "random"])
+def test_fully_correlated(rho: float, sampler: str):
+    values = Design.make(*normals(ab=rho), sampler, 3).wall_values(64)
+    np.testing.assert_allclose(values["b"] - 0.7, rho * (values["a"] - 0.7), rtol=0, atol=1e-15)
+    assert np.std(values["a"]) == pytest.approx(0.02, rel=0.2)
+
+
+def test_one_variable_follows_from_two_others():
+    """Cosines of a right angle: c = 0.6 a + 0.8 b."""
+    values = Design.make(*normals(ab=0.0, ac=0.6, bc=0.8), "random", 3).wall_values(50)
+    a, b, c = (values[name] - 0.7 for name in "abc")
+    np.testing.assert_allclose(c, 0.6 * a + 0.8 * b, rtol=0, atol=1e-9)
+
+
+def test_as_before_where_the_matrix_is_definite():
+    matrix = np.array([[1.0, 0.3, 0.2], [0.3, 1.0, -0.5], [0.2, -0.5, 1.0]])
+    assert (lower_factor(matrix) == np.linalg.cholesky(matrix)).all()
+
+
+def test_the_three_that_contradict_and_what_the_third_can_be():
+    with pytest.raises(InputError) as caught:
+        Design.make(*normals(ab=0.9, ac=0.9, bc=-0.9), "random", 1)
+    for words in ('"a" with "b" = 0.9', '"b" with "c" = -0.9 contradict', "between 0.62 and 1."):
+        assert words in str(caught.value)
+    with pytest.raises(InputError, match=r'"b" with "c" \(not given, thus 0\)'):
+        Design.make(*normals(ab=0.9, ac=0.9), "random", 1)
+
+
+def test_four_that_contradict_name_the_smallest_eigenvalue():
+    every = {a + b: -0.4 for a, b in itertools.combinations("abcd", 2)}  # three can be, four cannot: 1 - 3 * 0.4
+    with pytest.raises(InputError, match=r"smallest eigenvalue is -0\.2\)"):
+        Design.make(*normals(**every), "random", 1)
+
+
+def test_fields_fully_correlated():
+    for field in (JointField(course_correlation=0.4), JointField(correlation_length=0.5, nugget=0.1)):
+        fields = {
+            name: Variable(distribution="normal", mean=m, std=0.02, field=field) for name, m in (("a", 1), ("b", 2))
+        }
+        design = Design.make(fields, {"a": "1", "b": "1"}, {frozenset("ab"): 1.0}, "random", 1)
+        x = np.arange(6) * 0.24
+        places = JointPlaces(np.zeros(6, int), np.zeros(6, np.int8), x, 0.0 * x, 0.24)
+        values = design.joint_values(0, places)
+        np.testing.assert_allclose(values["b"] - 2.0, values["a"] - 1.0, rtol=0, atol=1e-9)
+        assert np.ptp(values["a"]) > 0.01
+    rough = {**fields, "b": Variable(distribution="normal", mean=1, std=0.02, field=JointField(correlation_length=5.0))}
+    with pytest.raises(InputError, match="change so differently"):
+        Design.make(rough, {"a": "1", "b": "1"}, {frozenset("ab"): 1.0}, "random", 1).joint_values(0, places)
+    rough = {n: replace(v, field=JointField(course_correlation=0.3 * k)) for k, (n, v) in enumerate(fields.items(), 1)}
+    with pytest.raises(InputError, match=r"by 0\.3 and 0\.6 from joint to joint"):
+        Design.make(rough, {"a": "1", "b": "1"}, {frozenset("ab"): 1.0}, "random", 1)
+
+
+def test_importance_of_fully_correlated_variables():
+    """The weights are those of the first variable alone, whose shift the second follows."""
+    from damagepred.uq.importance import Proposal
+
+    variables, units, pairs = normals(ab=-1.0)
+    shifted = Sampler("random", proposals={"a": Proposal(shift=1.5)}, nominal_share=0.1)
+    both = Design.make(variables, units, pairs, shifted, 2)
+    values, weight = both.wall_values(40), both.weights(40)
+    z = (values["a"] - 0.7) / 0.02
+    np.testing.assert_allclose(values["b"] - 0.7, 0.7 - values["a"], atol=1e-12)
+    np.testing.assert_allclose(weight, 1 / (0.1 + 0.9 * np.exp(1.5 * z - 1.125)), rtol=1e-9)
+    for proposals in ({"a": Proposal(shift=1, scale=2)}, {"a": Proposal(shift=1), "b": Proposal(shift=1)}):
+        with pytest.raises(InputError, match="follow from others"):
+            Design.make(variables, units, pairs, Sampler("random", proposals=proposals), 2).weights(40)
+    same = Sampler("random", proposals={"a": Proposal(shift=1, scale=2), "b": Proposal(shift=-1, scale=2)})
+    z = (Design.make(variables, units, pairs, same, 2).wall_values(40)["a"] - 0.7) / 0.02
+    expected = stats.norm.pdf(z) / stats.norm.pdf(z, 1, 2)
+    np.testing.assert_allclose(Design.make(variables, units, pairs, same, 2).weights(40), expected, rtol=1e-9)
+
+
+def test_reweighting_of_fully_correlated_variables():
+    from damagepred.uq.reweight import density_ratio
+
+    variables, units, pairs = normals(ab=1.0)
+    stated = Design.make(variables, units, pairs, "random", 2)
+    other = Variable(distribution="normal", mean=0.71, std=0.02)
+    values = stated.wall_values(40)
+    ratio = density_ratio(stated, Design.make(dict.fromkeys("ab", other), units, pairs, "random", 2), values)
+    expected = stats.norm.pdf(values["a"], 0.71, 0.02) / stats.norm.pdf(values["a"], 0.7, 0.02)
+    np.testing.assert_allclose(ratio, expected, rtol=1e-9)
+    with pytest.raises(InputError, match="run the alternative as a study"):
+        density_ratio(stated, Design.make(variables | {"b": other}, units, pairs, "random", 2), values)
 
 
 def test_a_wall_s_value_and_a_joint_s_cannot_be_correlated():

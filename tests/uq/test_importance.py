@@ -14,7 +14,7 @@ from damagepred.study.analyses.importance_proposal import propose
 from damagepred.uq.correlation import gaussian_correlation
 from damagepred.uq.design import Design, Sampler
 from damagepred.uq.estimate import probability
-from damagepred.uq.fields import course_autoregression, lag_correlation
+from damagepred.uq.fields import course_autoregression
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.importance import Proposal, conditional_shift, cross_entropy_shift
 from damagepred.uq.variable import Variable
@@ -103,7 +103,7 @@ def test_skewed_values_along_a_course_are_correlated_as_stated() -> None:
     """Lognormal in closed form: neighbours as asked for, two joints apart by what the power of the normals' gives."""
     marginal, cov, wanted = Variable(distribution="lognormal", mean=1.0, cov=0.8).frozen("a", "1"), 0.8, 0.5
     variance = np.log1p(cov**2)
-    rho = lag_correlation(marginal, wanted)
+    rho = gaussian_correlation(marginal, marginal, wanted)
     assert rho == pytest.approx(np.log1p(wanted * cov**2) / variance, abs=1e-9)
     assert gaussian_correlation(marginal, marginal, wanted) == rho
     noise = course_autoregression(

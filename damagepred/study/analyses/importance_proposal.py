@@ -13,6 +13,7 @@ from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.study.campaign.campaign import Campaign
 from damagepred.uq.capacity import reached_by
+from damagepred.uq.correlation import varying
 from damagepred.uq.exceedance import category_capacities
 from damagepred.uq.importance import cross_entropy_shift
 
@@ -102,7 +103,7 @@ def propose(
     found = cross_entropy_shift(normal, weight)
     seen = {
         place: round(float(mean), 2)
-        for place, mean, error in zip(design.wall, found.mean, found.error)
-        if abs(mean) > options.significance * error
+        for place, mean, error, own in zip(design.wall, found.mean, found.error, varying(design.wall_factor))
+        if own and abs(mean) > options.significance * error
     }
     return Proposed(seen, count, reached)
