@@ -28,20 +28,7 @@ _NO_VARIANCE = 1e-8
 
 @one_blas_thread()
 def gaussian_correlation(first: Marginal, second: Marginal, correlation: float) -> float:
-    """Return the correlation of the standard normals that gives two variables their stated correlation.
-
-    Parameters
-    ----------
-    first, second : Marginal
-        Frozen scipy.stats distributions, tables or mixtures.
-    correlation : float
-        Wanted correlation of the variables, between -1 and 1.
-
-    Raises
-    ------
-    ValueError
-        If the marginals cannot have this correlation; the message gives the range they can.
-    """
+    """Return the correlation of the standard normals that gives two variables their stated correlation."""
     if correlation == 0.0:
         return 0.0
     reached = NatafCurve(first, second)

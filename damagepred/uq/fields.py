@@ -13,21 +13,7 @@ from damagepred.uq.correlation import lower_factor
 
 
 def course_autoregression(innovation: FloatArray, sequence: IntArray, correlation: ArrayLike) -> FloatArray:
-    """Return standard normals with a given correlation between neighbours in a sequence.
-
-    Parameters
-    ----------
-    innovation : array (joints,) or (fields, joints)
-        Standard normals, those of a field independent of each other.
-    sequence : array of int (joints,)
-        Joints with the same number, next to each other in the array, are neighbours in a course.
-    correlation : float or array (fields,)
-        Of the normals, from one joint to the next (first-order autoregression: k joints apart, its k-th power).
-
-    Returns
-    -------
-    array of the shape of ``innovation``
-    """
+    """Return standard normals with a given correlation between neighbours in a sequence."""
     correlation = np.asarray(correlation)[..., None]
     normals = np.sqrt(1.0 - correlation**2) * innovation
     starts = np.flatnonzero(np.diff(sequence, prepend=sequence[0] - 1))
@@ -62,15 +48,7 @@ def innovation_factor(factor: FloatArray, lags: Mapping[str, float]) -> FloatArr
 
 
 def course_sequences(course: IntArray, kind: Int8Array, x: FloatArray, apart: float = np.inf) -> IntArray:
-    """Give numbers to the runs of joints of one kind in one course.
-
-    Parameters
-    ----------
-    course, kind, x : array (joints,)
-        Of each joint, in the order in which they stand in the wall; x along it (m).
-    apart : float
-        Joints further apart than this (m) are no neighbours: an opening lies between them.
-    """
+    """Give numbers to the runs of joints of one kind in one course."""
     change = (np.diff(course, prepend=course[:1]) != 0) | (np.diff(kind, prepend=kind[:1]) != 0)
     change |= np.abs(np.diff(x, prepend=x[:1])) > apart
     return np.cumsum(change).astype(np.int64)

@@ -64,28 +64,7 @@ def draw(
     nominal_share: float = 0.0,
     turn: FloatArray | None = None,
 ) -> Drawn:
-    """Turn independent standard normals into those of the proposal, with weights.
-
-    Parameters
-    ----------
-    independent : array (samples, variables)
-        Standard normals.
-    factor : array (variables, variables)
-        Cholesky factor of their correlation.
-    places : sequence of str
-        Variables in order.
-    proposals : mapping of str to Proposal
-        By place; variables left out shift along with those they are correlated with.
-    nominal_share : float
-        Share of walls drawn from the study's own distributions.
-    turn : array (samples,), optional
-        Uniform numbers that decide which walls these are.
-
-    Raises
-    ------
-    InputError
-        If a proposal is for none of the places.
-    """
+    """Turn independent standard normals into those of the proposal, with weights."""
     check(places, proposals)
     normal = independent @ factor.T
     if not proposals:
@@ -110,17 +89,7 @@ def draw(
 
 
 def conditional_shift(correlation: FloatArray, places: Sequence[str], given: Mapping[str, float]) -> FloatArray:
-    """Return the shift of every variable, array (variables,): of those not given their conditional mean.
-
-    Parameters
-    ----------
-    correlation : array (variables, variables)
-        Of the standard normals.
-    places : sequence of str
-        Variables in order.
-    given : mapping of str to float
-        Shifts by place.
-    """
+    """Shift of each variable, array (variables,); variables without a given shift have their conditional mean."""
     named = np.array([p in given for p in places])
     shift = np.array([given.get(p, 0.0) for p in places])
     if named.any() and not named.all():
@@ -139,35 +108,14 @@ class Shift(NamedTuple):
 
 
 def cross_entropy_shift(normal: FloatArray, weight: FloatArray) -> Shift:
-    """Return the shift that walls of a pilot propose.
-
-    Parameters
-    ----------
-    normal : array (walls, variables)
-        Correlated standard normals of the walls that reached the category.
-    weight : array (walls,)
-        What each counts for.
-    """
+    """Return the shift that walls of a pilot propose."""
     mean = weight @ normal / weight.sum()
     variance = weight @ (normal - mean) ** 2 / weight.sum()
     return Shift(mean, np.sqrt(variance / max(effective_samples(weight) - 1.0, 1.0)))
 
 
 def check(places: Sequence[str], proposals: Mapping[str, Proposal]) -> None:
-    """Check that proposals are for variables with one value a wall.
-
-    Parameters
-    ----------
-    places : sequence of str
-        Variables with one value a wall.
-    proposals : mapping of str to Proposal
-        By place.
-
-    Raises
-    ------
-    InputError
-        If one is not.
-    """
+    """Check that proposals are for variables with one value a wall."""
     for place in proposals:
         if place not in places:
             raise InputError(

@@ -20,20 +20,7 @@ from damagepred.uq.design import Design
 
 @one_blas_thread()
 def density_ratio(stated: Design, other: Design, values: Mapping[str, FloatArray]) -> FloatArray:
-    """Return, for each wall, the density of other distributions over that of the stated ones, array (samples,).
-
-    Parameters
-    ----------
-    stated, other : Design
-        With the same variables that have a value a wall.
-    values : mapping of str to array (samples,)
-        The walls' values, by place.
-
-    Raises
-    ------
-    InputError
-        If a variable has no density, so that walls would have to be run anew.
-    """
+    """Return, for each wall, the density of other distributions over that of the stated ones, array (samples,)."""
     return np.exp(_log_density(other, values) - _log_density(stated, values))
 
 

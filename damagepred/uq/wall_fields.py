@@ -101,24 +101,7 @@ class WallFields:
 
     @one_blas_thread()
     def draw(self, independent: FloatArray, places: JointPlaces) -> FloatArray:
-        """Return correlated standard normals.
-
-        Parameters
-        ----------
-        independent : array (k, joints)
-            Standard normals.
-        places : JointPlaces
-            Where the joints are.
-
-        Returns
-        -------
-        array (k, joints)
-
-        Raises
-        ------
-        InputError
-            If no values can have the correlation of the fields.
-        """
+        """Return correlated standard normals."""
         found = np.empty_like(independent)
         for kind in self._kinds(places):
             for k, triangle in enumerate(kind.triangles):
@@ -176,17 +159,7 @@ def _impossible(name: str, correlated: bool) -> str:
 
 
 def stated_correlation(field: JointField, places: JointPlaces, here: IntArray) -> FloatArray:
-    """Return the correlation that a field states between joints of one kind: array (n, n), 1 on the diagonal.
-
-    Parameters
-    ----------
-    field : JointField
-        What is stated.
-    places : JointPlaces
-        Where all joints are.
-    here : array of int (n,)
-        The joints of this kind.
-    """
+    """Return the correlation that a field states between joints of one kind: array (n, n), 1 on the diagonal."""
     sequence = places.sequence[here]
     if field.by_course:
         same = sequence[:, None] == sequence
