@@ -9,6 +9,7 @@ survey share it, and their joint likelihood is integrated over its distribution 
 from __future__ import annotations
 
 import itertools
+import math
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -24,11 +25,18 @@ from damagepred.arrays import FloatArray
 from damagepred.data_files import data_file
 from damagepred.errors import InputError
 from damagepred.input_files import read_toml
+from damagepred.scene import Scene
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.scene.reading import build
 
 Direction = Literal["horizontal", "vertical", "stepped", "diagonal"]
+
+CONTRADICTION = 3.0
+"""Standard errors between two measurements of one quantity from which they contradict each other."""
+
+ROUNDING = 1e-9
+"""Distance (m) that counts as none."""
 
 
 @cache
@@ -85,22 +93,7 @@ class Discrepancy:
         return [name for name, (interval, _) in self.origins().items() if interval != "-"]
 
     def at(self, normal: FloatArray) -> Discrepancy:
-        """Return the discrepancy at independent standard normals, one for each uncertain term.
-
-        The logarithms of the terms are normal, with the correlation of the fit.
-
-        Parameters
-        ----------
-        normal : array (uncertain terms,)
-            Standard normals.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> fitted = Discrepancy()
-        >>> fitted.at(np.zeros(2)) == fitted
-        True
-        """
+        """Discrepancy at independent standard normals, one per uncertain term: correlated lognormal terms."""
         names, terms = self.uncertain, _shipped_terms()
         fitted = [terms[name] for name in names]
         deviation = [np.log(one["high"] / one["low"]) / (2.0 * special.ndtri(0.95)) for one in fitted]
@@ -110,13 +103,7 @@ class Discrepancy:
         return replace(self, **{name: getattr(self, name) * float(f) for name, f in zip(names, factors)})
 
     def nodes(self, points: int) -> list[tuple[float, Discrepancy]]:
-        """Return weights and discrepancies of a product Gauss-Hermite quadrature over the uncertain terms.
-
-        Parameters
-        ----------
-        points : int
-            Of each term; 1: the fitted values alone.
-        """
+        """Weights and discrepancies of a product Gauss-Hermite quadrature with this many points per uncertain term."""
         if not self.uncertain:
             return [(1.0, self)]
         places, weights = np.polynomial.hermite_e.hermegauss(points)
@@ -161,6 +148,26 @@ class CrackObservation:
     visible: Length = Field(default=1e-4, gt=0)
     direction: Direction | None = None
     part: Literal["wall", "below_dpc", "dpc"] = "wall"
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Limits of the widest crack (m), ``CONTRADICTION`` standard errors from a measured width."""
+        if self.width is not None:
+            return self.width - CONTRADICTION * self.error, self.width + CONTRADICTION * self.error
+        return (-np.inf, self.visible) if self.none else (self.wider_than or -np.inf, self.narrower_than or np.inf)
+
+    def contains(self, other: CrackObservation) -> bool:
+        """Whether any crack of another observation is one of this observation, too."""
+        if self.part != other.part or self.direction not in (None, other.direction):
+            return False
+        if self.place is None or other.place is None:
+            return self.place is None
+        return math.dist(self.place, other.place) + other.within <= self.within + ROUNDING
+
+    @property
+    def place(self) -> tuple[float, float] | None:
+        """Place (m) near which the crack runs."""
+        return None if self.x is None or self.y is None else (self.x, self.y)
 
 
 @described
@@ -270,6 +277,92 @@ class Observations:
             )
         if any(not odds > 0 for odds in self.prior_odds.values()):
             raise InputError("prior_odds: must be greater than 0.")
+        self._refuse_contradictions()
+
+    def _refuse_contradictions(self) -> None:
+        """Refuse pairs of observations of one quantity that differ by more than ``CONTRADICTION`` standard errors."""
+        for (a, inner), (b, outer) in itertools.permutations(enumerate(self.crack, 1), 2):
+            if outer.contains(inner) and inner.limits[0] > outer.limits[1]:
+                raise InputError(
+                    f"crack {a} and crack {b} contradict each other: one is wider than {inner.limits[0] * 1e3:.3g} mm, "
+                    f"and where it runs none is wider than {outer.limits[1] * 1e3:.3g} mm. Correct one of them, or "
+                    "give places or a smaller `within`."
+                )
+        alike = [("slope", "", [(s.value, s.error) for s in self.slope])]
+        alike.append(("tilt", "", [(t.value, t.error) for t in self.tilt]))
+        for number in sorted({window.opening for window in self.window}):
+            own = [window for window in self.window if window.opening == number]
+            if {window.sticks for window in own} >= {True, False}:
+                raise InputError(f"window: opening {number} sticks and does not; remove one of the two.")
+            changes = [(w.width_change, w.error) for w in own if w.width_change is not None]
+            alike.append(("window", f" opening {number}:", changes))
+        for kind, which, values in alike:
+            for (first, error), (second, other) in itertools.combinations(values, 2):
+                if abs(first - second) > CONTRADICTION * max(np.hypot(error, other), np.finfo(np.float64).tiny):
+                    raise InputError(
+                        f"{kind}:{which} {first:g} and {second:g} are measurements of one quantity and differ by more "
+                        f"than {CONTRADICTION:g} standard errors; correct one of them, or give larger errors."
+                    )
+        self._levels_close()
+
+    def _levels_close(self) -> None:
+        """Refuse differences of levels whose loops do not close (least squares adjustment of the survey)."""
+        if not self.level:
+            return
+        ends = [((one.x, one.y), (one.to_x, one.to_y)) for one in self.level]
+        if same := [k for k, (start, end) in enumerate(ends, 1) if start == end]:
+            raise InputError(f"level {same[0]}: both points are one; give two points.")
+        points = {point: k for k, point in enumerate(dict.fromkeys(itertools.chain(*ends)))}
+        error = np.maximum([one.error for one in self.level], 1e-6)
+        rows = np.zeros((len(ends), len(points)))
+        for row, (start, end) in zip(rows, ends):
+            row[points[start]], row[points[end]] = -1.0, 1.0
+        rows, rise = rows / error[:, None], np.array([one.difference for one in self.level]) / error
+        heights, _, rank, _ = np.linalg.lstsq(rows, rise)
+        gap = rise - rows @ heights
+        if rank < len(ends) and special.chdtrc(len(ends) - rank, gap @ gap) < special.chdtrc(1, CONTRADICTION**2):
+            worst = int(np.argmax(np.abs(gap)))
+            raise InputError(
+                f"level {worst + 1}: contradicts the other levels by {abs(gap[worst]) * error[worst] * 1e3:.3g} mm: "
+                "differences along a loop must add up to 0 within their errors. Correct it, or give larger errors."
+            )
+
+    def require_on(self, scene: Scene, source: str) -> None:
+        """Check that a wall has the places, parts and openings that the survey names.
+
+        Raises
+        ------
+        InputError
+            With the dimensions of the wall, if it has not.
+        """
+        wall = scene.wall
+        size = f"the wall of {source}, {wall.length:g} m long and {wall.height:g} m high"
+        under = -scene.footing.depth if scene.footing_model != "none" else 0.0
+        places = [(f"crack {k}", "x", "y", *c.place, 0.0) for k, c in enumerate(self.crack, 1) if c.place is not None]
+        for k, level in enumerate(self.level, 1):
+            places.append((f"level {k}", "x", "y", level.x, level.y, under))
+            places.append((f"level {k}", "to_x", "to_y", level.to_x, level.to_y, under))
+        for where, x_key, y_key, x, y, lowest in places:
+            for key, value, low, high in ((x_key, x, 0.0, wall.length), (y_key, y, lowest, wall.height)):
+                if not low - ROUNDING <= value <= high + ROUNDING:
+                    raise InputError(
+                        f"{where}: {key} = {value:g} m lies off {size}; {key} runs from {low:g} to {high:g} m, from "
+                        f"its {'left end' if key == x_key else 'underside'}."
+                    )
+            for number, hole in enumerate(scene.opening, 1):
+                if hole.x + ROUNDING < x < hole.right - ROUNDING and hole.y + ROUNDING < y < hole.top - ROUNDING:
+                    raise InputError(
+                        f"{where}: {x_key} = {x:g} m, {y_key} = {y:g} m lies in opening {number} of {size} "
+                        f"({hole.kind}, x {hole.x:g} to {hole.right:g} m, y {hole.y:g} to {hole.top:g} m); give a "
+                        "place on the masonry."
+                    )
+        for k, crack in enumerate(self.crack, 1):
+            if crack.part != "wall" and scene.dpc is None:
+                raise InputError(f"crack {k}: part = '{crack.part}': {size}, has no dpc.")
+        for k, window in enumerate(self.window, 1):
+            if window.opening > (count := len(scene.opening)):
+                has = f"openings 1 to {count}" if count else "no opening"
+                raise InputError(f"window {k}: opening = {window.opening}: {size}, has {has}.")
 
     @property
     def count(self) -> int:
@@ -279,19 +372,14 @@ class Observations:
     @classmethod
     def from_toml(cls, path: str | Path) -> Observations:
         """Read the file of a survey."""
-        return build(cls, read_toml(path), str(path))
+        try:
+            return build(cls, read_toml(path), str(path))
+        except InputError as error:
+            raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
 
 
 class Fit(NamedTuple):
-    """How well states of walls agree with one observation.
-
-    Attributes
-    ----------
-    log_likelihood : array
-        Of each state.
-    misfit : array
-        Squared distance in standard deviations, or of a limit minus twice the logarithm of its probability.
-    """
+    """Agreement of states with an observation; ``misfit``: squared standard deviations, -2 ln p of a limit."""
 
     log_likelihood: FloatArray
     misfit: FloatArray
@@ -304,33 +392,13 @@ class Fit(NamedTuple):
 
 
 def measured(predicted: FloatArray, value: float, deviation: FloatArray | float) -> Fit:
-    """Return the fit of a measured value.
-
-    Parameters
-    ----------
-    predicted : array
-        Value in each state.
-    value : float
-        Measured value.
-    deviation : array or float
-        Standard deviation of the measurement about the prediction.
-    """
+    """Fit of a measured value; ``deviation`` is its standard deviation about the prediction."""
     misfit = ((predicted - value) / deviation) ** 2
     return Fit(-0.5 * misfit - np.log(deviation), misfit)
 
 
 def censored(predicted: FloatArray, lower: float, upper: float, deviation: FloatArray | float) -> Fit:
-    """Return the fit of a value known to lie between limits.
-
-    Parameters
-    ----------
-    predicted : array
-        Value in each state.
-    lower, upper : float
-        The limits, which may be infinite.
-    deviation : array or float
-        Standard deviation of the measurement about the prediction.
-    """
+    """Fit of a value known to lie between limits, which may be infinite."""
     a, b = (lower - predicted) / deviation, (upper - predicted) / deviation
     flip = a > 0  # both in the upper tail, where differences of ndtr cancel
     chance = special.ndtr(np.where(flip, -a, b)) - special.ndtr(np.where(flip, -b, a))
@@ -340,30 +408,14 @@ def censored(predicted: FloatArray, lower: float, upper: float, deviation: Float
 
 @dataclass(frozen=True)
 class CrackPrediction:
-    """Widths that walls have where a crack was observed.
-
-    Attributes
-    ----------
-    any, along : array (samples, increments)
-        Widest crack (m) of any direction, and of the observed one.
-    """
+    """Widest crack (m) at an observed place, of any direction and of the observed one, (samples, increments)."""
 
     any: FloatArray
     along: FloatArray
 
 
 def crack_fit(seen: CrackObservation, predicted: CrackPrediction, model: Discrepancy) -> Fit:
-    """Return the fit of an observed crack.
-
-    Parameters
-    ----------
-    seen : CrackObservation
-        The observation.
-    predicted : CrackPrediction
-        Widths in each state.
-    model : Discrepancy
-        Of the model.
-    """
+    """Fit of an observed crack."""
 
     def of(width: FloatArray) -> Fit:
         deviation = np.sqrt(seen.error**2 + model.width**2 + (model.width_share * width) ** 2)

@@ -91,19 +91,9 @@ DEFAULT = InferenceOptions()
 
 
 def chosen_samples(weight: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
-    """Return samples drawn with probabilities proportional to weights, without replacement, and these probabilities.
+    """Draw samples without replacement, with inclusion probabilities min(1, c w) (systematic; Tille 2006).
 
-    Parameters
-    ----------
-    weight : array (samples,)
-        Weights.
-    count : int
-        Samples to draw at most.
-
-    Notes
-    -----
-    Systematic sampling with inclusion probabilities min(1, c w) (Tille 2006); the start is fixed, so that a repeated
-    call draws the same samples.
+    The start is fixed: a repeated call draws the same samples.
     """
     used = np.flatnonzero(weight > 0)
     if len(used) <= count:
@@ -238,15 +228,11 @@ def _with_new_walls(
 def prices(
     studies: Sequence[str | Path], observations: str | Path, options: InferenceOptions, workers: int
 ) -> list[str]:
-    """Return in sentences what replays and rounds of new walls cost at most.
-
-    Parameters
-    ----------
-    studies, observations, options, workers
-        See ``infer``.
-    """
+    """Sentences on the cost of replays and rounds of new walls, at most."""
     seen, said = Observations.from_toml(observations), []
     opened = [StoredWalls(Path(path)) for path in studies]  # refuses a study without walls
+    for walls in opened:
+        walls.require(seen)
     seconds = [float(walls.ds["run_time"].mean()) / workers for walls in opened]
     if _needs_replays(seen):
         counts = [max(0, min(options.replays, walls.known.sum()) - walls.stores[0].count()) for walls in opened]
@@ -280,13 +266,9 @@ def posterior(
     options: InferenceOptions = DEFAULT,
     on_replay: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Return the posterior from studies that are open; see ``infer``.
-
-    Parameters
-    ----------
-    studies, seen, workers, options, on_replay
-        See ``infer``.
-    """
+    """Posterior from studies that are open; see ``infer``."""
+    for walls in studies:
+        walls.require(seen)
     names = [walls.name for walls in studies]
     if len(set(names)) < len(names):
         raise InputError(f"studies: {', '.join(names)}: each cause needs a study of a name of its own.")
@@ -348,17 +330,7 @@ def _state_weights(
 
 
 def movement_cdf(walls: StoredWalls, weight: FloatArray, at: FloatArray) -> FloatArray:
-    """Return the posterior distribution function of the movement, uniform between the edges of each increment.
-
-    Parameters
-    ----------
-    walls : StoredWalls
-        States.
-    weight : array (samples, increments)
-        Their posterior weights within the study.
-    at : array (points,)
-        Movements.
-    """
+    """Posterior distribution function of the movement at some points, uniform between the edges of each increment."""
     used = weight > 1e-12 * max(weight.max(), 1e-300)
     low, high, heavy = walls.edges[:, :-1][used], walls.edges[:, 1:][used], weight[used]
     width = np.maximum(high - low, 1e-300)

@@ -52,15 +52,7 @@ class Replayed(NamedTuple):
     rise: FloatArray
 
     def widest(self, seen: CrackObservation, count: int) -> tuple[FloatArray, FloatArray]:
-        """Return the widest crack near a place, of any and of the observed direction, arrays (count,); NaN beyond.
-
-        Parameters
-        ----------
-        seen : CrackObservation
-            Which gives place, part and direction.
-        count : int
-            Increments of the study.
-        """
+        """Widest crack near a place, of any and of the observed direction, arrays (count,); NaN beyond the path."""
         near = np.isin(self.part, PARTS[seen.part])
         if seen.x is not None and seen.y is not None:
             near &= np.hypot(self.x - seen.x, self.y - seen.y) <= seen.within
@@ -74,15 +66,7 @@ class Replayed(NamedTuple):
         return found[0], found[1]
 
     def level(self, at: tuple[float, float], to: tuple[float, float], count: int) -> FloatArray:
-        """Return the height of one point above another, array (count,), both on the nearest block; NaN beyond.
-
-        Parameters
-        ----------
-        at, to : (float, float)
-            The points (m).
-        count : int
-            Increments of the study.
-        """
+        """Height of one point above another, array (count,), both on the nearest block; NaN beyond the path."""
         first, second = (np.hypot(self.block_x - x, self.block_y - y).argmin() for x, y in (at, to))
         rise = np.full(count, np.nan)
         rise[: int(self.increments)] = self.rise[:, second] - self.rise[:, first]
@@ -124,17 +108,7 @@ class ReplayStore:
         return found
 
     def fill(self, samples: Sequence[int], workers: int, on_replay: Callable[[int, int], None] | None) -> None:
-        """Replay those samples that have not been; what an interrupted call has done is kept.
-
-        Parameters
-        ----------
-        samples : sequence of int
-            Their numbers.
-        workers : int
-            Processes.
-        on_replay : callable, optional
-            Called with the number done and that of all.
-        """
+        """Replay missing samples; an interrupted call keeps its replays."""
         missing = [sample for sample in samples if not self._file(sample).exists()]
         if workers > 1 and len(missing) > workers:
             with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:

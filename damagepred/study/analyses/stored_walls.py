@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.folder import open_study
+from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.arrays import FloatArray, IntArray
+from damagepred.assembly import wall_model
 from damagepred.damage import sticking_limits
 from damagepred.enumerations import SOLVED
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
+from damagepred.pipeline import joint_map
 from damagepred.study.analyses.local_cracks import Replayed, ReplayStore
+from damagepred.study.settings import read_frozen
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values
 from damagepred.uq.movement_distribution import MovementDistribution
 from damagepred.uq.observations import CrackPrediction, Discrepancy, Fit, Observations, censored, crack_fit, measured
@@ -26,17 +29,7 @@ _WIDEST = {"wall": "crack_width_max", "below_dpc": "base_crack_width_max", "dpc"
 
 @dataclass
 class StoredWalls:
-    """States of one study, with what is predicted of them at places that were observed.
-
-    Attributes
-    ----------
-    path : Path
-        Study folder.
-    more : tuple of Path
-        Folders of more samples of the same study, drawn by importance sampling.
-    shares : tuple of float
-        Share of the prior weight that each folder has.
-    """
+    """States of one study; ``more``: folders of importance samples, ``shares``: prior weight of each folder."""
 
     path: Path
     more: tuple[Path, ...] = ()
@@ -82,6 +75,33 @@ class StoredWalls:
         """The largest movement of the study."""
         return float(np.nanmax(self.edges[self.known]))
 
+    def require(self, seen: Observations) -> None:
+        """Check that the survey fits these walls: places, parts, openings, and joints within reach of cracks."""
+        settings = read_frozen(StudyFolder(self.path).study_text())
+        seen.require_on(settings.scene, self.path.name)
+        local = [(k, crack, crack.place) for k, crack in enumerate(seen.crack, 1) if crack.place is not None]
+        bricks_vary = any(place.startswith(("wall.", "opening", "control_joint")) for place in settings.variables)
+        if bricks_vary or not (local or seen.level):
+            return
+        solver = settings.scene.solver
+        model = wall_model(replace(settings.scene, solver=replace(solver, blocks="rigid")))
+        joints, blocks = joint_map(model), model.blocks
+        own = {"wall": joints.is_wall, "below_dpc": joints.is_base, "dpc": joints.is_dpc}
+        for k, crack, (x, y) in local:
+            distance = np.hypot(joints.contact_x - x, joints.contact_y - y)[own[crack.part]]
+            if (nearest := distance.min(initial=np.inf)) > crack.within:
+                raise InputError(
+                    f"crack {k}: no joint of its part ({crack.part}) lies within {crack.within * 1e3:g} mm of x = "
+                    f"{x:g} m, y = {y:g} m; the nearest is {nearest * 1e3:.3g} mm away. Cracks run in "
+                    "joints: give a larger `within`, or the place of a joint."
+                )
+        for k, level in enumerate(seen.level, 1):
+            ends = ((level.x, level.y), (level.to_x, level.to_y))
+            if len({int(np.hypot(blocks.x - x, blocks.y - y).argmin()) for x, y in ends}) < 2:
+                raise InputError(
+                    f"level {k}: both points are on one block, which stays level; give points farther apart."
+                )
+
     def log_prior(self, movement: MovementDistribution | None) -> FloatArray:
         """Return the logarithm of the prior probability of each state, array (samples, increments)."""
         if movement is None:
@@ -99,13 +119,7 @@ class StoredWalls:
             return np.asarray(np.log(share) + np.log(self.weight)[:, None])
 
     def fit_of_archive(self, seen: Observations, model: Discrepancy) -> Fit:
-        """Return the fit of what the archive itself tells.
-
-        Parameters
-        ----------
-        seen, model
-            What was observed, and the discrepancy of the model.
-        """
+        """Fit of the observations that need no replay."""
         shape = self.movement.shape
         total = Fit(np.zeros(shape), np.zeros(shape))
         for crack in (c for c in seen.crack if c.x is None):
@@ -117,42 +131,27 @@ class StoredWalls:
                     self._values(name, "slopes"), one.value, np.full(shape, np.hypot(one.error, model.slope))
                 )
         for window in seen.window:
-            count = self.ds.sizes.get("opening", 0)
-            if window.opening > count or "opening_distortion" not in self.ds:
-                raise InputError(f"window.opening = {window.opening}: the walls of {self.path} have {count} openings.")
             if window.width_change is not None:
-                value = self.ds["opening_width_change"].values[..., window.opening - 1]
+                value = self._values("opening_width_change", "openings", 3)[..., window.opening - 1]
                 deviation = np.hypot(window.error, model.distortion_share * value)
                 total = total + measured(value, window.width_change, deviation)
                 continue
             limit = sticking_limits().angle[0]
-            value = self.ds["opening_distortion"].values[..., window.opening - 1]
+            value = self._values("opening_distortion", "openings", 3)[..., window.opening - 1]
             deviation = np.maximum(model.distortion_share * value, model.distortion_share * limit)
             bounds = (limit, np.inf) if window.sticks else (-np.inf, limit)
             total = total + censored(value, *bounds, deviation)
         return total
 
-    def _values(self, name: str, what: str) -> FloatArray:
-        if name not in self.ds or self.ds[name].ndim != 2:
+    def _values(self, name: str, what: str, dimensions: int = 2) -> FloatArray:
+        if name not in self.ds or self.ds[name].ndim != dimensions:
             raise InputError(f"{self.path}: the archive does not hold {name}; {what} cannot be observed on its walls.")
         return np.asarray(self.ds[name].values, dtype=np.float64)
 
     def crack_map(
         self, weight: FloatArray, cell: float, wider: float, shape: tuple[int, int], negligible: float
     ) -> FloatArray:
-        """Return the probability that a crack wider than a limit runs through each cell, array (y, x).
-
-        Parameters
-        ----------
-        weight : array (samples, increments)
-            Posterior weights of the states.
-        cell, wider : float
-            Side of the cells and limit (m).
-        shape : (int, int)
-            Number of cells upwards and along the wall.
-        negligible : float
-            Share of the posterior up to which a sample is left out.
-        """
+        """Probability that a crack wider than a limit (m) runs through each cell, array (y, x)."""
         found = np.zeros(shape[0] * shape[1])
         share = weight.sum(axis=1)
         for sample in np.flatnonzero(share > negligible * share.sum()):
@@ -165,15 +164,7 @@ class StoredWalls:
         return found.reshape(shape)
 
     def fit_of_replays(self, seen: Observations, model: Discrepancy, samples: IntArray) -> Fit:
-        """Return the fit of local cracks and levels, (chosen samples, increments).
-
-        Parameters
-        ----------
-        seen, model
-            See ``fit_of_archive``.
-        samples : array of int
-            Samples that have been replayed.
-        """
+        """Fit of local cracks and levels, (chosen samples, increments); the samples have been replayed."""
         shape = (len(samples), self.movement.shape[1])
         total = Fit(np.zeros(shape), np.zeros(shape))
         for crack in (c for c in seen.crack if c.x is not None):
@@ -202,13 +193,7 @@ class StoredWalls:
         return self.stores[part].read(sample - int(self.first[part]))
 
     def replay(self, samples: IntArray, workers: int, on_replay: Callable[[int, int], None] | None) -> None:
-        """Replay samples; see ``ReplayStore.fill``.
-
-        Parameters
-        ----------
-        samples, workers, on_replay
-            Numbers of the samples, processes, and the call that reports progress.
-        """
+        """Replay samples; see ``ReplayStore.fill``."""
         for store, start, end in zip(self.stores, self.first, self.first[1:]):
             store.fill((samples[(samples >= start) & (samples < end)] - start).tolist(), workers, on_replay)
 
