@@ -3,8 +3,8 @@
 Comments before a block say how it is run (CONTRIBUTING.md):
 
 <!-- file: NAME -->          the block is written to that file
-<!-- quick: OLD => NEW -->   the fast test replaces OLD by NEW, such as a number of samples; \\n is a new line
-<!-- slow -->                the fast test leaves the block out
+<!-- quick: OLD => NEW -->   the tests replace OLD by NEW, such as a number of samples; \\n is a new line
+<!-- slow -->                only the test marked slow runs the block
 <!-- not run: REASON -->     no test runs it
 """
 
@@ -33,7 +33,7 @@ class Block(NamedTuple):
     text: str
 
     def quick(self) -> str:
-        """Return the text with the replacements of the fast test."""
+        """Return the text with the replacements of the tests."""
         text = self.text
         for pair in self.comments.get("quick", []):
             old, new = pair.split(" => ")

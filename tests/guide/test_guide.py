@@ -6,7 +6,6 @@ import shlex
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -33,10 +32,6 @@ def run(command: list[str], folder: Path) -> subprocess.CompletedProcess:
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
-Runner = Callable[[str, str], None]
-"""Runs a command or a snippet, given its language, in the working folder; fails as it fails."""
-
-
 def in_a_shell(language: str, text: str) -> None:
     """Run it as users do."""
     start = ["bash", "-euo", "pipefail", "-c"] if language == "bash" else [sys.executable, "-c"]
@@ -58,12 +53,12 @@ def in_this_process(language: str, text: str) -> None:
             assert not stop.value.code, text
 
 
-def run_page(name: str, quick: bool, runner: Runner) -> int:
-    """Run the blocks of a page one after the other; return how many commands and snippets ran."""
+def run_page(name: str, slow: bool) -> int:
+    """Run the blocks of a page one after the other; return the number of commands and snippets."""
     count = 0
     for block in blocks(ALL[name]):
-        said, text = block.comments, block.quick() if quick else block.text
-        if {"not run", "main command", "test command"} & set(said) or (quick and "slow" in said):
+        said, text = block.comments, block.quick()
+        if {"not run", "main command", "test command"} & set(said) or ("slow" in said and not slow):
             continue
         if "file" in said:
             Path(said["file"][0]).write_text(text, encoding="utf-8")
@@ -72,7 +67,7 @@ def run_page(name: str, quick: bool, runner: Runner) -> int:
             Scene.from_dict(tomllib.loads(text))
         if block.language in ("bash", "python"):
             for command in text.strip().splitlines() if block.language == "bash" else [text]:
-                runner(block.language, command)
+                in_this_process(block.language, command)
                 count += 1
     return count
 
@@ -84,7 +79,14 @@ RUN = [name for name, path in ALL.items() if any(block.language for block in blo
 @pytest.mark.parametrize("name", RUN)
 def test_commands_and_snippets_of_a_page_run(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    assert run_page(name, True, in_this_process) > 0
+    assert run_page(name, slow=False) > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in RUN if any("slow" in b.comments for b in blocks(ALL[name]))])
+def test_slow_blocks_of_a_page_run(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run_page(name, slow=True) > 0
 
 
 def test_the_question_of_a_consultant_takes_ten_commands_and_compares_three_alternatives() -> None:
@@ -94,14 +96,6 @@ def test_the_question_of_a_consultant_takes_ten_commands_and_compares_three_alte
     (compare,) = (line for line in commands if line.startswith("damagepred compare "))
     assert len(re.findall(r"\w+\.dp", compare)) == 3
     assert "--category 2 --at H1" in compare
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(7200)
-@pytest.mark.parametrize("name", RUN)
-def test_commands_and_snippets_run_as_they_stand(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert run_page(name, False, in_a_shell) > 0
 
 
 @pytest.mark.parametrize("topic", PAGES)

@@ -653,29 +653,3 @@ def test_no_numbers_in_no_numbers_out(plane):
             assert np.isnan(result.strain).all()
             assert np.isnan(result.tangent).all()
             assert (result.code, result.elastic) == (ELASTIC, False)
-
-
-@kernel
-def _elastic(xx, yy, xy, zz, strength, elastic):
-    for i in range(len(xx)):
-        elastic[i] = zone_law.within_yield_surface(xx[i], yy[i], xy[i], zz[i], strength)
-
-
-@pytest.mark.benchmark
-@pytest.mark.parametrize("plane", PLANES)
-@pytest.mark.parametrize("what", ["quick test", "return and tangent"])
-def test_cost_of_a_zone(benchmark, plane, what):
-    """Zones side by side: under 1 ns for the quick test; where all yield, some 200 ns for return and tangent."""
-    elasticity, strength = parameters(plane, "dilating")
-    count = 4096
-    trial = trials(plane, count, size=1e7)
-    if what == "quick test":
-        xx, yy, xy, zz = np.ascontiguousarray(trial.T)
-        benchmark(_elastic, xx, yy, xy, zz, strength, np.empty(count, bool))
-        most = 3e-9
-    else:
-        out = np.empty((count, 4)), np.empty((count, 4)), np.empty(count, np.int8), np.empty((count, 3, 3))
-        benchmark(_returns, trial, elasticity, strength, *out, np.empty(count, bool))
-        most = 1e-6
-    benchmark.extra_info["ns_per_zone"] = benchmark.stats["min"] / count * 1e9
-    assert benchmark.stats["min"] / count < most

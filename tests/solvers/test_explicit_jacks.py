@@ -326,14 +326,3 @@ def test_run_in_time_refuses_a_footing_that_cracks() -> None:
     scene = replace(on_mound(), footing=cracking().footing)
     with pytest.raises(InputError, match=r"footing\.concrete"):
         dynamic_run(wall_model(scene), scene.solver, Dynamics())
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("kind", "limit"), [("dishing", 3.11e-3), ("doming", None)])
-def test_bryant_wall_on_jacks(kind: str, limit: float | None) -> None:
-    scene = Scene.from_toml(DATA / f"bryant_{kind}.toml")
-    scene = replace(scene, movement=replace(scene.movement, shape="jacks"), solver=Solver(method="explicit"))
-    model, explicit, quasi_static = both(scene)
-    agree(model, explicit, quasi_static)
-    if limit is not None:
-        assert abs(explicit[-1].deflection) == pytest.approx(limit, rel=0.01)

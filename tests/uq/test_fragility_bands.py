@@ -60,9 +60,13 @@ def test_the_band_covers_the_true_value_where_walls_fail(situation: str) -> None
 @pytest.mark.parametrize("band", ["bca", "profile"])
 @pytest.mark.parametrize("situation", SITUATIONS)
 def test_the_coverage_of_the_band_of_90_percent_is_85_to_95_percent(situation: str, band: str) -> None:
-    """200 repetitions of 400 walls: 0.9 +- 0.021, so that one in fifty falls outside 0.85 to 0.95 by chance."""
+    """200 repetitions of 400 walls: 0.9 +- 0.021, so that one in fifty falls outside 0.85 to 0.95 by chance.
+
+    A median beyond the movement has a lower bound alone, which always holds.
+    """
     held = coverage(situation, band, 200, 400, 1000)
-    print(situation, band, held)
+    if SITUATIONS[situation][0] < TRUTH:
+        assert held.pop("median") == 1.0
     for name, share in held.items():
         assert 0.85 <= share <= 0.95, (name, held)
 

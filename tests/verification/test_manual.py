@@ -1,11 +1,14 @@
 """The manual: its comparisons, refusals, and page."""
 
 import importlib
+import re
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.conftest import ROOT
 from tests.verification.manual import COMMAND, Case, ClosedForm, Manual, Verify
 
 HERE = Path(__file__).parent
@@ -74,7 +77,22 @@ def test_one_title_is_one_closed_form(cases):
         Manual(cases).page()
 
 
-@pytest.mark.slow
+class Collected:
+    """Number of tests that a command collects."""
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        self.count = len(session.items)
+
+
+def test_the_readme_states_the_number_of_tests_and_of_closed_forms() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    (row,) = re.findall(r"\*\*(\d+) tests\*\* of (\d+) closed forms .*\| `python -m pytest (.*)` \|", text)
+    collected = Collected()
+    pytest.main([*shlex.split(row[2]), "--collect-only", "-p", "no:xdist"], plugins=[collected])
+    assert int(row[0]) == collected.count
+    assert f"**{row[1]} closed forms, " in (HERE / "README.md").read_text(encoding="utf-8")
+
+
 def test_the_page_in_the_repository_has_every_closed_form(request: pytest.FixtureRequest) -> None:
     if request.config.getoption("--manual", default=None) is not None:
         pytest.skip("the page is being written")
