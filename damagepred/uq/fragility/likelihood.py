@@ -18,6 +18,8 @@ from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 
 _LOG_ZERO = -1e6
 """Finite number in place of the logarithm of 0."""
+ROUNDING = 1e-14
+"""Error of a log-likelihood over the sum of weights (1): a step that lowers it by less is still Newton's."""
 
 
 class LinearBounds(NamedTuple):
@@ -267,7 +269,7 @@ def maximise_likelihood(
         moved, fraction = _line_search(at, here, step, active, rows, weight, options)
         predicted = fraction * (now.gradient * step).sum(axis=1)
         dispersion = 1.0 / at[active, 0]
-        done = ~moved | (predicted <= 1e-14 * total[active]) | (dispersion <= smallest) | (dispersion >= largest)
+        done = ~moved | (predicted <= ROUNDING * total[active]) | (dispersion <= smallest) | (dispersion >= largest)
         active = active[~done]
         if not active.size:
             break
@@ -288,14 +290,14 @@ def _line_search(
     weight: FloatArray,
     options: FragilityOptions,
 ) -> tuple[BoolArray, FloatArray]:
-    """Halve the steps until the likelihood is no smaller; return which were taken and their fractions."""
+    """Halve the steps until the likelihood is no smaller, but for rounding; return which were taken and fractions."""
     moved, fraction = np.zeros(len(active), dtype=bool), np.ones(len(active))
     left = np.arange(len(active))
     for _ in range(60):
         who = active[left]
         to = at[who] + fraction[left, None] * step[left]
         new = likelihood(to, rows, weight[who], options)
-        good = new.value >= here.value[who]
+        good = new.value >= here.value[who] - ROUNDING * weight[who].sum(axis=1)
         at[who[good]] = to[good]
         for mine, theirs in zip(here, new):
             mine[who[good]] = theirs[good]
