@@ -28,7 +28,9 @@ class DatasetAccessor:
 
     def __getattr__(self, name: str) -> xr.DataArray:
         """Return a variable, also one whose name is that of a method of datasets, such as ``median`` of curves."""
-        if not name.startswith("_") and name in self._ds.variables:
+        if name.startswith("_"):  # pickle asks for them before there is a dataset
+            raise AttributeError(name)
+        if name in self._ds.variables:
             return self._ds[name]
         raise AttributeError(f"this dataset has no variable '{name}'." + nearest(name, map(str, self._ds.variables)))
 

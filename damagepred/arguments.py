@@ -15,6 +15,7 @@ from typing import Any, Literal, NamedTuple, NewType, ParamSpec, TypeVar, Union,
 import numpy as np
 
 from damagepred.errors import InputError, shown
+from damagepred.numpy_defaults import numpy_defaults
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -24,7 +25,7 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
     """Compare the arguments of a function with their annotations at each call; a decorator.
 
     Numbers must be finite; arrays may hold NaN and infinity. Annotations of names that exist for type checkers alone
-    are passed over.
+    are passed over. The function runs with ``numpy_defaults``.
     """
     parameters = inspect.signature(function).parameters
     title = function.__qualname__.removesuffix(".__init__").split(".")[-1]
@@ -40,7 +41,8 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
         for name, kind in kinds().items():
             if name in given and not kind.accepts(given[name]):
                 raise InputError(f"{title}: {name} = {shown(given[name])}: must be {kind.words}.")
-        return function(*args, **kwargs)
+        with numpy_defaults():
+            return function(*args, **kwargs)
 
     return called
 

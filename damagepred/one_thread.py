@@ -20,6 +20,8 @@ from typing import Any, ParamSpec, TypeVar
 
 from threadpoolctl import LibController, OpenBLASController, ThreadpoolController
 
+from damagepred.numpy_defaults import numpy_defaults
+
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -84,10 +86,14 @@ os.register_at_fork(after_in_child=_LIMIT.__init__)  # type: ignore[misc]
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Limit BLAS to one thread until all threads of the process that asked for it have left; also a decorator."""
+    """Limit BLAS to one thread until all threads of the process that asked for it have left; also a decorator.
+
+    Inside, ``numpy_defaults`` hold.
+    """
     _LIMIT.enter()
     try:
-        yield
+        with numpy_defaults():
+            yield
     finally:
         _LIMIT.leave()
 

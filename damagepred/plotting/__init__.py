@@ -1,5 +1,6 @@
 """Pictures: datasets in, axes and files out. The only part of the package that imports matplotlib."""
 
+from damagepred.plotting import _matplotlib  # noqa: F401 - before all others
 from damagepred.plotting.back_analysis import draw_back_analysis
 from damagepred.plotting.comparison import draw_comparison
 from damagepred.plotting.convergence import draw_convergence

@@ -77,52 +77,21 @@ def small(ax: Axes) -> float:
 
 
 def new_figure(width: float = 8.0, height: float = 5.0) -> Figure:
-    """Return an empty figure that belongs to no window.
-
-    Parameters
-    ----------
-    width, height : float
-        Size (inches).
-    """
+    """Return an empty figure that belongs to no window."""
     figure = Sheet(figsize=(width, height), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
 def axes_or_new(ax: Axes | None, width: float = 8.0, height: float = 5.0) -> Axes:
-    """Return ``ax``, or the axes of a new figure of the given size (inches) if it is None.
-
-    Parameters
-    ----------
-    ax : Axes or None
-        Given axes, or None.
-    width, height : float
-        Size of a new figure (inches).
-    """
+    """Return ``ax``, or the axes of a new figure of the given size (inches) if it is None."""
     return new_figure(width, height).add_subplot() if ax is None else ax
 
 
 def several_or_new(
     axes: Sequence[Axes] | None, rows: int, columns: int, width: float, height: float, sharex: bool = False
 ) -> list[Axes]:
-    """Return the given axes, or those of a new figure.
-
-    Parameters
-    ----------
-    axes : sequence of Axes or None
-        As many as rows times columns.
-    rows, columns : int
-        Of a new figure.
-    width, height : float
-        Size of a new figure (inches).
-    sharex : bool
-        Whether the axes of a new figure share their horizontal axis.
-
-    Raises
-    ------
-    InputError
-        If they are not as many.
-    """
+    """Return the given axes, or those of a new figure."""
     if axes is None:
         return list(new_figure(width, height).subplots(rows, columns, squeeze=False, sharex=sharex).flat)
     found = list(np.asarray(axes, dtype=object).flat)
@@ -139,22 +108,7 @@ def figure_of(ax: Axes) -> Figure:
 
 
 def require(ds: xr.Dataset, names: Iterable[str], result: str) -> None:
-    """Check that a dataset holds what a drawing needs.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        What was given.
-    names : iterable of str
-        Variables needed.
-    result : str
-        What holds them, for the message.
-
-    Raises
-    ------
-    InputError
-        If one is missing.
-    """
+    """Check that a dataset holds what a drawing needs."""
     missing = [name for name in names if name not in ds.variables]
     if missing:
         raise InputError(f"the dataset has no variable '{missing[0]}'; this drawing needs {result}.")
@@ -166,32 +120,12 @@ def verbatim(text: str) -> str:
 
 
 def title_of(ds: xr.Dataset, default: str) -> str:
-    """Return the title of a dataset, verbatim.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of a wall, a study or curves.
-    default : str
-        Title of one without a title.
-    """
+    """Return the title of a dataset, verbatim."""
     return verbatim(str(ds.attrs.get("title", default)))
 
 
 def height_to_scale(points: FloatArray, room: float, lowest: float = 3.2, width: float = 8.0) -> float:
-    """Return the height (inches) of a sheet that shows points to scale.
-
-    Parameters
-    ----------
-    points : array (v, 2)
-        All that is shown.
-    room : float
-        For legend and title (inches).
-    lowest : float
-        Least height (inches).
-    width : float
-        Of the points on the sheet (inches).
-    """
+    """Return the height (inches) of a sheet that shows points to scale."""
     across, upwards = np.ptp(points, axis=0)
     return float(np.clip(width * upwards / across + room, lowest, 9.0))
 
@@ -206,29 +140,13 @@ def elevation(ax: Axes) -> None:
 
 
 def grid(ax: Axes, axis: Literal["both", "x"] = "both") -> None:
-    """Draw a pale grid below all else.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where.
-    axis : {"both", "x"}
-        Which lines.
-    """
+    """Draw a pale grid below all else."""
     ax.grid(axis=axis, color="0.9")
     ax.set_axisbelow(True)
 
 
 def moved_to(ds: xr.Dataset, increment: int) -> str:
-    """Return in words how far a wall has moved at an increment, or the time of a run in time.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    increment : int
-        Position of the increment.
-    """
+    """Return in words how far a wall has moved at an increment, or the time of a run in time."""
     if is_dynamic(ds):
         return f"{plain_number(float(ds['time'].values[increment]))} s"
     name = movement_measure(ds)
@@ -236,15 +154,7 @@ def moved_to(ds: xr.Dataset, increment: int) -> str:
 
 
 def set_title(ax: Axes, *lines: str) -> None:
-    """Write a title: the first line is the name of the wall or study, the others say what is drawn.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where; its width tells where to wrap.
-    lines : str
-        Empty ones are left out.
-    """
+    """Write a title: the first line is the name of the wall or study, the others say what is drawn."""
     inches = ax.bbox.width / figure_of(ax).dpi
     letters = max(20, int(LETTERS_PER_INCH * inches / text_size(ax)))
     rows = [row for line in lines if line for row in textwrap.wrap(line, letters)]
@@ -252,38 +162,14 @@ def set_title(ax: Axes, *lines: str) -> None:
 
 
 def below(ax: Axes, inches: float, transform: Transform | None = None) -> Transform:
-    """Return where to draw so far under the axes: fractions of them, or another transform's places.
-
-    Parameters
-    ----------
-    ax : Axes
-        Axes to draw under.
-    inches : float
-        Distance from their lower edge.
-    transform : Transform, optional
-        Of the places; by default fractions of the axes.
-    """
+    """Return where to draw so far under the axes: fractions of them, or another transform's places."""
     return (transform or ax.transAxes) + ScaledTranslation(0.0, -inches, figure_of(ax).dpi_scale_trans)
 
 
 def legend_below(
     ax: Axes, handles: Sequence[Artist], columns: int = 6, inches: float = 0.5, left: bool = False
 ) -> None:
-    """Put a legend in rows under the axes, where it covers nothing.
-
-    Parameters
-    ----------
-    ax : Axes
-        With a label on its horizontal axis.
-    handles : sequence of Artist
-        What to explain, each with a label.
-    columns : int
-        Entries in a row at most; fewer where the row would be wider than the axes.
-    inches : float
-        Distance from the axes where letters have 10 points.
-    left : bool
-        Whether it begins at the left end of the axes; else it stands in the middle.
-    """
+    """Put a legend in rows under the axes, where it covers nothing."""
     # a legend wider than the axes would take room from them on both sides
     for count in range(min(columns, len(handles)), 0, -1):
         legend = ax.legend(
@@ -301,29 +187,13 @@ def legend_below(
 
 
 def label_movement(ax: Axes, measure: str) -> None:
-    """Name the horizontal axis after a measure of the movement in mm.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where.
-    measure : str
-        Name of the variable.
-    """
+    """Name the horizontal axis after a measure of the movement in mm."""
     symbol = " $y_s$" if measure == "surface_movement" else ""
     ax.set_xlabel(f"{measure.replace('_', ' ')}{symbol} (mm)")
 
 
 def say_nothing_to_draw(ax: Axes, reason: str) -> None:
-    """Write into empty axes why they are empty.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where to draw.
-    reason : str
-        Text in the middle.
-    """
+    """Write into empty axes why they are empty."""
     ax.set_xticks([])
     ax.set_yticks([])
     ax.text(0.5, 0.5, reason, transform=ax.transAxes, ha="center", va="center", fontsize=1.2 * text_size(ax), wrap=True)
@@ -340,13 +210,5 @@ def round_numbers(decades: int) -> FloatArray:
 
 
 def spread_evenly(count: int, most: int) -> IntArray:
-    """Return at most ``most`` of the numbers 0 to count - 1, at equal distances, the last among them.
-
-    Parameters
-    ----------
-    count : int
-        How many there are.
-    most : int
-        How many to choose at most.
-    """
+    """Return at most ``most`` of the numbers 0 to count - 1, at equal distances, the last among them."""
     return np.arange(count - 1, -1, -max(1, -(-count // most)))[::-1]

@@ -31,17 +31,6 @@ def svg_of(figure: Figure, prefix: str, label: str, along: Axes | None = None) -
     """Return a figure as an ``<svg>`` element for a page of HTML.
 
     Letters are drawn as outlines, so that it looks the same everywhere. All ids begin with the prefix.
-
-    Parameters
-    ----------
-    figure : Figure
-        What to draw.
-    prefix : str
-        A word that no other drawing of the page has.
-    label : str
-        What it shows, for those who do not see it.
-    along : Axes, optional
-        Axes whose place and limits the drawing states as data, as shares of its width and height.
     """
     stream = io.BytesIO()
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))

@@ -25,6 +25,7 @@ from damagepred.arrays import FloatArray, Int8Array
 from damagepred.assembly import NO_LIMITS, Limits, wall_geometry
 from damagepred.enumerations import UNSOLVED, SampleStatus
 from damagepred.errors import ArchiveWarning, InputError, StudyError, require_count
+from damagepred.numpy_defaults import numpy_defaults
 from damagepred.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.solvers.options import SolverOptions
@@ -181,6 +182,7 @@ class Campaign:
         require_affordable(self.settings, self.limits, count)
         return sample_of(self.settings, self.design, number, count)
 
+    @numpy_defaults()
     def run(
         self,
         out: str | Path,
