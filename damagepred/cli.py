@@ -478,7 +478,7 @@ def infer_command(
     from damagepred.archive.files import check_writable
     from damagepred.errors import InputError
     from damagepred.study.analyses.back_analysis import InferenceOptions, infer, prices
-    from damagepred.study.analyses.posterior_tables import sentences
+    from damagepred.study.analyses.posterior_tables import reported, sentences
 
     if len(files) < 2 or files[-1].suffix != ".toml":
         raise InputError("infer: give one study folder or more, and then the file of the observations (*.toml).")
@@ -489,11 +489,12 @@ def infer_command(
     with screen.ReplayBar() as bar:
         found = infer(files[:-1], files[-1], workers=workers, options=options, on_replay=bar.update, on_walls=bar.walls)
     _keep_curves(found, output, plot)
+    said = sentences(found)
+    screen.cautions(said)
     if json:
-        screen.print_json(found)
+        screen.print_json({"cautions": said, **reported(found).to_dict("list")})
         return
     screen.back_analysis(found)
-    screen.cautions(sentences(found, options))
 
 
 @app.command("design")

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from damagepred.arguments import checked
 from damagepred.plotting.colours import CURVE_STYLES, OPENING_STYLES
 from damagepred.plotting.sheet import MM, legend_below, plain_number, require, set_title, several_or_new, verbatim
-from damagepred.study.analyses.posterior_tables import measures
+from damagepred.study.analyses.posterior_tables import measures, odds_in_words
 
 _LABEL = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
 """Ground of the labels of observed cracks."""
@@ -46,7 +46,7 @@ def draw_back_analysis(found: xr.Dataset, axes: Sequence[Axes] | None = None) ->
     >>> len(damagepred.plotting.draw_back_analysis(damagepred.infer("house.dp", seen)))
     1
     """
-    require(found, ("posterior", "movement", "movement_measure", "cause_posterior"), "a back-analysis")
+    require(found, ("posterior", "movement", "movement_measure", "posterior_odds"), "a back-analysis")
     axes = several_or_new(axes, 2 if "crack_probability" in found else 1, 1, 8.0, 7.5)
     shown, largest = measures(found), found["movement_largest"].values
     alike = len(set(shown)) == 1
@@ -55,10 +55,10 @@ def draw_back_analysis(found: xr.Dataset, axes: Sequence[Axes] | None = None) ->
         weight, movement = (found[n].values[own].ravel() for n in ("posterior", "movement"))
         used = weight > 0
         order = np.argsort(movement[used])
-        share = float(found["cause_posterior"][k])
-        total = np.cumsum(weight[used][order]) / max(share, 1e-300)
+        total = np.cumsum(weight[used][order]) / max(weight.sum(), 1e-300)
         colour, style = OPENING_STYLES[k % len(OPENING_STYLES)][0], CURVE_STYLES[k % len(CURVE_STYLES)]
-        label, factor = f"{verbatim(name)}: probability {share:.2g}", shown[k].factor if alike else 1.0 / largest[k]
+        odds = odds_in_words(float(found["posterior_odds"][k]))
+        label, factor = f"{verbatim(name)}: odds {odds}", shown[k].factor if alike else 1.0 / largest[k]
         if not alike:
             label += f"; {shown[k].words} up to {shown[k].factor * largest[k]:.3g} {shown[k].unit}"
         axes[0].step(movement[used][order] * factor, total, where="post", color=colour, linestyle=style, label=label)

@@ -9,46 +9,32 @@ import numpy as np
 from damagepred.archive.files import read_dataset
 from damagepred.errors import InputError, nearest
 from damagepred.report.parts import Part, Section, Table, Text, drawing
-from damagepred.study.analyses.posterior_tables import posterior_tables, sentences
+from damagepred.study.analyses.posterior_tables import odds_in_words, posterior_tables, sentences
 from damagepred.study.analyses.stored_walls import study_name
+from damagepred.uq.observations import ANOTHER
 
 
 def back_analysis_section(file: Path, study: Path) -> Section:
-    """Return what the observed cracks say of movement and cause: cautions, odds, movement, further damage, pictures.
-
-    Parameters
-    ----------
-    file : Path
-        Of a back-analysis, as ``damagepred infer -o`` writes it.
-    study : Path
-        Folder of the study that the report is of.
-
-    Raises
-    ------
-    InputError
-        If it is no back-analysis, or one without this study.
-    """
+    """Section of a back-analysis file (``infer -o``): cautions, odds, movement, further damage, pictures."""
     from damagepred.plotting import draw_back_analysis
 
     found = read_dataset(file)
-    if "movement_measure" not in found:
+    if "another_cause_odds" not in found:
         raise InputError(
             f"posterior = {file}: is no back-analysis, or an older one; give the file that `damagepred infer -o` wrote."
         )
     names, own = [str(name) for name in found["study"].values], study_name(study)
     if own not in names:
         raise InputError(f"posterior = {file}: is of {', '.join(names)}, not of {own}." + nearest(own, names))
-    likeliest = found.isel(study=int(np.argmax(found["cause_posterior"].values)))
+    odds = np.append(found["posterior_odds"].values, found["another_cause_odds"].values)
     intro = (
         f"{found.attrs['observations']} observations on the wall, compared with the walls of "
         f"{len(names)} {'study' if len(names) == 1 else 'studies'}: {', '.join(names)}."
     )
-    if len(names) > 1:
-        intro += (
-            f" The likeliest is {likeliest['study'].item()}, with a probability of "
-            f"{float(likeliest['cause_posterior']):.2f}. Causes without a study have none."
-        )
-    parts: list[Part] = [Text([intro], sentences(found))]
+    if np.isfinite(odds).any():
+        best = int(np.nanargmax(odds))
+        intro += f" The likeliest is {[*names, ANOTHER][best]}, odds {odds_in_words(odds[best])}."
+    parts: list[Part] = [Text([], sentences(found)), Text([intro])]
     parts += [Table(title, columns, rows) for title, columns, rows in posterior_tables(found)]
     caption = "Distribution of the movement under each cause, given the observations."
     if "crack_probability" in found:

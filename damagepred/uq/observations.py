@@ -38,6 +38,19 @@ CONTRADICTION = 3.0
 ROUNDING = 1e-9
 """Distance (m) that counts as none."""
 
+ANOTHER = "another cause"
+"""Name of all causes without a study, in prior odds and tables."""
+
+VAGUE_WIDTH = 1.6e-3, 1.7
+"""Under another cause: median (m) and deviation of the logarithm of crack widths, 90 % of them from 0.1 to 25 mm (the
+limits of the damage table). One place in two has no crack. Assumed, as all values of the vague model."""
+
+VAGUE_SLOPE = 1.0 / 150.0
+"""Under another cause: mean slope and tilt, and standard deviation of levels over their distance."""
+
+VAGUE_CHANGE = 5e-3
+"""Under another cause: standard deviation of the change of an opening's width (m); one opening in two sticks."""
+
 
 @cache
 def _shipped_terms() -> dict[str, dict[str, Any]]:
@@ -241,7 +254,7 @@ class Observations:
     movement : str, optional
         Prior of the movement: a site class or a distribution; by default all movements up to the study's are alike.
     prior_odds : dict of str to float
-        Of causes, by the name of their study; by default they are alike.
+        Of causes, by the name of their study, and of ``"another cause"``; by default they are alike.
     """
 
     crack: tuple[CrackObservation, ...] = ()
@@ -369,6 +382,36 @@ class Observations:
         """Number of observations."""
         return len(self.crack) + len(self.level) + len(self.slope) + len(self.tilt) + len(self.window)
 
+    def vague_log_likelihood(self) -> float:
+        """Log likelihood under another cause: each observation for itself, as vague as what surveys find."""
+        model, found = self.discrepancy, []
+        middle, deviation = VAGUE_WIDTH
+        for crack in self.crack:
+            if crack.width is not None:
+                error = math.hypot(crack.error, model.width)
+                whole = math.exp(-0.5 * (crack.width / error) ** 2) / (error * math.sqrt(0.5 * math.pi))
+                z = math.log(crack.width / middle) / deviation
+                open_ = math.exp(-0.5 * z**2) / (crack.width * deviation * math.sqrt(2.0 * math.pi))
+                chance = 0.5 * (whole + open_)
+            else:
+                ends = np.maximum(crack.limits, 0.0)
+                below = [0.5 * (x > 0) + 0.5 * special.ndtr(np.log(max(x, 1e-300) / middle) / deviation) for x in ends]
+                chance = float(below[1] - below[0])
+            other = 1.0 - model.direction  # one of four directions, or the model's runs otherwise
+            found.append(math.log(chance * (1.0 if crack.direction is None else 1.0 - 0.75 * other)))
+        for level in self.level:
+            distance = math.hypot(level.to_x - level.x, level.to_y - level.y)
+            spread = np.sqrt((VAGUE_SLOPE * distance) ** 2 + level.error**2 + model.level**2)
+            found.append(float(measured(np.zeros(1), level.difference, spread).log_likelihood[0]))
+        found += [-slope.value / VAGUE_SLOPE - math.log(VAGUE_SLOPE) for slope in (*self.slope, *self.tilt)]
+        for window in self.window:
+            if window.width_change is None:
+                found.append(math.log(0.5))
+            else:
+                spread = np.hypot(VAGUE_CHANGE, window.error)
+                found.append(float(measured(np.zeros(1), window.width_change, spread).log_likelihood[0]))
+        return sum(found)
+
     @classmethod
     def from_toml(cls, path: str | Path) -> Observations:
         """Read the file of a survey."""
@@ -394,7 +437,7 @@ class Fit(NamedTuple):
 def measured(predicted: FloatArray, value: float, deviation: FloatArray | float) -> Fit:
     """Fit of a measured value; ``deviation`` is its standard deviation about the prediction."""
     misfit = ((predicted - value) / deviation) ** 2
-    return Fit(-0.5 * misfit - np.log(deviation), misfit)
+    return Fit(-0.5 * misfit - np.log(deviation * math.sqrt(2.0 * math.pi)), misfit)
 
 
 def censored(predicted: FloatArray, lower: float, upper: float, deviation: FloatArray | float) -> Fit:

@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+import numpy as np
 import xarray as xr
 
 HERE = Path(__file__).resolve().parent
@@ -105,12 +106,15 @@ def main() -> None:
         wall: [archive(name, given.folder, given.samples, given.workers) for name in names]
         for wall, names in WALLS.items()
     }
-    lines = ["| wall | studies | posterior odds | central deflection, 90 % interval (mm) | effective samples |"]
+    lines = [
+        "| wall | studies | odds, one kind against the other | central deflection, 90 % interval (mm) | effective |"
+    ]
     lines.append("|---|---|---|---|---|")
     for name, (wall, seen) in surveys().items():
         found = infer(stored[wall], seen, workers=given.workers)
-        causes = posterior_tables(found)[0].rows
-        lines += [f"| {name} | {one} | {after} | {moved} | {count} |" for one, _, after, moved, count in causes]
+        share = np.bincount(found["study_of_sample"].values, found["posterior"].values.sum(axis=1))
+        for (one, moved, _, _, count, _), odds in zip(posterior_tables(found)[0].rows, share / (1.0 - share)):
+            lines.append(f"| {name} | {one} | {odds:.3g} | {moved} | {count} |")
         print("\n".join([name, *sentences(found)]), flush=True)
         picture(found, name)
     print("\n".join(lines))

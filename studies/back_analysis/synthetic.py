@@ -149,7 +149,7 @@ def _case(stored: Sequence[StoredWalls], cause: int, movement: float, seen: Obse
     return Case(
         cause,
         float(movement_cdf(stored[cause], weight[:, : stored[cause].movement.shape[1]], np.array([movement]))[0]),
-        found["cause_posterior"].values,
+        np.bincount(found["study_of_sample"].values, found["posterior"].values.sum(axis=1), len(stored)),
         float(found["effective_samples"][cause]),
         any(crack.width is not None for crack in seen.crack),
         bool(found["resembles"].values.any()),

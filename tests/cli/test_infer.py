@@ -31,9 +31,23 @@ def test_infer_prints_and_keeps_the_posterior(command: Run, tmp_path: Path) -> N
     assert picture.stat().st_size > 10_000
     with xr.open_dataset(kept) as ds:
         assert abs(float(ds["posterior"].sum()) - 1) < 1e-9
-        assert ds["cause_prior"].values.round(3).tolist() == [0.667, 0.333]
+        assert ds["cause_prior"].values.tolist() == [0.5, 0.25]
+        assert float(ds["another_cause_prior"]) == 0.25
     survey.write_text('[[crack]]\nwidth = "2 mm"\n')
-    assert json.loads(command("infer", weak, survey, "--json").out)["dims"]["study"] == 1
+    told = json.loads(command("infer", weak, survey, "--json").out)
+    assert told["dims"]["study"] == 1
+    # 80 walls of which few agree: the caution comes first, and no odds, neither as such nor as probabilities
+    survey.write_text(
+        '[[crack]]\nwidth = "12 mm"\nerror = "0.1 mm"\n[discrepancy]\nwidth = 1e-5\nwidth_share = 0.001\n'
+    )
+    told = json.loads(command("infer", weak, strong, survey, "--json").out)
+    assert next(iter(told)) == "cautions"
+    assert all("odds" in caution for caution in told["cautions"][:2])
+    assert told["data_vars"]["cause_posterior"]["data"] == [None, None]
+    assert told["data_vars"]["another_cause_posterior"]["data"] is None
+    said = command("infer", weak, strong, survey, "--full")
+    assert said.code == 0
+    assert said.out.index("caution: ") < said.out.index("Cause and movement")
 
 
 def test_wrong_input_is_answered_by_a_sentence(command: Run, tmp_path: Path) -> None:
@@ -62,9 +76,14 @@ def test_the_report_has_a_section_of_the_posterior(command: Run, tmp_path: Path)
     text = page_of(command("report", weak, *how, "--posterior", kept), page)
     with xr.open_dataset(kept) as ds:
         share = ds["cause_posterior"].values
-    for said in ("What the observed cracks say", "Model discrepancy (SI)", "Damage after further movement"):
+    for said in (
+        "What the observed cracks say",
+        "Model discrepancy; ",
+        "0.23\u00a0mm",
+        "Damage after further movement",
+    ):
         assert said in text
-    assert f"<td>{share[0] / share[1]:.3g}</td>" in re.sub(r'<td class="[^"]*">', "<td>", text)
+    assert f"<td>{share[0] / (1 - share[0]):.3g}</td>" in re.sub(r'<td class="[^"]*">', "<td>", text)
     assert text.count("<svg") == page_of(command("report", weak, *how), page).count("<svg") + 1
     other = synthetic_study(tmp_path / "other.dp", 12)
     for arguments, sentence in (

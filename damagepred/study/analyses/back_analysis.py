@@ -3,7 +3,8 @@
 Every increment of every stored sample is one state of the prior: the sample with its weight, the increment with the
 prior probability of the movements nearest to it. Its posterior weight is that times its likelihood (self-normalised
 importance sampling: Robert and Casella 2004, ch. 3). Causes are studies: their posterior odds are the prior odds times
-the ratio of their mean likelihoods (Bayes factor).
+the ratio of their mean likelihoods (Bayes factor). Another cause, without a study, has the likelihood of a vague model
+(``Observations.vague_log_likelihood``).
 
 Local cracks and levels are read from replays. Where these are fewer than the samples, they are drawn with probabilities
 proportional to the weights by all other observations, and weighted by the inverse (Horvitz and Thompson 1952).
@@ -25,6 +26,7 @@ import numpy as np
 import xarray as xr
 from scipy import special
 
+from damagepred.archive.folder import StudyFolder
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError, nearest
@@ -32,11 +34,13 @@ from damagepred.formatting import duration
 from damagepred.one_thread import one_blas_thread
 from damagepred.study.analyses.stored_walls import StoredWalls
 from damagepred.study.campaign.campaign import Campaign, Progress
+from damagepred.study.settings import read_frozen
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.importance import Proposal, cross_entropy_shift
+from damagepred.uq.intensity import shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
-from damagepred.uq.observations import Discrepancy, Observations
+from damagepred.uq.observations import ANOTHER, Discrepancy, Observations
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,7 @@ class InferenceOptions:
     nominal_share : float
         Share of the new walls that are drawn as the study says (defensive mixture).
     smallest_cause : float
-        Posterior probability of a cause from which new walls are run for it.
+        Posterior probability of a cause, among the studies, from which new walls are run for it.
     resemblance : float
         Probability of a larger misfit below which the best state is said not to resemble the observations.
     further : tuple of float
@@ -88,6 +92,18 @@ class InferenceOptions:
 
 
 DEFAULT = InferenceOptions()
+
+LARGEST_ODDS = 100.0
+"""Odds beyond which none are given: the model's own doubt is larger."""
+
+UNCERTAIN = 0.05
+"""Share of the posterior at the end of the paths, and width of bounds, from which advice is given."""
+
+_MOVED_BY = {
+    "central_deflection": ("movement", "central_deflection"),
+    "surface_movement": ("mound", "surface_movement"),
+}
+"""Table and key of a scene that say how far a measure goes."""
 
 
 def chosen_samples(weight: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
@@ -143,10 +159,13 @@ def infer(
     -------
     xarray.Dataset
         On (sample, increment): ``posterior``, the weights of the states, which add up to 1. On (study,): prior and
-        posterior probability of the cause, effective samples, and the least misfit of a state. ``movement_quantile``
-        on (study, quantile), in ``movement_units`` of the ``movement_measure`` of each study. On (study, further,
-        category): ``future_probability`` of each category or worse among the walls that were followed so far, and its
-        bounds ``_lower`` and ``_upper`` among all; ``further`` is a share of ``movement_largest``.
+        posterior probability of the cause (``another_cause_posterior`` of all others), ``posterior_odds`` between 1/100
+        and 100 (NaN below ``fewest_effective`` samples, and where no wall resembles the observations), effective
+        samples, and the least misfit of a state. ``movement_quantile`` on (study, quantile), in ``movement_units`` of
+        the ``movement_measure`` of each study; ``movement_cut`` is the share of the posterior at the end of the paths,
+        where they cut the movement. On (study, further, category): ``future_probability`` of each category or worse
+        among the walls that were followed so far, and its bounds ``_lower`` and ``_upper`` among all; ``further`` is a
+        share of ``movement_largest``. ``advice`` names the movement to run walls to.
 
     Raises
     ------
@@ -167,9 +186,8 @@ def infer(
     stored = [StoredWalls(Path(p)) for p in paths]
     found = posterior(stored, seen, workers, options, on_replay)
     for number in range(1, options.rounds + 1 if options.new_walls else 1):
-        weak = (found["effective_samples"].values < options.fewest_effective) & (
-            found["cause_posterior"].values >= options.smallest_cause
-        )
+        share = np.bincount(found["study_of_sample"].values, found["posterior"].values.sum(axis=1), len(stored))
+        weak = (found["effective_samples"].values < options.fewest_effective) & (share >= options.smallest_cause)
         if not weak.any():
             break
         for k in np.flatnonzero(weak):
@@ -270,15 +288,17 @@ def posterior(
     for walls in studies:
         walls.require(seen)
     names = [walls.name for walls in studies]
-    if len(set(names)) < len(names):
+    if len({*names, ANOTHER}) <= len(names):
         raise InputError(f"studies: {', '.join(names)}: each cause needs a study of a name of its own.")
     if seen.movement is not None and len(measures := sorted({walls.measure for walls in studies})) > 1:
         raise InputError(
             f"movement = {seen.movement}: is the prior of one measure, and the studies have {' and '.join(measures)}; "
             "leave it out, or give studies of one measure."
         )
-    if unknown := [name for name in seen.prior_odds if name not in names]:
-        raise InputError(f"prior_odds: '{unknown[0]}': is none of the studies." + nearest(unknown[0], names))
+    if unknown := [name for name in seen.prior_odds if name not in (*names, ANOTHER)]:
+        raise InputError(
+            f"prior_odds: '{unknown[0]}': is none of the studies." + nearest(unknown[0], [*names, ANOTHER])
+        )
     movement = None if seen.movement is None else movement_distribution(seen.movement, studies[0].units, "movement")
     logs, misfits, replayed = [], [], []
     for walls in studies:
@@ -289,8 +309,9 @@ def posterior(
     evidence = np.array([special.logsumexp(log) if np.isfinite(log).any() else -np.inf for log in logs])
     if not np.isfinite(evidence).any():
         raise InputError("observations: no state of any stored wall has a positive likelihood.")
-    prior = np.array([seen.prior_odds.get(name, 1.0) for name in names], dtype=np.float64)
+    prior = np.array([seen.prior_odds.get(name, 1.0) for name in (*names, ANOTHER)], dtype=np.float64)
     prior /= prior.sum()
+    evidence = np.append(evidence, seen.vague_log_likelihood())
     cause = special.softmax(np.log(prior) + evidence)
     own = [np.exp(log - e) if np.isfinite(e) else np.zeros(log.shape) for log, e in zip(logs, evidence)]
     return _dataset(studies, seen, options, own, cause, prior, evidence, misfits, replayed)
@@ -365,6 +386,37 @@ def _future(walls: StoredWalls, weight: FloatArray, options: InferenceOptions, h
     return xr.Dataset({**values, "future_known": ("further", followed, {"units": "1"})})
 
 
+def _path_end(
+    walls: StoredWalls, weight: FloatArray, quantiles: FloatArray, future: xr.Dataset, options: InferenceOptions
+) -> tuple[float, str]:
+    """Share of the posterior at the end of the paths, and advice on how to follow walls farther ("" if needless)."""
+    end = np.fmax.reduce(walls.edges, axis=1)
+    at_end = (walls.edges[:, 1:] >= end[:, None] * (1 - 1e-9)) & (weight > 0)
+    cut = float(weight[at_end].sum())
+    doubt = float((future["future_probability_upper"] - future["future_probability_lower"]).max())
+    if not max(doubt, cut) > UNCERTAIN or not weight.any():
+        return cut, ""
+    shown = shown_measure(walls.measure, walls.units)
+    longest = end >= walls.largest * (1 - 1e-9)
+    if weight[~longest].sum() > 0.5 * weight.sum():
+        return cut, (
+            f'follow walls on, with stop_at_category = "none" under [study]: most of them end before '
+            f"{shown.factor * walls.largest:.3g} {shown.unit} (damage category reached, own movement, or failure)"
+        )
+    target = float(f"{quantiles[-1] + max(options.further) * walls.largest:.2g}")
+    said = f"run walls to {shown.factor * target:.3g} {shown.unit}"
+    settings, more = read_frozen(StudyFolder(walls.path).study_text()), f"{walls.name}_farther"
+    table, key = _MOVED_BY.get(walls.measure, ("", ""))
+    movement = settings.scene.movement
+    if not table or movement.stage or settings.scene.soil_layer or f"{table}.{key}" in settings.variables:
+        return cut, f"{said} in a study of its own, and infer from that"
+    count = round(movement.increment_count * target / walls.largest)
+    return cut, (
+        f"{said}: sed -e 's/^{key} = .*/{key} = {target:g}/' -e 's/^increments = .*/increments = {count}/' "
+        f"{walls.path.name}/study.toml > {more}.toml && damagepred study {more}.toml, and infer from {more}.dp"
+    )
+
+
 def _dataset(
     studies: Sequence[StoredWalls],
     seen: Observations,
@@ -376,13 +428,13 @@ def _dataset(
     misfits: Sequence[float],
     replayed: Sequence[int],
 ) -> xr.Dataset:
-    steps = max(weight.shape[1] for weight in own)
+    steps, among = max(weight.shape[1] for weight in own), special.softmax(np.log(prior[:-1]) + evidence[:-1])
     highest = min(highest_category(walls.ds) for walls in studies)
     units = {walls.units for walls in studies}
     unit = {"units": units.pop()} if len(units) == 1 else {"comment": "in movement_units of each study"}
     values: dict[str, Any] = {"posterior": [], "movement": []}
     quantiles, futures = [], []
-    for walls, weight, share in zip(studies, own, cause):
+    for walls, weight, share in zip(studies, own, among):
         pad = ((0, 0), (0, steps - weight.shape[1]))
         values["posterior"].append(np.pad(share * weight, pad))
         values["movement"].append(np.pad(walls.movement, pad, constant_values=np.nan))
@@ -392,24 +444,37 @@ def _dataset(
             np.interp(options.quantiles, cdf, grid) if cdf[-1] > 0 else np.full(len(options.quantiles), np.nan)
         )
         futures.append(_future(walls, weight, options, highest))
-    effective = [effective_samples(weight.sum(axis=1)) for weight in own]
-    far = special.chdtrc(seen.count, np.array(misfits)) < options.resemblance
+    effective = np.array([effective_samples(weight.sum(axis=1)) for weight in own])
+    resemblance = special.chdtrc(seen.count, np.array(misfits))
+    usable = (effective >= options.fewest_effective) & (resemblance >= options.resemblance)
+    with np.errstate(divide="ignore"):
+        odds = np.clip(cause / (1.0 - cause), 1.0 / LARGEST_ODDS, LARGEST_ODDS)
+    usable = np.append(usable, usable.any())
+    cut, advice = zip(*(_path_end(*one, options) for one in zip(studies, own, quantiles, futures)))
     state, origins = ("sample", "increment"), seen.discrepancy.origins()
     ds = xr.Dataset(
         {
             "posterior": (state, np.concatenate(values["posterior"]), {"units": "1"}),
             "movement": (state, np.concatenate(values["movement"]), unit),
-            "cause_prior": ("study", prior, {"units": "1"}),
-            "cause_posterior": ("study", cause, {"units": "1"}),
-            "log_evidence": ("study", evidence, {"units": "1"}),
-            "effective_samples": ("study", np.array(effective), {"units": "1"}),
+            **{
+                f"{who}_{name}": (dims, value[some], {"units": "1"})
+                for name, value in (("prior", prior), ("posterior", cause))
+                for who, dims, some in (("cause", "study", slice(-1)), ("another_cause", (), -1))
+            },
+            "posterior_odds": ("study", np.where(usable, odds, np.nan)[:-1], {"units": "1"}),
+            "another_cause_odds": ((), odds[-1] if usable[-1] else np.nan, {"units": "1"}),
+            "log_evidence": ("study", evidence[:-1], {"units": "1"}),
+            "effective_samples": ("study", effective, {"units": "1"}),
             "replayed": ("study", np.array(replayed), {"units": "1"}),
             "least_misfit": ("study", np.array(misfits), {"units": "1"}),
+            "resemblance": ("study", resemblance, {"units": "1", "long_name": "probability of a larger misfit"}),
             "resembles": (
                 "study",
-                (~far).astype(np.int8),
+                (resemblance >= options.resemblance).astype(np.int8),
                 {"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "no yes"},
             ),
+            "movement_cut": ("study", np.array(cut), {"units": "1"}),
+            "advice": ("study", list(advice)),
             "movement_quantile": (("study", "quantile"), np.array(quantiles), unit),
             "movement_measure": ("study", [walls.measure for walls in studies]),
             "movement_units": ("study", [walls.units for walls in studies]),
@@ -427,6 +492,8 @@ def _dataset(
             "title": "back-analysis",
             "observations": seen.count,
             "discrepancy_points": options.discrepancy_points,
+            "fewest_effective": options.fewest_effective,
+            "least_resemblance": options.resemblance,
             **{f"discrepancy_{name}": getattr(seen.discrepancy, name) for name in origins},
             **{f"discrepancy_interval_{name}": interval for name, (interval, _) in origins.items()},
             **{f"discrepancy_confidence_{name}": confidence for name, (_, confidence) in origins.items()},
