@@ -24,20 +24,7 @@ LARGEST_WHOLE = 2**63
 
 
 def read_bytes(path: str | Path, largest: int = LARGEST_DESCRIPTION) -> bytes:
-    """Read a regular file whole.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    largest : int
-        Size that is accepted (bytes).
-
-    Raises
-    ------
-    InputError
-        If it is missing, no regular file, larger, or may not be read.
-    """
+    """Content of a regular file of at most ``largest`` bytes."""
     try:
         with opened(Path(path), largest) as stream:
             return stream.read(largest)
@@ -46,20 +33,7 @@ def read_bytes(path: str | Path, largest: int = LARGEST_DESCRIPTION) -> bytes:
 
 
 def opened(file: Path, largest: int | None = None) -> BinaryIO:
-    """Open a regular file; opening a pipe without a writer does not wait for one.
-
-    Parameters
-    ----------
-    file : Path
-        The file.
-    largest : int, optional
-        Size that is accepted (bytes).
-
-    Raises
-    ------
-    InputError
-        If it is missing, no regular file, larger, or may not be read.
-    """
+    """Open a regular file of at most ``largest`` bytes; opening a pipe without a writer does not wait for one."""
     try:
         handle = os.open(file, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except FileNotFoundError:
@@ -89,70 +63,29 @@ def _similar(file: Path) -> str:
 
 
 def read_text(path: str | Path, largest: int = LARGEST_DESCRIPTION) -> str:
-    """Read a text file in UTF-8, with or without a byte order mark.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    largest : int
-        Size that is accepted (bytes).
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or is no text.
-    """
+    """Text of a file in UTF-8, with or without a byte order mark."""
     return as_text(read_bytes(path, largest), path)
 
 
 def as_text(content: bytes, source: str | Path) -> str:
-    """Decode the bytes of a text file in UTF-8, with or without byte order mark.
-
-    Parameters
-    ----------
-    content : bytes
-        Of the file.
-    source : str or Path
-        Name of the file, for the message.
-
-    Raises
-    ------
-    InputError
-        If they are not UTF-8.
-    """
+    """Text from the bytes of a file in UTF-8, with or without a byte order mark; ``source``: its name, for messages."""
     try:
-        return content.decode("utf-8-sig")
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError(f"{source}: is not a text file in UTF-8.") from None
+        kind = "UTF-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "Latin-1 or another code"
+        raise InputError(f"{source}: is not a text file in UTF-8 (it may be {kind}); save it as UTF-8.") from None
+    if "\0" in text[:1000]:
+        raise InputError(f"{source}: is not a text file in UTF-8 (it may be UTF-16); save it as UTF-8.")
+    return text
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or is not TOML.
-    """
+    """Tables of a TOML file."""
     return parse_toml(read_text(path), path)
 
 
 def parse_toml(text: str, source: str | Path) -> dict[str, Any]:
-    """Read TOML from its text.
-
-    Parameters
-    ----------
-    text : str
-        The text.
-    source : str or Path
-        Where it comes from, for the message.
-
-    Raises
-    ------
-    InputError
-        If it is not TOML.
-    """
+    """Tables of a TOML text; ``source``: where it comes from, for messages."""
     try:
         content = tomllib.loads(text.replace("\r\n", "\n"))
         _check_size(content, 0)
@@ -165,20 +98,7 @@ def parse_toml(text: str, source: str | Path) -> dict[str, Any]:
 
 
 def parse_json(content: bytes, source: str | Path) -> dict[str, Any]:
-    """Parse a JSON object.
-
-    Parameters
-    ----------
-    content : bytes
-        JSON text in UTF-8.
-    source : str or Path
-        Name of the file, for the message.
-
-    Raises
-    ------
-    InputError
-        If it is no valid JSON, or no object.
-    """
+    """JSON object from a text in UTF-8; ``source``: name of the file, for messages."""
     try:
         found = json.loads(as_text(content, source))
     except InputError:

@@ -117,13 +117,7 @@ _CAUTIONS = (
 
 
 def wall_cautions(ds: xr.Dataset) -> list[str]:
-    """Return what a reader must know of how a wall was solved, a sentence each.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall; archives of older versions tell nothing.
-    """
+    """Sentences on how a wall was solved; archives of older versions have none."""
     said = []
     for name, option, what, whole, consequence in _CAUTIONS:
         share, limit = (float(ds.attrs.get(key, np.nan)) for key in (name, option))
@@ -133,6 +127,11 @@ def wall_cautions(ds: xr.Dataset) -> list[str]:
             )
     if count := int(ds.attrs.get("snap_back_limited_joints", 0)):
         said.append(f"In {count} joints the bond breaks at once: {_SNAP_BACK}")
+    if "loading_not_run" in ds.attrs:
+        said.append(
+            f"The run ends before the motion of base or ground: the motion {ds.attrs['loading_not_run']} is not run. "
+            "Give [dynamics] a longer duration, or leave it out."
+        )
     return said
 
 

@@ -209,7 +209,7 @@ def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
     evaluation_time = options.contact_time * (contacts + zones)
     if scene.dynamics is not None:
         increments = scene.dynamics.outputs
-        steps = scene.dynamics.duration / _stable_time_step(scene) + 1.0 + increments
+        steps = scene.dynamics.run_duration / _stable_time_step(scene) + 1.0 + increments
         time = options.dynamic_contact_evaluations * evaluation_time * steps
     elif solver.method == "explicit":
         cycles = solver.ramp_cycles + min(options.settling_cycles, solver.maximum_cycles)

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import itertools
+from functools import cached_property
+from pathlib import Path
 from typing import Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from damagepred.arrays import FloatArray
+from damagepred.errors import InputError
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Acceleration, Count, Duration, Frequency, Pure, Speed
 
@@ -28,8 +33,8 @@ class BaseMotion:
     start : float
         When it begins (s).
     file : str or None
-        CSV file of a record: time (s) in the first column, values (SI) in the second; lines that are no numbers are
-        skipped. A relative name is looked for in the working folder.
+        CSV or xlsx file of a record: times that rise (s) and values (SI), or in the unit of the column's name, such as
+        ``a (g)``. It lies beside the scene file; in Python, in the working folder.
     time, values : sequence of float
         The record itself, in place of a file (s, SI).
     quantity : {"acceleration", "velocity", "displacement"}
@@ -82,6 +87,30 @@ class BaseMotion:
             raise ValueError("time: must rise from point to point")
         return self
 
+    def record(self) -> tuple[FloatArray, FloatArray]:
+        """Record as times (s) and values (SI), from its file if it has one."""
+        if self.file is None:
+            return np.array(self.time), np.array(self.values)
+        from damagepred.scene.input_tables import read_record
+
+        return read_record(Path(self.file), self.quantity)
+
+    def shaking(self) -> tuple[float, float, float] | None:
+        """Time (s) at which the base begins to move and comes to its end, and that of the record; None if it stays."""
+        if self.kind != "record":
+            end = self.start + self.duration
+            return (self.start, end, end) if self.acceleration else None
+        time, values = self.record()
+        if self.quantity == "displacement":
+            values = values - values[0]
+        elif self.quantity == "acceleration" and self.baseline == "velocity":
+            values = values - np.trapezoid(values, time) / (time[-1] - time[0])
+        moved = np.flatnonzero(np.abs(values) > 1e-12 * np.abs(values).max())
+        if not moved.size or self.scale == 0.0:
+            return None
+        first, last = time[max(moved[0] - 1, 0)], time[min(moved[-1] + 1, len(time) - 1)]
+        return self.start + float(first), self.start + float(last), self.start + float(time[-1])
+
 
 @described
 class Dynamics:
@@ -89,8 +118,8 @@ class Dynamics:
 
     Attributes
     ----------
-    duration : float
-        Physical time (s).
+    duration : float or None
+        Physical time (s). None: 2 s, or until all base motion and the movement of the ground have ended.
     outputs : int
         Number of equal intervals after each of which the state is kept.
     base : sequence of BaseMotion
@@ -136,7 +165,7 @@ class Dynamics:
     50
     """
 
-    duration: Duration = Field(default=2.0, gt=0)
+    duration: Duration | None = Field(default=None, gt=0)
     outputs: Count = Field(default=100, ge=1)
     base: tuple[BaseMotion, ...] = ()
     movement_time: Duration | None = Field(default=None, gt=0)
@@ -160,6 +189,31 @@ class Dynamics:
                 f"second_frequency = {self.second_frequency:g} Hz: must be above frequency = {self.frequency:g} Hz"
             )
         return self
+
+    @cached_property
+    def run_duration(self) -> float:
+        """Physical time of the run (s)."""
+        ends = [shaking[2] for motion in self.base if (shaking := motion.shaking())]
+        return max(2.0, self.movement_time or 0.0, *ends) if self.duration is None else self.duration
+
+    @cached_property
+    def loading_end(self) -> float:
+        """Time (s) from which neither the base nor the ground is moved."""
+        return max([self.movement_time or 0.0, *(s[1] for motion in self.base if (s := motion.shaking()))])
+
+    def check_base(self) -> None:
+        """Refuse base motion that never moves the wall during the run."""
+        for number, motion in enumerate(self.base, 1):
+            shaking = motion.shaking()
+            if motion.time and motion.time[0] < 0.0:
+                raise InputError(f"dynamics.base {number}: time begins at {motion.time[0]:g} s; must be 0 or later.")
+            if shaking is None:
+                raise InputError(f"dynamics.base {number}: never moves the wall; all its values are 0, or alike.")
+            if shaking[0] >= self.run_duration:
+                raise InputError(
+                    f"dynamics.base {number}: shakes from {shaking[0]:g} to {shaking[1]:g} s, and the run ends at "
+                    f"{self.run_duration:g} s. Give a longer [dynamics] duration, or leave it out to cover all motion."
+                )
 
     def step_share(self, dry: bool) -> float:
         """Return the fraction of the largest stable time step to use; ``dry``: some joints have no strength."""

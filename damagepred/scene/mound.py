@@ -66,7 +66,10 @@ class Mound:
         K = i / z_0 of a tunnel (1): 0.5 in clay (O'Reilly and New 1982).
     table : sequence of (position, fraction)
         For ``shape = "table"``: position along the wall from 0 to 1, and the movement there as a fraction of
-        ``surface_movement``; a monotone cubic (PCHIP) between. In a scene file it may be the name of a CSV file.
+        ``surface_movement``; a monotone cubic (PCHIP) between. In a scene file it may be the name of a file as of
+        ``movement.table``; movements with a unit (up positive) have sign and size.
+    table_ends : {"refuse", "cut", "level", "extend"}
+        As of ``[movement]``.
 
     Examples
     --------
@@ -94,6 +97,7 @@ class Mound:
     tunnel_depth: Length | None = Field(default=None, gt=0)
     trough_width: Pure = Field(default=0.5, gt=0)
     table: tuple[tuple[Pure, Pure], ...] = ()
+    table_ends: Literal["refuse", "cut", "level", "extend"] = "refuse"
 
     @model_validator(mode="after")
     def _complete(self) -> Mound:

@@ -110,17 +110,22 @@ class Movement:
     table : sequence of (position, fraction)
         For ``shape = "table"``: position along the wall from 0 to 1, and deflection there in any unit. They are scaled
         so that the middle lies 1 off the line through the ends. Ends that settle unequally tilt the wall, too. Between
-        the points a monotone cubic is drawn (PCHIP). In a scene file it may be the name of a CSV file with two columns,
-        position (any unit, from the left end) and deflection.
+        the points a monotone cubic is drawn (PCHIP). In a scene file it may be the name of a CSV or xlsx file: position
+        from the wall's left end (m), and level (up positive), or in the units of the columns' names. Levels with a
+        unit, such as ``level (mm)``, have sign and size: ``kind`` and ``central_deflection`` follow from them, and must
+        not contradict them. Without a unit they are a form, and both must be given.
+    table_ends : {"refuse", "cut", "level", "extend"}
+        Of a file that does not end where the wall ends. ``cut``: what lies beyond the wall is cut off. The others also
+        continue what ends before the wall: at its last level, or in a straight line through its last two points.
     stage : sequence of Stage
         A movement history, from level ground through the deflections of the stages, there and back. Then
         ``increments`` is not read, and ``central_deflection`` is the largest deflection of all stages; on a mound
         the largest surface movement is that of ``[mound]``. A study that samples that value scales the whole history
         with it. Jacks are controlled by deflection, and push one way.
     history : str or None
-        In a scene file, in place of stages: name of a CSV file, each line the end of a stage. Its columns are time
-        (years), movement (m) and, if wanted, increments and strain (of the bricks). Doming is positive; on a mound it
-        is the surface movement.
+        In a scene file, in place of stages: name of a CSV or xlsx file, each line the end of a stage. Its columns are
+        time (years) and movement (m), or in the unit of the column's name, and, if wanted, increments and strain (of
+        the bricks). Doming is positive; on a mound it is the surface movement.
     seasons : Seasons or None
         A history of some years, made of a trend, seasons and steps. The stages, and the largest movement, follow
         from it.
@@ -137,6 +142,7 @@ class Movement:
     increments: Count = Field(default=20, ge=1)
     shape: Literal["three_loads", "parabola", "arc", "table", "jacks", "mound", "loads"] = "three_loads"
     table: tuple[tuple[Pure, Pure], ...] = ()
+    table_ends: Literal["refuse", "cut", "level", "extend"] = "refuse"
     stage: tuple[Stage, ...] = ()
     history: str | None = None
     seasons: Seasons | None = None

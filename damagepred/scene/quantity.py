@@ -30,6 +30,9 @@ COMMON = {
     "Pa/m": {"Pa/m": 1.0, "N/mm3": 1e-3**-3, "MPa/mm": 1e9},
     "kg/m**3": {"kg/m3": 1.0},
     "N": {"N": 1.0, "kN": 1e3},
+    "s": {"s": 1.0, "ms": 1e-3},
+    "m/s": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2},
+    "m/s**2": {"m/s2": 1.0, "mm/s2": 1e-3, "cm/s2": 1e-2},
     "1": {"%": 1e-2},
 }
 """Units of most files by SI unit, with the factors of pint, which takes half a second to load."""
@@ -87,8 +90,10 @@ def _parse(text: str, unit: str) -> float:
 
     registry = _registry()
     try:
-        # "N/mm3" is how engineers write "N/mm**3"
-        written = registry.Quantity(1.0, re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", parts["unit"]))
+        # "N/mm3" is how engineers write "N/mm**3", and "g" of an acceleration is no gram
+        gravity = unit == "m/s**2" and parts["unit"].strip() == "g"
+        words = "standard_gravity" if gravity else re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", parts["unit"])
+        written = registry.Quantity(1.0, words)
         if unit == "1" and written.to_root_units().units == registry.radian:
             raise ValueError("is an angle, where a pure number is due; a friction is the tangent of its angle")
         return float((number * written).to("dimensionless" if unit == "1" else unit).magnitude)

@@ -20,7 +20,7 @@ from damagepred.errors import InputError, likely_unit, nearest
 from damagepred.input_files import read_toml
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
-from damagepred.scene.footing_profile import with_profile_files
+from damagepred.scene.input_tables import with_input_tables
 from damagepred.scene.loading import Load, Loading, Support, check_loading
 from damagepred.scene.material_library import with_material
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
@@ -348,7 +348,10 @@ class Scene:
         source : str
             Where the tables came from, for messages.
         """
-        scene = cls.from_dict(with_profile_files(tables, folder), source=source)
+        tables = with_input_tables(tables, folder)
+        scene = cls.from_dict(tables, source=source)
+        if scene.dynamics is not None:
+            scene.dynamics.check_base()
         object.__setattr__(scene, "given", frozenset(_places(tables, "")))
         own = tables.get("movement", {}).get("seasons", {}).get("swing")
         if scene.soil_layer and own is not None and own != getattr(scene.movement.seasons, "swing", None):

@@ -10,11 +10,11 @@ from typing import Annotated, Any, Literal, TypeVar
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from damagepred.errors import InputError
+from damagepred.errors import InputError, nearest
 from damagepred.scene.described import described
+from damagepred.scene.number_table import read_number_table
 from damagepred.scene.quantity import Length, Pure, to_si
 from damagepred.uq import families
-from damagepred.uq.columns import read_column
 from damagepred.uq.marginals import Mixture, Table
 
 
@@ -189,8 +189,19 @@ class Distribution:
             return self
         if self.distribution != "empirical" or self.column is None or self.values:
             raise InputError(f"{where} file: goes with distribution = 'empirical' and the name of a column, no values.")
-        values = read_column(where, folder / self.file, self.column, self.unit, unit)
-        source = self.source or f"{Path(self.file).name}, column {self.column}"
+        try:
+            table = read_number_table(folder / self.file)
+            if (column := table.find(self.column)) is None:
+                names = ", ".join(table.names)
+                hint = nearest(self.column, table.names)
+                raise InputError(f"{table.path}: column = '{self.column}': it has {names}.{hint}")
+            values = tuple(table.numbers(column, unit, self.unit, gaps=True).tolist())
+        except InputError as error:
+            raise InputError(f"{where} file = {error}") from None
+        gaps = len(table.cells) - len(values)
+        source = self.source or f"{table.path.name}, column {self.column}" + f", {gaps} empty cells left out" * (
+            gaps > 0
+        )
         return dataclasses.replace(self, values=values, file=None, column=None, unit=None, source=source)
 
     def _made(self, where: str, unit: str) -> Any:

@@ -173,6 +173,7 @@ Movement
   increments = 20 whole [1 max]
   shape = three_loads | three_loads parabola arc table jacks mound loads
   table = () 1 [-1e+15 1e+15]
+  table_ends = refuse | refuse cut level extend
   stage = ()
   history = None
   seasons = None
@@ -242,6 +243,7 @@ Mound
   tunnel_depth = None m (0 10000]
   trough_width = 0.5 1 (0 1e+15]
   table = () 1 [-1e+15 1e+15]
+  table_ends = refuse | refuse cut level extend
 Support
   x = required m [0 10000]
   width = required m (0 10000]
@@ -317,7 +319,7 @@ Damage
   footing_threshold = 0.001 m (0 10000]
   count_footing_gap = False
 Dynamics
-  duration = 2 s (0 1e+09]
+  duration = None s (0 1e+09]
   outputs = 100 whole [1 max]
   base = ()
   movement_time = None s (0 1e+09]

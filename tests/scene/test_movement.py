@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import damagepred
-from damagepred import Study
 from damagepred.errors import InputError
 from damagepred.scene import Joint, Loads, Movement, Scene, Wall
 from damagepred.scene.footing_profile import arc, three_loads
@@ -182,40 +180,6 @@ def movement(form: np.ndarray) -> Movement:
     """Return a movement through equally spaced points."""
     position = np.linspace(0, 1, len(form))
     return Movement(shape="table", table=tuple(zip(position.tolist(), form.tolist(), strict=True)))
-
-
-def test_a_profile_is_read_from_a_file_beside_the_scene_and_the_study(tmp_path: Path):
-    levels = "# survey of 3 May\nx (m), level (mm)\n2, 0\n4.5, -7\n8, -12\n\n12,-30\n"
-    (tmp_path / "levels.csv").write_text(levels, encoding="utf-8")
-    scene = '[movement]\nshape = "table"\ntable = "levels.csv"\n'
-    (tmp_path / "wall.toml").write_text(scene, encoding="utf-8")
-    (tmp_path / "study.toml").write_text(scene.replace("[m", "[scene.m"), encoding="utf-8")
-    expected = ((0.0, 0.0), (0.25, -7.0), (0.6, -12.0), (1.0, -30.0))
-    found = Scene.from_toml(tmp_path / "wall.toml")
-    assert found.movement.table == expected
-    assert Study.from_toml(tmp_path / "study.toml").settings.scene.movement.table == expected
-    assert Scene.from_dict(found.to_dict()) == found, "archives hold the points themselves"
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (None, "no such file"),
-        ("", "at least two points"),
-        ("x,y\n1,2\n", "at least two points"),
-        ("2,0\n1,0\n", "positions that rise"),
-        ("0,0\n0.5,a\n1,0\n", "line 2: must have two numbers"),
-        ("0,0,0\n0.5,1,2\n", "line 2: must have two numbers"),
-        ("0,0\n0.5,1\n0.4,1\n1,0\n", "positions must rise"),
-        ("0,0\n0.5,nan\n1,0\n", "finite"),
-    ],
-)
-def test_wrong_files_of_a_profile(tmp_path: Path, text: str | None, words: str):
-    if text is not None:
-        (tmp_path / "levels.csv").write_text(text, encoding="utf-8")
-    (tmp_path / "wall.toml").write_text('[movement]\nshape = "table"\ntable = "levels.csv"\n', encoding="utf-8")
-    with pytest.raises(InputError, match=words):
-        Scene.from_toml(tmp_path / "wall.toml")
 
 
 def test_a_function_is_taken_as_it_is_at_its_points():

@@ -167,7 +167,7 @@ def test_records_of_acceleration_and_velocity_give_the_same_motion(tmp_path: Pat
 @pytest.mark.parametrize(
     ("tables", "message"),
     [
-        ({"duration": 0}, r"\[dynamics\] duration = 0.0: must be greater than 0 s"),
+        ({"duration": 0}, r"\[dynamics\] duration = 0: must be greater than 0 s"),
         ({"duration": "5 m"}, "wrong kind of unit"),
         ({"damping": "some"}, "must be 'none', 'viscous', 'rayleigh' or 'local'"),
         ({"damping": "rayleigh", "frequency": 200}, "second_frequency = 100 Hz: must be above frequency = 200 Hz"),

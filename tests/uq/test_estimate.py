@@ -171,12 +171,12 @@ def test_a_table_may_carry_units_in_its_header_or_its_cells(tmp_path: Path) -> N
     ("text", "message"),
     [
         ("joint.fricton\n0.7\n", r"column 'joint.fricton': .*Did you mean 'joint.friction'"),
-        ("joint.friction\n", "one line a sample"),
+        ("joint.friction\n", "no rows of numbers"),
         ("joint.friction,joint.cohesion\n0.7\n", "line 2: has 1 cells, the header 2"),
         ("joint.friction\n0.7\nhigh\n", "line 3, joint.friction = 'high'"),
         ("joint.friction\nnan\n", "line 2, joint.friction = 'nan'"),
         ("joint.friction,joint.friction\n0.7,0.8\n", "named twice"),
-        ("joint.cohesion [mm]\n0.7\n", "line 2, joint.cohesion = '0.7': has the wrong kind of unit"),
+        ("joint.cohesion [mm]\n0.7\n", r"column 'joint.cohesion \[mm\]': has the wrong kind of unit"),
         ("joint.friction,weight\n0.7,-1\n", "weight = -1: must not be negative"),
     ],
 )

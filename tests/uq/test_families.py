@@ -210,7 +210,7 @@ def test_a_column_of_a_file_ends_up_in_the_study_in_si(tmp_path: Path):
     read = variable.with_values(PLACE, "Pa", tmp_path)
     assert read.values == pytest.approx((0.41e6, 0.52e6))
     assert read.file is read.column is read.unit is None
-    assert read.source == "bond.csv, column strength"
+    assert read.source == "bond.csv, column strength, 1 empty cells left out"
     assert read.frozen(PLACE, "Pa").mean() == pytest.approx(0.465e6)
 
 
@@ -249,7 +249,7 @@ def test_files_that_cannot_be_read(tmp_path: Path, change: dict, words: list[str
 
 def test_a_word_in_a_column_of_numbers(tmp_path: Path):
     (tmp_path / "bond.csv").write_text(MEASURED.replace("0.52", "0.52 MPa"))
-    with pytest.raises(InputError, match=r"line 5, column strength: '0\.52 MPa' is no finite number"):
+    with pytest.raises(InputError, match=r"line 5, strength = '0\.52 MPa': is no plain number"):
         Variable(distribution="empirical", file="bond.csv", column="strength").with_values(PLACE, "Pa", tmp_path)
 
 

@@ -9,7 +9,6 @@ import scipy
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
-from damagepred.input_files import LARGEST_TABLE, read_bytes
 from damagepred.scene.dynamics import BaseMotion
 
 LARGEST_VALUE, SHORTEST_STEP = 1e6, 1e-6
@@ -19,18 +18,7 @@ Displacement = Callable[[FloatArray], FloatArray]
 
 
 def base_displacement(motions: Sequence[BaseMotion]) -> Displacement:
-    """Return a function: time (k,) in s -> displacement (k, 2) of the base in x and y (m), 0 at time 0.
-
-    Parameters
-    ----------
-    motions : sequence of BaseMotion
-        They add up.
-
-    Raises
-    ------
-    InputError
-        If a record cannot be read.
-    """
+    """Make a function: time (k,) in s -> displacement (k, 2) of the base (m), 0 at time 0; motions add up."""
     parts = [(0 if motion.direction == "x" else 1, motion.start, _one(motion)) for motion in motions]
 
     def displacement(time: FloatArray) -> FloatArray:
@@ -44,7 +32,7 @@ def base_displacement(motions: Sequence[BaseMotion]) -> Displacement:
 
 def _one(motion: BaseMotion) -> Displacement:
     if motion.kind == "record":
-        time, values = _record(motion)
+        time, values = motion.record()
         with np.errstate(over="ignore"):
             scaled = motion.scale * values
         largest, shortest = np.abs(scaled).max(), np.diff(time).min()
@@ -61,7 +49,7 @@ def _one(motion: BaseMotion) -> Displacement:
 
 
 def _rectangular(peak: float, length: float) -> Displacement:
-    """Return the displacement under a pulse of constant acceleration; after it the velocity is constant."""
+    """Displacement under a pulse of constant acceleration; after it the velocity is constant."""
 
     def displacement(t: FloatArray) -> FloatArray:
         inside = np.minimum(t, length)
@@ -71,7 +59,7 @@ def _rectangular(peak: float, length: float) -> Displacement:
 
 
 def _sine(peak: float, length: float, half_waves: int) -> Displacement:
-    """Return the displacement under one or two half waves of acceleration; after them the velocity is constant."""
+    """Displacement under one or two half waves of acceleration; after them the velocity is constant."""
     omega = half_waves * np.pi / length
     end_velocity = 2.0 * peak / omega if half_waves == 1 else 0.0
 
@@ -83,17 +71,7 @@ def _sine(peak: float, length: float, half_waves: int) -> Displacement:
 
 
 def from_record(time: FloatArray, values: FloatArray, quantity: str, baseline: str) -> Displacement:
-    """Return the displacement (m) of a recorded base: at rest before the record, at constant velocity or rest after it.
-
-    Parameters
-    ----------
-    time, values : array (k,)
-        Points of the record (s, SI).
-    quantity : {"acceleration", "velocity", "displacement"}
-        Of the record.
-    baseline : {"none", "velocity"}
-        Whether a constant acceleration is subtracted so that the base ends at rest.
-    """
+    """Displacement (m) of a recorded base (s, SI): at rest before the record, at constant velocity or rest after it."""
     step = np.diff(time)
     if quantity == "displacement":
         curve = scipy.interpolate.CubicSpline(time, values - values[0])
@@ -118,23 +96,3 @@ def from_record(time: FloatArray, values: FloatArray, quantity: str, baseline: s
         return np.asarray(place[i] + velocity[i] * s + acceleration[i] * s**2 / 2 + jerk[i] * s**3 / 6)
 
     return displacement
-
-
-def _record(motion: BaseMotion) -> tuple[FloatArray, FloatArray]:
-    if motion.file is None:
-        return np.array(motion.time), np.array(motion.values)
-    rows = []
-    text = read_bytes(motion.file, LARGEST_TABLE).decode("utf-8", errors="replace")
-    for line in text.splitlines():
-        try:
-            rows.append([float(word) for word in line.replace(";", ",").replace(",", " ").split()[:2]])
-        except ValueError:
-            continue  # a heading
-    rows = [row for row in rows if len(row) == 2]
-    time, values = np.array(rows).reshape(-1, 2).T
-    if len(time) < 2 or not np.isfinite(rows).all() or (np.diff(time) <= 0).any():
-        raise InputError(
-            f"dynamics.base file = {motion.file!r}: needs two lines or more with time (s, rising) and value (SI) in "
-            f"the first two columns; found {len(time)}."
-        )
-    return time, values

@@ -107,7 +107,7 @@ class DynamicRun:
         self._initial_target = np.zeros(0) if strains is None else strains.target[: 2 * model.n_contacts].copy()
         self.frequency = highest_frequency(model, self.bodies, self.motion.inverse_mass, options, self.grid, strains)
         highest = self.frequency.touched if dynamics.new_contacts else self.frequency.intact
-        self.interval = dynamics.duration / dynamics.outputs
+        self.interval = dynamics.run_duration / dynamics.outputs
         dry = bool((model.properties.tensile_strength <= 0.0).any())
         contacts = contact_damping(model, dynamics)
         longest = time_step(highest, dynamics, dry, contacts)
@@ -120,6 +120,7 @@ class DynamicRun:
         self.special = True if needs_full_law(model) or softening is not None else None
         self.softening = softening if self.special is None else softening or Softening(None)
         self.ground_rate, self.has_live_load = _ground_rate(model), bool(self.system.live_load.any())
+        dynamics.check_base()
         self.base = base_displacement(dynamics.base)
         skin = options.skin * float(np.sqrt(model.blocks.area.min()))
         distance = options.search_distance * skin if dynamics.new_contacts else 0.0
@@ -201,7 +202,8 @@ class DynamicRun:
             before = self.steps
             self.advance()
             yield self.report(self.steps - before)
-            slow = slow + 1 if self.speed() < self.dynamics.rest_speed else 0
+            still = self.speed() < self.dynamics.rest_speed and self.time >= self.dynamics.loading_end
+            slow = slow + 1 if still else 0
             if self.dynamics.stop_at_rest and slow >= self.options.outputs_at_rest:
                 return
 
@@ -295,8 +297,10 @@ class DynamicRun:
         return float(np.sqrt(energy / total)) if total > 0 else 0.0
 
     def attributes(self) -> dict[str, object]:
-        """Return the attributes of the run as a whole that archives keep."""
-        return {
+        """Attributes of the run as a whole that archives keep."""
+        run, end = self.dynamics.run_duration, self.dynamics.loading_end
+        left = {"loading_not_run": f"from {run:g} to {end:g} s"} if end > run * (1.0 + 1e-9) else {}
+        return left | {
             "time_step": self.time_step,
             "highest_frequency": self.frequency.intact,
             "highest_frequency_bound": self.frequency.touched,

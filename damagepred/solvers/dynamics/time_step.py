@@ -244,7 +244,7 @@ def time_step(frequency: float, settings: Dynamics, unbonded: bool = False, cont
         Damping stress of pressed contacts over the rate of their elastic stress (s).
     """
     if frequency == 0.0:
-        return settings.duration / settings.outputs
+        return settings.run_duration / settings.outputs
     xi = 0.5 * (settings.stiffness_damping + contact_damping) * frequency
     limit = 2.0 / frequency / (np.sqrt(1.0 + xi * xi) + xi)
     if settings.damping == "local":

@@ -65,6 +65,6 @@ def warm_up(scene: Scene, rare: bool = True) -> None:
         with suppress(SolverError):
             list(follow(model_of(replace(wall, solver=solver)), solver, wall.damage, wall.movement.increment_count))
     if scene.dynamics is not None:
-        brief = replace(scene.dynamics, duration=1e-3, outputs=1)
+        brief = replace(scene.dynamics, duration=1e-3, outputs=1, base=())
         with suppress(SolverError):
             solve(replace(small, dynamics=brief), solver=scene.solver, limits=NO_LIMITS)

@@ -1,0 +1,190 @@
+"""Tables that a scene file names: profiles of the ground, histories of movement, records of base motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from damagepred.arrays import FloatArray
+from damagepred.errors import InputError
+from damagepred.scene.footing_profile import through_points
+from damagepred.scene.number_table import read_number_table
+from damagepred.scene.quantity import to_si
+
+END_TOLERANCE = 1e-3
+"""Distance of a profile's ends from those of the wall, over its length, that counts as none: positions are rounded."""
+SIZE_TOLERANCE = 0.01
+"""Relative difference between a movement that is given and that of the profile: a rounded figure."""
+SIDES = {"doming": 1.0, "hogging": 1.0, "heave": 1.0, "dishing": -1.0, "sagging": -1.0, "settle": -1.0}
+"""Sign of the deflection of each kind of movement."""
+SI_UNIT = {"acceleration": "m/s**2", "velocity": "m/s", "displacement": "m"}
+
+
+def with_input_tables(tables: Any, folder: Path) -> Any:
+    """Tables of a scene with the numbers of the files that they name, which are in ``folder``."""
+    if not isinstance(tables, Mapping):  # refused by the scene, in its own words
+        return tables
+    found = {key: dict(part) if isinstance(part, Mapping) else part for key, part in tables.items()}
+    movement, mound, dynamics = (found.get(key, {}) for key in ("movement", "mound", "dynamics"))
+    if isinstance(movement, dict) and isinstance(mound, dict):
+        for key, size in (("movement", "central_deflection"), ("mound", "surface_movement")):
+            if key in found and isinstance(name := found[key].get("table"), str):
+                _take_profile(found, key, size, folder / name)
+        if isinstance(name := movement.get("history"), str) and "stage" not in movement:
+            del movement["history"]
+            size = "surface_movement" if movement.get("shape") == "mound" else "central_deflection"
+            movement["stage"] = _stages(folder / name, size)
+            sized = found.setdefault("mound", mound) if size == "surface_movement" else movement
+            sized.setdefault(size, max(stage[size] for stage in movement["stage"]))
+    if isinstance(dynamics, dict) and isinstance(motions := dynamics.get("base"), list):
+        dynamics["base"] = [_with_record(m, folder) if isinstance(m, Mapping) else m for m in motions]
+    return found
+
+
+def _take_profile(found: dict[str, Any], key: str, size: str, path: Path) -> None:
+    """Put the points of a profile, and the kind and size of its movement, into the tables of a scene."""
+    part, movement = found[key], found.setdefault("movement", {})
+    points, measured = _profile(path, _length(found), part.get("table_ends", "refuse"))
+    values = np.array(points)[:, 1]
+    if key == "mound":
+        largest = float(values[np.abs(values).argmax()])
+    else:
+        largest = float(through_points(points, np.array([0.5]))[0] - 0.5 * (values[0] + values[-1]))
+    where = f"{path}: the {'middle lies' if key == 'movement' else 'largest movement is'} {1e3 * largest:+.4g} mm"
+    where += " off the line through the ends (up positive)" if key == "movement" else " (up positive)"
+    follows = {"stage", "history", "seasons"} & set(movement) or "soil_layer" in found  # the size does
+    if not measured:
+        missing = [name for name, table in (("kind", movement), (size, part)) if name not in table]
+        if missing and not follows:
+            raise InputError(
+                f"{path}: its second column has no unit, so it gives the form alone. Name the column with its unit, "
+                f"such as 'level (mm)', for its sign and size; or give {' and '.join(missing)}."
+            )
+        if key == "mound" and np.abs(values).max() > 1.0:
+            raise InputError(
+                f"{path}: its second column has fractions of surface_movement, -1 to 1, or a unit in its name, such as "
+                f"'movement (mm)'; it reaches {np.abs(values).max():g}."
+            )
+    elif largest:
+        kind = movement.setdefault("kind", "doming" if largest > 0 else "dishing")
+        if SIDES.get(kind, largest) * largest < 0:
+            raise InputError(f"{where}: movement.kind = '{kind}' contradicts it. Leave kind out, or mend the signs.")
+        if not follows:
+            _check_size(f"{key}.{size}", part.setdefault(size, abs(largest)), abs(largest), where)
+        if key == "mound":
+            points = [[x, value / largest] for x, value in points]
+    part["table"] = points
+
+
+def _check_size(place: str, given: Any, measured: float, where: str) -> None:
+    """Refuse a movement that differs from that of a profile."""
+    try:
+        size = to_si(given, "m")
+    except ValueError:  # refused by the scene, in its own words
+        return
+    if abs(size - measured) > SIZE_TOLERANCE * measured:
+        raise InputError(
+            f"{where}: {place} = {given} contradicts it. Leave it out; or, for this form at another size, leave out "
+            "the unit in the name of the column."
+        )
+
+
+def _length(tables: Mapping[str, Any]) -> float:
+    """Length of the wall (m); NaN if the scene refuses it."""
+    from damagepred.scene.wall import Wall
+
+    wall = tables.get("wall", {})
+    try:
+        return to_si(wall["length"], "m") if "length" in wall else Wall().length
+    except (TypeError, ValueError):
+        return np.nan
+
+
+def _profile(path: Path, length: float, ends: Any) -> tuple[list[list[float]], bool]:
+    """Points of a profile, as fractions of the wall's length and values, and whether the values (m) have a unit."""
+    table = read_number_table(path, columns=2, header=False)
+    position, level = ("1" if unit in ("1", "-", "%") else "m" for unit in table.units)
+    x, value, measured = (
+        table.numbers(0, position),
+        table.numbers(1, level),
+        bool(table.unit(1, level)) and level == "m",
+    )
+    length = length if length > 0 else x[-1]
+    x = x * length if position == "1" else x
+    if (falls := np.flatnonzero(np.diff(x) <= 0)).size:
+        line = table.cells.index[falls[0] + 1]
+        raise InputError(f"{path}, line {line}: positions must rise from line to line, from the wall's left end.")
+    if len(x) < 2:
+        raise InputError(f"{path}: must have at least two points.")
+    tolerance = END_TOLERANCE * length
+    gap, overhang = max(x[0], length - x[-1]) > tolerance, min(x[0], length - x[-1]) < -tolerance
+    off = x[0] >= length or x[-1] <= 0.0
+    if off or (gap and ends not in ("level", "extend")) or (overhang and ends == "refuse"):
+        raise InputError(
+            f"{path}: goes from {x[0]:g} to {x[-1]:g} m, the wall from 0 to {length:g} m (positions are "
+            "metres from its left end, or in the unit of the column's name; 'x (1)': fractions of its length). "
+            "table_ends = 'cut' cuts what lies beyond the wall, 'level' or 'extend' also continue what ends before it."
+        )
+    x, value = _at_ends(x, value, length, tolerance, ends)
+    if measured and abs(value[0]) > 0.1 * length:  # reduced levels: only differences act on the wall
+        value = value - value[0]
+    return np.column_stack((x / length, value)).tolist(), measured
+
+
+def _at_ends(
+    x: FloatArray, value: FloatArray, length: float, tolerance: float, ends: str
+) -> tuple[FloatArray, FloatArray]:
+    """Profile from the left end of the wall to the right: cut, continued, or with rounded positions of its ends."""
+    edge = np.array([0.0, length])
+    at = through_points(np.column_stack((x, value)).tolist(), np.clip(edge, x[0], x[-1]))
+    if ends == "extend":
+        slope = np.array([(value[1] - value[0]) / (x[1] - x[0]), (value[-1] - value[-2]) / (x[-1] - x[-2])])
+        at += slope * (edge - np.clip(edge, x[0], x[-1]))
+    inside = (x > tolerance) & (x < length - tolerance)
+    return np.concatenate(([0.0], x[inside], [length])), np.concatenate((at[:1], value[inside], at[1:]))
+
+
+def _stages(path: Path, size: str) -> list[dict[str, Any]]:
+    """Stages of a history from a table."""
+    table = read_number_table(path)
+    names = [name.lower() for name in table.names]
+    takes = {"time": "year", "movement": "m", "increments": "1", "strain": "1"}
+    if not {"time", "movement"} <= set(names) <= set(takes) or len(set(names)) < len(names):
+        raise InputError(
+            f"{path}: needs the columns time (years) and movement (m, doming positive), and takes increments and "
+            f"strain; it has {', '.join(table.names)}."
+        )
+    columns = {name: table.numbers(k, takes[name]).tolist() for k, name in enumerate(names)}
+    counts = columns.get("increments", [])
+    if any(count != int(count) for count in counts):
+        raise InputError(f"{path}: increments must be whole numbers.")
+    stages = []
+    for row in (dict(zip(columns, values)) for values in zip(*columns.values())):
+        movement = row.pop("movement")
+        stages.append({"kind": "doming" if movement > 0 else "dishing", size: abs(movement), **row})
+        if counts:
+            stages[-1]["increments"] = int(row["increments"])
+    return stages
+
+
+def _with_record(motion: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Read the record of a base motion that names a file."""
+    name = motion.get("file")
+    if not isinstance(name, str) or motion.get("time") or motion.get("values"):
+        return dict(motion)
+    time, values = read_record(folder / name, motion.get("quantity", "acceleration"))
+    return {**{k: v for k, v in motion.items() if k != "file"}, "time": time.tolist(), "values": values.tolist()}
+
+
+def read_record(path: Path, quantity: str) -> tuple[FloatArray, FloatArray]:
+    """Time (s) and values (SI) of a record of base motion."""
+    table = read_number_table(path, columns=2, header=False)
+    time, values = table.numbers(0, "s"), table.numbers(1, SI_UNIT.get(quantity, "1"))
+    if len(time) < 2 or time[0] < 0 or (np.diff(time) <= 0).any():
+        raise InputError(
+            f"{path}: a record needs two lines or more, with times (s) of 0 or later that rise from line to line."
+        )
+    return time, values

@@ -1,0 +1,132 @@
+"""Tables of numbers are read strictly: what is not a table of finite numbers is refused by name."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from damagepred.errors import InputError
+from damagepred.scene.number_table import read_number_table
+
+
+def written(folder: Path, text: str | bytes) -> Path:
+    file = folder / "table.csv"
+    file.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return file
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x (m),level (mm)\n0,1.5\n2,-3\n",
+        "x (m);level (mm)\n0;1,5\n2;-3\n",
+        "x (m)\tlevel (mm)\n0\t1,5\n2\t-3\n",
+        "x (m)\tlevel [mm]\r\n0\t1.5\r\n2\t-3\r\n",
+        "x (m) level (mm)\n0 1.5\n2 -3\n",
+        "# survey of 3 May, east\n\nx (m), level (mm)\n0, 1.5\n# a remark\n2, -3\n",
+        "x (m),level (mm),,\n0,1.5,,\n2,-3,,\n,,,\n",
+        '"x (m)","level (mm)"\n"0","1.5"\n2,-3e0\n',
+        b"\xef\xbb\xbfx (m),level (mm)\n0,1.5\n2,-3\n",
+        "x,level_mm\n0,1.5\n2,-3\n",
+        "x (cm),level (m)\n0,0.0015\n200,-0.003\n",
+    ],
+)
+def test_forms_of_the_same_table(tmp_path: Path, text: str | bytes) -> None:
+    table = read_number_table(written(tmp_path, text), columns=2)
+    np.testing.assert_allclose(table.numbers(0, "m"), [0.0, 2.0], rtol=1e-15)
+    np.testing.assert_allclose(table.numbers(1, "m"), [1.5e-3, -3e-3], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is empty"),
+        ("# remark\n\n", "is empty"),
+        ("x,y\n", "no rows of numbers"),
+        ("1,2\n3,4\n", "must name the columns"),
+        ("x,y\n1,0,31\n2,0,42\n", "line 2: has 3 cells, the header 2.*commas: '1,0,31'.*decimal comma"),
+        ("x\n0,31\n", "line 2: has 2 cells, the header 1.*decimal comma"),
+        ("x,y\n1,2\n# remark\n3\n", "line 4: has 1 cells, the header 2"),
+        ("x,y\n1;2\n", "line 2: has 1 cells"),
+        ('x,y\n1,"0,5"\n', "line 2, y = '0,5': has a decimal comma"),
+        ("x;y\n1;1.234,5\n", r"line 2, y = '1\.234,5': has a thousands separator"),
+        ("x;y\n0,5;1 234\n", "line 2, y = '1 234': has a thousands separator"),
+        ('x,y\n1,"1,234.5"\n', "thousands separator"),
+        ("x,y\n1,1'234\n", "thousands separator"),
+        ("x;y\n0,5;1\n1.5;2\n", r"decimal points \(line 3\) and commas \(line 2\)"),
+        ("x;y\n0,5;1.234\n", "decimal points"),
+        ("x,x\n1,2\n", "named twice: x"),
+        ("x,y\n1,\n", "line 2, y = '': is empty"),
+        ("x,y\n1,nan\n", "line 2, y = 'nan': is no finite number"),
+        ("x,y\n1,-inf\n", "no finite number"),
+        ("x,y\n1,1e999\n", "line 2, y"),
+        ("x,y\n1,high\n", "line 2, y = 'high'"),
+        ("x,y\n1,0.5 mm\n", "a unit goes to the column's name"),
+        ("x,y\n1,1_000\n", "line 2, y = '1_000'"),
+        ('x,y\n1,"2\n', "line 2: is no row"),
+        ("x (kPa),y\n1,2\n", r"column 'x \(kPa\)': has the wrong kind of unit"),
+        ("x (metre-ish),y\n1,2\n", "column 'x"),
+        ("x,y\n1,2\n".encode("utf-16"), "UTF-16"),
+        ("x,y\n1,2\n".encode("utf-16-le"), "UTF-16"),
+        ("x,höhe\n1,2\n".encode("latin-1"), "Latin-1"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1", "save it as xlsx"),
+        (b"PK\x03\x04 no workbook", "no xlsx workbook"),
+    ],
+)
+def test_what_is_no_table_of_numbers(tmp_path: Path, text: str | bytes, said: str) -> None:
+    def numbers() -> None:
+        table = read_number_table(written(tmp_path, text))
+        for k in range(len(table.names)):
+            table.numbers(k, "m")
+
+    with pytest.raises(InputError, match=said) as refused:
+        numbers()
+    assert "table.csv" in str(refused.value)
+
+
+def test_a_header_may_be_left_out_where_columns_go_by_their_place(tmp_path: Path) -> None:
+    table = read_number_table(written(tmp_path, "0;1,5\n2;3\n"), columns=2, header=False)
+    assert table.numbers(1, "m").tolist() == [1.5, 3.0]
+    for text in ("nan,1\n2,3\n", ",1\n2,3\n"):
+        with pytest.raises(InputError, match="line 1"):
+            read_number_table(written(tmp_path, text), columns=2, header=False).numbers(0, "m")
+    with pytest.raises(InputError, match="has 3 columns, and 2 are due"):
+        read_number_table(written(tmp_path, "0,1,5\n2,3,5\n"), columns=2, header=False)
+
+
+def test_units_of_header_and_key_agree(tmp_path: Path) -> None:
+    table = read_number_table(written(tmp_path, "specimen,strength (MPa),age (28 days)\nA1,0.4,3\n"))
+    assert table.find("strength") == table.find("strength (MPa)") == 1
+    assert table.numbers(1, "Pa").tolist() == table.numbers(1, "Pa", "N/mm2").tolist() == [0.4e6]
+    assert table.numbers(2, "Pa", "kPa").tolist() == [3e3], "a remark in brackets is no unit"
+    with pytest.raises(InputError, match="unit = 'kPa' is another"):
+        table.numbers(1, "Pa", "kPa")
+    with pytest.raises(InputError, match="line 2, specimen = 'A1'"):
+        table.numbers(0, "1")
+
+
+def test_workbooks(tmp_path: Path) -> None:
+    pytest.importorskip("openpyxl")
+    frame = pd.DataFrame({"x (m)": [0, 1.5], "level (mm)": [1, -3.25]})
+    frame.to_excel(tmp_path / "one.xlsx", index=False)
+    table = read_number_table(tmp_path / "one.xlsx", columns=2)
+    assert table.numbers(0, "m").tolist() == [0.0, 1.5]
+    np.testing.assert_allclose(table.numbers(1, "m"), [1e-3, -3.25e-3])
+    frame.assign(**{"level (mm)": [1, "0,5"]}).to_excel(tmp_path / "text.xlsx", index=False)
+    with pytest.raises(InputError, match="line 3, level = '0,5': has a decimal comma"):
+        read_number_table(tmp_path / "text.xlsx").numbers(1, "m")
+    with pd.ExcelWriter(tmp_path / "two.xlsx") as book:
+        for name in ("east", "west"):
+            frame.to_excel(book, sheet_name=name, index=False)
+    with pytest.raises(InputError, match=r"has 2 \(east, west\)"):
+        read_number_table(tmp_path / "two.xlsx")
+
+
+def test_a_workbook_without_openpyxl(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(*args: object, **options: object) -> None:
+        raise ImportError("openpyxl")
+
+    monkeypatch.setattr(pd, "read_excel", missing)
+    with pytest.raises(InputError, match=r"damagepred\[excel\]"):
+        read_number_table(written(tmp_path, b"PK\x03\x04"))
