@@ -110,10 +110,10 @@ class Movement:
     table : sequence of (position, fraction)
         For ``shape = "table"``: position along the wall from 0 to 1, and deflection there in any unit. They are scaled
         so that the middle lies 1 off the line through the ends. Ends that settle unequally tilt the wall, too. Between
-        the points a monotone cubic is drawn (PCHIP). In a scene file it may be the name of a CSV or xlsx file. Its columns
-        are position from the wall's left end (m, or the unit in its name) and level (up positive). Levels with a unit,
-        such as ``level (mm)``, have sign and size: ``kind`` and ``central_deflection`` follow from them, and must
-        not contradict them. Without a unit they are a form, and both must be given.
+        the points a monotone cubic is drawn (PCHIP). In a scene file it may be the name of a CSV or xlsx file. Its
+        columns are position from the wall's left end (m, or the unit in its name) and level (up positive). Levels with
+        a unit, such as ``level (mm)``, have sign and size: ``kind`` and ``central_deflection`` follow from them, and
+        must not contradict them. Without a unit they are a form, and both must be given.
     table_ends : {"refuse", "cut", "level", "extend"}
         Of a file that does not end where the wall ends. ``cut``: what lies beyond the wall is cut off. The others also
         continue what ends before the wall: at its last level, or in a straight line through its last two points.
