@@ -66,8 +66,8 @@ def test_wrong_input_is_answered_by_a_sentence(command: Run, tmp_path: Path) -> 
 
 
 def test_the_report_has_a_section_of_the_posterior(command: Run, tmp_path: Path) -> None:
-    weak = synthetic_study(tmp_path / "weak.dp", 40, medians=(2e-3, 4e-3))
-    strong = synthetic_study(tmp_path / "strong.dp", 40, medians=(4e-3, 8e-3))
+    weak = synthetic_study(tmp_path / "weak.dp", 250, medians=(2e-3, 4e-3))
+    strong = synthetic_study(tmp_path / "strong.dp", 250, medians=(4e-3, 8e-3))
     survey, kept, page = (tmp_path / name for name in ("survey.toml", "posterior.nc", "page.html"))
     survey.write_text('[[crack]]\nwidth = "2 mm"\nerror = "0.5 mm"\n[prior_odds]\nweak = 3.0\n')
     assert command("infer", weak, strong, survey, "-o", kept).code == 0
