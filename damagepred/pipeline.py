@@ -29,6 +29,7 @@ from damagepred.damage import (
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import ContactKind, ContactState, PathStatus, ZoneState
 from damagepred.errors import InputError, SolverError, require_count, require_one_of
+from damagepred.kernels.jit import CACHE
 from damagepred.one_thread import each_with_one_blas_thread, one_blas_thread
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
 from damagepred.scene.movement import History
@@ -173,6 +174,12 @@ def assembled(build: Callable[[Solver, frozenset[int] | None], Model], settings:
     from damagepred.solvers.zone_selection import blocks_needing_zones
 
     return build(settings, blocks_needing_zones(build, settings, increments))
+
+
+def share_kernels() -> None:
+    """Let processes that begin from now on load what is compiled."""
+    if CACHE is not None:
+        CACHE.publish()
 
 
 @checked

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import warnings
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -69,6 +71,10 @@ class ZoneSelectionOptions:
     strength_share: Pure = Field(default=0.8, gt=0)
 
 
+RETIRED = tuple(("linear_system", key) for key in ("keep_unchanged_fronts", "keep_responses"))
+"""Tables and keys of older versions, which are read and have no effect."""
+
+
 @described
 class SolverOptions:
     """Tolerances, budgets and factors of the solvers, for experts; defaults suit all walls of the verification.
@@ -119,7 +125,13 @@ class SolverOptions:
         """
         if not settings.advanced:
             return DEFAULTS
-        return build(_File, {"solver": {"advanced": settings.advanced}}, source).solver.advanced
+        tables = {
+            name: dict(table) if isinstance(table, Mapping) else table for name, table in settings.advanced.items()
+        }
+        for name, key in RETIRED:
+            if isinstance(table := tables.get(name), dict) and table.pop(key, None) is not None:
+                warnings.warn(f"[solver.advanced.{name}] {key} has no effect any more; leave it out", stacklevel=2)
+        return build(_File, {"solver": {"advanced": tables}}, source).solver.advanced
 
     def to_json(self) -> str:
         """Return all values as text, as archives record them."""

@@ -18,7 +18,7 @@ from damagepred.archive.folder import StudyFolder
 from damagepred.assembly import wall_model
 from damagepred.enumerations import SampleStatus
 from damagepred.kernels import jit
-from damagepred.kernels.equilibrium.joints import JOINT_UNITS
+from damagepred.kernels.equilibrium.joints import joint_steps
 from damagepred.pipeline import dynamic_run, follow
 from damagepred.scene import Dpc, Dynamics, Scene, Wall
 from damagepred.solvers.quasi_static.continuation import Continuation
@@ -210,14 +210,14 @@ HELP = command("-m", "damagepred", "--help", says="fragility")
 
 
 def compile_kernel(folder: Path) -> Ready:
-    """One unit of the quasi-static solver, compiled as all are."""
-    commit = JOINT_UNITS[None, None].commit_joint_history
-    assert commit.address  # all that a first compilation loads
+    """One kernel of the quasi-static solver, compiled as all are."""
+    bond_loads = joint_steps(None, None).bond_loads
+    assert bond_loads.__wrapper_address__()  # all that a first compilation loads
 
     def work() -> None:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(jit, "CACHE_FOLDER", None)
-            assert jit.Unit(commit.function).address
+            assert jit.Phase(bond_loads.function, bond_loads.signature()).__wrapper_address__()
 
     return Ready(work)
 

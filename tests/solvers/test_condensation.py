@@ -82,7 +82,7 @@ def test_condensed_energy_is_that_of_the_joints() -> None:
         for chosen in (everything, listed)
     ]
     assert by_joint[1] < 0.8 * by_joint[0]  # else it would hardly matter
-    assert joints["stored"] == pytest.approx(by_joint[0], rel=1e-7)
+    assert joints.stored == pytest.approx(by_joint[0], rel=1e-7)
 
 
 def test_a_dilatant_joint_without_cohesion_slides_while_condensed() -> None:

@@ -13,13 +13,10 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Assembly, Model, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.kernels.jit import kernel
-from damagepred.kernels.linear.condensation import elastic_energy
-from damagepred.kernels.linear.system import correction_cost
-from damagepred.kernels.linear.table import SYSTEM, system_at
-from damagepred.kernels.table import fill
+from damagepred.kernels.linear.solver import Costs, correction_cost
 from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
 from damagepred.solvers.quasi_static.elimination_tree import block_levels
-from damagepred.solvers.quasi_static.linear_system import DEFAULTS, MultifrontalSystem, costs_of
+from damagepred.solvers.quasi_static.linear_system import DEFAULTS, MultifrontalSystem, factorisation_costs
 from damagepred.solvers.symmetry import reduce_by_symmetry
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
@@ -280,7 +277,7 @@ def test_a_few_changed_joints_are_corrected_for_without_factorising(name: str) -
     for _ in range(12):
         equations, force = equations_of(model), random_force(model, rng)
         equations.solve(force)
-        equations.arrays["factorisation_cost"][:] = np.inf  # cheaper in the smallest walls
+        equations.factorisation_cost[:] = np.inf  # cheaper in the smallest walls
         stiffness = changed(model, equations.elastic, few(model, rng), rng)
         reference = Reference(equations, stiffness)
         equations.update(stiffness)
@@ -298,14 +295,14 @@ def test_the_same_changes_are_corrected_for_again_with_the_same_factors(name: st
     rng, model = np.random.default_rng(7), WALLS[name]()
     equations = equations_of(model)
     equations.solve(random_force(model, rng))
-    equations.arrays["factorisation_cost"][:] = np.inf
+    equations.factorisation_cost[:] = np.inf
     stiffness = changed(model, equations.elastic, np.array([0, 2, 5]), rng)
     for count in (1, 2):
         force = random_force(model, rng)
         equations.update(stiffness)
         assert_same(equations.solve(force), Reference(equations, stiffness).solve(force))
         assert (equations.factorisations, equations.corrections) == (1, count)
-        equations.arrays["compliance"][:] = np.nan  # the factors do not need it any more
+        equations.solver.correction.compliance[:] = np.nan  # the factors do not need it any more
     stiffness = changed(model, equations.elastic, np.array([0, 2, 6]), rng)
     equations.update(stiffness)
     assert_same(equations.solve(force), Reference(equations, stiffness).solve(force))
@@ -317,7 +314,7 @@ def test_the_cheaper_of_correction_and_factorisation_is_used(name: str) -> None:
     rng, model = np.random.default_rng(6), WALLS[name]()
     equations, force = equations_of(model), random_force(model, rng)
     equations.solve(force)
-    equations.arrays["factorisation_cost"][:] = 0.0
+    equations.factorisation_cost[:] = 0.0
     stiffness = equations.elastic.copy()
     stiffness[rng.choice(len(stiffness), size=5, replace=False)] *= rng.uniform(0.2, 0.9, size=(5, 1))
     equations.update(stiffness)
@@ -331,7 +328,7 @@ def test_the_number_of_changes_is_limited_by_memory_alone(more: int) -> None:
     rng, model = np.random.default_rng(6), WALLS["another"]()
     equations, force = equations_of(model, max_changed_interfaces=25), random_force(model, rng)
     equations.solve(force)
-    equations.arrays["factorisation_cost"][:] = np.inf
+    equations.factorisation_cost[:] = np.inf
     stiffness = equations.elastic.copy()
     stiffness[rng.choice(len(stiffness), size=25 + more, replace=False)] *= 0.5
     equations.update(stiffness)
@@ -354,17 +351,23 @@ def test_accumulated_changes_are_factorised() -> None:
 
 
 def test_the_cost_of_a_correction_grows_with_changes_and_unknown_responses() -> None:
-    table, costs = np.zeros(1, SYSTEM), costs_of(np.full(45, 66), np.full(45, 66), DEFAULTS)
-    fill(table[0], {**costs, "solution_operations": 45 * 6 * 66**2, "active_dofs": np.arange(45 * 66)})
-    of = [cost_of(table.ctypes.data, changed, new) for changed, new in ((5, 0), (5, 5), (50, 5), (50, 50))]
+    weights = ("call_overhead", "response_weight", "solution_weight", "vector_weight", "product_weight")
+    costs = Costs(
+        factorisation=factorisation_costs(np.full(45, 66), np.full(45, 66), DEFAULTS),
+        solution=45 * 6 * 66.0**2,
+        refactorisation_ratio=1.5,
+        spent=0.0,
+        **{name: getattr(DEFAULTS, name) for name in weights},
+    )
+    of = [cost_of(costs, 45.0 * 66, changed, new) for changed, new in ((5, 0), (5, 5), (50, 5), (50, 50))]
     assert of == sorted(of)
-    first, second = costs_of(np.array([60, 120]), np.array([60, 120]), DEFAULTS)["factorisation_cost"]
+    first, second = factorisation_costs(np.array([60, 120]), np.array([60, 120]), DEFAULTS)
     assert second > 4 * first
 
 
 @kernel
-def cost_of(address: int, changed: int, new: int) -> float:
-    return correction_cost(system_at(address), changed, new)
+def cost_of(costs: Costs, size: float, changed: int, new: int) -> float:
+    return correction_cost(costs, size, changed, new)
 
 
 def updates(model: Model, elastic: FloatArray, rng: np.random.Generator, count: int) -> Iterator[FloatArray]:
@@ -518,8 +521,7 @@ def test_the_force_at_the_boundary_is_that_of_the_condensed_fronts(name: str) ->
         assert_same(force[boundary], pull[boundary] - share * load[boundary])
         assert np.count_nonzero(force) <= len(boundary)
         energy = 0.5 * float(moved @ assembled(model, beyond) @ moved)
-        elastic_energy(superelement.address)
-        assert superelement.record["energy"] == pytest.approx(energy, rel=1e-9)
+        assert superelement.elastic_energy(moved, share, 0.0) == pytest.approx(energy, rel=1e-9)
 
 
 def test_uncondensing_and_condensing_again() -> None:

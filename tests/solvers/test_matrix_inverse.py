@@ -3,31 +3,18 @@
 import numpy as np
 import pytest
 
-from damagepred.kernels.linear import lapack
-from damagepred.kernels.linear.table import SYSTEM
-from damagepred.kernels.table import fill
-from damagepred.solvers.quasi_static.linear_system import DEFAULTS, lapack_routines
+from damagepred.kernels.linear import dense
+from damagepred.solvers.quasi_static.linear_system import DEFAULTS
 
 
 def invert(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
     """Invert as the solver does: column by column in flat arrays, a corner of the front."""
-    size, table = len(matrix), np.zeros(1, SYSTEM)
-    front = np.pad(matrix, (0, 3), constant_values=np.nan)
-    scratch, flat, first = front.T.ravel(), np.empty(matrix.size), np.zeros(1, dtype=np.int64)
-    arguments = {
-        "scratch": scratch,
-        "inverses": flat,
-        "inverse_start": first,
-        "matrix_size": size,
-        "matrix_rows": len(front),
-        "symmetric": symmetric,
-        "singular_pivot_ratio": DEFAULTS.singular_pivot_ratio,
-    }
-    routines = lapack_routines(size)
-    fill(table[0], {**routines, **arguments})
-    lapack.invert(table.ctypes.data)
+    size = len(matrix)
+    front, flat = np.pad(matrix, (0, 3), constant_values=np.nan), np.empty(matrix.size)
+    workspace = dense.dense_workspace(size, DEFAULTS.inversion_panel, DEFAULTS.singular_pivot_ratio)
+    ratio = dense.invert(workspace, size, len(front), front.T.ravel(), symmetric, flat)
     inverse[:] = flat.reshape(size, size).T
-    return float(table[0]["pivot_ratio"])
+    return float(ratio)
 
 
 def made(size: int, kind: str) -> np.ndarray:

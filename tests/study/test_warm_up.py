@@ -11,17 +11,17 @@ import gc, sys
 
 from numba.core.dispatcher import Dispatcher
 
-from damagepred.kernels.jit import Unit
+from damagepred.kernels.jit import Phase
 from damagepred.pipeline import solve
 from damagepred.scene import Scene
 from damagepred.study.campaign.warm_up import warm_up
 
 
 def compiled():
-    kernels = [kernel for kernel in gc.get_objects() if isinstance(kernel, (Dispatcher, Unit))]
-    units = {(unit.name, id(unit)) for unit in kernels if isinstance(unit, Unit) and "_compiled" in vars(unit)}
+    kernels = [kernel for kernel in gc.get_objects() if isinstance(kernel, (Dispatcher, Phase))]
+    phases = {(f.function.__qualname__, id(f)) for f in kernels if isinstance(f, Phase) and f._compiled}
     functions = [function for function in kernels if isinstance(function, Dispatcher)]
-    return units | {(f.py_func.__qualname__, str(s)) for f in functions for s in f.signatures}
+    return phases | {(f.py_func.__qualname__, str(s)) for f in functions for s in f.signatures}
 
 
 scene = Scene.from_toml(sys.argv[1])

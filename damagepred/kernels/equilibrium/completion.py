@@ -1,73 +1,71 @@
-"""What follows an equilibrium of the active fronts: its linearisation, and the condensed subtrees."""
+"""Post-processing of a converged equilibrium: tangent, recovery of condensed subtrees, bond loads."""
 
-from damagepred.kernels.equilibrium.problem import problem_at
+from typing import NamedTuple
+
 from damagepred.kernels.equilibrium.vectors import copy
 from damagepred.kernels.interface.residual import within_limit
-from damagepred.kernels.jit import Unit
-from damagepred.kernels.linear.condensation import condensation_at
-from damagepred.kernels.table import float_rows, floats, integers, put_back, replace, run
+from damagepred.kernels.jit import kernel
+from damagepred.kernels.linear.condensation import recover
 
 
-@Unit
-def store_tangent(address):
+class Completed(NamedTuple):
+    """Findings at an equilibrium.
+
+    Attributes
+    ----------
+    within : bool
+        Whether displacements are below the limit of the state.
+    sliding : int
+        Condensed interfaces that leave the elastic range.
+    bond_load, condensed_load : float
+        Largest load of a bond of active and of condensed interfaces, 1 at its strength.
+    """
+
+    within: bool
+    sliding: int
+    bond_load: float
+    condensed_load: float
+
+
+@kernel
+def store_tangent(wall, state, ahead, support_step, displacement):
     """Store the tangents of the active interfaces, and the force of the joints per load factor, at an equilibrium.
 
-    Ground and supports move: the rate of the force is a forward difference.
-
-    Parameters
-    ----------
-    address : int
-        Of the table of the wall: ``tangent`` and ``rate`` are filled for the displacement ``best``.
+    Where ground and supports move, the rate of the force is a forward difference: ``ahead`` and ``support_step`` are
+    history with the ground, and movement of the prescribed degrees of freedom, a small step of the load factor ahead.
     """
-    table = problem_at(address)
-    stiffness, tangent = float_rows(table.stiffness), float_rows(table.tangent)
-    for i in integers(table.joints):
+    stiffness, tangent, interfaces = wall.stiffness, wall.tangent, wall.interfaces
+    for i in interfaces.active:
         for j in range(9):
             tangent[i, j] = stiffness[i, j]
-    rate, moved = floats(table.rate), float_rows(table.room)[1]
+    rate, moved, prescribed = wall.rate, wall.room[1], wall.freedoms.prescribed
     for i in range(rate.size):
         rate[i] = 0.0
-    if integers(table.moving).size == 0:
+    if interfaces.moving.size == 0:
         return
-    joints, force = replace(table.joints, table.moving), replace(table.force, table.rate)
-    normal, shear, table.coulomb = table.ground_normal.address, table.ground_shear.address, 1
-    table.displacement.address = table.best.address
-    run(table.add_joint_forces, address)
+    add_forces = wall.law.add_forces
+    add_forces(wall.joints, state.history, wall.bounds, interfaces.moving, True, displacement, rate, stiffness)
     for i in range(rate.size):
         rate[i] = -rate[i]
-    copy(floats(table.best), moved)
-    prescribed, step = integers(table.prescribed), floats(table.prescribed_step)
+    copy(displacement, moved)
     for i in range(prescribed.size):
-        moved[prescribed[i]] += step[i]
-    table.displacement.address = moved.ctypes.data
-    table.ground_normal.address, table.ground_shear.address = table.normal_ahead.address, table.shear_ahead.address
-    run(table.add_joint_forces, address)
+        moved[prescribed[i]] += support_step[i]
+    add_forces(wall.joints, ahead, wall.bounds, interfaces.moving, True, moved, rate, stiffness)
     for i in range(rate.size):
-        rate[i] /= table.rate_step
-    table.ground_normal.address, table.ground_shear.address = normal, shear
-    put_back(table.joints, joints)
-    put_back(table.force, force)
+        rate[i] /= wall.rate_step
 
 
-@Unit
-def complete(address):
-    """Recover the displacements of the condensed subtrees, check the interfaces in them, and compute all bond loads.
-
-    Parameters
-    ----------
-    address : int
-        Of the table of the wall: ``best`` is completed, ``within`` tells whether displacements are below the ``limit``,
-        and the results of ``bond_loads`` and ``check_condensed`` are filled.
-    """
-    table = problem_at(address)
-    best, table.displacement.address = floats(table.best), table.best.address
-    table.within = within_limit(best, integers(table.free), floats(table.arms), table.limit)
-    table.sliding, table.largest_condensed_load = 0, 0.0
-    run(table.bond_loads, address)
-    if table.condensation == 0:
-        return
-    condensation_at(table.condensation).displacement.address = table.best.address
-    run(table.recover, table.condensation)
-    joints = replace(table.joints, table.condensed)
-    run(table.check_condensed, address)
-    put_back(table.joints, joints)
+@kernel
+def complete(wall, state, displacement):
+    """Recover the displacements of the condensed subtrees, check the interfaces in them, and compute all bond loads."""
+    within = within_limit(displacement, wall.freedoms.free, wall.freedoms.arms, state.limit)
+    interfaces, bonds, sliding, condensed_load = wall.interfaces, wall.bonds, 0, 0.0
+    bond_load = wall.law.bond_loads(wall.joints, state.history, interfaces.active, displacement, bonds.load)
+    if interfaces.condensed.size > 0:
+        recover(wall.condensation, displacement, state.load, state.live)
+        condensed_load = wall.law.check_elastic(
+            wall.joints, state.history, interfaces.condensed, displacement, bonds.slides, bonds.load
+        )
+        for i in interfaces.condensed:
+            sliding += bonds.slides[i]
+    return Completed(within, sliding, bond_load, condensed_load)

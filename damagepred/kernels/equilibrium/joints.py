@@ -1,43 +1,20 @@
-"""Units of the joints of a wall: the joint law at the contacts of the interfaces in ``joints`` of a ``PROBLEM``."""
+"""Steps of all joints of a wall: the joint law at the contacts of listed interfaces."""
 
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.kernels.equilibrium.problem import problem_at
+from damagepred.kernels.equilibrium.wall import BOND_LOADS, CHECK_ELASTIC, FORCES, JointLaw
 from damagepred.kernels.interface import checks, commit, internal_force
-from damagepred.kernels.interface.kinematics import EDGE
-from damagepred.kernels.jit import Unit, law
-from damagepred.kernels.joint.parameters import JOINT_PARAMETERS
+from damagepred.kernels.jit import kernel, law, phase
 from damagepred.kernels.joint.return_mapping import ReturnMapping
-from damagepred.kernels.linear.condensation import condensation_at
-from damagepred.kernels.table import (
-    flag_rows,
-    flags,
-    float_pairs,
-    float_rows,
-    floats,
-    integer_rows,
-    integers,
-    records_of,
-    run,
-)
-
-edges, joint_parameters = records_of(EDGE), records_of(JOINT_PARAMETERS)
-"""What gives the records of interfaces and joints at a place."""
 
 
 class _Ground(NamedTuple):
     normal: NDArray[np.float64]
     shear: NDArray[np.float64]
-
-
-class _History(NamedTuple):
-    slip: NDArray[np.float64]
-    dilatant_opening: NDArray[np.float64]
-    cracked: NDArray[np.bool_]
-    kappa: NDArray[np.float64]
 
 
 class _Sides(NamedTuple):
@@ -53,67 +30,32 @@ class _Interfaces(NamedTuple):
 
 
 @law
-def _joints_of(table, general, elastic):
-    """Return interfaces, properties, parameters of the return mapping, ground, history and displacements."""
-    sides = None if elastic is None else _Sides(integer_rows(table.side_dof), float_pairs(table.side_rows))
-    options = ReturnMapping(
-        table.max_iterations,
-        table.relative_tolerance,
-        table.snap_back_ratio,
-        table.dilatant_iterations,
-        table.cap_slope_ratio,
-        table.yield_tolerance,
-        general,
-    )
-    slip, dilatant_opening = float_rows(table.slip), float_rows(table.dilatant_opening)
-    return (
-        _Interfaces(edges(table.edge), float_rows(table.contact_offset), float_rows(table.contact_area), sides),
-        joint_parameters(table.properties),
-        options,
-        _Ground(float_rows(table.ground_normal), float_rows(table.ground_shear)),
-        _History(slip, dilatant_opening, flag_rows(table.cracked), float_rows(table.kappa)),
-        floats(table.displacement),
-    )
+def _law_of(joints, general, elastic):
+    """Interfaces, properties and parameters of the return mapping."""
+    sides = None if elastic is None else _Sides(joints.side_dof, joints.side_rows)
+    v = joints.return_mapping
+    options = ReturnMapping(int(v[0]), v[1], v[2], int(v[3]), v[4], v[5], general)
+    return _Interfaces(joints.edge, joints.contact_offset, joints.contact_area, sides), joints.properties, options
 
 
-@law
-def _forces_of(table):
-    """Return the interfaces listed, the bounds of the Tresca problem, forces and tangents."""
-    bound, dilatant_opening = float_rows(table.tresca_bound), float_rows(table.tresca_dilatant_opening)
-    tresca = bound, dilatant_opening, float_rows(table.tresca_kappa)
-    return integers(table.joints), tresca, floats(table.force), float_rows(table.stiffness)
-
-
-@law
-def _stresses_of(table):
-    """Return normal and shear stress."""
-    return float_rows(table.normal_stress), float_rows(table.shear_stress)
-
-
-@law
-def _subtract_strain_forces(first, strain_stiffness, displacement, force):
-    """Subtract the forces by which elastic blocks resist their strains."""
-    for i in range(strain_stiffness.size):
-        force[first + i] -= strain_stiffness[i] * displacement[first + i]
-
-
-class JointUnits:
-    """Units of the joints of walls of one kind.
+class JointSteps:
+    """Steps of the joints of walls of one kind.
 
     Parameters
     ----------
     general : bool or None
-        None if all joints are plain; see ``ReturnMapping``.
+        None if all joints are plain; see ``ReturnMapping``. What is None is left out at compile time.
     elastic : bool or None
         None if no block has a strain of its own.
     """
 
     def __init__(self, general, elastic):
-        def add_joint_forces(address):
+        @phase(FORCES)
+        def add_forces(joints, history, bounds, listed, coulomb, displacement, force, stiffness):
             """Add the forces of joints and strained blocks to ``force``, and fill tangents of joints ``stiffness``."""
-            table = problem_at(address)
-            interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
-            listed, tresca, force, stiffness = _forces_of(table)
+            interfaces, properties, options = _law_of(joints, general, elastic)
+            ground = _Ground(history.ground_normal, history.ground_shear)
+            tresca = bounds.bound, bounds.dilatant_opening, bounds.kappa
             internal_force.joint_forces(
                 listed,
                 interfaces,
@@ -122,90 +64,101 @@ class JointUnits:
                 ground,
                 history,
                 tresca,
-                table.coulomb != 0,
-                u,
+                coulomb,
+                displacement,
                 force,
                 stiffness,
             )
             if elastic is not None:
-                _subtract_strain_forces(table.first_strain, floats(table.strain_stiffness), u, force)
+                first, strains = joints.first_strain, joints.strain_stiffness
+                for i in range(strains.size):
+                    force[first + i] -= strains[i] * displacement[first + i]
 
-        def update_tresca_bounds(address):
-            """Move the bounds of the Tresca problem by the share ``relaxation`` of the way to Coulomb's limits."""
-            table = problem_at(address)
-            interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
-            listed, tresca, _, _ = _forces_of(table)
-            internal_force.update_tresca_bounds(
-                listed, interfaces, properties, options, ground, history, u, tresca, table.relaxation
-            )
-
-        def contact_stresses(address):
-            """Fill ``opening``, ``normal_stress`` and ``shear_stress`` of all contacts."""
-            table = problem_at(address)
-            interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
-            opening, (sigma, tau) = float_rows(table.opening), _stresses_of(table)
-            internal_force.contact_stresses(interfaces, properties, options, ground, history, u, opening, sigma, tau)
-
-        def commit_joint_history(address):
-            """Commit the history; set ``friction``, ``crushing``, ``mode_1_dissipation``, ``stored``, ``softened``.
-
-            Energy stored in condensed subtrees counts.
-            """
-            table = problem_at(address)
-            interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
-            listed, never_opened = integers(table.joints), flag_rows(table.never_opened)
-            on_ground = _Ground(float_rows(table.ground_force_normal), float_rows(table.ground_force_shear))
-            table.friction, table.crushing, table.mode_1_dissipation, table.stored, table.softened = (
-                commit.commit_joint_history(
-                    listed, interfaces, properties, options, ground, history, u, never_opened, on_ground
-                )
-            )
-            if table.condensation != 0:
-                condensation = condensation_at(table.condensation)
-                condensation.displacement.address = table.displacement.address
-                run(table.elastic_energy, table.condensation)
-                table.stored += condensation.energy
-
-        def bond_loads(address):
-            """Fill ``bond_load`` of the interfaces, and set ``largest_bond_load``."""
-            table = problem_at(address)
-            interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
-            listed, load = integers(table.joints), float_rows(table.bond_load)
-            table.largest_bond_load = checks.bond_loads(
-                listed, interfaces, properties, options, ground, history, u, table.no_strength, table.block_stress, load
-            )
-
-        def check_condensed(address):
-            """Fill ``slides`` and ``bond_load`` of condensed interfaces; set ``sliding`` and their largest load."""
-            table = problem_at(address)
-            interfaces, properties, options, ground, history, u = _joints_of(table, general, elastic)
-            listed, slides, load = integers(table.joints), flags(table.slides), float_rows(table.bond_load)
-            table.sliding, table.largest_condensed_load = checks.check_elastic(
+        @phase(BOND_LOADS)
+        def bond_loads(joints, history, listed, displacement, load):
+            """Fill the loads of the bonds of listed interfaces; the largest."""
+            interfaces, properties, options = _law_of(joints, general, elastic)
+            ground, no_strength = _Ground(history.ground_normal, history.ground_shear), joints.no_strength
+            return checks.bond_loads(
                 listed,
                 interfaces,
                 properties,
                 options,
                 ground,
                 history,
-                u,
-                table.no_strength,
-                table.block_stress,
-                slides,
+                displacement,
+                no_strength,
+                joints.block_stress,
                 load,
             )
 
-        def joint_law_violation(address):
-            """Set ``violation``, the largest stress by which ``normal_stress`` and ``shear_stress`` violate the law."""
-            table = problem_at(address)
-            properties, cracked = joint_parameters(table.properties), flag_rows(table.cracked)
-            kappa, (sigma, tau) = float_rows(table.kappa), _stresses_of(table)
-            table.violation = checks.joint_law_violation_of(general, properties, cracked, kappa, sigma, tau)
+        @phase(CHECK_ELASTIC)
+        def check_elastic(joints, history, listed, displacement, slides, load):
+            """Find listed interfaces that leave the elastic range, and fill the loads of their bonds; the largest."""
+            interfaces, properties, options = _law_of(joints, general, elastic)
+            ground, no_strength = _Ground(history.ground_normal, history.ground_shear), joints.no_strength
+            return checks.check_elastic(
+                listed,
+                interfaces,
+                properties,
+                options,
+                ground,
+                history,
+                displacement,
+                no_strength,
+                joints.block_stress,
+                slides,
+                load,
+            )[1]
 
-        self.add_joint_forces, self.update_tresca_bounds = Unit(add_joint_forces), Unit(update_tresca_bounds)
-        self.contact_stresses, self.commit_joint_history = Unit(contact_stresses), Unit(commit_joint_history)
-        self.bond_loads, self.check_condensed = Unit(bond_loads), Unit(check_condensed)
-        self.joint_law_violation = Unit(joint_law_violation)
+        @kernel
+        def update_tresca_bounds(joints, history, bounds, listed, displacement, relaxation):
+            """Move the bounds of the Tresca problem by a share of the way to Coulomb's limits."""
+            interfaces, properties, options = _law_of(joints, general, elastic)
+            ground = _Ground(history.ground_normal, history.ground_shear)
+            tresca = bounds.bound, bounds.dilatant_opening, bounds.kappa
+            internal_force.update_tresca_bounds(
+                listed, interfaces, properties, options, ground, history, displacement, tresca, relaxation
+            )
+
+        @kernel
+        def contact_stresses(joints, history, displacement, opening, normal_stress, shear_stress):
+            """Fill opening (m), normal and shear stress (Pa) of all contacts."""
+            interfaces, properties, options = _law_of(joints, general, elastic)
+            ground = _Ground(history.ground_normal, history.ground_shear)
+            internal_force.contact_stresses(
+                interfaces, properties, options, ground, history, displacement, opening, normal_stress, shear_stress
+            )
+
+        @kernel
+        def commit_history(joints, history, listed, displacement, never_opened, force_normal, force_shear):
+            """Commit the history; dissipation by friction, crushing and mode I, stored and softening energy (J)."""
+            interfaces, properties, options = _law_of(joints, general, elastic)
+            ground, on_ground = _Ground(history.ground_normal, history.ground_shear), _Ground(force_normal, force_shear)
+            return commit.commit_joint_history(
+                listed, interfaces, properties, options, ground, history, displacement, never_opened, on_ground
+            )
+
+        @kernel
+        def law_violation(joints, history, normal_stress, shear_stress):
+            """Largest stress by which contacts violate the joint law (Pa)."""
+            return checks.joint_law_violation_of(
+                general, joints.properties, history.cracked, history.kappa, normal_stress, shear_stress
+            )
+
+        self.add_forces, self.bond_loads, self.check_elastic = add_forces, bond_loads, check_elastic
+        self.update_tresca_bounds, self.contact_stresses = update_tresca_bounds, contact_stresses
+        self.commit_history, self.law_violation = commit_history, law_violation
+
+    def law(self) -> JointLaw:
+        """Return the functions that other steps call."""
+        made: JointLaw = JointLaw(
+            add_forces=self.add_forces, bond_loads=self.bond_loads, check_elastic=self.check_elastic
+        )
+        return made
 
 
-JOINT_UNITS = {(g, e): JointUnits(g, e) for g in (None, True) for e in (None, True)}
-"""By whether there are joints that are not plain, and elastic blocks: None if not."""
+@cache
+def joint_steps(general: bool | None, elastic: bool | None) -> JointSteps:
+    """Return the steps of walls with joints that are not plain, or None, and with elastic blocks, or None."""
+    return JointSteps(general, elastic)

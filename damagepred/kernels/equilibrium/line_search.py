@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from damagepred.kernels.equilibrium.problem import residual
+from damagepred.kernels.equilibrium.residual import residual
 from damagepred.kernels.equilibrium.vectors import dot, move_along
 from damagepred.kernels.jit import rule
 
@@ -16,7 +16,7 @@ def line_search(
     Parameters
     ----------
     problem : Problem
-        As ``damagepred.kernels.equilibrium.problem.residual``.
+        A wall in a state.
     jack, jack_step : float
         Load of the jacks at the iterate, and its step (N).
     start, step : array (size,)

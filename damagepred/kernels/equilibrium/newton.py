@@ -9,18 +9,11 @@ unstable equilibrium. The reversed step, a direction of negative curvature, lead
 
 import numpy as np
 
+from damagepred.kernels.equilibrium.completion import Completed, complete, store_tangent
 from damagepred.kernels.equilibrium.line_search import line_search
-from damagepred.kernels.equilibrium.problem import (
-    Problem,
-    controls_deflection,
-    parameters_at,
-    problem_at,
-    residual,
-    solve,
-)
+from damagepred.kernels.equilibrium.residual import Problem, controls_deflection, residual, solve
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
-from damagepred.kernels.jit import Unit, law, rule
-from damagepred.kernels.table import float_rows, floats, run
+from damagepred.kernels.jit import kernel, rule
 
 
 @rule
@@ -32,7 +25,7 @@ def newton(problem, jack, start, best, room):
     Parameters
     ----------
     problem : Problem
-        As ``damagepred.kernels.equilibrium.problem.residual``.
+        A wall in a state.
     jack : float
         Load of each jack at the start (N).
     start, best : array (size,)
@@ -125,40 +118,19 @@ def newton_with_line_search(problem, jack, start, best, room):
     return least, best_jack
 
 
-@law
-def _complete(table):
-    """Store the tangent at an equilibrium, and complete it."""
-    if table.ratio < parameters_at(table.parameters).tolerance:
-        run(table.store_tangent, table.here)
-        run(table.complete, table.here)
+@kernel
+def run_newton(wall, state, ahead, support_step, jack, start, best, searching):
+    """Newton's method on a wall, with line search or with backtracking, from ``start``; fills the best iterate.
 
-
-@Unit
-def run_newton(address):
-    """Run Newton's method with backtracking for a wall of rigid or elastic blocks.
-
-    Parameters
-    ----------
-    address : int
-        Of the table of the wall: ``best`` is filled from ``start`` on; ``jack`` and ``ratio`` become those there. If it
-        is an equilibrium, it is completed, and its tangent stored.
+    Returns unbalanced force ratio and load of the jacks there, and if it is an equilibrium, whose tangent is stored,
+    what ``complete`` finds.
     """
-    table = problem_at(address)
-    problem, start, best = Problem(parameters_at(table.parameters), address), floats(table.start), floats(table.best)
-    table.ratio, table.jack = newton(problem, table.jack, start, best, float_rows(table.room))
-    _complete(table)
-
-
-@Unit
-def run_newton_with_line_search(address):
-    """Run Newton's method with line search for a wall of rigid or elastic blocks.
-
-    Parameters
-    ----------
-    address : int
-        As ``run_newton``.
-    """
-    table = problem_at(address)
-    problem, start, best = Problem(parameters_at(table.parameters), address), floats(table.start), floats(table.best)
-    table.ratio, table.jack = newton_with_line_search(problem, table.jack, start, best, float_rows(table.room))
-    _complete(table)
+    problem = Problem(wall.parameters[0], wall, state)
+    if searching:
+        ratio, jack = newton_with_line_search(problem, jack, start, best, wall.room)
+    else:
+        ratio, jack = newton(problem, jack, start, best, wall.room)
+    if not ratio < wall.parameters[0].tolerance:
+        return ratio, jack, Completed(False, 0, 0.0, 0.0)
+    store_tangent(wall, state, ahead, support_step, best)
+    return ratio, jack, complete(wall, state, best)

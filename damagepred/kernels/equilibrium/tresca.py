@@ -1,20 +1,17 @@
 """Minimum of the potential of a Tresca problem: Newton's method with line search (Wriggers 2006, ch. 10)."""
 
 from damagepred.kernels.equilibrium.line_search import line_search
-from damagepred.kernels.equilibrium.problem import (
+from damagepred.kernels.equilibrium.residual import (
     Problem,
     add_jack_load,
     controls_deflection,
     goes_too_far,
     missing,
-    parameters_at,
-    problem_at,
     residual,
     solve,
 )
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
-from damagepred.kernels.jit import Unit, rule
-from damagepred.kernels.table import float_rows, floats
+from damagepred.kernels.jit import kernel, rule
 
 
 @rule
@@ -24,7 +21,7 @@ def minimise(problem, jack, tolerance, limit, u, room):
     Parameters
     ----------
     problem : Problem
-        As ``damagepred.kernels.equilibrium.problem.residual``.
+        A wall in a state.
     jack : float
         Load of each jack at the start (N).
     tolerance : float
@@ -87,16 +84,7 @@ def _correct_jack_load(problem, u, step, force):
     return jack_step
 
 
-@Unit
-def minimise_tresca(address):
-    """Minimise the potential of the Tresca problem of a wall of rigid or elastic blocks, from ``start`` on.
-
-    Parameters
-    ----------
-    address : int
-        Of the table of the wall, with ``minimum_tolerance`` and ``limit``; ``start`` becomes the minimum, and ``jack``
-        the load of the jacks there.
-    """
-    table = problem_at(address)
-    problem, room = Problem(parameters_at(table.parameters), address), float_rows(table.room)
-    table.jack = minimise(problem, table.jack, table.minimum_tolerance, table.limit, floats(table.start), room)
+@kernel
+def minimise_tresca(wall, state, jack, tolerance, u):
+    """Minimise the potential of the Tresca problem of a wall, from ``u`` on, the minimum; the load of the jacks (N)."""
+    return minimise(Problem(wall.parameters[0], wall, state), jack, tolerance, state.limit, u, wall.room)

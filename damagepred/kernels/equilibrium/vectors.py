@@ -3,8 +3,7 @@
 import numpy as np
 from numba.extending import overload
 
-from damagepred.kernels.jit import UNCOUNTED
-from damagepred.kernels.table import copy_entries
+from damagepred.kernels.jit import FLAGS
 
 
 def copy(source, target):
@@ -18,10 +17,11 @@ def copy(source, target):
     target[:] = source
 
 
-@overload(copy, jit_options=UNCOUNTED)
+@overload(copy, jit_options=FLAGS)
 def _copy(source, target):
     def compiled(source, target):
-        copy_entries(source, target)
+        for i in range(source.size):
+            target[i] = source[i]
 
     return compiled
 
@@ -39,7 +39,7 @@ def move_along(start, length, step, end):
     np.add(start, length * step, out=end)
 
 
-@overload(move_along, jit_options=UNCOUNTED)
+@overload(move_along, jit_options=FLAGS)
 def _move_along(start, length, step, end):
     def compiled(start, length, step, end):
         for i in range(start.size):
@@ -59,7 +59,7 @@ def dot(a, b):
     return float(a @ b)
 
 
-@overload(dot, jit_options=UNCOUNTED)
+@overload(dot, jit_options=FLAGS)
 def _dot(a, b):
     def compiled(a, b):
         total = 0.0

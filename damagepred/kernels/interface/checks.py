@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement
+from damagepred.kernels.interface.kinematics import ground_at, interface_motion
 from damagepred.kernels.jit import law
 from damagepred.kernels.joint.limits import capped, coulomb_limit, shear_limit
 from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain, normal_law
@@ -90,14 +90,19 @@ def bond_loads(active, interfaces, properties, options, ground, history, displac
     load : array (m, q)
         Filled for active interfaces.
     """
+    edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
+    slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
+    elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
+    first_ground = edges.size - on_normal.shape[0]
     heaviest = 0.0
     for i in active:
-        middle = interface_displacement(interfaces, displacement, i)
+        opening_i, shear_i, turn_i = interface_motion(edges[i], elastic, displacement, i)
         p = properties[i]
-        plain = is_plain(p, options.general)
-        for k in range(interfaces.contact_area.shape[1]):
-            u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
-            cracked, kappa, e = history.cracked[i, k], history.kappa[i, k], u_n - history.dilatant_opening[i, k]
+        plain = is_plain(p, general)
+        for k in range(areas.shape[1]):
+            u_n = opening_i + offsets[i, k] * turn_i - ground_at(on_normal, first_ground, i, k)
+            u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
+            cracked, kappa, e = cracks[i, k], kappas[i, k], u_n - openings[i, k]
             load[i, k] = _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, block_stress)
             heaviest = max(heaviest, load[i, k])
     return heaviest
@@ -129,19 +134,25 @@ def check_elastic(
     slides : array of bool (m,)
         Whether an interface does any of these; set for those listed.
     """
+    edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
+    slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
+    elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
+    first_ground = edges.size - on_normal.shape[0]
     count, heaviest = 0, 0.0
     for i in listed:
-        middle, p, inelastic = interface_displacement(interfaces, displacement, i), properties[i], False
-        plain = is_plain(p, options.general)
-        for k in range(interfaces.contact_area.shape[1]):
-            u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
-            cracked, kappa, e = history.cracked[i, k], history.kappa[i, k], u_n - history.dilatant_opening[i, k]
+        p, inelastic = properties[i], False
+        opening_i, shear_i, turn_i = interface_motion(edges[i], elastic, displacement, i)
+        plain = is_plain(p, general)
+        for k in range(areas.shape[1]):
+            u_n = opening_i + offsets[i, k] * turn_i - ground_at(on_normal, first_ground, i, k)
+            u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
+            cracked, kappa, e = cracks[i, k], kappas[i, k], u_n - openings[i, k]
             load[i, k] = _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, block_stress)
             heaviest, sigma = max(heaviest, load[i, k]), p.normal_stiffness * e
             if p.gap > 0.0:
                 inelastic |= sigma < 0.0  # closed here, whatever the other contacts do
                 continue
-            limit = _elastic_shear_limit(options.general, p, cracked, sigma, options)
+            limit = _elastic_shear_limit(general, p, cracked, sigma, options)
             inelastic |= abs(p.shear_stiffness * u_s) > limit
             inelastic |= sigma < -p.compressive_strength
         slides[i] = inelastic

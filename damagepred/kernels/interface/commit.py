@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement
+from damagepred.kernels.interface.kinematics import ground_at, interface_motion
 from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain
 from damagepred.kernels.joint.softening import (
@@ -54,24 +54,28 @@ def commit_joint_history(
     stored, softened : float
         Elastic energy, and softening work of all bonds so far (J); see also ``break_in_shear``.
     """
+    edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
+    slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
+    elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
+    first_ground = edges.size - on_normal.shape[0]
     friction, crushing, mode_1_dissipation, stored, softened = 0.0, 0.0, 0.0, 0.0, 0.0
-    first_ground = interfaces.edge.size - ground.normal.shape[0]
     for i in active:
-        middle = interface_displacement(interfaces, displacement, i)
+        opening_i, shear_i, turn_i = interface_motion(edges[i], elastic, displacement, i)
         p = properties[i]
-        plain = is_plain(p, options.general)
+        plain = is_plain(p, general)
         w_c = p.critical_opening
-        for k in range(interfaces.contact_area.shape[1]):
-            area, kappa = interfaces.contact_area[i, k], history.kappa[i, k]
-            u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
-            cracked, e = history.cracked[i, k], u_n - history.dilatant_opening[i, k]
+        for k in range(areas.shape[1]):
+            area, kappa = areas[i, k], kappas[i, k]
+            u_n = opening_i + offsets[i, k] * turn_i - ground_at(on_normal, first_ground, i, k)
+            u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
+            cracked, e = cracks[i, k], u_n - openings[i, k]
             sigma, tau, _, _, _, _, slip, dilatancy, _ = coulomb_return(
-                p, options.general, plain, cracked, kappa, e, u_s, options
+                p, general, plain, cracked, kappa, e, u_s, options
             )
             never_opened[i, k] &= e <= 0.0
             if slip != 0.0 or dilatancy != 0.0:
-                history.slip[i, k] += slip
-                history.dilatant_opening[i, k] += dilatancy
+                slips[i, k] += slip
+                openings[i, k] += dilatancy
                 friction += area * tau * slip
                 normal_work = area * sigma * dilatancy
                 if p.dilation > 0.0:
@@ -79,12 +83,12 @@ def commit_joint_history(
                 else:
                     crushing += normal_work
             if cracked and w_c == 0.0 and p.residual_tensile_strength == 0.0:
-                history.kappa[i, k] = np.inf if sigma == 0.0 and e > 0.0 else 0.0
+                kappas[i, k] = np.inf if sigma == 0.0 and e > 0.0 else 0.0
             if not plain and w_c > 0.0:
-                after, softens, work, total = _soften(options.general, p, cracked, kappa, e, slip, dilatancy)
+                after, softens, work, total = _soften(general, p, cracked, kappa, e, slip, dilatancy)
                 mode_1_dissipation += area * work
                 softened += area * total
-                history.kappa[i, k], history.cracked[i, k] = after, softens
+                kappas[i, k], cracks[i, k] = after, softens
             stored += 0.5 * area * (sigma * (e - dilatancy) + tau * tau / p.shear_stiffness)
             if i >= first_ground:
                 on_ground.normal[i - first_ground, k] = -area * sigma

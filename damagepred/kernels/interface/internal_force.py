@@ -1,6 +1,6 @@
 """Internal force and tangent stiffness of interfaces: the joint law integrated over their contacts."""
 
-from damagepred.kernels.interface.kinematics import elastic_trial, interface_displacement, scatter_interface_force
+from damagepred.kernels.interface.kinematics import ground_at, interface_motion, scatter_force
 from damagepred.kernels.jit import law
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.joint.return_mapping import coulomb_return, is_plain, tresca_return
@@ -35,26 +35,31 @@ def joint_forces(
         Derivatives of normal force, shear force and moment of an interface with opening and shear at its middle and
         relative rotation, row by row (N/m, N, N m).
     """
+    edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
+    slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
+    elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
+    first_ground = edges.size - on_normal.shape[0]
     bound, dilatant_opening, kappa = tresca
     for i in active:
-        middle = interface_displacement(interfaces, displacement, i)
+        opening_i, shear_i, turn_i = interface_motion(edges[i], elastic, displacement, i)
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         nn, ns, nm, sn, ss, sm, ms, mm = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         p = properties[i]
-        plain = is_plain(p, options.general)
-        for k in range(interfaces.contact_area.shape[1]):
-            at, area = interfaces.contact_offset[i, k], interfaces.contact_area[i, k]
-            u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
-            cracked = history.cracked[i, k]
+        plain = is_plain(p, general)
+        for k in range(areas.shape[1]):
+            at, area = offsets[i, k], areas[i, k]
+            u_n = opening_i + offsets[i, k] * turn_i - ground_at(on_normal, first_ground, i, k)
+            u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
+            cracked = cracks[i, k]
             if coulomb:
-                e = u_n - history.dilatant_opening[i, k]
+                e = u_n - openings[i, k]
                 sigma, tau, d_nn, d_ns, d_sn, d_ss, _, _, _ = coulomb_return(
-                    p, options.general, plain, cracked, history.kappa[i, k], e, u_s, options
+                    p, general, plain, cracked, kappas[i, k], e, u_s, options
                 )
             else:
                 e = u_n - dilatant_opening[i, k]
                 sigma, tau, d_nn, d_ns, d_sn, d_ss = tresca_return(
-                    p, options.general, plain, cracked, kappa[i, k], bound[i, k], e, u_s, options
+                    p, general, plain, cracked, kappa[i, k], bound[i, k], e, u_s, options
                 )
             total_n += area * sigma
             total_s += area * tau
@@ -71,7 +76,7 @@ def joint_forces(
         row[0], row[1], row[2] = nn, ns, nm
         row[3], row[4], row[5] = sn, ss, sm
         row[6], row[7], row[8] = nm, ms, mm
-        scatter_interface_force(interfaces, i, total_n, total_s, total_m, force)
+        scatter_force(edges[i], elastic, i, total_n, total_s, total_m, force)
 
 
 @law
@@ -85,23 +90,28 @@ def update_tresca_bounds(active, interfaces, properties, options, ground, histor
     relaxation : float
         Relaxation factor of the fixed point for bounds and dilatant openings, 0 to 1.
     """
+    edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
+    slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
+    elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
+    first_ground = edges.size - on_normal.shape[0]
     bound, dilatant_opening, kappa = tresca
     for i in active:
-        middle = interface_displacement(interfaces, displacement, i)
+        opening_i, shear_i, turn_i = interface_motion(edges[i], elastic, displacement, i)
         p = properties[i]
-        plain = is_plain(p, options.general)
-        for k in range(interfaces.contact_area.shape[1]):
-            u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
-            cracked, largest, old = history.cracked[i, k], history.kappa[i, k], bound[i, k]
-            e = u_n - history.dilatant_opening[i, k]
+        plain = is_plain(p, general)
+        for k in range(areas.shape[1]):
+            u_n = opening_i + offsets[i, k] * turn_i - ground_at(on_normal, first_ground, i, k)
+            u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
+            cracked, largest, old = cracks[i, k], kappas[i, k], bound[i, k]
+            e = u_n - openings[i, k]
             _, _, _, _, _, _, slip, dilatancy, limit = coulomb_return(
-                p, options.general, plain, cracked, largest, e, u_s, options
+                p, general, plain, cracked, largest, e, u_s, options
             )
             bound[i, k] = max(limit if old >= 0.5 * NO_LIMIT else old + relaxation * (limit - old), 0.0)
             if plain:
                 continue
             dilates = dilatancy if p.dilation > 0.0 else 0.0  # crushing is part of the energy
-            dilatant_opening[i, k] += relaxation * (history.dilatant_opening[i, k] + dilates - dilatant_opening[i, k])
+            dilatant_opening[i, k] += relaxation * (openings[i, k] + dilates - dilatant_opening[i, k])
             if p.critical_opening > 0.0:
                 reached, _ = updated_kappa(p, cracked, largest, e, slip, dilatancy)
                 kappa[i, k] = max(kappa[i, k], reached)
@@ -118,14 +128,19 @@ def contact_stresses(interfaces, properties, options, ground, history, displacem
     opening, sigma, tau : array (m, q)
         Filled.
     """
-    for i in range(interfaces.edge.size):
-        middle = interface_displacement(interfaces, displacement, i)
+    edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
+    slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
+    elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
+    first_ground = edges.size - on_normal.shape[0]
+    for i in range(edges.size):
+        opening_i, shear_i, turn_i = interface_motion(edges[i], elastic, displacement, i)
         p = properties[i]
-        plain = is_plain(p, options.general)
-        for k in range(interfaces.contact_area.shape[1]):
-            u_n, u_s = elastic_trial(interfaces, ground, history, middle, i, k)
+        plain = is_plain(p, general)
+        for k in range(areas.shape[1]):
+            u_n = opening_i + offsets[i, k] * turn_i - ground_at(on_normal, first_ground, i, k)
+            u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
             opening[i, k] = u_n
-            cracked, e = history.cracked[i, k], u_n - history.dilatant_opening[i, k]
+            cracked, e = cracks[i, k], u_n - openings[i, k]
             sigma[i, k], tau[i, k], _, _, _, _, _, _, _ = coulomb_return(
-                p, options.general, plain, cracked, history.kappa[i, k], e, u_s, options
+                p, general, plain, cracked, kappas[i, k], e, u_s, options
             )

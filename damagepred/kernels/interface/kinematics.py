@@ -98,7 +98,12 @@ def interface_displacement(interfaces, displacement, i):
     i : int
         Interface.
     """
-    edge = interfaces.edge[i]
+    return interface_motion(interfaces.edge[i], interfaces.elastic, displacement, i)
+
+
+@law
+def interface_motion(edge, elastic, displacement, i):
+    """Return what ``interface_displacement`` does: a law that takes a tuple of arrays would count references."""
     a, b = 3 * edge.body_a, 3 * edge.body_b
     turn_a, turn_b = displacement[a + 2], displacement[b + 2]
     opening, shear = midpoint_displacement(
@@ -109,7 +114,7 @@ def interface_displacement(interfaces, displacement, i):
         turn_a,
         turn_b,
     )
-    return with_strains(interfaces.elastic, displacement, i, opening, shear, turn_b - turn_a)
+    return with_strains(elastic, displacement, i, opening, shear, turn_b - turn_a)
 
 
 @law
@@ -125,7 +130,12 @@ def scatter_interface_force(interfaces, i, normal, shear, moment, force):
     force : array (size,)
         On each body (N, N m); added to.
     """
-    edge = interfaces.edge[i]
+    scatter_force(interfaces.edge[i], interfaces.elastic, i, normal, shear, moment, force)
+
+
+@law
+def scatter_force(edge, elastic, i, normal, shear, moment, force):
+    """Add forces as ``scatter_interface_force`` does."""
     n_x, n_y = edge.normal_x, edge.normal_y
     pull_x, pull_y = normal * n_x + shear * n_y, normal * n_y - shear * n_x
     a, b = 3 * edge.body_a, 3 * edge.body_b
@@ -135,30 +145,10 @@ def scatter_interface_force(interfaces, i, normal, shear, moment, force):
     force[b] -= pull_x
     force[b + 1] -= pull_y
     force[b + 2] -= normal * edge.arm_normal_b + shear * edge.arm_shear_b + moment
-    scatter_to_strains(interfaces.elastic, i, normal, shear, moment, force)
+    scatter_to_strains(elastic, i, normal, shear, moment, force)
 
 
 @law
-def elastic_trial(interfaces, ground, history, middle, i, k):
-    """Return opening, and shear less plastic slip, of contact k of interface i (m).
-
-    Parameters
-    ----------
-    interfaces : InterfaceRecords
-        The last ones are those with the ground.
-    ground : NamedTuple of arrays (g, q)
-        Displacement of the ground in the present state.
-    history : NamedTuple of arrays (m, q)
-        History variables of the contacts.
-    middle : tuple of float
-        ``interface_displacement`` of i.
-    i, k : int
-        Interface and contact.
-    """
-    opening, shear, turn = middle
-    u_n, u_s = opening + interfaces.contact_offset[i, k] * turn, shear - history.slip[i, k]
-    g = i - (interfaces.edge.size - ground.normal.shape[0])
-    if g >= 0:
-        u_n -= ground.normal[g, k]
-        u_s -= ground.shear[g, k]
-    return u_n, u_s
+def ground_at(displacement, first, i, k):
+    """Return the displacement of the ground (g, q) under contact k of interface i, 0 before the first one on it."""
+    return displacement[i - first, k] if i >= first else 0.0

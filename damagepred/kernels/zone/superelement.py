@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.kernels.jit import kernel_making_arrays, law, rule
+from damagepred.kernels.jit import kernel, law, rule
 from damagepred.kernels.zone.law import within_yield_surface, zone_return, zone_tangent
 
 
@@ -206,7 +206,7 @@ def _dot(a, b):
     return total
 
 
-@kernel_making_arrays
+@kernel
 def condensed_forces(shape, zones, listed, plastic, shares, tolerance, trial, displacement, force):
     """Bring the interior of yielding blocks to equilibrium, and correct the elastic forces on their boundaries.
 
@@ -301,7 +301,7 @@ def condensed_forces(shape, zones, listed, plastic, shares, tolerance, trial, di
             force[dof[i]] += total if found else math.nan
 
 
-@kernel_making_arrays
+@kernel
 def condensed_tangents(shape, zones, listed, first_entry, tangents, yields):
     """Condense the tangents of yielding blocks to their boundaries, from the trial stresses of the last residual.
 
@@ -345,7 +345,7 @@ def condensed_tangents(shape, zones, listed, first_entry, tangents, yields):
                     row[j] -= tangent[i, r + k] * across[k, j]
 
 
-@kernel_making_arrays
+@kernel
 def commit_plastic_strain(shape, zones, listed, displacement, plastic, state):
     """Commit the plastic strain of yielding blocks at an equilibrium; return the plastic work (J).
 

@@ -458,10 +458,7 @@ class Continuation:
     def stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""
         model = self.model
-        opening, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(3))
-        self.equilibrium.evaluate_joints(
-            "contact_stresses", None, state, opening=opening, normal_stress=sigma, shear_stress=tau
-        )
+        opening, sigma, tau = self.equilibrium.contact_stresses(state)
         if model.sections is not None:
             set_linear_stresses(model, section_response_of(model, state.sections, state.displacement), sigma, tau)
         return opening, sigma, tau

@@ -11,6 +11,7 @@ from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
 from damagepred.diagnostics import Energies, described
 from damagepred.kernels.equilibrium.work import external_work
+from damagepred.solvers.quasi_static.residual import JointEnergy
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -117,7 +118,7 @@ class EnergyBalance:
     def add(
         self,
         state: State,
-        joints: np.void,
+        joints: JointEnergy,
         on_ground: Ground,
         plastic_work: float,
         reaction: float,
@@ -131,7 +132,7 @@ class EnergyBalance:
         ----------
         state : State
             With the history variables of the new equilibrium.
-        joints : PROBLEM
+        joints : JointEnergy
             Table with the energy of the joints in the new equilibrium, and the work that they dissipated in the step.
         on_ground : Ground
             Forces on the ground in the new equilibrium (N).
@@ -147,8 +148,8 @@ class EnergyBalance:
             Deformable blocks.
         """
         model, ground = self._model, self._model.ground.at(state.load_factor)
-        stored, softened = float(joints["stored"]), float(joints["softened"])
-        friction, crushing = float(joints["friction"]), float(joints["crushing"])
+        stored, softened = float(joints.stored), float(joints.softened)
+        friction, crushing = float(joints.friction), float(joints.crushing)
         if superelements is not None:
             stored += superelements.elastic_energy(state)
         if model.sections is not None:
@@ -158,7 +159,7 @@ class EnergyBalance:
             self.add_section_work(section_work)
             self._sections = response
             softened += float(self._largest_section_work.sum())
-        self._mode_1_dissipation += float(joints["mode_1_dissipation"])
+        self._mode_1_dissipation += float(joints.mode_1_dissipation)
         softened += self._mode_1_dissipation
         dead, live, by_ground, residual_work = external_work(
             self._loads,

@@ -7,17 +7,15 @@ statically condensed to a superelement on their boundary once.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numba.extending import get_cython_function_address
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
-from damagepred.kernels.linear import assembly, lapack, multifrontal, woodbury
-from damagepred.kernels.linear.system import solve_tangent
-from damagepred.kernels.linear.table import SYSTEM
-from damagepred.kernels.table import Address, fill
+from damagepred.kernels.linear.correction import Correction, correct, respond
+from damagepred.kernels.linear.dense import dense_workspace, invert
+from damagepred.kernels.linear.factors import BlockTangents, Factors, Tree, eliminate
+from damagepred.kernels.linear.solver import CORRECTIONS, FACTORISATIONS, ITERATIONS, Costs, Solver, solve_tangent
+from damagepred.kernels.linear.substitution import Rows, Substitution, back, forward, solve_columns
 from damagepred.solvers.quasi_static.elimination_tree import ElasticFactors, EliminationTree
 from damagepred.solvers.quasi_static.options import LinearSystemOptions
 from damagepred.solvers.quasi_static.static_condensation import StaticCondensation
@@ -25,27 +23,6 @@ from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 DEFAULTS = LinearSystemOptions()
-UNITS = {
-    unit.name: unit
-    for unit in (
-        assembly.set_stiffness,
-        assembly.assemble_front,
-        lapack.invert,
-        multifrontal.eliminate,
-        multifrontal.forward,
-        multifrontal.back,
-        multifrontal.solve_columns,
-        woodbury.add_compliance,
-        woodbury.stiffness_changes,
-        woodbury.relative_displacements,
-        woodbury.fill_capacitance,
-        woodbury.respond,
-        woodbury.correct,
-    )
-}
-"""Units of the tangent equations that others call, by name."""
-_OF_FACTORS = ("inverses", "coupling", "upper", "complements", "stiffness", "matrices", "unsymmetric")
-"""Arrays of the table that elimination fills."""
 
 
 class MultifrontalSystem:
@@ -64,18 +41,17 @@ class MultifrontalSystem:
 
     Attributes
     ----------
-    tangent : SYSTEM
-        The table of factors and corrections, as kernels take it.
-    address : int
-        Of the table.
-    arrays : dict
-        The arrays of the table, by name.
+    solver : Solver
+        Factors of the active fronts and their corrections, as kernels take them.
+    factors : Factors
+        Of all fronts.
     tree : EliminationTree
         Order of elimination.
     condensation : StaticCondensation or None
         Superelements of the condensed subtrees; None if all fronts are active.
     elastic_complements : array
-        Schur complements of condensed fronts without regularisation, as ``complements`` of the table; empty until then.
+        Schur complements of condensed fronts without regularisation, as ``complements`` of the factors; empty until
+        then.
     active_fronts : array of bool (F,)
         Fronts that are not condensed.
     active, condensed_interfaces : array of int
@@ -93,110 +69,105 @@ class MultifrontalSystem:
     ) -> None:
         self.model, self.options, self.elastic = system.model, options, elastic
         self.tree = EliminationTree.of(system, superelements, options)
-        self._superelements = superelements
-        self._stiffness = elastic
-        self._table = np.zeros(1, SYSTEM)
-        self.arrays: dict[str, np.ndarray] = {}
-        self.tangent, self.address = self._table[0], self._table.ctypes.data
-        self._wanted = Address(self._table, "wanted")
-        self._allocate(system)
-        self.elastic_complements = np.empty(0)
-        self.active_fronts = np.zeros(self.tree.count, dtype=np.bool_)
-        self.activate(np.ones(self.tree.count, dtype=np.bool_))
-
-    def _allocate(self, system: DiscreteSystem) -> None:
-        """Make the arrays that all active systems share."""
-        tree, options, count = self.tree, self.options, len(self.elastic)
-        size, edge = tree.size, tree.boundary_size
-        largest = int((size + edge).max(initial=1))
-        if (needed := 8e-9 * tree.matrix_entries) > options.max_memory:
+        if (needed := 8e-9 * self.tree.matrix_entries) > options.max_memory:
             raise InputError(
                 f"the quasi-static solver would need {needed:.0f} GB for its matrices, and takes "
                 f"{options.max_memory:g} GB at most; take a larger solver.zone_size, cut fewer blocks, or take "
                 f"method = 'explicit'."
             )
+        self._superelements, self._stiffness = superelements, elastic
+        self._make_factors(system)
+        self._make_room()
+        self.elastic_complements = np.empty(0)
+        self.active_fronts = np.zeros(self.tree.count, dtype=np.bool_)
+        self.activate(np.ones(self.tree.count, dtype=np.bool_))
+
+    def _make_factors(self, system: DiscreteSystem) -> None:
+        """Allocate the factors of all fronts."""
+        tree, options, count = self.tree, self.options, len(self.elastic)
+        size, edge = tree.size, tree.boundary_size
+        largest = int((size + edge).max(initial=1))
         strain = np.zeros(self.model.size)
         strain[system.strain_dofs] = system.strain_stiffness
-        strain = strain[tree.dofs]
+        self._strain_stiffness = strain = strain[tree.dofs]
         diagonal = self._elastic_diagonal(strain)
         # a block without joints keeps its place
         typical = diagonal.max(initial=0.0) or 1.0
-        (dof, displacement), slots = tree.kinematics, options.max_changed_interfaces
+        dof, displacement = tree.kinematics
         children = np.argsort(tree.parent, kind="stable")
-        first_child = np.searchsorted(tree.parent[children], np.arange(tree.count + 1))
         inverse_start, coupling_start, complement_start = (
             np.concatenate(([0], np.cumsum(n))) for n in (size**2, size * edge, edge**2)
         )
-        rows = max(options.max_loop_rows, 2)
-        # room for all degrees of freedom, of which active ones take a part: memory that is not touched costs nothing
-        room_rows = {"response": 3 * slots, "rows": 2, "room": 2 * rows}
-        self._rooms = {name: (number, np.empty(number * self.model.size)) for name, number in room_rows.items()}
-        gathered = np.empty((max(rows, options.response_batch), max(int(edge.max(initial=0)), 1)))
         none = np.zeros(tree.count, dtype=np.bool_)
-        self._set(
+        fixed = Tree(
             start=tree.start,
             parent=tree.parent,
+            children=children,
+            first_child=np.searchsorted(tree.parent[children], np.arange(tree.count + 1)),
             first_boundary=tree.first_boundary,
             boundary_in_parent=tree.boundary_in_parent,
-            children=children,
-            first_child=first_child,
             inverse_start=inverse_start,
             coupling_start=coupling_start,
             complement_start=complement_start,
-            inverses=np.zeros(inverse_start[-1]),
-            coupling=np.zeros(coupling_start[-1]),
-            upper=np.zeros(coupling_start[-1]),
-            complements=np.zeros(complement_start[-1]),
             dof=dof,
             strain_displacement=displacement,
             front_interfaces=tree.front_interfaces,
             first_interface=tree.first_interface,
             interface_front=tree.interface_front,
             interface_index=tree.interface_index,
-            gathered=gathered,
-            gathered_columns=gathered.reshape(-1),
-            unit=np.empty(options.response_batch * self.model.size),
-            unit_response=np.empty(options.response_batch * self.model.size),
-            **{name: none.copy() for name in ("reached", "outdated", "stale", "unsymmetric", "yields")},
-            stiffness=np.full((count, 9), np.nan),
-            matrices=np.empty((count, dof.shape[1], dof.shape[1])),
             strain_stiffness=strain,
             regularisation=options.regularisation * np.where(diagonal > 0.0, diagonal, typical),
-            interface_of_slot=np.empty(slots, dtype=np.int64),
-            compliance=np.empty((3 * slots, 3 * slots)),
-            change=np.empty((slots, 9)),
-            changed_rows=np.empty(3 * slots, dtype=np.int64),
-            relative=np.empty((2, 3 * slots)),
-            correction_force=np.empty(6 * slots),
-            capacitance=np.empty(9 * slots**2),
-            capacitance_pivots=np.empty(3 * slots, dtype=np.int32),
-            corrected=np.empty(slots, dtype=np.int64),
-            target=np.array(self.elastic),
-            wanted=self.elastic,
-            changed=np.empty(count, dtype=np.int64),
-            new=np.empty(3 * count, dtype=np.int64),
-            scratch=np.empty(largest**2),
-            loop_rows=options.max_loop_rows,
-            batch=options.response_batch,
-            keep_unchanged_fronts=options.keep_unchanged_fronts,
-            keep_responses=options.keep_responses,
-            woodbury_tolerance=options.woodbury_tolerance,
-            refactorisation_ratio=options.refactorisation_ratio,
-            singular_pivot_ratio=options.singular_pivot_ratio,
-            right=np.empty((2, self.model.size)),
-            solution=np.empty((2, self.model.size)),
-            here=self.address,
-            **{name: unit.address for name, unit in UNITS.items()},
-            **costs_of(size, edge, options),
-            **lapack_routines(max(largest, 3 * slots), options.inversion_panel),
         )
-        if self._superelements is not None:
-            self._set_blocks(self._superelements)
+        self._arrays = {
+            "inverses": np.zeros(inverse_start[-1]),
+            "coupling": np.zeros(coupling_start[-1]),
+            "upper": np.zeros(coupling_start[-1]),
+            "complements": np.zeros(complement_start[-1]),
+            "stiffness": np.full((count, 9), np.nan),
+            "matrices": np.empty((count, dof.shape[1], dof.shape[1])),
+            "unsymmetric": none.copy(),
+        }
+        self._outdated, self._yields, self._stale = none.copy(), none.copy(), none.copy()
+        slots = options.max_changed_interfaces
+        self.factors = Factors(
+            tree=fixed,
+            blocks=self._block_tangents(),
+            dense=dense_workspace(max(largest, 3 * slots), options.inversion_panel, options.singular_pivot_ratio),
+            yields=self._yields,
+            outdated=self._outdated,
+            front=np.empty(largest**2),
+            invert=invert,
+            **self._arrays,
+        )
 
-    def _set(self, **values: Any) -> None:
-        """Set entries of the table, and keep its arrays."""
-        self.arrays.update((name, value) for name, value in values.items() if isinstance(value, np.ndarray))
-        fill(self.tangent, values)
+    def _make_room(self) -> None:
+        """Allocate what all active systems share: all degrees of freedom, of which active ones take a part.
+
+        Memory that is not touched costs nothing.
+        """
+        tree, options, size, count = self.tree, self.options, self.model.size, len(self.elastic)
+        slots, rows = options.max_changed_interfaces, max(options.max_loop_rows, 2)
+        room_rows = {"response": 3 * slots, "right": 2, "particular": 2 * rows}
+        self._rooms = {name: (number, np.empty(number * size)) for name, number in room_rows.items()}
+        edge = max(int(tree.boundary_size.max(initial=0)), 1)
+        self.reached = np.zeros(tree.count, dtype=np.bool_)
+        self._gathered = np.empty((max(rows, options.response_batch), edge))
+        self._target, self._counts = self.elastic.copy(), np.zeros(3, dtype=np.int64)
+        self.factorisation_cost = factorisation_costs(tree.size, tree.boundary_size, options)
+        self._lists = np.empty(count, dtype=np.int64), np.empty(3 * count, dtype=np.int64)
+        self._correction = {
+            "interface_of_slot": np.empty(slots, dtype=np.int64),
+            "compliance": np.empty((3 * slots, 3 * slots)),
+            "change": np.empty((slots, 9)),
+            "changed_rows": np.empty(3 * slots, dtype=np.int64),
+            "relative": np.empty((2, 3 * slots)),
+            "force": np.empty(6 * slots),
+            "capacitance": np.empty(9 * slots**2),
+            "pivots": np.empty(3 * slots, dtype=np.int32),
+            "corrected": np.empty(slots, dtype=np.int64),
+            "unit": np.empty(options.response_batch * size),
+            "unit_response": np.empty(options.response_batch * size),
+        }
 
     def _elastic_diagonal(self, strain_stiffness: FloatArray) -> FloatArray:
         """Return the diagonal of the elastic stiffness in the order of the fronts."""
@@ -209,17 +180,24 @@ class MultifrontalSystem:
                 total[boundary] += stiffness.diagonal()
         return total[self.tree.dofs] + strain_stiffness
 
-    def _set_blocks(self, blocks: Superelements) -> None:
-        """Set the deformable blocks of all fronts."""
-        self._set(
-            front_blocks=self.tree.front_superelements,
-            first_block=self.tree.first_superelement,
-            block_first_dof=np.concatenate(([0], np.cumsum([len(boundary) for boundary in blocks.boundary]))),
-            block_index=self.tree.superelement_index,
-            first_entry=blocks.first_entry,
-            tangents=blocks.tangents,
-            assemble_blocks=assembly.assemble_blocks.address,
-        )
+    def _block_tangents(self) -> BlockTangents:
+        """Tangents of the deformable blocks of all fronts; of none if all blocks are rigid or elastic."""
+        blocks, none = self._superelements, np.empty(0, dtype=np.int64)
+        if blocks is None:
+            first = np.zeros(self.tree.count + 1, dtype=np.int64)
+            made = BlockTangents(
+                front_blocks=none, first_block=first, first_dof=none, index=none, first_entry=none, tangents=np.empty(0)
+            )
+        else:
+            made = BlockTangents(
+                front_blocks=self.tree.front_superelements,
+                first_block=self.tree.first_superelement,
+                first_dof=np.concatenate(([0], np.cumsum([len(boundary) for boundary in blocks.boundary]))),
+                index=self.tree.superelement_index,
+                first_entry=blocks.first_entry,
+                tangents=blocks.tangents,
+            )
+        return made
 
     def activate(self, fronts: BoolArray) -> None:
         """Set the active fronts; see ``condense`` for all others.
@@ -229,10 +207,9 @@ class MultifrontalSystem:
         fronts : array of bool (F,)
             With the ancestors of each.
         """
-        tree = self.tree
-        stale = self.arrays["stale"]
-        stale[:] = fronts & (stale | ~self.active_fronts)  # regularised only while active
+        tree, options, count = self.tree, self.options, len(self.elastic)
         self.condensation: StaticCondensation | None = None
+        self._stale[:] = fronts & (self._stale | ~self.active_fronts)  # regularised only while active
         self.active_fronts = fronts
         active = self._is_active = np.append(fronts, True)[tree.interface_front]
         self.active, self.condensed_interfaces = np.flatnonzero(active), np.flatnonzero(~active)
@@ -241,33 +218,75 @@ class MultifrontalSystem:
         index = np.full(self.model.size, -1, dtype=np.int64)  # among the active degrees of freedom
         index[self.active_dofs] = np.arange(size)
         operations = tree.size * (tree.size + 2 * tree.boundary_size)
-        self._set(
+        room = {name: room[: number * size].reshape(number, size) for name, (number, room) in self._rooms.items()}
+        weights = ("call_overhead", "response_weight", "solution_weight", "vector_weight", "product_weight")
+        changed, new = self._lists
+        self.solver = Solver(
+            substitution=self._substitution(fronts, fronts, room["particular"]),
+            correction=Correction(
+                index=index,
+                slot=np.full(count, -1, dtype=np.int64),
+                load_slot=np.full((count, 3), -1, dtype=np.int64),
+                response=room["response"],
+                corrected_count=0,
+                occupied=0,
+                loads=0,
+                tolerance=options.woodbury_tolerance,
+                **self._correction,
+            ),
+            costs=Costs(
+                factorisation=self.factorisation_cost,
+                solution=2.0 * float(operations[fronts].sum()),
+                refactorisation_ratio=options.refactorisation_ratio,
+                spent=0.0,
+                **{name: getattr(options, name) for name in weights},
+            ),
             active=self.active,
             active_dofs=self.active_dofs,
-            index=index,
-            slot=np.full(len(self.elastic), -1, dtype=np.int64),
-            load_slot=np.full((len(self.elastic), 3), -1, dtype=np.int64),
-            **{name: room[: number * size].reshape(number, size) for name, (number, room) in self._rooms.items()},
-            occupied=0,
-            loads=0,
-            corrected_count=0,
-            spent=0.0,
-            any_stale=1,
-            solution_operations=2.0 * float(operations[fronts].sum()),
+            target=self._target,
+            changed=changed,
+            new=new,
+            right=room["right"],
+            stale=self._stale,
+            must_factorise=np.ones(1, dtype=np.bool_),
+            counts=self._counts,
+            batch=options.response_batch,
+            loop_rows=options.max_loop_rows,
+            eliminate=eliminate,
+            respond=respond,
+            correct=correct,
         )
-        self._set(**self._rows_of(fronts, fronts))
-        self._condensed_rows = self._rows_of(~fronts, np.ones_like(fronts))
+
+    def _substitution(self, fronts: BoolArray, in_rows: BoolArray, particular: FloatArray) -> Substitution:
+        """Substitution with the factors of some fronts, in rows of the degrees of freedom of those ``in_rows``."""
+        tree = self.tree
+        start = np.cumsum(in_rows * tree.size) - in_rows * tree.size
+        row = np.cumsum(np.repeat(in_rows, tree.size)) - 1
+        rows = Rows(
+            fronts=np.flatnonzero(fronts),
+            row_start=start,
+            boundary_row=row[tree.boundary],
+            reached=self.reached,
+            gathered=self._gathered,
+        )
+        made: Substitution = Substitution(
+            factors=self.factors,
+            rows=rows,
+            particular=particular,
+            forward=forward,
+            back=back,
+            solve_columns=solve_columns,
+        )
+        return made
+
+    def condensed_substitution(self) -> Substitution:
+        """Substitution with the condensed fronts, in rows of all degrees of freedom."""
+        fronts, everything = ~self.active_fronts, np.ones_like(self.active_fronts)
+        return self._substitution(fronts, everything, np.empty((0, len(self.tree.dofs))))
 
     def are_active(self, interfaces: BoolArray | IntArray) -> bool:
         """Whether no interface listed is of a condensed front."""
         return bool(self._is_active[interfaces].all())
-
-    def _rows_of(self, fronts: BoolArray, in_rows: BoolArray) -> dict[str, IntArray]:
-        """Return the fronts that units work on, and where the degrees of freedom of those ``in_rows`` are in a row."""
-        tree = self.tree
-        start = np.cumsum(in_rows * tree.size) - in_rows * tree.size
-        row = np.cumsum(np.repeat(in_rows, tree.size)) - 1
-        return {"fronts": np.flatnonzero(fronts), "row_start": start, "boundary_row": row[tree.boundary]}
 
     def condense(
         self, fronts: BoolArray, load: FloatArray, live_load: FloatArray | None = None
@@ -287,7 +306,7 @@ class MultifrontalSystem:
         if condensed.any():
             held = self._eliminate_condensed(condensed)
             parents = self.tree.parent[condensed]
-            self.arrays["stale"][parents[parents >= 0]] = True
+            self._stale[parents[parents >= 0]] = True
         if not held:
             fronts = np.ones(self.tree.count, dtype=np.bool_)
             self.active_fronts &= ~condensed  # those are not regularised now
@@ -302,19 +321,19 @@ class MultifrontalSystem:
         Of walls of one geometry and elastic stiffness, all from the third on take over what the second has computed.
         """
         interfaces, tree = np.flatnonzero(self.tree.in_fronts(fronts)), self.tree
-        self.arrays["target"][interfaces] = self.elastic[interfaces]
+        self._target[interfaces] = self.elastic[interfaces]
         small = 8e-9 * tree.matrix_entries <= self.options.max_shared_memory
-        if not (small and np.isnan(self.arrays["stiffness"]).all()):
+        if not (small and np.isnan(self._arrays["stiffness"]).all()):
             return self._eliminate_elastic(fronts, interfaces)
-        of, known = (self.elastic, self.arrays["strain_stiffness"], fronts), tree.elastic_factors
+        of, known = (self.elastic, self._strain_stiffness, fronts), tree.elastic_factors
         again = known is not None and all(map(np.array_equal, known.of, of))
         if known is None or not (again and known.arrays):
             held = self._eliminate_elastic(fronts, interfaces)
-            arrays = {name: self.arrays[name].copy() for name in _OF_FACTORS} if again else {}
+            arrays = {name: array.copy() for name, array in self._arrays.items()} if again else {}
             tree.elastic_factors = ElasticFactors(of, arrays, self.elastic_complements.copy(), held)
             return held
         for name, array in known.arrays.items():
-            self.arrays[name][:] = array
+            self._arrays[name][:] = array
         self.elastic_complements = known.elastic_complements.copy()
         return known.held
 
@@ -324,19 +343,13 @@ class MultifrontalSystem:
         Twice: their regularisation belongs to the tangent, not to the forces on their boundaries. Where a wall may rest
         in several positions, regularisation decides between them, and should not depend on which fronts are condensed.
         """
-        outdated = self.arrays["outdated"]
-        self.arrays["changed"][: len(interfaces)] = interfaces
-        outdated[:] = fronts
-        self._set(elastic=0, changed_count=len(interfaces))
-        multifrontal.eliminate(self.address)
-        regularised = self.arrays["complements"]
+        regularised = self._arrays["complements"]
+        self._outdated[:] = fronts
+        eliminate(self.factors, interfaces, self._target, regularised, False)
         if not self.elastic_complements.size:
             self.elastic_complements = np.empty_like(regularised)
-        outdated[:] = fronts
-        self._set(elastic=1, changed_count=0, complements=self.elastic_complements)
-        multifrontal.eliminate(self.address)
-        self._set(complements=regularised)
-        return bool(self.tangent["held"])
+        self._outdated[:] = fronts
+        return bool(eliminate(self.factors, interfaces[:0], self._target, self.elastic_complements, True))
 
     def update(self, stiffness: FloatArray) -> None:
         """Set the stiffness of the interfaces for the next ``solve``.
@@ -347,10 +360,6 @@ class MultifrontalSystem:
             See ``joint_forces``; only active interfaces count.
         """
         self._stiffness = stiffness
-
-    def prepare(self) -> None:
-        """Set the stiffness of the next ``solve`` for kernels that solve by themselves."""
-        self._wanted.set(self._stiffness)
 
     def solve(self, force: FloatArray) -> FloatArray:
         """Solve for the displacements of all degrees of freedom.
@@ -366,106 +375,56 @@ class MultifrontalSystem:
             Of the same shape; 0 where prescribed or condensed.
         """
         self._update_blocks()
-        rows = force.reshape(-1, force.shape[-1])
-        self.arrays["right"][: len(rows)] = rows
-        self.prepare()
-        self.tangent["row_count"] = len(rows)
-        solve_tangent(self.address)
-        return self.arrays["solution"][: len(rows)].reshape(force.shape).copy()
-
-    def condense_forces(self, force: FloatArray, particular: FloatArray) -> None:
-        """Condense forces on condensed fronts to the active ones.
-
-        Parameters
-        ----------
-        force, particular : array (r, degrees of freedom)
-            In the order of the fronts; updated, and filled with the solution, active fronts fixed.
-        """
-        self.arrays["reached"][:] = True
-        table = self.condensed_table(force, particular)
-        multifrontal.forward(table.ctypes.data)
-
-    def condensed_table(self, current: FloatArray, particular: FloatArray) -> np.ndarray:
-        """Return a table for units that work on the condensed fronts, with a row for every degree of freedom.
-
-        Parameters
-        ----------
-        current, particular : array (r, degrees of freedom)
-            In the order of the fronts; see ``SYSTEM``.
-        """
-        table = self._table.view(np.int64).copy().view(SYSTEM)  # much faster than entry by entry
-        fill(table[0], {**self._condensed_rows, "current": current, "particular": particular})
-        return table
+        rows = np.ascontiguousarray(force.reshape(-1, force.shape[-1]))
+        if rows.shape[1] != self.model.size or len(rows) > 2 or self._stiffness.shape != self.elastic.shape:
+            raise ValueError(
+                f"a wall of {self.model.size} degrees of freedom and {len(self.elastic)} interfaces takes one or two "
+                f"forces of that length and a stiffness of {self.elastic.shape}, not {force.shape} and "
+                f"{self._stiffness.shape}"
+            )
+        displacement = np.empty_like(rows)
+        solve_tangent(self.solver, self._stiffness, rows, displacement)
+        return displacement.reshape(force.shape)
 
     def _update_blocks(self) -> None:
         """Take over the tangents of active deformable blocks."""
         if (blocks := self._superelements) is None:
             return
-        front, yields = self.tree.superelement_front, self.arrays["yields"]
+        front = self.tree.superelement_front
         changed = blocks.update_tangents()
-        self.arrays["stale"][front[changed]] = True
-        self.tangent["any_stale"] |= len(changed) > 0
-        yields[:] = False
-        yields[front[blocks.yielding]] = True
+        self._stale[front[changed]] = True
+        if len(changed):
+            self.solver.must_factorise[0] = True
+        self._yields[:] = False
+        self._yields[front[blocks.yielding]] = True
 
     def continue_counts(self, before: MultifrontalSystem) -> None:
         """Count iterations and factorisations on from those of the same wall with other supports."""
-        for name in ("iterations", "factorisations"):
-            self.tangent[name] += before.tangent[name]
+        self._counts[[ITERATIONS, FACTORISATIONS]] += before._counts[[ITERATIONS, FACTORISATIONS]]
+
+    def count_iteration(self) -> None:
+        """Count an iteration that Python does."""
+        self._counts[ITERATIONS] += 1
+
+    @property
+    def iterations(self) -> int:
+        """Number of solutions in iterations so far."""
+        return int(self._counts[ITERATIONS])
 
     @property
     def factorisations(self) -> int:
         """Number of factorisations so far."""
-        return int(self.tangent["factorisations"])
+        return int(self._counts[FACTORISATIONS])
 
     @property
     def corrections(self) -> int:
         """Number of Woodbury corrections so far."""
-        return int(self.tangent["corrections"])
+        return int(self._counts[CORRECTIONS])
 
 
-def lapack_routines(largest: int, panel: int = DEFAULTS.inversion_panel) -> dict[str, Any]:
-    """Return the addresses of SciPy's LAPACK, and room for its arguments and for matrices up to a largest size.
-
-    Parameters
-    ----------
-    largest : int
-        Rows and columns.
-    panel : int
-        Columns that are inverted at a time.
-    """
-    return {
-        **{name: _address(name) for name in ("dgemm", "dgetrf", "dgetri", "dgetrs")},
-        "lapack_integers": np.zeros(8, dtype=np.int32),
-        "lapack_reals": np.zeros(2),
-        "lapack_letters": lapack.LETTERS,
-        "pivots": np.zeros(largest, dtype=np.int32),
-        "lapack_work": np.zeros(panel * largest),
-        "inversion_panel": panel,
-        "block_room": np.empty(panel * (3 * largest + panel)),
-    }
-
-
-def _address(name: str) -> int:
-    """Return the address of a routine of SciPy's BLAS or LAPACK."""
-    module = "scipy.linalg.cython_blas" if name == "dgemm" else "scipy.linalg.cython_lapack"
-    return int(get_cython_function_address(module, name))
-
-
-def costs_of(size: IntArray, edge: IntArray, options: LinearSystemOptions) -> dict[str, Any]:
-    """Return the costs of factorisations and corrections.
-
-    Parameters
-    ----------
-    size, edge : array of int (F,)
-        Degrees of freedom of each front, and of its boundary.
-    options : LinearSystemOptions
-        Weights of operations.
-    """
+def factorisation_costs(size: IntArray, edge: IntArray, options: LinearSystemOptions) -> FloatArray:
+    """Weighted operations to factorise fronts of some sizes with boundaries of some sizes."""
     n, b = size.astype(np.float64), edge.astype(np.float64)
     products = options.product_weight * 2.0 * n * b * (n + b)
-    weights = ("call_overhead", "response_weight", "solution_weight", "vector_weight", "product_weight")
-    return {
-        "factorisation_cost": options.assembly_weight * n + options.inversion_weight * n**3 + products,
-        **{name: getattr(options, name) for name in weights},
-    }
+    costs: FloatArray = options.assembly_weight * n + options.inversion_weight * n**3 + products
+    return costs

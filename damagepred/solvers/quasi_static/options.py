@@ -392,10 +392,6 @@ class LinearSystemOptions:
         Of the dense matrices of all fronts (GB).
     max_shared_memory : float
         Up to which the factors of condensed fronts are kept for the next wall of the same geometry and stiffness (GB).
-    keep_unchanged_fronts : bool
-        Whether a factorisation skips fronts in whose subtree nothing has changed.
-    keep_responses : bool
-        Whether unit-load responses are kept until the next factorisation, not computed for each solution.
     max_changed_interfaces : int
         Interfaces that a Woodbury correction may have; the unit-load responses of as many take memory. With 0, every
         change is factorised.
@@ -431,8 +427,6 @@ class LinearSystemOptions:
     dissected_size: Count = Field(default=48, ge=1)
     max_memory: Pure = Field(default=6.0, gt=0)
     max_shared_memory: Pure = Field(default=0.1, ge=0)
-    keep_unchanged_fronts: bool = True
-    keep_responses: bool = True
     max_changed_interfaces: Count = Field(default=200, ge=0)
     inversion_panel: Count = Field(default=16, ge=1)
     response_batch: Count = Field(default=96, ge=1)

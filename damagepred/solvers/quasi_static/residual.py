@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,35 +11,31 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
 from damagepred.kernels.concrete_section.forces import section_forces
-from damagepred.kernels.equilibrium.completion import complete, store_tangent
-from damagepred.kernels.equilibrium.joints import JOINT_UNITS
-from damagepred.kernels.equilibrium.newton import (
-    newton,
-    newton_with_line_search,
-    run_newton,
-    run_newton_with_line_search,
-)
+from damagepred.kernels.equilibrium.completion import Completed, complete, store_tangent
+from damagepred.kernels.equilibrium.joints import JointSteps, joint_steps
+from damagepred.kernels.equilibrium.newton import newton, newton_with_line_search, run_newton
 from damagepred.kernels.equilibrium.predictor import interpolate_event, predict
-from damagepred.kernels.equilibrium.problem import (
-    PARAMETERS,
-    bordered_step,
-    compute_bordered_step,
-    compute_residual,
-    compute_step,
-    with_constraint,
-)
+from damagepred.kernels.equilibrium.residual import bordered_step, wall_residual, with_constraint
 from damagepred.kernels.equilibrium.tresca import minimise, minimise_tresca
+from damagepred.kernels.equilibrium.wall import (
+    PARAMETERS,
+    Bonds,
+    Freedoms,
+    History,
+    Interfaces,
+    Joints,
+    TrescaBounds,
+    Wall,
+)
+from damagepred.kernels.equilibrium.wall import State as WallState
 from damagepred.kernels.interface.residual import free_residual, within_limit
-from damagepred.kernels.jit import Unit
 from damagepred.kernels.joint.limits import NO_LIMIT
-from damagepred.kernels.linear.condensation import elastic_energy, recover, subtract_boundary_forces
-from damagepred.kernels.linear.system import solve_tangent
+from damagepred.kernels.linear.solver import solve_tangent
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
-from damagepred.solvers.quasi_static.static_condensation import StaticCondensation
+from damagepred.solvers.quasi_static.static_condensation import StaticCondensation, nothing_condensed
 from damagepred.solvers.quasi_static.superelements import Superelements
-from damagepred.solvers.quasi_static.wall_table import WallTable
 from damagepred.solvers.state.wall_state import Point, State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -75,6 +71,7 @@ class Residual:
         all_interfaces = self._all_interfaces = np.arange(shape[0])
         self.tresca = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
         self.bond_load: FloatArray = np.zeros(shape)
+        self._completed = Completed(True, 0, 0.0, 0.0)
         rest, self.tangent = State.rest(model), np.zeros((shape[0], 9))
         elastic = self._elastic_stiffness(rest)
         self.tangent[:] = elastic
@@ -112,13 +109,12 @@ class Residual:
     @property
     def newton_iterations(self) -> int:
         """Number of Newton iterations so far."""
-        return int(self.equations.tangent["iterations"])
+        return self.equations.iterations
 
     def change_model(self, model: Model) -> None:
         """Continue with other supports of the same stiffness."""
         self.model = model
         self._find_supports()
-        self.table = self._make_table()
         self._set_problem()
 
     def _blocks_of(self, prescribed: BoolArray) -> IntArray:
@@ -160,104 +156,95 @@ class Residual:
 
     def _elastic_stiffness(self, rest: State) -> FloatArray:
         """Return the stiffness of the interfaces of the unloaded wall (m, 9)."""
-        size = self.dead_load.size
-        self._force, self._stiffness = np.zeros(size), np.zeros((len(self._all_interfaces), 9))
+        size, count = self.dead_load.size, len(self._all_interfaces)
+        self._force, self._stiffness = np.zeros(size), np.zeros((count, 9))
         self._external, self._room, self._rate = np.zeros(size), np.empty((4, size)), np.zeros(size)
-        self._slides = np.zeros(len(self._all_interfaces), dtype=np.bool_)
+        self._pairs, self._slides = np.empty((4, size)), np.zeros(count, dtype=np.bool_)
         self._loads_set: tuple[object, ...] = ()
         self._parameters = _parameters_of(self.options, self.tolerance)
         self._compiled = self.superelements is None and self.model.sections is None
-        self.table = self._make_table()
+        elastic = self.model.interfaces.elastic
+        self.steps: JointSteps = joint_steps(self.return_mapping.general, None if elastic is None else True)
+        self._joint_records = self._make_joints()
+        self._law, options = self.steps.law(), self.options.continuation
+        self._bonds = Bonds(
+            load=self.bond_load,
+            load_at_start=np.zeros_like(self.bond_load),
+            slides=self._slides,
+            overloaded=np.empty_like(self._all_interfaces),
+            overload_tolerance=options.overload_tolerance,
+            event_tolerance=options.event_tolerance,
+            weak_bond_overload=options.weak_bond_overload,
+        )
+        self._bounds = TrescaBounds(**dict(zip(("bound", "dilatant_opening", "kappa"), self.tresca)))
         self._set_loads(rest)
         self._forces_at(self._all_interfaces, rest, rest.displacement, 0.0, coulomb=False)
         self._stiffness[self.model.properties.gap > 0.0] = 0.0  # until it closes
         return self._stiffness.copy()
 
-    def _make_table(self) -> WallTable:
-        """Make the table that kernels take, at rest."""
-        model, system, jacks, none = self.model, self.system, self.jacks, np.empty(0)
-        records, elastic, own = model.interface_records, model.interfaces.elastic, self._room[0]
-        strains = {} if elastic is None else {"side_dof": elastic.dof, "side_rows": elastic.rows}
-        self._units = JOINT_UNITS[self.return_mapping.general, None if elastic is None else True]
-        mapping = {name: value for name, value in self.return_mapping._asdict().items() if name != "general"}
-        ground = model.ground.at(0.0)
-        table = WallTable(
-            external=self._external,
-            force=self._force,
-            stiffness=self._stiffness,
-            strain_stiffness=system.strain_stiffness,
-            first_strain=system.strain_dofs.start,
-            per_weight=self.per_weight,
-            arms=system.arms,
-            push=none if jacks is None else jacks.push,
-            weights=none if jacks is None else jacks.weights,
-            deflection=np.nan,
+    def _make_joints(self) -> Joints:
+        """Interfaces and joint law, as kernels take them."""
+        model, system, records = self.model, self.system, self.model.interface_records
+        elastic = model.interfaces.elastic
+        made: Joints = Joints(
             edge=records.edge,
             contact_offset=records.contact_offset,
             contact_area=records.contact_area,
             properties=model.joint_parameters,
-            **dict.fromkeys(("displacement", "residual", "step", "start", "best"), own),
-            room=self._room,
-            tangent=self.tangent,
-            rate=self._rate,
-            moving=self._all_interfaces[:0],
-            normal_ahead=ground.normal,
-            shear_ahead=ground.shear,
-            rate_step=self.options.newton.finite_difference_step,
-            prescribed=model.supports.prescribed,
-            prescribed_step=model.supports.prescribed_displacement,
-            bond_load=self.bond_load,
-            bond_load_at_start=np.zeros_like(self.bond_load),
-            room_joints=np.empty_like(self._all_interfaces),
-            all_joints=self._all_interfaces,
-            bond_loads=self._units.bond_loads.address,
-            interpolate_event=interpolate_event.address,
-            elastic_energy=elastic_energy.address,
-            overload_tolerance=self.options.continuation.overload_tolerance,
-            event_tolerance=self.options.continuation.event_tolerance,
-            weak_bond_overload=self.options.continuation.weak_bond_overload,
-            slides=self._slides,
-            ground_normal=ground.normal,
-            ground_shear=ground.shear,
-            **dict(zip(("tresca_bound", "tresca_dilatant_opening", "tresca_kappa"), self.tresca)),
-            **strains,
-            **mapping,
+            side_dof=np.empty((0, 2), dtype=np.int64) if elastic is None else elastic.dof,
+            side_rows=np.empty((0, 2, 3, 2)) if elastic is None else elastic.rows,
+            strain_stiffness=system.strain_stiffness,
+            first_strain=system.strain_dofs.start,
+            return_mapping=np.array(self.return_mapping[:-1], dtype=np.float64),
             block_stress=model.block_stress,
             # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
             no_strength=self.tolerance * model.block_stress,
-            add_joint_forces=self._units.add_joint_forces.address,
         )
-        table.fill(**State.rest(model).history._asdict())
-        return table
+        return made
 
     def _set_problem(self) -> None:
-        """Set what the iterations take, with the present active fronts."""
-        equations = self.equations
+        """Make the wall that the iterations take, with the present active fronts."""
+        equations, jacks, none = self.equations, self.jacks, np.empty(0)
         if self.superelements is not None:
             active = np.append(equations.active_fronts, True)[equations.tree.superelement_front]
             self.superelements.set_condensed(~active)
         self.free = equations.active_dofs
-        superelement = None if self.superelements is not None else self.equations.condensation
-        self.table.fill(condensation=0 if superelement is None else superelement.address)
-        if self._compiled:
-            self.table.fill(
-                free=self.free,
-                moving=self._moving_interfaces,
-                bonds_of_all=not self.plain,
+        if not self._compiled:
+            return
+        condensation = equations.condensation
+        self.wall = Wall(
+            parameters=self._parameters,
+            joints=self._joint_records,
+            law=self._law,
+            bounds=self._bounds,
+            bonds=self._bonds,
+            interfaces=Interfaces(
+                all=self._all_interfaces,
+                active=equations.active,
                 condensed=equations.condensed_interfaces,
-                here=self.table.address,
-                system=equations.address,
-                parameters=self._parameters.ctypes.data,
-                subtract_boundary_forces=subtract_boundary_forces.address,
-                compute_residual=compute_residual.address,
-                compute_step=compute_step.address,
-                compute_bordered_step=0 if self.jacks is None else compute_bordered_step.address,
-                solve_tangent=solve_tangent.address,
-                store_tangent=store_tangent.address,
-                complete=complete.address,
-                recover=recover.address,
-                check_condensed=self._units.check_condensed.address,
-            )
+                moving=self._moving_interfaces,
+            ),
+            freedoms=Freedoms(
+                free=self.free,
+                prescribed=self.model.supports.prescribed,
+                per_weight=self.per_weight,
+                arms=self.system.arms,
+                push=none if jacks is None else jacks.push,
+                weights=none if jacks is None else jacks.weights,
+            ),
+            solver=equations.solver,
+            condensation=nothing_condensed(equations.solver.substitution)
+            if condensation is None
+            else condensation.structure,
+            solve_tangent=solve_tangent,
+            stiffness=self._stiffness,
+            tangent=self.tangent,
+            rate=self._rate,
+            rate_step=self.options.newton.finite_difference_step,
+            force=self._force,
+            room=self._room,
+            pairs=self._pairs,
+        )
 
     def _joints(self, interfaces: IntArray) -> IntArray:
         """Return those of some interfaces that follow the joint law, not that of a concrete section."""
@@ -278,33 +265,24 @@ class Residual:
             self._external[condensation.boundary_dofs] += condensation.load(state.load, state.load_factor)
         self._loads_set = loads
 
-    def evaluate_joints(
-        self,
-        unit: str,
-        interfaces: IntArray | None,
-        state: State,
-        displacement: FloatArray | None = None,
-        **entries: Any,
-    ) -> np.void:
-        """Run a unit of the joints at a state; return the table with its results.
+    def _history(self, state: State, load_factor: float | None = None) -> History:
+        """History variables of a state, with the ground at its load factor or at another."""
+        ground = self.model.ground.at(state.load_factor if load_factor is None else load_factor)
+        made: History = History(
+            **state.history._asdict(),
+            ground_normal=np.ascontiguousarray(ground.normal),
+            ground_shear=np.ascontiguousarray(ground.shear),
+        )
+        return made
 
-        Parameters
-        ----------
-        unit : str
-            Name of one of ``JointUnits``.
-        interfaces : array of int or None
-            Interfaces that it works on; None: all.
-        state : State
-            Load factor and history; the latter is updated by a commit.
-        displacement : array (size,), optional
-            Of all degrees of freedom; by default those of the state.
-        **entries
-            Other entries of the table.
-        """
-        at = state.displacement if displacement is None else displacement
-        self.table.set_state(state.history, self.model.ground.at(state.load_factor))
-        listed = self._all_interfaces if interfaces is None else interfaces
-        return self.table.run(getattr(self._units, unit), listed, at, **entries)
+    def _displacement_of(self, state: State, displacement: FloatArray | None) -> FloatArray:
+        """Displacements (size,) that kernels take: those of a state by default."""
+        u = state.displacement if displacement is None else displacement
+        if u.shape != self._force.shape or u.dtype != np.float64 or not u.flags.c_contiguous:
+            raise ValueError(
+                f"displacements must be a contiguous array of float64 {self._force.shape}, not {u.dtype} {u.shape}"
+            )
+        return u
 
     def _add_forces(self, interfaces: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
         """Add forces of joints, sections and deformable blocks to the residual, and set joint tangents."""
@@ -322,8 +300,9 @@ class Residual:
                 self._force,
                 self._stiffness,
             )
-        listed = self._joints(interfaces)
-        self.evaluate_joints("add_joint_forces", listed, state, displacement=displacement, coulomb=coulomb)
+        listed, u = self._joints(interfaces), self._displacement_of(state, displacement)
+        history, law = self._history(state), self.steps.add_forces
+        law(self._joint_records, history, self._bounds, listed, coulomb, u, self._force, self._stiffness)
         if superelements is not None:
             superelements.scatter_facet_forces(self._force)
             condensed_too = interfaces is self._all_interfaces
@@ -331,30 +310,19 @@ class Residual:
                 state.load, state.load_factor, displacement, state.plastic, self._force, condensed_too
             )
 
-    def _iterate(
-        self,
-        unit: Unit,
-        state: State,
-        start: FloatArray,
-        best: FloatArray,
-        stiffness: FloatArray | None = None,
-        **entries: Any,
-    ) -> np.void:
-        """Run compiled iterations from a start, under the loads of a state; return the table with their results.
-
-        Their first tangent is that of a stiffness of the interfaces, by default that at the last residual.
-        """
+    def _in_state(self, state: State, limit: float = np.inf) -> WallState:
+        """Return loads and history of a state, for the compiled iterations."""
         check_time()
-        condensation = self.equations.condensation
-        self._set_loads(state, condensation)
-        if condensation is not None:
-            condensation.set_loads(state.load, state.load_factor)
-        self.table.set_state(state.history, self.model.ground.at(state.load_factor))
-        if self.jacks is not None:
-            entries["deflection"] = self.jacks.required_deflection(state.load_factor)
-        self.equations.update(self._stiffness if stiffness is None else stiffness)
-        self.equations.prepare()
-        return self.table.iterate(unit, self.equations.active, start, best, jack=state.jack, **entries)
+        self._set_loads(state, self.equations.condensation)
+        made: WallState = WallState(
+            history=self._history(state),
+            external=self._external,
+            load=float(state.load),
+            live=float(state.load_factor),
+            deflection=np.nan if self.jacks is None else self.jacks.required_deflection(state.load_factor),
+            limit=limit,
+        )
+        return made
 
     def _interpreted(self, state: State) -> _InterpretedProblem:
         """Set the loads of a state; return the problem for iterations in Python."""
@@ -372,12 +340,10 @@ class Residual:
         displacement : array (size,)
             Of all degrees of freedom; facets and the inside of yielding blocks are updated.
         """
-        force = np.empty_like(displacement)
+        force, u = np.empty_like(displacement), self._displacement_of(state, displacement)
         if not self._compiled:
             return force, self._interpreted(state).residual(state.jack, displacement, True, force)
-        found = self._iterate(compute_residual, state, displacement, displacement, coulomb=True, residual=force)
-        missing = self.missing_deflection(state, displacement)
-        return force, float(with_constraint(self._parameters[0], float(found["ratio"]), missing, True))
+        return force, wall_residual(self.wall, self._in_state(state), float(state.jack), u, True, force)
 
     def newton(self, state: State, start: FloatArray, searching: bool | None = None) -> tuple[FloatArray, float]:
         """Run Newton's method; return its best iterate and the unbalanced force ratio there.
@@ -392,14 +358,14 @@ class Residual:
             Whether with line search, or with backtracking; None: with line search if the wall has a potential.
         """
         searching, found = self.has_potential if searching is None else searching, np.empty_like(start)
+        begin, jack = self._displacement_of(state, start), float(state.jack)
         if self._compiled:
-            unit = run_newton_with_line_search if searching else run_newton
-            table = self._iterate(unit, state, start, found, limit=self._divergence_limit(state), **self._ahead(state))
-            ratio, state.jack = float(table["ratio"]), float(table["jack"])
-            within = ratio < self.tolerance and bool(table["within"])
+            inside, ahead = self._in_state(state, self._divergence_limit(state)), self._ahead(state)
+            ratio, state.jack, completed = run_newton(self.wall, inside, *ahead, jack, begin, found, searching)
+            self._completed, within = completed, ratio < self.tolerance and completed.within
         else:
             iterate = newton_with_line_search if searching else newton
-            ratio, state.jack = iterate(self._interpreted(state), state.jack, start, found, self._room)
+            ratio, state.jack = iterate(self._interpreted(state), jack, begin, found, self._room)
             within = False
             if ratio < self.tolerance:
                 self.store_tangent(state, found)
@@ -425,13 +391,11 @@ class Residual:
 
     def _minimise_within(self, limit: float, state: State, tolerance: float) -> None:
         """Minimise the potential of the Tresca problem, up to a displacement."""
+        u, jack = self._displacement_of(state, None), float(state.jack)
         if self._compiled:
-            u = state.displacement
-            table = self._iterate(minimise_tresca, state, u, u, limit=limit, minimum_tolerance=tolerance)
-            state.jack = float(table["jack"])
+            state.jack = minimise_tresca(self.wall, self._in_state(state, limit), jack, tolerance, u)
         else:
-            problem, u = self._interpreted(state), state.displacement
-            state.jack = minimise(problem, state.jack, tolerance, limit, u, self._room)
+            state.jack = minimise(self._interpreted(state), jack, tolerance, limit, u, self._room)
 
     def missing_deflection(self, state: State, displacement: FloatArray) -> float:
         """Return the missing deflection of jacks whose deflection is given (m).
@@ -460,7 +424,7 @@ class Residual:
         self._add_forces(interfaces, state, displacement, coulomb)
         return self._force
 
-    def commit_joint_history(self, state: State, never_opened: BoolArray) -> tuple[np.void, Ground]:
+    def commit_joint_history(self, state: State, never_opened: BoolArray) -> tuple[JointEnergy, Ground]:
         """Commit the history of the joints to an equilibrium.
 
         Parameters
@@ -472,29 +436,37 @@ class Residual:
 
         Returns
         -------
-        joints : PROBLEM
-            Table with the energy stored in joints, condensed fronts and strained elastic blocks, and with the work that
-            the joints have dissipated.
+        joints : JointEnergy
+            Energy stored in joints, condensed fronts and strained elastic blocks, and work that the joints have
+            dissipated.
         on_ground : Ground
             Forces on the ground (N).
         """
-        if (condensation := self.equations.condensation) is not None:
-            condensation.set_loads(state.load, state.load_factor)
-        whole, shape = condensation is None or self.superelements is not None, self.model.ground.full.normal.shape
-        on_ground = Ground(np.zeros(shape), np.zeros(shape))
-        joints = self.evaluate_joints(
-            "commit_joint_history",
-            None if whole else self.equations.active,
-            state,
-            never_opened=never_opened,
-            ground_force_normal=on_ground.normal,
-            ground_force_shear=on_ground.shear,
-        )
+        condensation, shape = self.equations.condensation, self.model.ground.full.normal.shape
+        whole = condensation is None or self.superelements is not None
+        listed, on_ground = self._all_interfaces if whole else self.equations.active, Ground(*np.zeros((2, *shape)))
+        u, history = self._displacement_of(state, None), self._history(state)
+        work = self.steps.commit_history(self._joint_records, history, listed, u, never_opened, *on_ground)
+        joints = JointEnergy(*work)
+        stored = joints.stored
+        if condensation is not None and self.superelements is None:
+            stored += condensation.elastic_energy(u, state.load, state.load_factor)
         if self.model.elastic is not None:  # those of active fronts
             strain = np.zeros_like(state.displacement)
             strain[self.free] = state.displacement[self.free]
-            joints["stored"] += 0.5 * float(self.system.strain_stiffness @ strain[self.system.strain_dofs] ** 2)
-        return joints, on_ground
+            stored += 0.5 * float(self.system.strain_stiffness @ strain[self.system.strain_dofs] ** 2)
+        return joints._replace(stored=stored), on_ground
+
+    def contact_stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""
+        opening, sigma, tau = np.empty((3, *self.bond_load.shape))
+        u, history = self._displacement_of(state, None), self._history(state)
+        self.steps.contact_stresses(self._joint_records, history, u, opening, sigma, tau)
+        return opening, sigma, tau
+
+    def joint_law_violation(self, state: State, normal_stress: FloatArray, shear_stress: FloatArray) -> float:
+        """Return the largest stress by which stresses (m, q) violate the joint law (Pa)."""
+        return float(self.steps.law_violation(self._joint_records, self._history(state), normal_stress, shear_stress))
 
     def load_increment(self, load: float, load_factor: float) -> FloatArray:
         """Return the force increment of a step, with sliding joints as in the last equilibrium (N, N m).
@@ -541,22 +513,20 @@ class Residual:
         ahead = replace(state, load=target[0], load_factor=target[1], displacement=np.empty_like(start))
         aim = self.options.continuation.predictor_aim
         if self._compiled:
-            ground = self.model.ground.at(state.load_factor)
-            table = self._iterate(
-                predict,
-                ahead,
-                start,
+            inside = self._in_state(ahead, self._divergence_limit(ahead))
+            within, share = predict(
+                self.wall,
+                inside,
+                self._history(state),
+                increment,
+                prescribed,
+                self._displacement_of(state, None),
                 ahead.displacement,
-                self.tangent,
-                residual=increment,
-                prescribed_ahead=prescribed,
-                limit=self._divergence_limit(ahead),
-                normal_at_start=ground.normal,
-                shear_at_start=ground.shear,
-                aim=aim,
+                not self.plain,
+                aim,
             )
-            if table["within"]:
-                return ahead.displacement, float(table["share"])
+            if within:
+                return ahead.displacement, float(share)
         else:
             step, _ = self.solve(self.tangent, increment, self.missing_deflection(ahead, start))
             np.add(start, step, out=ahead.displacement)
@@ -575,9 +545,14 @@ class Residual:
             The equilibrium. Its commit changes the bonds of joints that are not plain.
         """
         if not self.plain:
-            self.evaluate_joints("bond_loads", self.equations.active, state)
-        table = self.table.record
-        return max(float(table["largest_bond_load"]), float(table["largest_condensed_load"]))
+            self._fill_bond_loads(state, state.displacement)
+        return max(self._completed.bond_load, self._completed.condensed_load)
+
+    def _fill_bond_loads(self, state: State, displacement: FloatArray) -> None:
+        """Fill the bond loads of active interfaces at a displacement, with the history of a state."""
+        u, history, active = self._displacement_of(state, displacement), self._history(state), self.equations.active
+        load = float(self.steps.bond_loads(self._joint_records, history, active, u, self.bond_load))
+        self._completed = self._completed._replace(bond_load=load)
 
     def event_share(self, state: State, aim: float, active_only: bool = False) -> float:
         """Interpolate the share of a step at which the first bond fails; ``bond_load`` is that at its end.
@@ -592,8 +567,8 @@ class Residual:
             Whether bonds of condensed fronts do not count.
         """
         listed = self.equations.active if active_only else self._all_interfaces
-        self.table.set_state(state.history, self.model.ground.at(state.load_factor))
-        return float(self.table.run(interpolate_event, listed, state.displacement, aim=aim)["share"])
+        u, history = self._displacement_of(state, None), self._history(state)
+        return float(interpolate_event(self._bonds, self._joint_records, self._law, history, listed, u, aim))
 
     def has_diverged(self, state: State, displacement: FloatArray | None = None) -> bool:
         """Return whether displacements are so large that no equilibrium is sought any more.
@@ -630,25 +605,29 @@ class Residual:
             Its displacements.
         """
         if self._compiled:
-            self._iterate(store_tangent, state, displacement, displacement, **self._ahead(state))
+            u = self._displacement_of(state, displacement)
+            store_tangent(self.wall, self._in_state(state), *self._ahead(state), u)
             return
         self.tangent[self.equations.active] = self._stiffness[self.equations.active]
         if self._no_imposed_movement:
             return
-        step, moved, ahead = self.options.newton.finite_difference_step, displacement.copy(), self._ahead(state)
-        moved[self.model.supports.prescribed] += ahead["prescribed_step"]
+        step, moved, (_, support_step) = (
+            self.options.newton.finite_difference_step,
+            displacement.copy(),
+            self._ahead(state),
+        )
+        moved[self.model.supports.prescribed] += support_step
         self._rate[:] = self._moving_forces(replace(state, load_factor=state.load_factor + step), moved)
         self._rate -= self._moving_forces(state, displacement)
         self._rate /= step
 
-    def _ahead(self, state: State) -> dict[str, FloatArray]:
-        """Return ground and movement of the supports a step of the load factor ahead."""
+    def _ahead(self, state: State) -> tuple[History, FloatArray]:
+        """History with the ground, and movement of the supports, a step of the load factor ahead."""
+        step, ground, supports = self.options.newton.finite_difference_step, self.model.ground, self.model.supports
         if self._no_imposed_movement:
-            return {}
-        step, ground = self.options.newton.finite_difference_step, self.model.ground
-        ahead = ground.at(state.load_factor + step)
-        moved = step * ground.load_factor_rate(state.load_factor) * self.model.supports.prescribed_displacement
-        return {"normal_ahead": ahead.normal, "shear_ahead": ahead.shear, "prescribed_step": moved}
+            return self._history(state), supports.prescribed_displacement
+        moved = step * ground.load_factor_rate(state.load_factor) * supports.prescribed_displacement
+        return self._history(state, state.load_factor + step), moved
 
     def _moving_forces(self, state: State, displacement: FloatArray) -> FloatArray:
         """Return the forces of the interfaces that ground and supports move, without external load."""
@@ -674,7 +653,7 @@ class Residual:
             Displacements (m, rad) and load of each jack (N).
         """
         self.equations.update(stiffness)
-        self.equations.tangent["iterations"] += 1
+        self.equations.count_iteration()
         if self.jacks is None or self.jacks.by_load:
             return self.equations.solve(force), 0.0
         responses, step = self.equations.solve(np.stack((force, self.jacks.push))), np.empty_like(force)
@@ -704,7 +683,8 @@ class Residual:
         relaxation : float
             Share of the way (1).
         """
-        self.evaluate_joints("update_tresca_bounds", self.equations.active, state, relaxation=relaxation)
+        u, history, active = self._displacement_of(state, None), self._history(state), self.equations.active
+        self.steps.update_tresca_bounds(self._joint_records, history, self._bounds, active, u, relaxation)
 
     def uncondense(self, fronts: BoolArray) -> None:
         """Make some fronts (F,) and their ancestors active; all others stay elastic and condensed."""
@@ -736,7 +716,7 @@ class Residual:
             Of the equilibrium.
         """
         tree, condensed = self.equations.tree, self.equations.condensed_interfaces
-        slides = self.condensed and self.table.record["sliding"] > 0
+        slides = self.condensed and self._completed.sliding > 0
         if (blocks := self.superelements) is None and not slides:
             return None
         found = np.zeros(tree.count, dtype=np.bool_)
@@ -764,16 +744,37 @@ class Residual:
         """
         u = state.displacement if displacement is None else displacement
         if self._compiled:
-            self._iterate(complete, state, u, u, limit=np.inf)
+            self._completed = complete(self.wall, self._in_state(state), self._displacement_of(state, u))
             return
         if (condensation := self.equations.condensation) is not None:
             condensation.recover(u, state.load, state.load_factor)
         if self.superelements is not None:
             self.superelements.recover(u, state.load, state.load_factor, state.plastic)
-        self.evaluate_joints("bond_loads", self.equations.active, state, u)
-        self.table.record["largest_condensed_load"] = 0.0
+        self._fill_bond_loads(state, u)
+        condensed, sliding, largest = self.equations.condensed_interfaces, 0, 0.0
         if self.condensed:
-            self.evaluate_joints("check_condensed", self.equations.condensed_interfaces, state, u)
+            records, history = self._joint_records, self._history(state)
+            largest = self.steps.check_elastic(records, history, condensed, u, self._slides, self.bond_load)
+            sliding = int(self._slides[condensed].sum())
+        self._completed = self._completed._replace(sliding=sliding, condensed_load=float(largest))
+
+
+class JointEnergy(NamedTuple):
+    """Work of the joints, from rest or since the last commit (J).
+
+    Attributes
+    ----------
+    friction, crushing, mode_1_dissipation : float
+        Dissipated since the last commit; the last in tension by bonds that soften by slip.
+    stored, softened : float
+        Elastic energy, and softening work of all other bonds so far.
+    """
+
+    friction: float
+    crushing: float
+    mode_1_dissipation: float
+    stored: float
+    softened: float
 
 
 def _parameters_of(options: SolverOptions, tolerance: float) -> np.ndarray:
@@ -813,7 +814,7 @@ class _InterpretedProblem:
             step[:], jack_step = wall.solve(wall._stiffness, force, self.missing(displacement))
             return jack_step
         wall.equations.update(wall._stiffness)
-        wall.equations.tangent["iterations"] += 1
+        wall.equations.count_iteration()
         step[:] = wall.equations.solve(force)
         return 0.0
 

@@ -123,9 +123,7 @@ class QuasiStaticStepper:
         path = self.path
         model, state, superelements = path.model, path.state, path.equilibrium.superelements
         history, (opening, sigma, tau) = state.history, path.stresses(state)
-        violation = path.equilibrium.evaluate_joints(
-            "joint_law_violation", None, state, normal_stress=sigma, shear_stress=tau
-        )["violation"]
+        violation = path.equilibrium.joint_law_violation(state, sigma, tau)
         force = path.equilibrium.forces_on_supports(state)
         accepted, path.largest_accepted_residual = path.largest_accepted_residual, 0.0
         return Increment(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from damagepred.assembly import NO_LIMITS
 from damagepred.errors import SolverError
-from damagepred.pipeline import follow, model_of, solve
+from damagepred.pipeline import follow, model_of, share_kernels, solve
 from damagepred.scene import Loads, Movement, Scene
 
 
@@ -68,3 +68,4 @@ def warm_up(scene: Scene, rare: bool = True) -> None:
         brief = replace(scene.dynamics, duration=1e-3, outputs=1, base=())
         with suppress(SolverError):
             solve(replace(small, dynamics=brief), solver=scene.solver, limits=NO_LIMITS)
+    share_kernels()

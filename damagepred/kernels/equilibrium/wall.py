@@ -1,0 +1,180 @@
+"""A wall and its state, as the steps of the quasi-static solver take them."""
+
+import numpy as np
+from numba import from_dtype, types
+
+from damagepred.kernels.interface.kinematics import EDGE
+from damagepred.kernels.joint.parameters import JOINT_PARAMETERS
+from damagepred.kernels.linear.condensation import Condensation
+from damagepred.kernels.linear.solver import SOLVE_TANGENT, Solver
+from damagepred.kernels.structures import (
+    FLAG_ROWS,
+    FLAGS,
+    FLOAT_PAIRS,
+    FLOAT_ROWS,
+    FLOATS,
+    INTEGER_ROWS,
+    INTEGERS,
+    Structure,
+)
+
+
+def record_type(integers: str, numbers: str) -> np.dtype:
+    """Type of a record of named integers and floats."""
+    return np.dtype([(n, np.int64) for n in integers.split()] + [(n, np.float64) for n in numbers.split()])
+
+
+NEWTON = record_type(
+    "max_iterations undamped_iterations early_divergence_iterations",
+    "minimum_step stagnation_tolerance early_divergence_ratio divergence_ratio",
+)
+"""``NewtonOptions`` of the quasi-static solver."""
+NEWTON_LINE_SEARCH = record_type(
+    "max_iterations stagnation_limit", "full_step_reduction slope_tolerance flat_slope stagnation_ratio"
+)
+"""``NewtonLineSearchOptions``."""
+LINE_SEARCH = record_type("max_iterations", "slope_tolerance maximum_step safeguard")
+"""``LineSearchOptions``."""
+_KINDS = (("newton", NEWTON), ("newton_with_line_search", NEWTON_LINE_SEARCH), ("line_search", LINE_SEARCH))
+PARAMETERS = np.dtype(
+    (
+        np.record,
+        [(name, (np.record, kind)) for name, kind in _KINDS]
+        + [(name, np.float64) for name in ("tolerance", "warm_start_residual", "deflection_tolerance")]
+        + [("max_minimisation_iterations", np.int64)],
+    )
+)
+"""Parameters of all iterations; ``tolerance`` is the largest unbalanced force over the mean block weight."""
+
+
+class Joints(Structure):
+    """Interfaces and their joint law; what is m long has one entry per interface."""
+
+    edge = types.Array(from_dtype(EDGE), 1, "C")
+    contact_offset = FLOAT_ROWS
+    contact_area = FLOAT_ROWS
+    """Contacts: place along the interface (m), and area (m2); (m, q)."""
+    properties = types.Array(from_dtype(JOINT_PARAMETERS), 1, "C")
+    side_dof = INTEGER_ROWS
+    side_rows = FLOAT_PAIRS
+    """Strains of the elastic blocks on both sides; see ``damagepred.assembly.elastic_blocks.ElasticSides``."""
+    strain_stiffness = FLOATS
+    first_strain = types.int64
+    """Stiffness of their strains, and its first degree of freedom."""
+    return_mapping = FLOATS
+    """The numbers of ``ReturnMapping``."""
+    no_strength = types.float64
+    block_stress = types.float64
+    """Stress that breaks a bond without strength, and weight of a block over the largest area of a contact (Pa)."""
+
+
+class History(Structure):
+    """History variables of the contacts (m, q), and displacement of the ground (g, q) under the last interfaces."""
+
+    slip = FLOAT_ROWS
+    dilatant_opening = FLOAT_ROWS
+    cracked = FLAG_ROWS
+    kappa = FLOAT_ROWS
+    ground_normal = FLOAT_ROWS
+    ground_shear = FLOAT_ROWS
+
+
+class TrescaBounds(Structure):
+    """Given quantities of the Tresca problem (m, q): shear bound (Pa), dilatant opening and kappa (m)."""
+
+    bound = FLOAT_ROWS
+    dilatant_opening = FLOAT_ROWS
+    kappa = FLOAT_ROWS
+
+
+FORCES = types.void(Joints.kind, History.kind, TrescaBounds.kind, INTEGERS, types.boolean, FLOATS, FLOATS, FLOAT_ROWS)
+BOND_LOADS = types.float64(Joints.kind, History.kind, INTEGERS, FLOATS, FLOAT_ROWS)
+CHECK_ELASTIC = types.float64(Joints.kind, History.kind, INTEGERS, FLOATS, FLAGS, FLOAT_ROWS)
+
+
+class JointLaw(Structure):
+    """Functions of the joints of one kind; see ``damagepred.kernels.equilibrium.joints``."""
+
+    add_forces = types.FunctionType(FORCES)
+    bond_loads = types.FunctionType(BOND_LOADS)
+    check_elastic = types.FunctionType(CHECK_ELASTIC)
+
+
+class Interfaces(Structure):
+    """Lists of interfaces: all, those of active and of condensed fronts, and those that ground and supports move."""
+
+    all = INTEGERS
+    active = INTEGERS
+    condensed = INTEGERS
+    moving = INTEGERS
+
+
+class Bonds(Structure):
+    """Loads of the bonds (m, q), 1 at the strength, and where the next one fails."""
+
+    load = FLOAT_ROWS
+    load_at_start = FLOAT_ROWS
+    slides = FLAGS
+    """Condensed interfaces that leave the elastic range."""
+    overloaded = INTEGERS
+    """Room for interfaces with an overloaded bond."""
+    overload_tolerance = types.float64
+    event_tolerance = types.float64
+    weak_bond_overload = types.float64
+    """See ``ContinuationOptions``."""
+
+
+class Freedoms(Structure):
+    """Degrees of freedom."""
+
+    free = INTEGERS
+    """Free ones of active fronts."""
+    prescribed = INTEGERS
+    per_weight = FLOATS
+    """One over the reference force of each (1/N, 1/(N m))."""
+    arms = FLOATS
+    """Arms that make rotations comparable to displacements (m), else 1."""
+    push = FLOATS
+    weights = FLOATS
+    """Force of unit loads of the jacks, and weights in the deflection that controls them; empty without jacks."""
+
+
+class Wall(Structure):
+    """A wall of rigid or elastic blocks with its linear solver."""
+
+    parameters = types.Array(from_dtype(PARAMETERS), 1, "C")
+    joints = Joints.kind
+    law = JointLaw.kind
+    bounds = TrescaBounds.kind
+    bonds = Bonds.kind
+    interfaces = Interfaces.kind
+    freedoms = Freedoms.kind
+    solver = Solver.kind
+    condensation = Condensation.kind
+    solve_tangent = types.FunctionType(SOLVE_TANGENT)
+    stiffness = FLOAT_ROWS
+    """Tangents of the interfaces at the last residual (m, 9)."""
+    tangent = FLOAT_ROWS
+    rate = FLOATS
+    """Tangents at the last equilibrium, and force of the joints per load factor there."""
+    rate_step = types.float64
+    """Increment of the load factor for that rate (1)."""
+    force = FLOATS
+    room = FLOAT_ROWS
+    pairs = FLOAT_ROWS
+    """Room for the force on all degrees of freedom, for four vectors, and for two pairs of vectors."""
+
+
+class State(Structure):
+    """Loads and history of a state."""
+
+    history = History.kind
+    external = FLOATS
+    """External load, with that of condensed fronts, without that of jacks (N, N m)."""
+    load = types.float64
+    live = types.float64
+    """Factors of dead and live load (1)."""
+    deflection = types.float64
+    """Deflection at the jacks (m), NaN where their load is given."""
+    limit = types.float64
+    """Displacement beyond which no equilibrium is sought (m)."""

@@ -1,0 +1,200 @@
+"""Solution of the tangent equations: the last factorisation, corrected for few changes, or a new one."""
+
+from numba import types
+
+from damagepred.kernels.jit import law, phase
+from damagepred.kernels.linear.correction import CORRECT, RESPOND, Correction, discard_responses
+from damagepred.kernels.linear.factors import ELIMINATE
+from damagepred.kernels.linear.substitution import Substitution, solve_factorised
+from damagepred.kernels.structures import FLAGS, FLOAT_ROWS, FLOATS, INTEGERS, Structure
+
+ITERATIONS, FACTORISATIONS, CORRECTIONS = 0, 1, 2
+"""Places in ``Solver.counts``."""
+
+
+class Costs(Structure):
+    """Costs in weighted operations; see ``LinearSystemOptions``."""
+
+    factorisation = FLOATS
+    """Of each front."""
+    solution = types.float64
+    """Operations of one solution, forward and back."""
+    call_overhead = types.float64
+    response_weight = types.float64
+    solution_weight = types.float64
+    vector_weight = types.float64
+    product_weight = types.float64
+    refactorisation_ratio = types.float64
+    spent = types.float64
+    """On all corrections since the last factorisation."""
+
+
+class Solver(Structure):
+    """Linear solver: factors of the active fronts, and their corrections."""
+
+    substitution = Substitution.kind
+    correction = Correction.kind
+    costs = Costs.kind
+    active = INTEGERS
+    active_dofs = INTEGERS
+    """Interfaces and degrees of freedom of active fronts."""
+    target = FLOAT_ROWS
+    """Stiffness of the interfaces in the next solution (m, 9)."""
+    changed = INTEGERS
+    """Room for interfaces whose stiffness differs from the factorised one."""
+    new = INTEGERS
+    """Room for unit loads of their changed rows without response, 3 i + j."""
+    right = FLOAT_ROWS
+    """Right-hand sides in the order of the fronts, which become solutions."""
+    stale = FLAGS
+    """Fronts that the next factorisation must eliminate."""
+    must_factorise = FLAGS
+    """Whether the next solution needs a factorisation: one entry, which Python may set."""
+    counts = INTEGERS
+    """Iterations, factorisations and corrections so far."""
+    batch = types.int64
+    loop_rows = types.int64
+    """Unit loads whose responses are computed at a time; right-hand sides up to which loops are faster."""
+    eliminate = types.FunctionType(ELIMINATE)
+    respond = types.FunctionType(RESPOND)
+    correct = types.FunctionType(CORRECT)
+
+
+@law
+def _list_changed(solver, stiffness):
+    """List active interfaces whose stiffness differs from the factorised one, and unit loads that need a response.
+
+    Returns their numbers, that of the rows that differ, and that of listed interfaces without any response.
+    """
+    count, new, rows, unknown = 0, 0, 0, 0
+    changed, listed, target = solver.changed, solver.new, solver.target
+    slot, load_slot = solver.correction.slot, solver.correction.load_slot
+    factorised = solver.substitution.factors.stiffness
+    for i in solver.active:
+        same = True
+        for j in range(9):
+            same &= stiffness[i, j] == factorised[i, j]
+            target[i, j] = stiffness[i, j]
+        if same:
+            continue
+        changed[count] = i
+        count += 1
+        for j in range(3):
+            differs = False
+            for k in range(3 * j, 3 * j + 3):
+                differs |= stiffness[i, k] != factorised[i, k]
+            rows += differs
+            if differs and load_slot[i, j] < 0:
+                listed[new] = 3 * i + j
+                new += 1
+        unknown += slot[i] < 0
+    return count, rows, new, unknown
+
+
+@law
+def correction_cost(costs, size, rows, new):
+    """Weighted operations of a correction of ``size`` degrees of freedom.
+
+    Each changed row of the stiffness has a correction force; unit loads without response take one solution each.
+    """
+    forces, cost = float(rows), 0.0
+    if new > 0:
+        response = costs.product_weight * costs.solution + costs.response_weight * size
+        cost = costs.call_overhead + float(new) * response
+    return cost + costs.vector_weight * forces * size + costs.solution_weight * forces * forces
+
+
+@law
+def _mark_outdated(solver, changed):
+    """Mark the fronts of changed interfaces, stale ones, and their ancestors; the cost of eliminating them."""
+    factors, stale, costs, total = solver.substitution.factors, solver.stale, solver.costs.factorisation, 0.0
+    outdated, front, parent = factors.outdated, factors.tree.interface_front, factors.tree.parent
+    for k in range(outdated.size):
+        outdated[k] = stale[k]
+    for i in changed:
+        if front[i] >= 0:
+            outdated[front[i]] = True
+    for k in range(outdated.size - 1, -1, -1):
+        if outdated[k]:
+            total += costs[k]
+            if parent[k] >= 0:
+                outdated[parent[k]] = True
+    return total
+
+
+@law
+def _refactorisation_pays(solver, changed, rows, new, unknown):
+    """Whether corrections since the last factorisation would cost more than a new one, or take too much memory.
+
+    That costs at most so many times as much as the best choice in hindsight (ski rental; Karlin et al. 1988).
+    """
+    if changed.size == 0:
+        return False
+    correction, costs = solver.correction, solver.costs
+    if correction.occupied + unknown > correction.interface_of_slot.size:
+        return True
+    costs.spent += correction_cost(costs, float(solver.active_dofs.size), rows, new)
+    return costs.spent > costs.refactorisation_ratio * _mark_outdated(solver, changed)
+
+
+@law
+def _factorise(solver, changed):
+    """Factorise with the target stiffness of changed interfaces."""
+    factors, stale = solver.substitution.factors, solver.stale
+    discard_responses(solver.correction)  # those of a new factorisation differ
+    _mark_outdated(solver, changed)
+    solver.counts[FACTORISATIONS] += 1
+    solver.eliminate(factors, changed, solver.target, factors.complements, False)
+    for k in range(stale.size):
+        stale[k] = False
+    solver.must_factorise[0], solver.costs.spent = False, 0.0
+
+
+@law
+def _solve_all(solver, force, right):
+    """Solve for the right-hand sides, with forces on all fronts."""
+    reached, dofs = solver.substitution.rows.reached, solver.active_dofs
+    for k in range(reached.size):
+        reached[k] = True
+    for m in range(force.shape[0]):
+        for j in range(dofs.size):
+            right[m, j] = force[m, dofs[j]]
+    solve_factorised(solver.substitution, right)
+
+
+@law
+def _correct(solver, changed, new, right):
+    """Correct the solution for changed interfaces; whether the correction is accurate."""
+    correction, substitution = solver.correction, solver.substitution
+    for first in range(0, new.size, solver.batch):
+        solver.respond(correction, substitution, new[first : min(first + solver.batch, new.size)], solver.loop_rows)
+    return solver.correct(correction, substitution, changed, solver.target, right)
+
+
+SOLVE_TANGENT = types.void(Solver.kind, FLOAT_ROWS, FLOAT_ROWS, FLOAT_ROWS)
+
+
+@phase(SOLVE_TANGENT)
+def solve_tangent(solver, stiffness, force, displacement):
+    """Solve the tangent equations for rows of forces; displacements are 0 where prescribed or condensed.
+
+    The factors are corrected for a changed stiffness of the interfaces (m, 9), or computed again.
+    """
+    count, rows, new, unknown = _list_changed(solver, stiffness)
+    changed, right = solver.changed[:count], solver.right[: force.shape[0]]
+    if solver.must_factorise[0] or _refactorisation_pays(solver, changed, rows, new, unknown):
+        _factorise(solver, changed)
+        count = 0
+    _solve_all(solver, force, right)
+    if count > 0:
+        if _correct(solver, changed, solver.new[:new], right):
+            solver.counts[CORRECTIONS] += 1
+        else:
+            _factorise(solver, changed)
+            _solve_all(solver, force, right)
+    dofs = solver.active_dofs
+    for m in range(force.shape[0]):
+        for i in range(displacement.shape[1]):
+            displacement[m, i] = 0.0
+        for j in range(dofs.size):
+            displacement[m, dofs[j]] = right[m, j]
