@@ -57,7 +57,9 @@ class Structure(structref.StructRefProxy):
             if isinstance(kind, types.Array):
                 _check(f"{cls.__name__}.{name}", values[name], kind)
         if config.DISABLE_JIT:
-            made, readable = cls._numba_box_(cls.kind, None), values
+            made = cls._numba_box_(cls.kind, None)
+            records = {name for name, value in values.items() if isinstance(value, np.ndarray) and value.dtype.names}
+            readable = {n: v.view(np.recarray) if n in records else v for n, v in values.items()}
         else:
             made, readable = cls.make(*(values[name] for name in cls.fields)), {}
             for name, kind in cls.fields.items():

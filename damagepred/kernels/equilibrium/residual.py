@@ -26,9 +26,11 @@ class Problem(NamedTuple):
 
 
 def offered(function):
-    """Make a function of a problem: compiled for a ``Problem``; in Python the problem's own method of that name."""
+    """Make a function of a ``Problem``, compiled; of another problem it is the problem's own method of that name."""
 
     def method(problem, *values):
+        if isinstance(problem, Problem):  # nothing is compiled
+            return function(problem, *values)
         return getattr(problem, function.__name__)(*values)
 
     overload(method, jit_options=FLAGS, strict=False)(lambda *kinds: function)
