@@ -370,7 +370,7 @@ class _Progress:
 
         if not (self._progress.disable or holds_kernels(CACHE_FOLDER)):
             wait = "once after each installation" if CACHE_FOLDER else "at each start, as no cache folder is writable"
-            self._progress.console.print(f"compiling: about 10 s, {wait}")
+            self._progress.console.print(f"compiling: up to half a minute, {wait}")
         self._progress.start()
         return self
 

@@ -71,7 +71,7 @@ class ZoneSelectionOptions:
     strength_share: Pure = Field(default=0.8, gt=0)
 
 
-RETIRED = tuple(("linear_system", key) for key in ("keep_unchanged_fronts", "keep_responses"))
+RETIRED = tuple(("linear_system", key) for key in ("keep_farther_levels", "keep_unchanged_fronts", "keep_responses"))
 """Tables and keys of older versions, which are read and have no effect."""
 
 

@@ -46,7 +46,7 @@ def test_a_structure_has_its_arrays(rows: dict[str, Any]) -> None:
     ],
 )
 def test_other_arrays_are_refused(rows: dict[str, Any], field: str, array: Any) -> None:
-    with pytest.raises(TypeError, match=f"Rows.{field} must be a contiguous"):
+    with pytest.raises(TypeError, match=rf"Rows\.{field} must be a contiguous"):
         Rows(**rows | {field: array})
     with pytest.raises(TypeError, match="has other fields: reached"):
         Rows(**{name: value for name, value in rows.items() if name != "reached"})
@@ -71,7 +71,7 @@ def test_arrays_of_another_wall_are_refused(wall: tuple[Residual, State]) -> Non
         problem.residual(state, np.zeros(6))
     with pytest.raises(ValueError, match="displacements must be"):
         problem.newton(state, state.displacement.astype(np.float32))
-    with pytest.raises(TypeError, match="History.slip must be"):
+    with pytest.raises(TypeError, match=r"History\.slip must be"):
         problem.residual(
             replace(state, history=state.history._replace(slip=state.history.slip.astype(np.float32))),
             state.displacement,

@@ -133,3 +133,9 @@ def test_options_of_the_explicit_solver_act() -> None:
     settings = Solver(method="explicit", tolerance=1e3, advanced={"explicit": options})
     ds = damagepred.solve(small_scene(), solver=settings)
     assert set(ds["cycles"].values[1:]) == {settings.ramp_cycles + 14}
+
+
+def test_keys_of_older_versions_are_read_with_a_warning() -> None:
+    settings = Solver(advanced={"linear_system": {"keep_unchanged_fronts": False, "dissected_size": 60}})
+    with pytest.warns(UserWarning, match="keep_unchanged_fronts has no effect any more"):
+        assert SolverOptions.of(settings).linear_system.dissected_size == 60
