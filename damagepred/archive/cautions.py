@@ -16,13 +16,7 @@ STUDIED = ("energy_error_share", "snap_through_share", "displacement_share", "cr
 
 
 def work_done(values: Mapping[Any, Any]) -> FloatArray:
-    """Return the largest term of the energy balance at each increment (J).
-
-    Parameters
-    ----------
-    values : mapping of str to array, or xarray.Dataset
-        With ``energy_error`` and terms of the balance.
-    """
+    """Return the largest term of the energy balance at each increment (J)."""
     work = np.zeros(np.shape(values["energy_error"]))
     for name, energy in described(Energies).items():
         if energy.term and name in values:
@@ -31,24 +25,12 @@ def work_done(values: Mapping[Any, Any]) -> FloatArray:
 
 
 def energy_error_share(values: Mapping[Any, Any]) -> float:
-    """Return the largest energy that does not balance over the largest work done on a path; NaN if it is not counted.
-
-    Parameters
-    ----------
-    values : mapping of str to array (increments,)
-        With ``energy_error`` and terms of the balance.
-    """
+    """Largest energy that does not balance over the largest work done on a path; NaN if it is not counted."""
     return _share(values, "energy_error")
 
 
 def snap_through_share(values: Mapping[Any, Any]) -> float:
-    """Return the energy set free in snap-through over the largest work done on a path; NaN if it is not counted.
-
-    Parameters
-    ----------
-    values : mapping of str to array (increments,)
-        With ``snap_through_energy``, ``energy_error`` and terms of the balance.
-    """
+    """Return the energy set free in snap-through over the largest work done on a path; NaN if it is not counted."""
     return _share(values, "snap_through_energy")
 
 
@@ -69,15 +51,7 @@ TOLERANCES = {
 
 
 def implausible(shares: Mapping[str, float], settings: Any) -> bool:
-    """Return whether one of the shares of a wall exceeds its tolerance.
-
-    Parameters
-    ----------
-    shares : mapping of str to float
-        Those of ``TOLERANCES``, as far as they are known.
-    settings : object
-        With the tolerances: the solver's settings.
-    """
+    """Whether one of the shares of a wall exceeds its tolerance."""
     return any(shares.get(share, np.nan) > getattr(settings, option) for share, option in TOLERANCES.items())
 
 
@@ -142,13 +116,7 @@ _SNAP_BACK = (
 
 
 def study_cautions(ds: xr.Dataset) -> list[str]:
-    """Return what a reader must know of how the walls of a study were solved, a sentence each.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        With what it has of ``STUDIED``.
-    """
+    """Sentences on how the walls of a study were solved."""
     said = []
     for name, option, what, whole, consequence in _CAUTIONS:
         if name not in ds:

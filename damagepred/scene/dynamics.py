@@ -93,7 +93,7 @@ class BaseMotion:
             return np.array(self.time), np.array(self.values)
         from damagepred.scene.input_tables import read_record
 
-        return read_record(Path(self.file), self.quantity)
+        return read_record(Path(self.file), self.quantity, self.scale)
 
     def shaking(self) -> tuple[float, float, float] | None:
         """Time (s) at which the base begins to move and comes to its end, and that of the record; None if it stays."""

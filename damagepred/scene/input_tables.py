@@ -175,14 +175,22 @@ def _with_record(motion: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     name = motion.get("file")
     if not isinstance(name, str) or motion.get("time") or motion.get("values"):
         return dict(motion)
-    time, values = read_record(folder / name, motion.get("quantity", "acceleration"))
+    scale = motion.get("scale", 1.0)
+    time, values = read_record(folder / name, motion.get("quantity", "acceleration"), scale)
     return {**{k: v for k, v in motion.items() if k != "file"}, "time": time.tolist(), "values": values.tolist()}
 
 
-def read_record(path: Path, quantity: str) -> tuple[FloatArray, FloatArray]:
-    """Time (s) and values (SI) of a record of base motion."""
-    table = read_number_table(path, columns=2, header=False)
-    time, values = table.numbers(0, "s"), table.numbers(1, SI_UNIT.get(quantity, "1"))
+def read_record(path: Path, quantity: str, scale: Any = 1.0) -> tuple[FloatArray, FloatArray]:
+    """Time (s) and values (SI) of a record of base motion, which are to be multiplied by ``scale``."""
+    table, unit = read_number_table(path, columns=2, header=False), SI_UNIT.get(quantity, "1")
+    try:
+        time, values, factor = table.numbers(0, "s"), table.numbers(1, unit), table.factor(1, unit)
+    except InputError as error:
+        raise InputError(f"{error} The record is read as quantity = '{quantity}'.") from None
+    if factor != 1.0 and isinstance(scale, int | float) and abs(scale / factor - 1.0) < SIZE_TOLERANCE:
+        raise InputError(
+            f"{path}: its values have their unit, '{table.headers[1]}'; scale = {scale:g} converts it again."
+        )
     if len(time) < 2 or time[0] < 0 or (np.diff(time) <= 0).any():
         raise InputError(
             f"{path}: a record needs two lines or more, with times (s) of 0 or later that rise from line to line."

@@ -70,7 +70,7 @@ class NumberTable:
         self, column: int, unit: str, written_in: str | None = None, cell_units: bool = False, gaps: bool = False
     ) -> FloatArray:
         """Numbers (SI) of a column; ``gaps``: without empty cells; ``cell_units``: a cell may have its own unit."""
-        factor, text = self._factor(column, unit, written_in), self.cells[column]
+        factor, text = self.factor(column, unit, written_in), self.cells[column]
         if gaps:
             text = text[text != ""]
         plain = text.str.fullmatch(_DECIMALS[self.decimal]).to_numpy(bool)
@@ -99,7 +99,7 @@ class NumberTable:
             return "has a decimal comma; separate the cells by semicolons or tabs, or write a decimal point"
         return "" if re.match(r"[-+.]?\d", cell) else "is no finite number"
 
-    def _factor(self, column: int, unit: str, written_in: str | None) -> float:
+    def factor(self, column: int, unit: str, written_in: str | None = None) -> float:
         """Factor from the unit of a column, or the unit given for it, to SI."""
         header, factors = self.unit(column, unit), [1.0]
         for written in filter(None, (header, written_in)):

@@ -60,22 +60,7 @@ class BodyArrays(NamedTuple):
 def body_arrays(
     model: Model, origin: FloatArray, facets: FacetBodies, options: DynamicsOptions, search: bool = True
 ) -> BodyArrays:
-    """Return edges, points and laws of a model.
-
-    Parameters
-    ----------
-    model : Model
-        n blocks, m interfaces with q contacts.
-    origin : array (2,)
-        Place that becomes the origin (m): far away, coordinates have few digits left.
-    facets : FacetBodies
-        Of deformable blocks.
-    options : DynamicsOptions
-        Lengths of edges and cells.
-    search : bool
-        Whether points may meet other edges than their first. If not, a joint's facet extends to the ends of its face,
-        so that a sliding point does not leave it.
-    """
+    """Edges, points and laws of a model; without ``search`` a facet extends to the ends of its face."""
     centre = np.vstack((_centres(model, origin), facets.place))
     edges, first_edge = _edges(model, origin, facets, centre, search)
     home = _bonded_edges(model, edges, first_edge)

@@ -57,22 +57,7 @@ class Motion(NamedTuple):
 
 
 def motion_of(model: Model, origin: FloatArray, facets: int) -> Motion:
-    """Return the bodies of a model at rest in their initial places.
-
-    Parameters
-    ----------
-    model : Model
-        n blocks.
-    origin : array (2,)
-        Place that becomes the origin (m).
-    facets : int
-        Bodies on facets.
-
-    Raises
-    ------
-    InputError
-        If a block that can move has no mass.
-    """
+    """Return the bodies of a model at rest in their initial places."""
     n = model.n_blocks
     mass = np.column_stack((model.mass, model.mass, model.density * model.blocks.polar * model.block_law.thickness))
     inverse = np.zeros((n + 1, 3))
@@ -115,15 +100,7 @@ def motion_of(model: Model, origin: FloatArray, facets: int) -> Motion:
 
 
 def base_velocity(part: Any, motion: Motion) -> FloatArray:
-    """Return the velocity of the base in the directions of a part: x, y (m/s) and rotation; 0 for strains.
-
-    Parameters
-    ----------
-    part : Motion, Grid or BlockStrains
-        What moves.
-    motion : Motion
-        With the base.
-    """
+    """Return the velocity of the base in the directions of a part: x, y (m/s) and rotation; 0 for strains."""
     if part is motion.strains:
         return np.zeros(2)
     return np.array([*motion.velocity[-1, :2], 0.0])[: part.velocity.shape[1]]

@@ -107,21 +107,7 @@ class NeighbourSearch:
 def neighbour_list(
     scene: BodyArrays, pose: FloatArray, margin: float, wide: float, strains: BlockStrains | None = None
 ) -> NeighbourList:
-    """Return the blocks nearer to each point than a margin.
-
-    Parameters
-    ----------
-    scene : BodyArrays
-        Points and edges.
-    pose : array (bodies, 4)
-        x, y (m), cosine and sine of the rotation of each body.
-    margin : float
-        Distance of neighbours (m).
-    wide : float
-        Width over the median from which a block is tried for every point (1).
-    strains : BlockStrains, optional
-        Of elastic blocks.
-    """
+    """Return the blocks nearer to each point than a margin."""
     points, edges = scene.points, scene.edges
     own = edges[: scene.first_edge[-1]]
     corner = world_coordinates(pose, own["body"], own["x"], own["y"])
@@ -161,16 +147,6 @@ def neighbour_list(
 
 
 def world_coordinates(pose: FloatArray, body: IntArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return the positions of points of bodies, array (p, 2) (m).
-
-    Parameters
-    ----------
-    pose : array (bodies, 4)
-        x, y (m), cosine and sine of the rotation of each body.
-    body : array of int (p,)
-        Body of each point.
-    x, y : array (p,)
-        Coordinates in its frame (m).
-    """
+    """Return the positions of points of bodies, array (p, 2) (m)."""
     c, s = pose[body, 2], pose[body, 3]
     return np.column_stack((pose[body, 0] + c * x - s * y, pose[body, 1] + s * x + c * y))

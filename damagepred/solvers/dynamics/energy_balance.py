@@ -143,15 +143,7 @@ class EnergyBalance:
         )
 
     def diverged(self, energy_ratio: float, error_ratio: float) -> bool:
-        """Return whether the energy, or its error, is too large for a stable run.
-
-        Parameters
-        ----------
-        energy_ratio : float
-            Limit of the energy over the sum of the initial energy and the largest external work (1).
-        error_ratio : float
-            Limit of created energy over the largest energy so far (1).
-        """
+        """Whether the energy, or its error, is too large for a stable run."""
         now = self.balance()
         energy = now.kinetic_energy + now.elastic_energy
         self._input = max(self._input, abs(self._kinetic) + self._elastic + max(now.external_work, 0.0))

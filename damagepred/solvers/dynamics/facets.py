@@ -49,15 +49,7 @@ class FacetBodies(NamedTuple):
 
 
 def facet_bodies(model: Model, options: DynamicsOptions = DEFAULTS) -> FacetBodies:
-    """Return the facets and pieces of a model; none if all blocks are rigid.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    options : DynamicsOptions, optional
-        Corners of faces, and middles of facets.
-    """
+    """Return the facets and pieces of a model; none if all blocks are rigid."""
     mesh = model.mesh
     if mesh is None:
         none, real, pairs = np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2))

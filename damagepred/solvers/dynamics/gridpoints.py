@@ -91,24 +91,7 @@ class Grid(NamedTuple):
 
 
 def gridpoint_arrays(model: Model, origin: FloatArray, facets: FacetBodies, damped: bool) -> Grid | None:
-    """Return the gridpoints and zones of a model at rest in their initial places; None if all blocks are rigid.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    origin : array (2,)
-        Place that becomes the origin (m).
-    facets : FacetBodies
-        Of deformable blocks.
-    damped : bool
-        Whether there is stiffness-proportional damping.
-
-    Raises
-    ------
-    InputError
-        If a gridpoint that can move has no mass.
-    """
+    """Return the gridpoints and zones of a model at rest in their initial places; None if all blocks are rigid."""
     mesh = model.mesh
     if mesh is None:
         return None
@@ -182,15 +165,7 @@ def _facet_records(facets: FacetBodies) -> NDArray[Any]:
 
 
 def update_facet_poses(grid: Grid, motion: Motion) -> None:
-    """Update position and direction of each facet (x, y, cosine, sine) from its two gridpoints.
-
-    Parameters
-    ----------
-    grid : Grid
-        Gridpoints and facets.
-    motion : Motion
-        Its ``pose`` is changed from the first facet on.
-    """
+    """Update position and direction of each facet (x, y, cosine, sine) from its two gridpoints."""
     at, facets = grid.reference + grid.displacement, grid.facets
     start, chord = at[facets["start"]], at[facets["end"]] - at[facets["start"]]
     first_facet = len(motion.displacement)
@@ -201,15 +176,7 @@ def update_facet_poses(grid: Grid, motion: Motion) -> None:
 
 
 def set_initial_velocity(grid: Grid, model: Model) -> None:
-    """Set the gridpoints' velocity to the initial rigid-body velocity of their blocks, about the present centroids.
-
-    Parameters
-    ----------
-    grid : Grid
-        Its ``velocity`` (m/s) is changed where gridpoints are free.
-    model : Model
-        With ``initial_velocity`` (n, 3) (m/s, rad/s), or None.
-    """
+    """Set the gridpoints' velocity to the initial rigid-body velocity of their blocks, about the present centroids."""
     mesh = model.mesh
     if mesh is None or model.initial_velocity is None:
         return
@@ -273,13 +240,6 @@ def results_of_zones(grid: Grid, base: FloatArray) -> ZoneResults:
     """Return the zones' stresses and states, and the gridpoints' displacements.
 
     Stresses are rotated from the corotated frame to x and y.
-
-    Parameters
-    ----------
-    grid : Grid
-        Gridpoints and zones.
-    base : array (2,)
-        Displacement of the base (m), to which displacements are relative.
     """
     strain, c, s = biot_strains(grid)
     plastic = plastic_strains(grid)

@@ -189,13 +189,7 @@ class DynamicRun:
         return np.zeros_like(time) if whole is None else quintic_step(np.clip(time / whole, 0.0, 1.0))
 
     def __iter__(self) -> Iterator[Increment]:
-        """Yield the state at the start and after each interval.
-
-        Raises
-        ------
-        DivergenceError
-            If blocks have more energy than was put in; the message names block and time.
-        """
+        """Yield the state at the start and after each interval."""
         slow = 0
         yield self.report(0)
         while self.output < self.dynamics.outputs:
@@ -249,15 +243,7 @@ class DynamicRun:
             self._diverged(self.time)
 
     def _next_ground_rate(self, load_factor: FloatArray, first: int) -> tuple[Imposed, int]:
-        """Return the rate of the ground's movement from a step on, and the step up to which it is constant.
-
-        Parameters
-        ----------
-        load_factor : array (steps + 1,)
-            Load factor at each step up to the next output.
-        first : int
-            The step.
-        """
+        """Return the rate of the ground's movement from a step on, and the step up to which it is constant."""
         last, ground = len(load_factor) - 1, self.model.ground
         if ground.proportional or load_factor[last] == load_factor[first]:
             return self.ground_rate, last
@@ -442,22 +428,7 @@ def _ground_rate(model: Model) -> Imposed:
 
 
 def require_supported(model: Model, settings: Solver, dynamics: Dynamics) -> None:
-    """Refuse scenes that a run in physical time does not support.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    settings : Solver
-        Its quadrature.
-    dynamics : Dynamics
-        Whether new contacts are sought.
-
-    Raises
-    ------
-    InputError
-        For strains of blocks, a footing that cracks, and corners without contacts.
-    """
+    """Refuse scenes that a run in physical time does not support."""
     if model.is_strained:
         raise InputError("strain: a run in time has none; leave out the strain of blocks, or the run in time.")
     if model.sections is not None:

@@ -62,13 +62,6 @@ def block_strains(model: Model, bodies: BodyArrays) -> BlockStrains | None:
     """Return strain and curvature of the elastic blocks of a model, unstrained and at rest; None if there are none.
 
     Along a joint a side moves as in the static solvers: as the straight line that fits the block's field best.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    bodies : BodyArrays
-        Its points.
     """
     elastic, sides = model.elastic, model.interfaces.elastic
     if elastic is None or sides is None:

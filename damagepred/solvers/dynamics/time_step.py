@@ -51,21 +51,6 @@ def highest_frequency(
     contact, as many points of others on them as there are of its own. To a deformable block its zones' stiffness is
     added, and S, that of its facets' gridpoints, is twice that of its own points: at first, too, there is one of
     another's where there is one of its own in a joint.
-
-    Parameters
-    ----------
-    model : Model
-        n blocks.
-    scene : BodyArrays
-        Its points.
-    inverse_mass : array (n + 1, 3)
-        0 where prescribed.
-    options : DynamicsOptions
-        Accuracy of the highest eigenvalue.
-    grid : Grid, optional
-        Gridpoints of the deformable blocks.
-    strains : BlockStrains, optional
-        Of elastic blocks: S has two more rows, and half the blocks' own stiffness against them is added to it.
     """
     system = DiscreteSystem.of(model)
     inverse, stiffness = np.zeros(model.size), system.elastic_stiffness
@@ -203,13 +188,6 @@ def contact_damping(model: Model, settings: Dynamics) -> float:
 
     2 zeta / omega, with omega = sqrt(k_n A / m) the lowest frequency at which a block bounces on a joint; m is the mass
     of the lighter of the two.
-
-    Parameters
-    ----------
-    model : Model
-        With masses (kg) and joints.
-    settings : Dynamics
-        With ``contact_damping``, the damping ratio zeta (1).
     """
     if settings.contact_damping == 0.0:
         return 0.0
@@ -231,17 +209,6 @@ def time_step(frequency: float, settings: Dynamics, unbonded: bool = False, cont
     Central differences are stable up to 2 / omega. Damping proportional to stiffness, taken from the last half step,
     lowers that to 2 / omega (sqrt(1 + xi^2) - xi), where xi = beta omega / 2; local damping alpha adds up to alpha
     times the unbalanced force, and lowers it by 1 / sqrt(1 + alpha). Damping proportional to mass does not.
-
-    Parameters
-    ----------
-    frequency : float
-        Highest angular frequency (rad/s); 0 if nothing is elastic.
-    settings : Dynamics
-        Damping, and the share of the limit to use.
-    unbonded : bool
-        Whether some joints have no tensile strength: blocks may bounce on them.
-    contact_damping : float
-        Damping stress of pressed contacts over the rate of their elastic stress (s).
     """
     if frequency == 0.0:
         return settings.run_duration / settings.outputs
