@@ -68,6 +68,11 @@ class Structure(structref.StructRefProxy):
         vars(made).update(readable)
         return made
 
+    @classmethod
+    def empty(cls) -> Any:
+        """Make a structure whose arrays have no entries."""
+        return cls(**{name: np.empty((0,) * kind.ndim, as_dtype(kind.dtype)) for name, kind in cls.fields.items()})
+
     def __setattr__(self, name: str, value: Any) -> None:
         """Refuse changes from Python, which kernels would not see."""
         if name in self.fields and not config.DISABLE_JIT:

@@ -587,7 +587,6 @@ def test_every_factorisation_is_made_with_one_thread(monkeypatch: pytest.MonkeyP
         return called
 
     monkeypatch.setattr(residual, "run_newton", counted(residual.run_newton))
-    monkeypatch.setattr(residual, "run_newton_with_line_search", counted(residual.run_newton_with_line_search))
     monkeypatch.setattr(linear_system, "solve_tangent", counted(linear_system.solve_tangent))
     with threadpool_limits(2, user_api="blas"):
         list(solve_path(wall_model(small_scene()), WHOLE, 2))

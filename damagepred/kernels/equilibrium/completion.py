@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from damagepred.kernels.equilibrium.vectors import copy
 from damagepred.kernels.interface.residual import within_limit
-from damagepred.kernels.jit import kernel
+from damagepred.kernels.jit import kernel, rule
 from damagepred.kernels.linear.condensation import recover
 
 
@@ -27,6 +27,14 @@ class Completed(NamedTuple):
     condensed_load: float
 
 
+@rule
+def _add_moving_forces(wall, state, history, displacement):
+    """Add the forces of sections, and of the joints that ground and supports move, to the rate."""
+    law, moving, stiffness = wall.law, wall.interfaces.moving, wall.stiffness
+    law.add_section_forces(wall.sections, state.sections, wall.joints, displacement, wall.rate, stiffness)
+    law.add_forces(wall.joints, history, wall.bounds, moving, True, displacement, wall.rate, stiffness)
+
+
 @kernel
 def store_tangent(wall, state, ahead, support_step, displacement):
     """Store the tangents of the active interfaces, and the force of the joints per load factor, at an equilibrium.
@@ -43,14 +51,13 @@ def store_tangent(wall, state, ahead, support_step, displacement):
         rate[i] = 0.0
     if interfaces.moving.size == 0:
         return
-    add_forces = wall.law.add_forces
-    add_forces(wall.joints, state.history, wall.bounds, interfaces.moving, True, displacement, rate, stiffness)
+    _add_moving_forces(wall, state, state.history, displacement)
     for i in range(rate.size):
         rate[i] = -rate[i]
     copy(displacement, moved)
     for i in range(prescribed.size):
         moved[prescribed[i]] += support_step[i]
-    add_forces(wall.joints, ahead, wall.bounds, interfaces.moving, True, moved, rate, stiffness)
+    _add_moving_forces(wall, state, ahead, moved)
     for i in range(rate.size):
         rate[i] /= wall.rate_step
 

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damagepred.kernels.equilibrium.wall import BOND_LOADS, CHECK_ELASTIC, FORCES, JointLaw
+from damagepred.kernels.concrete_section.forces import section_forces
+from damagepred.kernels.equilibrium.wall import BOND_LOADS, CHECK_ELASTIC, FORCES, SECTION_FORCES, JointLaw
 from damagepred.kernels.interface import checks, commit, internal_force
 from damagepred.kernels.jit import kernel, law, phase
 from damagepred.kernels.joint.return_mapping import ReturnMapping
@@ -36,6 +37,19 @@ def _law_of(joints, general, elastic):
     v = joints.return_mapping
     options = ReturnMapping(int(v[0]), v[1], v[2], int(v[3]), v[4], v[5], general)
     return _Interfaces(joints.edge, joints.contact_offset, joints.contact_area, sides), joints.properties, options
+
+
+@phase(SECTION_FORCES)
+def no_section_forces(sections, memory, joints, displacement, force, stiffness):
+    """Add no force: the footing does not crack, or there is none."""
+
+
+@phase(SECTION_FORCES)
+def add_section_forces(sections, memory, joints, displacement, force, stiffness):
+    """Add the forces of concrete sections to ``force``, and fill the tangents of their interfaces ``stiffness``."""
+    sides = _Sides(joints.side_dof, joints.side_rows)
+    interfaces = _Interfaces(joints.edge, joints.contact_offset, joints.contact_area, sides)
+    section_forces(sections, memory, interfaces, joints.properties, displacement, force, stiffness)
 
 
 class JointSteps:
@@ -150,10 +164,13 @@ class JointSteps:
         self.update_tresca_bounds, self.contact_stresses = update_tresca_bounds, contact_stresses
         self.commit_history, self.law_violation = commit_history, law_violation
 
-    def law(self) -> JointLaw:
-        """Return the functions that other steps call."""
+    def law(self, sections: bool) -> JointLaw:
+        """Return the functions that other steps call, of a wall whose footing may crack or not."""
         made: JointLaw = JointLaw(
-            add_forces=self.add_forces, bond_loads=self.bond_loads, check_elastic=self.check_elastic
+            add_forces=self.add_forces,
+            bond_loads=self.bond_loads,
+            check_elastic=self.check_elastic,
+            add_section_forces=add_section_forces if sections else no_section_forces,
         )
         return made
 

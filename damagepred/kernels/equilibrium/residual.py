@@ -1,7 +1,7 @@
 """Residual of a wall and solution of its tangent equations, as the iterations need them.
 
 The iterations are written once. Compiled, they work on a ``Problem``: a wall of rigid or elastic blocks. A wall with
-deformable blocks or concrete sections has functions of the same names in Python, and the iterations run in Python.
+deformable blocks has functions of the same names in Python, and the iterations run in Python.
 """
 
 from functools import update_wrapper
@@ -72,8 +72,9 @@ def wall_residual(wall, state, jack, displacement, coulomb, residual):
     copy(state.external, force)
     for i in range(push.size):
         force[i] += jack * push[i]
+    wall.law.add_section_forces(wall.sections, state.sections, wall.joints, displacement, force, wall.stiffness)
     wall.law.add_forces(
-        wall.joints, state.history, wall.bounds, wall.interfaces.active, coulomb, displacement, force, wall.stiffness
+        wall.joints, state.history, wall.bounds, wall.interfaces.jointed, coulomb, displacement, force, wall.stiffness
     )
     subtract_boundary_forces(wall.condensation, displacement, force)
     ratio = free_residual(force, wall.freedoms.free, wall.freedoms.per_weight, residual)

@@ -10,6 +10,7 @@ from damagepred.kernels.linear.solver import SOLVE_TANGENT, Solver
 from damagepred.kernels.structures import (
     FLAG_ROWS,
     FLAGS,
+    FLOAT_BLOCKS,
     FLOAT_PAIRS,
     FLOAT_ROWS,
     FLOATS,
@@ -87,26 +88,73 @@ class TrescaBounds(Structure):
     kappa = FLOAT_ROWS
 
 
+class Sections(Structure):
+    """Sections of a concrete footing; see ``damagepred.assembly.section.Sections``, whose fields these are."""
+
+    interface = INTEGERS
+    length = FLOATS
+    law = INTEGERS
+    width = FLOATS
+    depth = FLOATS
+    concrete_modulus = FLOATS
+    tensile_strength = FLOATS
+    crushing_strain = FLOATS
+    steel_modulus = FLOATS
+    steel_strength = FLOATS
+    hardening_modulus = FLOATS
+    top_area = FLOATS
+    bottom_area = FLOATS
+    top_level = FLOATS
+    bottom_level = FLOATS
+    tension_stiffening = FLOATS
+    axial_stiffness = FLOATS
+    coupled_stiffness = FLOATS
+    bending_stiffness = FLOATS
+    flexibility = FLOAT_ROWS
+    pull = FLOAT_BLOCKS
+    wires_pull = FLOAT_BLOCKS
+    crush = FLOAT_BLOCKS
+    first_cracked = FLOAT_BLOCKS
+    cracked_second_moment = FLOAT_ROWS
+    cracking_moment = FLOATS
+    exponent = FLOATS
+    earlier_moment = FLOATS
+
+
+class SectionMemory(Structure):
+    """History variables of the sections (s, 2); see ``damagepred.assembly.section.SectionMemory``."""
+
+    cracked = FLOAT_ROWS
+    plastic = FLOAT_ROWS
+
+
 FORCES = types.void(Joints.kind, History.kind, TrescaBounds.kind, INTEGERS, types.boolean, FLOATS, FLOATS, FLOAT_ROWS)
 BOND_LOADS = types.float64(Joints.kind, History.kind, INTEGERS, FLOATS, FLOAT_ROWS)
+SECTION_FORCES = types.void(Sections.kind, SectionMemory.kind, Joints.kind, FLOATS, FLOATS, FLOAT_ROWS)
 CHECK_ELASTIC = types.float64(Joints.kind, History.kind, INTEGERS, FLOATS, FLAGS, FLOAT_ROWS)
 
 
 class JointLaw(Structure):
-    """Functions of the joints of one kind; see ``damagepred.kernels.equilibrium.joints``."""
+    """Functions of the joints of one kind, and of sections; see ``damagepred.kernels.equilibrium.joints``."""
 
     add_forces = types.FunctionType(FORCES)
     bond_loads = types.FunctionType(BOND_LOADS)
     check_elastic = types.FunctionType(CHECK_ELASTIC)
+    add_section_forces = types.FunctionType(SECTION_FORCES)
 
 
 class Interfaces(Structure):
-    """Lists of interfaces: all, those of active and of condensed fronts, and those that ground and supports move."""
+    """Lists of interfaces."""
 
     all = INTEGERS
     active = INTEGERS
+    """Of active fronts."""
     condensed = INTEGERS
+    """Of condensed fronts."""
+    jointed = INTEGERS
+    """Active ones that follow the joint law, not that of a concrete section."""
     moving = INTEGERS
+    """Jointed ones that ground and supports move."""
 
 
 class Bonds(Structure):
@@ -140,10 +188,11 @@ class Freedoms(Structure):
 
 
 class Wall(Structure):
-    """A wall of rigid or elastic blocks with its linear solver."""
+    """A wall of rigid or elastic blocks, on a footing that may crack, with its linear solver."""
 
     parameters = types.Array(from_dtype(PARAMETERS), 1, "C")
     joints = Joints.kind
+    sections = Sections.kind
     law = JointLaw.kind
     bounds = TrescaBounds.kind
     bonds = Bonds.kind
@@ -169,6 +218,7 @@ class State(Structure):
     """Loads and history of a state."""
 
     history = History.kind
+    sections = SectionMemory.kind
     external = FLOATS
     """External load, with that of condensed fronts, without that of jacks (N, N m)."""
     load = types.float64

@@ -24,6 +24,8 @@ from damagepred.kernels.equilibrium.wall import (
     History,
     Interfaces,
     Joints,
+    SectionMemory,
+    Sections,
     TrescaBounds,
     Wall,
 )
@@ -162,11 +164,12 @@ class Residual:
         self._pairs, self._slides = np.empty((4, size)), np.zeros(count, dtype=np.bool_)
         self._loads_set: tuple[object, ...] = ()
         self._parameters = _parameters_of(self.options, self.tolerance)
-        self._compiled = self.superelements is None and self.model.sections is None
+        self._compiled = self.superelements is None
         elastic = self.model.interfaces.elastic
         self.steps: JointSteps = joint_steps(self.return_mapping.general, None if elastic is None else True)
         self._joint_records = self._make_joints()
-        self._law, options = self.steps.law(), self.options.continuation
+        self._law = self.steps.law(self.model.sections is not None)
+        self._sections, options = _sections_of(self.model), self.options.continuation
         self._bonds = Bonds(
             load=self.bond_load,
             load_at_start=np.zeros_like(self.bond_load),
@@ -191,8 +194,8 @@ class Residual:
             contact_offset=records.contact_offset,
             contact_area=records.contact_area,
             properties=model.joint_parameters,
-            side_dof=np.empty((0, 2), dtype=np.int64) if elastic is None else elastic.dof,
-            side_rows=np.empty((0, 2, 3, 2)) if elastic is None else elastic.rows,
+            side_dof=np.full((len(records.edge), 2), -1) if elastic is None else elastic.dof,
+            side_rows=np.zeros((len(records.edge), 2, 3, 2)) if elastic is None else elastic.rows,
             strain_stiffness=system.strain_stiffness,
             first_strain=system.strain_dofs.start,
             return_mapping=np.array(self.return_mapping[:-1], dtype=np.float64),
@@ -215,6 +218,7 @@ class Residual:
         self.wall = Wall(
             parameters=self._parameters,
             joints=self._joint_records,
+            sections=self._sections,
             law=self._law,
             bounds=self._bounds,
             bonds=self._bonds,
@@ -222,7 +226,8 @@ class Residual:
                 all=self._all_interfaces,
                 active=equations.active,
                 condensed=equations.condensed_interfaces,
-                moving=self._moving_interfaces,
+                jointed=self._joints(equations.active),
+                moving=self._joints(self._moving_interfaces),
             ),
             freedoms=Freedoms(
                 free=self.free,
@@ -316,6 +321,7 @@ class Residual:
         self._set_loads(state, self.equations.condensation)
         made: WallState = WallState(
             history=self._history(state),
+            sections=SectionMemory(**state.sections._asdict()),
             external=self._external,
             load=float(state.load),
             live=float(state.load_factor),
@@ -777,6 +783,12 @@ class JointEnergy(NamedTuple):
     softened: float
 
 
+def _sections_of(model: Model) -> Sections:
+    """Sections of a concrete footing as kernels take them; none if it does not crack."""
+    made: Sections = Sections.empty() if model.sections is None else Sections(**model.sections._asdict())
+    return made
+
+
 def _parameters_of(options: SolverOptions, tolerance: float) -> np.ndarray:
     """Return the parameters of the iterations, as kernels take them: one record."""
     parameters = np.zeros(1, PARAMETERS)
@@ -790,7 +802,7 @@ def _parameters_of(options: SolverOptions, tolerance: float) -> np.ndarray:
 
 
 class _InterpretedProblem:
-    """A wall with deformable blocks or concrete sections at the loads of a state, for the iterations in Python."""
+    """A wall with deformable blocks at the loads of a state, for the iterations in Python."""
 
     def __init__(self, wall: Residual, state: State) -> None:
         self._wall, self._state, self.parameters = wall, state, wall._parameters[0]
