@@ -25,7 +25,7 @@ from damagepred.report.inputs import given_of, input_section
 from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, drawing
 from damagepred.report.quality import common_movement, monte_carlo, study_quality
-from damagepred.report.summary import answers, influences, study_summary
+from damagepred.report.summary import answers, influences, own_movements, study_summary
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.study.settings import StudySettings, read_frozen
@@ -91,7 +91,8 @@ def study_page(
     if not np.isin(ds["status"].values, SOLVED).any():
         raise InputError(f"{folder.path}: the study has no finished sample yet; run `damagepred study` first.")
     question, found = answers(ds, settings, at, confidence)
-    influence, influences_section = influences(ds, found, confidence)
+    on_own = at is None and own_movements(ds, settings)
+    influence, influences_section = influences(ds, found, confidence, on_own)
     curves = _fitted(ds, None, confidence, bootstrap)
     moved = common_movement(ds)
     paths = ds["damage_category"].ndim == 2

@@ -13,7 +13,7 @@ from damagepred.enumerations import SOLVED
 from damagepred.errors import InputError
 from damagepred.formatting import chance, length, named, number, ratio
 from damagepred.report.inputs import place_in_words
-from damagepred.report.parts import Section, Table, Text
+from damagepred.report.parts import Part, Section, Table, Text
 from damagepred.report.quality import categories
 from damagepred.scene.site import site_class
 from damagepred.study.analyses.variance_shares import study_sensitivity
@@ -78,7 +78,7 @@ def answers(
         Of the intervals.
     """
     measure = movement_measure(ds)
-    if at is None and not _own_movements(ds, settings):
+    if at is None and not own_movements(ds, settings):
         at = float(np.nanmax(ds[measure].values))
     if at is None:
         ends = np.nanmax(ds[measure].values.reshape(ds.sizes["sample"], -1)[_solved(ds)], axis=1)
@@ -138,7 +138,7 @@ def _solved(ds: xr.Dataset) -> BoolArray:
     return np.isin(ds["status"].values, SOLVED)
 
 
-def _own_movements(ds: xr.Dataset, settings: StudySettings) -> bool:
+def own_movements(ds: xr.Dataset, settings: StudySettings) -> bool:
     """Whether walls end at movements of their own."""
     return (
         bool(set(MOVEMENTS) & set(settings.variables))
@@ -154,52 +154,59 @@ def _at_the_end(ds: xr.Dataset, category: int, confidence: float) -> Estimate:
     return probability((worst >= category).astype(np.float64), weight=weight, confidence=confidence)
 
 
-def influences(ds: xr.Dataset, found: Mapping[int, Estimate], confidence: float = 0.9) -> tuple[str, Section | None]:
-    """Return in a sentence which inputs change the answer most, and the section with all of them.
+def influences(
+    ds: xr.Dataset, found: Mapping[int, Estimate], confidence: float = 0.9, own_ground: bool = False
+) -> tuple[str, Section | None]:
+    """Sentence on the inputs that change the answer most, and the section with all of them.
 
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study with paths.
-    found : mapping of int to Estimate
-        As ``answers`` returns it; the category whose probability is nearest to a half is asked about.
-    confidence : float
-        Of the intervals.
+    The category is the one whose probability is nearest to a half. Where each wall ends at its own movement
+    (``own_ground``), the sentence is about damage there; the table of the movement at which it comes stands beside it.
     """
     doubt = {category: abs(one.value - 0.5) for category, one in found.items() if np.isfinite(one.value)}
     if not doubt:
         return "", None
     category = min(doubt, key=lambda c: doubt[c])
-    try:
-        sensitivity = study_sensitivity(ds, category=category, confidence=confidence)
-    except InputError as error:
-        return f"What changes the answer most is not known: {str(error).rstrip('.')}.", None
-    moved = [str(name) not in MOVEMENTS for name in sensitivity["variable"].values]
-    if not any(moved):
-        return "", None
-    sensitivity = sensitivity.isel(variable=np.flatnonzero(moved))
-    strength = np.abs(sensitivity["partial"].values)
-    sure = np.sign(sensitivity["partial_lower"].values) == np.sign(sensitivity["partial_upper"].values)
-    order = [int(i) for i in np.argsort(-strength) if sure[i]][:NAMED_INPUTS]
-    label = _with_name(category_label(ds, category))
-    if order:
-        most = []
-        for i in order:
-            value = float(sensitivity["partial"].values[i])
-            effect = "more of it protects" if value > 0 else "more of it harms"
-            most.append(f"{place_in_words(str(sensitivity['variable'].values[i]))} ({number(value, 2)}, {effect})")
-        said = (
-            f"What changes the answer most: {'; '.join(most)}. In brackets the rank correlation with the movement at "
-            f"which category {label} is reached."
+    label, said = _with_name(category_label(ds, category)), []
+    tables: list[Part] = []
+    for on_own in (True, False) if own_ground else (False,):
+        try:
+            sensitivity = study_sensitivity(ds, category=category, confidence=confidence, own_ground=on_own)
+        except InputError as error:
+            said.append(f"What changes the answer most is not known: {str(error).rstrip('.')}.")
+            continue
+        counts = [on_own or str(name) not in MOVEMENTS for name in sensitivity["variable"].values]
+        if not any(counts):
+            continue
+        sensitivity = sensitivity.isel(variable=np.flatnonzero(counts))
+        of = (
+            f"damage of category {label} at each wall's own movement"
+            if on_own
+            else f"the movement at which category {label} is reached"
         )
-    else:
-        said = f"Of the inputs with one value a wall, none stands out among these {ds.sizes['sample']} walls."
-    note = (
-        "Rank correlation: from −1 to 1. Partial: without what the other inputs explain. Share of variance: what "
-        "the input brings about by itself. Inputs that vary from joint to joint are not in the table; "
-        "`damagepred sensitivity` of the study file tells their share."
-    )
-    table = Table.of(
-        f"Inputs and the movement at which category {label} is reached", sensitivity_columns(sensitivity), note
-    )
-    return said, Section("influences", "What changes the answer most", [Text([said]), table])
+        said.append(_strongest(sensitivity, -1.0 if on_own else 1.0, of, ds.sizes["sample"]))
+        tables.append(Table.of(f"Inputs and {of}", sensitivity_columns(sensitivity), "" if tables else _NOTE))
+    if not tables:
+        return said[0] if said else "", None
+    return said[0], Section("influences", "What changes the answer most", [Text(said), *tables])
+
+
+_NOTE = (
+    "Rank correlation: from −1 to 1. Partial: without what the other inputs explain. Share of variance: what "
+    "the input brings about by itself. A wall that is not damaged counts as censored at its own end. Inputs that vary "
+    "from joint to joint are not in the table; `damagepred sensitivity` of the study file tells their share."
+)
+
+
+def _strongest(sensitivity: xr.Dataset, protects: float, of: str, walls: int) -> str:
+    """Sentence on the inputs with the largest partial correlations whose sign is sure."""
+    value = sensitivity["partial"].values
+    sure = np.sign(sensitivity["partial_lower"].values) == np.sign(sensitivity["partial_upper"].values)
+    order = [int(i) for i in np.argsort(-np.abs(value)) if sure[i]][:NAMED_INPUTS]
+    if not order:
+        return f"Of the inputs with one value a wall, none stands out for {of}, among these {walls} walls."
+    most = [
+        f"{place_in_words(str(sensitivity['variable'].values[i]))} ({number(float(value[i]), 2)}, more of it "
+        f"{'protects' if value[i] * protects > 0 else 'harms'})"
+        for i in order
+    ]
+    return f"What changes the answer most: {'; '.join(most)}. In brackets the rank correlation with {of}."

@@ -1,7 +1,8 @@
 """Sensitivity from walls that were run for something else: rank correlation, and shares of variance.
 
-- Rank correlation (Spearman): whether capacity rises or falls with an input, from -1 to 1. Partial: with what the other
-  inputs explain taken out of both, as inputs that are correlated need it.
+- Rank correlation (Spearman): whether capacity rises or falls with an input, from -1 to 1; censored capacities have the
+  scores of ``damagepred.uq.ranks.interval_ranks``. Partial: with what the other inputs explain taken out of both, as
+  inputs that are correlated need it.
 - First-order share: the variance of the output's conditional mean given the input, over its variance, also where the
   mean is not monotone. It comes from slices of equally many walls along the input, corrected for the share that so many
   slices explain by chance.
@@ -21,7 +22,7 @@ from damagepred.formatting import options_text
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor
 from damagepred.uq.random_streams import Stream, generator
-from damagepred.uq.ranks import ranks
+from damagepred.uq.ranks import interval_ranks, ranks
 
 
 @dataclass(frozen=True)
@@ -60,8 +61,8 @@ def rank_correlation(
     ----------
     inputs : mapping of str to array (walls,)
         Inputs.
-    output : array (walls,)
-        Numbers, or the ranks of ``damagepred.uq.ranks.interval_ranks``.
+    output : array (walls,) or (2, walls)
+        Numbers, or lower and upper ends of intervals that hold capacities (infinite upper: not reached).
     weight : array (walls,), optional
         What each wall counts for.
     confidence : float
@@ -94,7 +95,7 @@ def rank_correlation(
         for k, (what, words) in enumerate((("spearman", "rank correlation"), ("partial", "partial rank correlation")))
         for name, value in ((what, best[k]), (f"{what}_lower", (best - reach)[k]), (f"{what}_upper", (best + reach)[k]))
     }
-    attrs = {"confidence": confidence, "walls": len(y), "options": options_text(options)}
+    attrs = {"confidence": confidence, "walls": y.shape[-1], "options": options_text(options)}
     return xr.Dataset(columns, {"variable": names}, attrs)
 
 
@@ -128,6 +129,7 @@ def first_order(
         If a value is not finite, or the output does not vary.
     """
     names, x, y, w = _checked(inputs, output, weight, confidence, options.fewest_walls)
+    count = y.shape[-1]
     best, error = _bootstrap_errors(_sliced_first_order, x, y, w, resamples, seed, options)
     reach = normal_factor(confidence) * error
     words = {"units": "1", "long_name": "share of variance that the input brings about by itself"}
@@ -135,7 +137,7 @@ def first_order(
     return xr.Dataset(
         {f"first_order{end}": ("variable", value[0], words) for end, value in columns},
         {"variable": names},
-        {"confidence": confidence, "walls": len(y), "slices": _slices(len(y)), "options": options_text(options)},
+        {"confidence": confidence, "walls": count, "slices": _slices(count), "options": options_text(options)},
     )
 
 
@@ -145,22 +147,23 @@ def _checked(
     if not 0 < confidence < 1:
         raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
     y = np.asarray(output, dtype=np.float64)
-    w = np.ones(len(y)) if weight is None else np.asarray(weight, dtype=np.float64)
+    walls, known = y.shape[-1], y if y.ndim == 1 else y[0]
+    w = np.ones(walls) if weight is None else np.asarray(weight, dtype=np.float64)
     columns = {name: np.asarray(v, dtype=np.float64) for name, v in inputs.items()}
-    for name, values in {**columns, "the output": y, "weight": w}.items():
-        if values.shape != y.shape:
-            raise InputError(f"{name}: has {values.size} values for {len(y)} walls.")
+    for name, values in {**columns, "the output": known, "weight": w}.items():
+        if values.shape != known.shape:
+            raise InputError(f"{name}: has {values.size} values for {walls} walls.")
         if unknown := int((~np.isfinite(values)).sum()):
             raise InputError(
-                f"{name}: {unknown} of {len(y)} values are not finite, and leaving walls out would falsify what the "
+                f"{name}: {unknown} of {walls} values are not finite, and leaving walls out would falsify what the "
                 "others say; choose an output that all walls have."
             )
     varying = {name: v for name, v in columns.items() if np.ptp(v) > 0}
     if not varying:
         raise InputError("inputs: none of them varies.")
-    if len(y) < fewest or np.ptp(y) == 0:
+    if walls < fewest or not (scores := _scores(y, w)).size or np.ptp(scores) == 0:
         raise InputError(
-            f"the output: has {len(y)} values, from {y.min(initial=np.inf):g} to {y.max(initial=-np.inf):g}; "
+            f"the output: has {walls} values, from {y.min(initial=np.inf):g} to {y.max(initial=-np.inf):g}; "
             f"sensitivity takes at least {fewest} walls that differ."
         )
     return list(varying), np.array(list(varying.values())), y, w
@@ -180,20 +183,20 @@ def _bootstrap_errors(
     if resamples < 2:
         return best, np.full_like(best, np.nan)
     random = generator(seed, Stream.BOOTSTRAP, 0)
-    walls = len(y)
+    walls = y.shape[-1]
     size = min(walls, options.bootstrap_walls)
     some = random.permutation(walls)[:size] if size < walls else np.arange(walls)
     again = []
     for _ in range(resamples):
         drawn = some[random.integers(size, size=size)]
-        if np.ptp(y[drawn]) > 0:
-            again.append(of(x[:, drawn], y[drawn], w[drawn]))
+        if np.ptp(_scores(y[..., drawn], w[drawn])) > 0:
+            again.append(of(x[:, drawn], y[..., drawn], w[drawn]))
     return best, np.std(again, axis=0, ddof=1) * np.sqrt(size / walls)
 
 
 def _correlations(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArray:
-    """Return rank correlations and partial ones, array (2, inputs), from inputs (inputs, walls)."""
-    table = np.array([ranks(row, w) for row in (*x, y)])
+    """Rank correlations and partial ones, array (2, inputs), from inputs (inputs, walls)."""
+    table = np.array([*(ranks(row, w) for row in x), ranks(y, w) if y.ndim == 1 else _scores(y, w)])
     table -= (table @ w / w.sum())[:, None]
     covariance = (table * w) @ table.T
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
@@ -203,6 +206,11 @@ def _correlations(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArray:
     return np.array([matrix[:-1, -1], partial])
 
 
+def _scores(y: FloatArray, w: FloatArray) -> FloatArray:
+    """Numbers as they are, scores of the capacities in intervals (2, walls)."""
+    return y if y.ndim == 1 else interval_ranks(y[0], y[1], w)
+
+
 def _slices(walls: int) -> int:
     """Return in how many slices walls are put along an input: bias by their width and by chance fall alike."""
     return int(np.clip(round(1.5 * walls ** (1 / 3)), 2, walls // 3))
@@ -210,6 +218,7 @@ def _slices(walls: int) -> int:
 
 def _sliced_first_order(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArray:
     """Return the share of variance between slices along each input, array (1, inputs), corrected for chance."""
+    y = _scores(y, w)
     count = _slices(len(y))
     centred = y - w @ y / w.sum()
     found = []

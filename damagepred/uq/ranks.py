@@ -5,19 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.uq.fragility.turnbull import turnbull
 
 
 def ranks(values: FloatArray, weight: FloatArray | None = None) -> FloatArray:
-    """Return the share of samples below each value, those of the same value counted half: between 0 and 1.
-
-    Parameters
-    ----------
-    values : array (samples,)
-        Numbers.
-    weight : array (samples,), optional
-        What each counts for.
-    """
+    """Share of samples below each value, those of the same value counted half: between 0 and 1."""
     _, place = np.unique(values, return_inverse=True)
     here = np.bincount(place, weights=weight)
     upto = np.cumsum(here)
@@ -25,23 +16,26 @@ def ranks(values: FloatArray, weight: FloatArray | None = None) -> FloatArray:
 
 
 def interval_ranks(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None) -> FloatArray:
-    """Return the expected rank of each wall by its interval-censored capacity.
+    """Generalised Wilcoxon scores of interval-censored capacities, between 0 and 1 (Peto and Peto 1972).
 
-    The mean of the empirical distribution function (Turnbull) at both ends of the interval. Walls that have not reached
-    a category by the end of a movement that all share are tied at the top, walls of one increment in it; one that was
-    followed less far stands lower than those, for all that is known.
+    A known capacity has its rank, by the product-limit estimate (Kaplan and Meier 1958) at the middles of intervals. A
+    wall that was not damaged up to its own end has the expected rank of all capacities beyond that end. Where the
+    capacity is independent of the end, the mean score at each end is 1/2: an input that only sets how far walls are
+    followed has no correlation with these scores. Ranks of the scores do not have this property; take them as they are.
 
     Parameters
     ----------
     lower, upper : array (walls,)
-        Capacities lie in (lower, upper].
+        Capacities lie in (lower, upper]; infinite upper: not damaged up to lower.
     weight : array (walls,), optional
-        What each counts for.
+        Weights of the walls.
     """
-    found = turnbull(lower, upper, weight)
-    below = found.probability(lower)
-    exact = lower == upper
-    if exact.any():
-        step = np.append(0.0, np.cumsum(found.mass))
-        below = np.where(exact, step[np.searchsorted(found.right, lower * (1 - 1e-9), side="right")], below)
-    return 0.5 * (below + np.where(np.isinf(upper), 1.0, found.probability(np.where(np.isinf(upper), 0.0, upper))))
+    heavy = np.ones(len(lower)) if weight is None else weight
+    event = np.isfinite(upper)
+    time = np.where(event, 0.5 * (lower + upper), lower)
+    marks, place = np.unique(time, return_inverse=True)
+    damaged, all_ = (np.bincount(place, w, len(marks)) for w in (np.where(event, heavy, 0.0), heavy))
+    at_risk = np.maximum(np.cumsum(all_[::-1])[::-1], 1e-300)
+    sound = np.cumprod(np.clip(1.0 - damaged / at_risk, 0.0, 1.0))
+    before = np.append(1.0, sound)[:-1]
+    return 1.0 - 0.5 * np.where(event, (before + sound)[place], sound[place])

@@ -1,5 +1,6 @@
 """The answer in short, held against counts and curves made beforehand."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -81,6 +82,26 @@ def test_the_input_that_decides_is_named_and_others_are_not(study: tuple[xr.Data
     assert section is not None
     assert section.parts[1].rows[0][0] == others[0]
     assert not any(row[0].startswith("movement.") for row in section.parts[1].rows)
+
+
+def test_an_input_that_moves_the_ground_harms_at_its_own_ground_and_protects_nowhere(
+    study: tuple[xr.Dataset, StudySettings],
+) -> None:
+    """Capacities are made independent of the end of each wall's movement, which a suction sets here."""
+    ds, settings = study
+    _, found = answers(ds, settings)
+    end = ds["movement.central_deflection"].values
+    ds = ds.drop_vars("movement.central_deflection").assign({"suction.change": ("sample", end, {"role": "input"})})
+    said, section = influences(ds, found, own_ground=True)
+    assert re.match(r"What changes the answer most: suction: change \(0.\d+, more of it harms\)", said)
+    assert "with damage of category" in said
+    assert section is not None
+    second = section.parts[2]
+    assert second.caption.startswith("Inputs and the movement at which category")
+    (row,) = [row for row in second.rows if row[0] == "suction.change"]
+    low, high = (float(end.replace("−", "-")) for end in re.findall(r"[−\d.]+", row[2])[1:])
+    assert low < 0 < high
+    assert not any("suction: change" in text and "protects" in text for text in section.parts[0].paragraphs)
 
 
 def test_the_page_begins_with_the_answers(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError, nearest
 from damagepred.one_thread import one_blas_thread
 from damagepred.study.settings import StudySettings
-from damagepred.uq.capacity import category_number, require_categories
+from damagepred.uq.capacity import category_number, require_categories, sample_weights
 from damagepred.uq.crossed import crossed_shares
 from damagepred.uq.fragility import movement_measure, read_capacities
 from damagepred.uq.given_data import first_order, rank_correlation
@@ -47,12 +47,12 @@ def crossed_study(settings: StudySettings) -> StudySettings:
 
 
 class Output(NamedTuple):
-    """What sensitivity is asked of.
+    """Output of a sensitivity.
 
     Attributes
     ----------
-    value : array (walls,)
-        One number a wall.
+    value : array (walls,) or (2, walls)
+        One number per wall, or the interval that holds its capacity.
     sample : array of int (walls,)
         Numbers of the walls.
     name : str
@@ -67,21 +67,26 @@ class Output(NamedTuple):
     censored: float
 
 
-def _output_of(ds: xr.Dataset, category: int | None = None, output: str | None = None) -> Output:
-    """Return the output that sensitivity is asked of; see ``study_sensitivity``."""
+def _output_of(
+    ds: xr.Dataset, category: int | None = None, output: str | None = None, own_ground: bool = False
+) -> Output:
+    """Output of the sensitivity; see ``study_sensitivity``."""
     if (category is None) == (output is None):
         raise InputError("sensitivity: is asked of a category, or of an output; give one of them.")
     if category is not None:
         require_categories(ds, [category])
         walls = read_capacities(ds, [category], movement_measure(ds))
         lower, upper = walls.capacities.lower[0], walls.capacities.upper[0]
+        if own_ground:
+            ended = ~walls.capacities.failed[0]
+            hit = np.isfinite(upper[ended]).astype(np.float64)
+            return Output(hit, walls.sample[ended], f"damage of category {category} at each wall's own movement", 0.0)
         if np.isinf(upper).all():
             raise InputError(f"category = {category}: no wall has reached it; there is nothing to depend on.")
-        score = interval_ranks(lower, upper, walls.weight)
         return Output(
-            score,
+            np.array([lower, upper]),
             walls.sample,
-            f"rank of the capacity for category {category}",
+            f"rank of the capacity for category {category}: the movement at which it is reached",
             float(np.average(np.isinf(upper), weights=walls.weight)),
         )
     known = [str(n) for n in ds.data_vars if ds[n].dims[:1] == ("sample",) and ds[n].dims[1:] in ((), ("increment",))]
@@ -110,19 +115,23 @@ def study_sensitivity(
     *,
     category: int | str | None = None,
     output: str | None = None,
+    own_ground: bool = False,
     confidence: float = 0.9,
     resamples: int = 500,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Return what an output of a study depends on.
+    """Sensitivity of an output of a study to each input.
 
     Parameters
     ----------
     ds : xarray.Dataset
         As ``open_study`` returns it.
     category : int or str, optional
-        Rank of the capacity for it: of the movement at which it was reached. Walls that have not reached it share the
-        highest ranks, and failed ones are known as far as they were followed, so that none is left out.
+        Rank of the capacity for it: of the movement at which it was reached. Walls that were not damaged up to their
+        own end, and failed ones, count as censored there: an input that only sets how far the ground moves has none.
+    own_ground : bool
+        Whether the category has been reached by the end of each wall's own movement, in place of the capacity: inputs
+        that move the ground count, too. Failed walls are left out.
     output : str, optional
         Instead, a result of the study, at the end of the movement.
     confidence : float
@@ -150,7 +159,7 @@ def study_sensitivity(
     >>> dict(zip(found["variable"].values.tolist(), found["spearman"].values.round(1).tolist()))
     {'joint.friction': -0.2, 'joint.cohesion': 0.1}
     """
-    found = _output_of(ds, None if category is None else category_number(ds, category), output)
+    found = _output_of(ds, None if category is None else category_number(ds, category), output, own_ground)
     crossed = bool(int(ds.attrs.get("crossed", 0)))
     # of each table, one wall with one field and the other with the other
     alone = np.isin(found.sample % 4, (0, 3)) if crossed else np.ones(len(found.sample), dtype=bool)
@@ -162,14 +171,17 @@ def study_sensitivity(
     if not inputs:
         raise InputError("the study has no input with one value a wall.")
     weight = np.asarray(ds["weight"].values, dtype=np.float64)[found.sample[alone]] if "weight" in ds else None
-    values = found.value[alone]
+    values = found.value[..., alone]
     correlations = rank_correlation(
         inputs, values, weight=weight, confidence=confidence, resamples=resamples, seed=seed
     )
     indices = first_order(inputs, values, weight=weight, confidence=confidence, resamples=resamples, seed=seed)
     result = correlations.merge(indices, combine_attrs="override")
     if crossed:
-        tables = _tables(found)
+        whole = found.value
+        if whole.ndim == 2:
+            whole = interval_ranks(whole[0], whole[1], sample_weights(ds)[found.sample])
+        tables = _tables(found._replace(value=whole))
         shares = crossed_shares(tables, confidence=confidence, resamples=resamples, seed=seed)
         renamed = {n: f"group_{n}" for n in shares.data_vars if str(n).startswith(("first_order", "total"))}
         result = result.merge(shares.rename(renamed)).assign_attrs(tables=len(tables))
