@@ -213,10 +213,11 @@ def _rows(path: Path) -> tuple[str, list[tuple[int, list[str]]]]:
 def _cells(path: Path, number: int, line: str, separator: str) -> list[str]:
     if separator == " ":
         return re.split(r"\s+(?![\[(])(?![^\[(]*[\])])", line)
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(separator)]
     try:
-        return [
-            cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True, strict=True))
-        ]
+        reader = csv.reader([line], delimiter=separator, skipinitialspace=True, strict=True)
+        return [cell.strip() for cell in next(reader)]
     except csv.Error as error:
         raise InputError(f"{path}, line {number}: is no row of a table ({error}).") from None
 

@@ -86,14 +86,14 @@ def _parse(text: str, unit: str) -> float:
     number = float(parts["number"])
     if (factor := COMMON.get(unit, {}).get(parts["unit"].strip())) is not None:
         return number * factor
+    if unit == "m/s**2" and parts["unit"].strip() == "g":  # standard gravity, no gram
+        return number * 9.80665
     import pint
 
     registry = _registry()
     try:
-        # "N/mm3" is how engineers write "N/mm**3", and "g" of an acceleration is no gram
-        gravity = unit == "m/s**2" and parts["unit"].strip() == "g"
-        words = "standard_gravity" if gravity else re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", parts["unit"])
-        written = registry.Quantity(1.0, words)
+        # "N/mm3" is how engineers write "N/mm**3"
+        written = registry.Quantity(1.0, re.sub(r"(?<=[A-Za-z])(\d)", r"**\1", parts["unit"]))
         if unit == "1" and written.to_root_units().units == registry.radian:
             raise ValueError("is an angle, where a pure number is due; a friction is the tangent of its angle")
         return float((number * written).to("dimensionless" if unit == "1" else unit).magnitude)
