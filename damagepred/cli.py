@@ -179,7 +179,7 @@ def solve(
     from damagepred.scene.assumed import ground_line
 
     described, settings = _described(file)
-    mean_wall = None
+    mean_wall = ""
     _ask_back(described, settings)
     if settings is not None:
         described, mean_wall = settings.mean_wall()
@@ -194,8 +194,10 @@ def solve(
             limits=Limits.asked(yes, timeout),
         )
     _keep_wall(ds, output, plot)
-    if mean_wall:
-        screen.say(mean_wall)
+    if settings is not None:
+        from damagepred.study.analyses.mean_wall import beyond_mean_wall
+
+        screen.say(f"{mean_wall}\n{beyond_mean_wall(ds, settings, file)}")
     screen.wall_table(ds)
     if assumed := ground_line(described, settings.variables if settings else ()):
         screen.note(assumed)

@@ -55,7 +55,7 @@ def code_limits(span: float) -> tuple[str, list[Limit]]:
     return source, sorted(found, key=lambda limit: limit.deflection)
 
 
-def wall_limits(ds: xr.Dataset) -> Section:
+def wall_limits(ds: xr.Dataset) -> Section | None:
     """Return in which category one wall is at each limit."""
     source, found = code_limits(float(ds.attrs["span"]))
     deflection = ds[MEASURE].values
@@ -68,6 +68,8 @@ def wall_limits(ds: xr.Dataset) -> Section:
         else:
             told = ["not moved as far", "–"]
         rows.append([*_limit(limit), *told])
+    if all(row[-1] == "–" for row in rows):
+        return None
     table = Table(
         "This wall at the design deflections of a code, by construction",
         ["construction", "limit, the lesser of", "for this length", "category of damage", "widest crack"],
@@ -78,19 +80,10 @@ def wall_limits(ds: xr.Dataset) -> Section:
     return Section("limits", "At code limits", [table])
 
 
-def study_limits(ds: xr.Dataset, curves: xr.Dataset | None, moved: float, confidence: float = 0.9) -> Section:
-    """Return how likely each category is at each limit, from curves and counted.
+def study_limits(ds: xr.Dataset, curves: xr.Dataset | None, moved: float, confidence: float = 0.9) -> Section | None:
+    """Probability of each category at each limit, from curves and counted; None without any entry.
 
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study.
-    curves : xarray.Dataset or None
-        Fitted against the central deflection; None where there are none.
-    moved : float
-        Movement (m) to which every wall was moved.
-    confidence : float
-        Of the intervals.
+    ``moved`` is the movement (m) to which every wall was moved; ``curves`` are fitted against the central deflection.
     """
     source, found = code_limits(float(ds.attrs["span"]))
     of = categories(ds)
@@ -115,7 +108,9 @@ def study_limits(ds: xr.Dataset, curves: xr.Dataset | None, moved: float, confid
             row[2] += " †" * extrapolated
         if any(beyond):
             note = f"† beyond {length(moved)}, to which all walls were moved: extrapolated. {note}".strip()
-        parts.append(Table(f"Probability from the fitted curves ({confidence:.0%} band)", head, rows, (0, 1), note))
+        if _has_entries(rows):
+            title = f"Probability from the fitted curves ({confidence:.0%} band)"
+            parts.append(Table(title, head, rows, (0, 1), note))
     if (
         ds["damage_category"].ndim == 2
     ):  # walls that are each known at their own movement alone cannot be counted at one
@@ -124,8 +119,14 @@ def study_limits(ds: xr.Dataset, curves: xr.Dataset | None, moved: float, confid
             counted = [exceedance(ds, c, limit.deflection, confidence=confidence, intensity=MEASURE) for c, _ in of]
             rows.append([*_limit(limit), *("not moved as far" if too_far else _counted(one) for one in counted)])
         note = "A wall known to have reached the category between two increments counts for the share of that step."
-        parts.append(Table(f"Counted among the walls ({confidence:.0%} interval)", head, rows, (0, 1), note))
-    return Section("limits", "Probabilities at code limits", parts)
+        if _has_entries(rows):
+            parts.append(Table(f"Counted among the walls ({confidence:.0%} interval)", head, rows, (0, 1), note))
+    return Section("limits", "Probabilities at code limits", parts) if len(parts) > 1 else None
+
+
+def _has_entries(rows: list[list[str]]) -> bool:
+    """Whether any limit has a probability."""
+    return any(cell not in ("–", "not moved as far") for row in rows for cell in row[3:])
 
 
 def _counted(found: Exceedance) -> str:

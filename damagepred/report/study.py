@@ -21,7 +21,7 @@ from damagepred.rejudge import footing_gap_note, has_dpc, judge_again, measure_i
 from damagepred.report.back_analysis import back_analysis_section
 from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
-from damagepred.report.inputs import given_of, input_section
+from damagepred.report.inputs import HEADS, given_of, input_section
 from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, drawing
 from damagepred.report.quality import common_movement, monte_carlo, study_quality
@@ -32,6 +32,8 @@ from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.tables import curve_columns, worst_category_columns
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.options import DEFAULT
+from damagepred.uq.intensity import attributes, movement_measure
+from damagepred.uq.movement_distribution import as_distribution
 from damagepred.year_tables import year_columns
 
 if TYPE_CHECKING:
@@ -92,6 +94,9 @@ def study_page(
         raise InputError(f"{folder.path}: the study has no finished sample yet; run `damagepred study` first.")
     question, found = answers(ds, settings, at, confidence)
     on_own = at is None and own_movements(ds, settings)
+    asked = None
+    if at is not None:
+        asked = float(np.median(as_distribution(at, str(attributes(ds, movement_measure(ds))["units"])).points))
     influence, influences_section = influences(ds, found, confidence, on_own)
     curves = _fitted(ds, None, confidence, bootstrap)
     moved = common_movement(ds)
@@ -106,11 +111,11 @@ def study_page(
         input_section(settings.scene, settings, given_of(ds)),
         Section("run", "What was run", _run_parts(folder, ds, settings, written)),
         Section("quality", "How good the solutions are, and how many walls are enough", study_quality(ds) + certainty),
-        Section("damage", "Damage", _damage(folder, ds, replay, on_step) if paths else [_no_paths()]),
+        Section("damage", "Damage", _damage(folder, ds, replay, on_step, asked) if paths else [_no_paths()]),
         Section("fragility", "How likely is which damage", _fragility(curves)),
         *inferred,
         *([] if influences_section is None else [influences_section]),
-        *([] if "load_force" in ds else [_at_limits(ds, curves, confidence, bootstrap)]),
+        *filter(None, [None if "load_force" in ds else _at_limits(ds, curves, confidence, bootstrap)]),
         study_caveats(ds, curves, settings, moved),
         Section(
             "files",
@@ -124,13 +129,13 @@ def study_page(
         warnings=_warnings(folder, ds),
         question=question,
         answers=[*study_summary(ds, found), *([influence] if influence else [])],
-        facts=_facts(ds, curves),
+        facts=_facts(ds, curves, settings),
         sections=sections,
     )
 
 
-def _at_limits(ds: xr.Dataset, curves: xr.Dataset, confidence: float, bootstrap: int) -> Section:
-    """Return the section on the design deflections of a code."""
+def _at_limits(ds: xr.Dataset, curves: xr.Dataset, confidence: float, bootstrap: int) -> Section | None:
+    """Section on the design deflections of a code."""
     if curves.attrs["intensity_measure"] != "central_deflection":
         curves = _fitted(ds, "central_deflection", confidence, bootstrap)
     deflected = common_movement(ds.drop_vars("surface_movement", errors="ignore"))
@@ -172,10 +177,13 @@ def _warnings(folder: StudyFolder, ds: xr.Dataset) -> list[str]:
     return said
 
 
-def _facts(ds: xr.Dataset, curves: xr.Dataset) -> list[tuple[str, str]]:
+def _facts(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings) -> list[tuple[str, str]]:
     status = ds["status"].values
     solved = int(np.isin(status, SOLVED).sum())
-    facts = [("Walls", f"{solved} solved of {len(status)}, each with other joints and movement")]
+    tables = dict.fromkeys(place.partition(".")[0] for place in settings.variables)
+    others = [HEADS.get(table, named(table)).lower() for table in tables]
+    varied = f", each with other {' and '.join(filter(None, [', '.join(others[:-1]), others[-1]]))}" if others else ""
+    facts = [("Walls", f"{solved} solved of {len(status)}{varied}")]
     category, median, _, counts = curve_columns(curves)[:4]
     for label, value, count in zip(category.cells, median.cells, counts.cells):
         text = f"reached by {count} walls"
@@ -238,7 +246,9 @@ def _followed(settings: StudySettings) -> str:
     return f"category {settings.last_category if stop is None else stop}, or the end of its movement"
 
 
-def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable[[Step], None] | None) -> list[Part]:
+def _damage(
+    folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable[[Step], None] | None, at: float | None
+) -> list[Part]:
     from damagepred.plotting import draw_category_shares, draw_crack_widths
 
     widths = draw_crack_widths(ds)
@@ -265,7 +275,7 @@ def _damage(folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable
     if "time" in ds and ds["damage_category"].ndim == 2:
         note = "With 90 % intervals. So far: by the worst category until then; now: cracks may have closed again."
         parts.append(Table.of("Probability of damage by year", year_columns(ds), note))
-    chosen = typical_and_worst(ds)
+    chosen = typical_and_worst(ds, at)
     if chosen is None:
         return parts
     commands = [

@@ -172,7 +172,8 @@ def influences(
         try:
             sensitivity = study_sensitivity(ds, category=category, confidence=confidence, own_ground=on_own)
         except InputError as error:
-            said.append(f"What changes the answer most is not known: {str(error).rstrip('.')}.")
+            if not on_own:  # of one's own movement the walls may all agree
+                said.append(f"What changes the answer most is not known: {str(error).rstrip('.')}.")
             continue
         counts = [on_own or str(name) not in MOVEMENTS for name in sensitivity["variable"].values]
         if not any(counts):

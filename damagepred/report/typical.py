@@ -7,9 +7,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from damagepred.formatting import length
+from damagepred.enumerations import SampleStatus
+from damagepred.formatting import length, named
 from damagepred.uq.exceedance import category_capacities
 from damagepred.uq.fragility import movement_measure
+from damagepred.uq.intensity import intensity_values
 
 
 class Chosen(NamedTuple):
@@ -29,40 +31,39 @@ class Chosen(NamedTuple):
     why_worst: str
 
 
-def typical_and_worst(ds: xr.Dataset) -> Chosen | None:
-    """Choose a typical wall and the worst of a study with paths.
+def typical_and_worst(ds: xr.Dataset, at: float | None = None) -> Chosen | None:
+    """Choose a typical wall and the worst of a study with paths; None if no wall was solved.
 
-    Typical is the wall of median capacity for the worst category that at least half of the walls have reached; where
-    that is none, the wall whose widest crack at the end is the median. The worst reached the worst category first.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study.
-
-    Returns
-    -------
-    Chosen or None
-        None if no wall was solved.
+    Typical is the wall whose widest crack is the median, at a movement (m) or at the end of each wall's own movement. A
+    wall that ended before in the worst category or in collapse counts as wider, the earlier the wider. Other walls that
+    were not followed as far are left out. The worst reached the worst category first.
     """
     measure = movement_measure(ds)
     found = {c: category_capacities(ds, c) for c in range(1, int(ds.attrs["highest_category"]) + 1)}
-    reached = {c: np.isfinite(known.upper) for c, known in found.items()}
-    if not len(found[1].sample):
+    some = [c for c, known in found.items() if np.isfinite(known.upper).any()]
+    sample, weight = found[1].sample, found[1].weight
+    if not len(sample):
         return None
-    weight = found[1].weight
-    often = [c for c, hit in reached.items() if np.average(hit, weights=weight) >= 0.5]
-    some = [c for c, hit in reached.items() if hit.any()]
-    width = np.nan_to_num(ds["crack_width_max"].values[found[1].sample], nan=-1.0).max(axis=1)
-    if often:
-        known = found[often[-1]]
-        place = _median_place(known.upper, weight)
-        typical = int(known.sample[place])
-        why = f"which reached category {often[-1]} at a median {_named(measure)} of {length(known.upper[place])}"
-    else:
-        place = _median_place(width, weight)
-        typical = int(found[1].sample[place])
-        why = f"whose widest crack is the median, {length(width[place])}"
+    path = np.fmax.accumulate(ds["crack_width_max"].values[sample], axis=1)
+    moved = np.where(np.isfinite(path), intensity_values(ds, measure)[sample], np.nan)
+    width, last = np.fmax.reduce(path, axis=1), np.fmax.reduce(moved, axis=1)
+    gone = np.fmax.reduce(ds["damage_category"].values[sample], axis=1) >= int(ds.attrs["highest_category"])
+    gone |= ds["status"].values[sample] == SampleStatus.COLLAPSED
+    where, short = "at the end of its movement", np.ones(len(sample), dtype=np.bool_)
+    key = width.copy()
+    if at is not None:
+        where, short = f"at a {named(measure)} of {length(at)}", last < at * (1 - 1e-9)
+        key[:] = [np.interp(at, m[np.isfinite(m)], p[np.isfinite(m)]) for m, p in zip(moved, path)]
+        key[short] = np.nan
+    key[gone & short] = np.inf
+    heavy = np.where(np.isnan(key), 0.0, 1.0 if weight is None else weight)
+    if not heavy.any():
+        return None
+    order = np.lexsort((-last, np.nan_to_num(key, nan=np.inf, posinf=np.inf)))
+    place = int(order[np.searchsorted(np.cumsum(heavy[order]), 0.5 * heavy.sum() * (1 - 1e-12))])
+    typical, why = int(sample[place]), f"whose widest crack {where} is the median of all walls, {length(key[place])}"
+    if np.isinf(key[place]):
+        why = f"the median of all walls {where}: it fell, or reached the worst category, at {length(last[place])}"
     if some:
         known = found[some[-1]]
         first = int(np.argmin(known.upper))
@@ -71,17 +72,6 @@ def typical_and_worst(ds: xr.Dataset) -> Chosen | None:
             f"which reached category {some[-1]} first, at {length(known.upper[first])}",
         )
     else:
-        worst = int(found[1].sample[np.argmax(width)])
+        worst = int(sample[np.argmax(width)])
         reason = f"whose widest crack is the widest, {length(float(width.max()))}"
     return Chosen(typical, worst, why, reason)
-
-
-def _median_place(values: np.ndarray, weight: np.ndarray | None) -> int:
-    """Return where the value in the middle of all is, by their weights."""
-    order = np.argsort(values, kind="stable")
-    upto = np.cumsum(np.ones(len(values)) if weight is None else weight[order])
-    return int(order[np.searchsorted(upto, 0.5 * upto[-1] * (1 - 1e-12))])
-
-
-def _named(measure: str) -> str:
-    return measure.replace("_", " ")

@@ -64,7 +64,7 @@ def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
         Section("run", "What was run", [_run(ds, origin, written)]),
         Section("quality", "How good the solution is", wall_quality(ds)),
         Section("damage", "Damage", damage_parts(ds)),
-        *([wall_limits(ds)] if not is_dynamic(ds) and "span" in ds.attrs and "load_force" not in ds else []),
+        *filter(None, [None if is_dynamic(ds) or "span" not in ds.attrs or "load_force" in ds else wall_limits(ds)]),
         wall_caveats(ds, scene),
         Section(
             "files", "The scene in full", [Listing("Scene file, complete with defaults", ds.attrs["scene"].strip())]

@@ -144,6 +144,7 @@ def test_solve_takes_the_mean_wall_of_a_study(command: Run, tmp_path: Path) -> N
     sentence = next(line for line in said.out.splitlines() if "its mean wall" in line)
     assert "joint.tensile_strength = 0.4 MPa, dpc.friction = 0.6," in sentence
     assert "the movement as given" in sentence
+    assert "one wall without scatter; sampled walls may be worse: run `damagepred study house.toml`" in said.out
     with xr.open_dataset(tmp_path / "wall.nc") as wall:
         assert wall.attrs["title"] == f"{StudySettings.from_toml(tmp_path / 'house.toml').title}: mean wall"
         assert float(wall["contact_tensile_strength"].isel(contact=wall["contact_kind"] < 2).max()) == pytest.approx(

@@ -218,18 +218,39 @@ def test_one_wall_at_the_limits(wall: xr.Dataset) -> None:
 # -- what a study tells ---------------------------------------------------------------------------------------
 
 
-def test_typical_and_worst_wall(tmp_path: Path) -> None:
+def test_typical_is_the_median_wall_at_the_movement_asked_for(tmp_path: Path) -> None:
     ds = open_study(synthetic_study(tmp_path / "house.dp", 41, failed=(3,)))
-    chosen = typical_and_worst(ds)
+    good = [i for i in range(41) if i != 3]
     category, movement = ds["damage_category"].values, ds["central_deflection"].values
     reached = np.array([m[c >= 2][0] if (c >= 2).any() else np.inf for c, m in zip(category, movement)])
-    good = [i for i in range(41) if i != 3]
-    assert np.isfinite(reached[good]).mean() > 0.5  # otherwise the choice would be by another category
-    assert chosen.worst == good[int(np.argmin(reached[good]))]
-    others = reached[good]
-    assert (others < reached[chosen.typical]).sum() <= len(good) / 2
-    assert (others > reached[chosen.typical]).sum() <= len(good) / 2
-    assert "category 2" in chosen.why_typical
+    width = ds["crack_width_max"].values
+    at = 2.5e-3
+    there = np.array([np.interp(at, movement[i], width[i]) for i in good])
+    for chosen, values in (
+        (typical_and_worst(ds, at), there),
+        (typical_and_worst(ds), np.nanmax(width[good], axis=1)),
+    ):
+        assert chosen.worst == good[int(np.argmin(reached[good]))]
+        own = values[good.index(chosen.typical)]
+        assert (values < own).sum() == 19
+        assert (values > own).sum() == 20
+        assert length(own) in chosen.why_typical
+    assert "at a central deflection of 2.5 mm is the median of all walls" in typical_and_worst(ds, at).why_typical
+    # walls that fell before count as wider; the others are left out where they were not followed as far
+    ds["status"].values[good[:21]] = 1
+    ds["crack_width_max"].values[good[:21], 3:] = np.nan
+    fallen = typical_and_worst(ds, at=0.9 * np.nanmax(movement))
+    assert fallen.typical in good[:21]
+    assert "it fell, or reached the worst category, at" in fallen.why_typical
+
+
+def test_what_varies_is_named_and_limits_without_entries_are_left_out(tmp_path: Path) -> None:
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 30))
+    page = study_page(folder, "today", replay=False, bootstrap=10)
+    assert page.facts[0] == ("Walls", "30 solved of 30, each with other mortar joints and movement")
+    ds = folder.results()
+    ds.attrs["span"] = 1e3
+    assert study_limits(ds, fit_fragility(ds, bootstrap=0, points=5), 1e-5) is None
 
 
 def test_common_movement_is_what_all_walls_went_through(tmp_path: Path) -> None:

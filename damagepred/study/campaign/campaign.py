@@ -97,6 +97,15 @@ class RunSummary:
     seconds: float
 
 
+def study_differences(frozen: StudySettings, settings: StudySettings) -> list[str]:
+    """Keys in which two studies differ; the number of walls does not change these, and the design shows a table's."""
+    was, now = frozen.to_dict(), settings.to_dict()
+    for content in (was, now):
+        for key in ("samples", "stop_when", "time_budget", "epistemic", "table"):
+            content["study"].pop(key, None)
+    return differing_keys(was, now)
+
+
 class Campaign:
     """Samples of a study as its file describes them, and the run that solves them.
 
@@ -332,13 +341,7 @@ class Campaign:
             folder.create(self.settings.to_toml(), self._manifest(asked), self.design_dataset(asked))
             return asked, np.full(asked, SampleStatus.MISSING, dtype=np.int8)
         folder.require()
-        frozen = read_frozen(folder.study_text())
-        was, now = frozen.to_dict(), self.settings.to_dict()
-        for content in (was, now):
-            # how many walls are run does not change them, and the design tells whether a table's are the same
-            for key in ("samples", "stop_when", "time_budget", "epistemic", "table"):
-                content["study"].pop(key, None)
-        if differences := differing_keys(was, now):
+        if differences := study_differences(read_frozen(folder.study_text()), self.settings):
             raise StudyError(
                 f"{folder.path}: holds a different study; nothing was changed. These keys differ:\n  "
                 + "\n  ".join(differences)
