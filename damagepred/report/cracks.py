@@ -16,13 +16,7 @@ MAX_CRACKS = 25
 
 
 def crack_parts(ds: xr.Dataset) -> list[Part]:
-    """Return drawing and table of a wall's cracks at the end of its path.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    """
+    """Drawing and table of a wall's cracks at the end of its path."""
     known = WallCracks(ds)
     frame = crack_frame(known.dataset())
     if frame.empty:

@@ -40,13 +40,7 @@ MOST_SHOWN = 41
 
 
 def explorer(walls: Mapping[str, xr.Dataset]) -> str:
-    """Return walls as JSON for the script of a page.
-
-    Parameters
-    ----------
-    walls : mapping of str to xarray.Dataset
-        Walls with all their fields, by the name to show.
-    """
+    """Walls as JSON for the script of a page."""
     some = next(iter(walls.values()))
     table = table_of(some)
     shared = {

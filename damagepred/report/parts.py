@@ -54,17 +54,7 @@ class Table:
 
     @classmethod
     def of(cls, caption: str, columns: Sequence[Column], note: str = "") -> Table:
-        """Return the table of columns that have a head on the page.
-
-        Parameters
-        ----------
-        caption : str
-            What it says.
-        columns : sequence of Column
-            Of ``damagepred.tables``.
-        note : str
-            Below it.
-        """
+        """Table of columns that have a head on the page."""
         shown = [column for column in columns if column.name]
         cells = ([c if column.words else c.replace("-", "−") for c in column.cells] for column in shown)
         words = [i for i, column in enumerate(shown) if column.words]
@@ -171,19 +161,7 @@ def drawing(
     walls: Mapping[str, xr.Dataset] | None = None,
     along: Literal["", "movement"] = "",
 ) -> Drawing:
-    """Make the figure that axes stand on part of a page.
-
-    Parameters
-    ----------
-    name, caption, label : str
-        See ``Drawing``.
-    ax : Axes
-        Any of the figure's.
-    walls : mapping of str to xarray.Dataset, optional
-        Walls that a reader can move in its place, by the name to show.
-    along : str
-        What the horizontal axis shows, if a click on the drawing is to lead to the wall at that movement.
-    """
+    """Make the figure that axes stand on part of a page."""
     from damagepred.plotting.sheet import figure_of
     from damagepred.plotting.vector import svg_of
     from damagepred.report.explorer import explorer

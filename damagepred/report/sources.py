@@ -52,24 +52,7 @@ class Source(NamedTuple):
 def source_of_value(
     table: str, key: str, value: Any, given: Collection[str] | None = None, material: str | None = None
 ) -> Source:
-    """Return the source of a value of a scene.
-
-    Parameters
-    ----------
-    table, key : str
-        Its place.
-    value : object
-        As the scene has it.
-    given : Collection[str], optional
-        Places of the values that the user gave; where that is not known, a value that is not the default was given.
-    material : str, optional
-        Masonry of the library that the scene names.
-
-    Returns
-    -------
-    Source
-        Of the shipped value where it is that, otherwise whether it is the default or was given.
-    """
+    """Source of a value of a scene."""
     place = f"{table}.{key}"
     library = {} if material is None else masonry_library()[material].values
     if place in library and _same(value, library[place].mean) and place not in (given or ()):
@@ -89,15 +72,7 @@ def source_of_value(
 
 
 def sources_of_variable(place: str, variable: Variable) -> list[Source]:
-    """Return the sources of a variable's mean and scatter.
-
-    Parameters
-    ----------
-    place : str
-        Its place in the scene.
-    variable : Variable
-        Its distribution.
-    """
+    """List the sources of a variable's mean and scatter."""
     if variable.source:
         return [Source(variable.source)]
     shipped = _statistics().get(place, {})
@@ -124,15 +99,7 @@ def sources_of_variable(place: str, variable: Variable) -> list[Source]:
 
 
 def field_source(place: str, correlation: float) -> Source:
-    """Return the source of the correlation from one unit of a course to the next.
-
-    Parameters
-    ----------
-    place : str
-        Place of the variable in the scene.
-    correlation : float
-        Given correlation (1).
-    """
+    """Source of the correlation from one unit of a course to the next."""
     shipped = _statistics().get(place, {}).get("field", {})
     if shipped and _same(correlation, shipped["course_correlation"]):
         return Source(shipped["source"], shipped["confidence"])

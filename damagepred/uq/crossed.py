@@ -55,30 +55,7 @@ def crossed_shares(
     seed: int = 0,
     options: CrossedOptions = DEFAULT,
 ) -> xr.Dataset:
-    """Return the shares of variance of what holds for a wall and of what varies from joint to joint.
-
-    Parameters
-    ----------
-    values : array (tables, 2, 2)
-        Output of wall i with field j in [table, i, j].
-    confidence : float
-        Of the intervals.
-    resamples, seed : int
-        Of the bootstrap of tables.
-    options : CrossedOptions
-        Tables from which there are intervals.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``first_order`` (by itself) and ``total`` (with the interaction) on (group,), "wall" and "joints", and
-        ``interaction``; each with ``_error``, ``_lower`` and ``_upper``; NaN where there are too few tables.
-
-    Raises
-    ------
-    InputError
-        If a value is not finite, or the output does not vary.
-    """
+    """Shares of variance of what holds for a wall and of what varies from joint to joint."""
     y = np.asarray(values, dtype=np.float64)
     if y.ndim != 3 or y.shape[1:] != (2, 2) or len(y) < 2:
         raise InputError(f"values: have shape {y.shape}; there must be two or more tables of two walls and two fields.")

@@ -55,33 +55,10 @@ def rank_correlation(
     seed: int = 0,
     options: GivenDataOptions = DEFAULT,
 ) -> xr.Dataset:
-    """Return Spearman's and the partial rank correlation of an output with each input.
+    """Spearman's and the partial rank correlation of an output with each input, on (variable,).
 
-    Parameters
-    ----------
-    inputs : mapping of str to array (walls,)
-        Inputs.
-    output : array (walls,) or (2, walls)
-        Numbers, or lower and upper ends of intervals that hold capacities (infinite upper: not reached).
-    weight : array (walls,), optional
-        What each wall counts for.
-    confidence : float
-        Of the intervals.
-    resamples, seed : int
-        Of the bootstrap.
-    options : GivenDataOptions
-        Numbers of walls.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``spearman`` and ``partial``, each with ``_lower`` and ``_upper``, on (variable,). Intervals are even in
-        Fisher's arctanh of the correlation, with the error of the resamples.
-
-    Raises
-    ------
-    InputError
-        If a value is not finite, or the output does not vary.
+    The output is one number per wall, or (2, walls): lower and upper ends of intervals that hold capacities, infinite
+    where a wall was not damaged. Intervals are even in Fisher's arctanh, with the error of bootstrap resamples.
     """
     names, x, y, w = _checked(inputs, output, weight, confidence, options.fewest_walls)
 
@@ -110,24 +87,7 @@ def first_order(
     seed: int = 0,
     options: GivenDataOptions = DEFAULT,
 ) -> xr.Dataset:
-    """Return the share of an output's variance that each input brings about by itself.
-
-    Parameters
-    ----------
-    inputs, output, weight, confidence, resamples, seed, options
-        See ``rank_correlation``.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``first_order`` with ``_error``, ``_lower`` and ``_upper``, on (variable,). Shares of inputs that are correlated
-        overlap.
-
-    Raises
-    ------
-    InputError
-        If a value is not finite, or the output does not vary.
-    """
+    """Share of an output's variance that each input brings about by itself; arguments as of ``rank_correlation``."""
     names, x, y, w = _checked(inputs, output, weight, confidence, options.fewest_walls)
     count = y.shape[-1]
     best, error = _bootstrap_errors(_sliced_first_order, x, y, w, resamples, seed, options)

@@ -96,17 +96,7 @@ class Selection(NamedTuple):
 
 
 def hoeffding_bounds(mean: float, count: int, error: float) -> tuple[float, float]:
-    """Return bounds of the mean of values from 0 to 1, each wrong with at most a given probability.
-
-    Parameters
-    ----------
-    mean : float
-        Of the values.
-    count : int
-        Number of values.
-    error : float
-        Probability.
-    """
+    """Bounds of the mean of values from 0 to 1, each wrong with at most a given probability."""
     limit = np.log(1.0 / error) / count
 
     def excess(p: float) -> float:
@@ -127,21 +117,7 @@ def select_cheapest(
     options: SelectionOptions,
     on_round: Callable[[int, int], None] | None = None,
 ) -> Selection:
-    """Select the cheapest alternative whose probability of damage is at most a limit.
-
-    Parameters
-    ----------
-    costs : array (alternatives,)
-        Their costs.
-    hits : callable
-        Alternative, number of samples -> whether each is damaged, or its probability; the first samples stay the same.
-    limit : float
-        Largest probability that is accepted.
-    options : SelectionOptions
-        Confidence and samples.
-    on_round : callable, optional
-        Called before each round with the samples of an alternative, and the number of alternatives that get them.
-    """
+    """Select the cheapest alternative whose probability of damage is at most a limit."""
     if not (len(costs) and 0 < limit < 1 and 0 < options.confidence < 1):
         raise InputError("design: needs an alternative, and a probability and confidence between 0 and 1.")
     total, rounds = len(costs), options.rounds()
@@ -168,19 +144,8 @@ def select_cheapest(
 
 
 def betting_lower_bound(values: FloatArray, error: float, options: SelectionOptions = DEFAULT) -> float:
-    """Return a lower bound of the mean of independent values from 0 to 1, by the capital of bets against each mean.
+    """Lower bound of the mean of independent values from 0 to 1, by the capital of bets against each mean.
 
-    Parameters
-    ----------
-    values : array (samples,)
-        The values.
-    error : float
-        Probability with which the bound is ever wrong, as samples are added.
-    options : SelectionOptions
-        Stakes.
-
-    Notes
-    -----
     If the mean is m, the product of 1 + c (x / m - 1) over the values x is a martingale for every stake c. So the mean
     of these products over the stakes exceeds 1 / error with at most that probability (Ville's inequality; Waudby-Smith
     and Ramdas 2024). The bound adapts to the spread of the values, which need not be known.
@@ -204,29 +169,7 @@ def select_least_expected(
     tolerance: float = 0.0,
     on_round: Callable[[int, int], None] | None = None,
 ) -> Selection:
-    """Select the alternative of the least expected cost: its own and its mean loss.
-
-    Parameters
-    ----------
-    costs : array (alternatives,)
-        Their costs.
-    losses : callable
-        Alternative, number of samples -> the loss of each; the first samples stay the same.
-    largest : float
-        Largest loss.
-    options : SelectionOptions
-        Confidence and samples.
-    tolerance : float
-        Difference of expected costs that does not matter.
-    on_round : callable, optional
-        Called before each round with the samples of an alternative, and the number of alternatives that get them.
-
-    Returns
-    -------
-    Selection
-        ``mean`` and its bounds are of the expected cost; ``fails`` are the dearer ones, ``meets`` is the chosen one if
-        it is surely the best within the tolerance.
-    """
+    """Select the alternative of the least expected cost: its own and its mean loss."""
     if not (len(costs) and largest > 0 and 0 < options.confidence < 1):
         raise InputError("design: needs an alternative, a positive repair cost, and a confidence between 0 and 1.")
     total = len(costs)

@@ -37,13 +37,7 @@ class Question:
     reach: float = 2.0
 
     def check(self, settings: StudySettings) -> None:
-        """Check that a study can answer it.
-
-        Raises
-        ------
-        InputError
-            If it cannot.
-        """
+        """Check that a study can answer it."""
         highest = settings.damage_table.highest
         if not 1 <= self.category <= highest:
             raise InputError(f"category = {self.category}: must be from 1 to {highest}.")
@@ -59,17 +53,10 @@ def _movement_place(scene: Scene) -> str:
 
 
 def study_for_limit_state(settings: StudySettings, question: Question) -> StudySettings:
-    """Return the study with the movement of the limit state in place of its own.
+    """Study with the movement of the limit state in place of its own.
 
     The movement of the question is an increment of the path, which goes on beyond it in equal steps. A sampled movement
     and the sampler of the study are dropped.
-
-    Parameters
-    ----------
-    settings : StudySettings
-        The study.
-    question : Question
-        Category, movement (m), and how far the path goes beyond it.
     """
     if settings.scene.movement.stage:
         raise InputError("rare: asks for one growing movement; leave out [[movement.stage]] or its CSV file.")
@@ -133,15 +120,6 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
     That is its capacity (``damagepred.uq.capacity``) over the movement asked for, less 1; of a wall that does not reach
     the category on its path, how much further the path went, and how much wider the widest crack would have to be. A
     wall whose path cannot be followed to its end, but beyond the movement asked for, is one of the latter.
-
-    Parameters
-    ----------
-    scene : Scene
-        As ``study_for_limit_state`` changes it, with the sample's values.
-    fields : mapping
-        Values of each joint.
-    question : Question
-        What is asked.
     """
     model = model_of(scene, fields)
     rules = Rules.from_settings(**asdict(scene.damage))

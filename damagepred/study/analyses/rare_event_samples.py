@@ -52,15 +52,7 @@ class Solved(NamedTuple):
 def normals_to_wall(
     settings: StudySettings, design: Design, normals: FloatArray
 ) -> tuple[Scene, dict[str, FloatArray]]:
-    """Return the scene and the joints' values that standard normals stand for.
-
-    Parameters
-    ----------
-    settings, design : StudySettings, Design
-        The study and its distributions.
-    normals : array (dimensions,)
-        Of the variables with a value a wall first, then of each field in turn.
-    """
+    """Scene and the joints' values that standard normals stand for."""
     count = len(design.wall)
     values = design.wall_values_from(normals[None, :count])
     scene = settings.scene.with_values({place: float(v[0]) for place, v in values.items()})
@@ -128,15 +120,7 @@ class WorkerPool:
             self.pool.close() if kind is None else self.pool.kill()
 
     def submit(self, number: int, normals: FloatArray) -> Future[list[Solved]]:
-        """Submit one wall to the workers; return its future.
-
-        Parameters
-        ----------
-        number : int
-            Of the wall.
-        normals : array (dimensions,)
-            Its standard normals, see ``normals_to_wall``.
-        """
+        """Submit one wall to the workers; return its future."""
         wall = [(number, normals)]
         if self.executor is not None:
             return self.executor.submit(_solve_margins, self.where, wall)
@@ -170,15 +154,7 @@ class Walls:
         self.digest: dict[int, bytes] = {}
 
     def margins(self, z: FloatArray, numbers: IntArray) -> FloatArray:
-        """Return the margins of walls, array (n,), solving those that are not known.
-
-        Parameters
-        ----------
-        z : array (n, dimensions)
-            Standard normals of each wall.
-        numbers : array of int (n,)
-            Number of each wall.
-        """
+        """Margins of walls, array (n,), solving those that are not known."""
         for number, row in zip(numbers.tolist(), z):
             self.digest[number] = hashlib.blake2b(np.ascontiguousarray(row).tobytes(), digest_size=16).digest()
             if self.like is not None and self.like.digest.get(number) == self.digest[number]:

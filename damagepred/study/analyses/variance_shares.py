@@ -28,18 +28,7 @@ from damagepred.uq.ranks import interval_ranks
 
 
 def crossed_study(settings: StudySettings) -> StudySettings:
-    """Return the study in which walls and fields are crossed.
-
-    Parameters
-    ----------
-    settings : StudySettings
-        The study; how many samples it has, and its distributions, stay.
-
-    Raises
-    ------
-    InputError
-        If it has not both kinds of variables, or is sampled in a way that does not go with it.
-    """
+    """Study in which walls and fields are crossed."""
     how = replace(settings.study, crossed=True, replicates=1, stop_when=None, time_budget=None, store_fields=False)
     crossed = replace(settings, study=how)
     crossed.check("study")
