@@ -61,7 +61,10 @@ Category = Annotated[
 ]
 AtMovement = Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')]
 MovementOrClass = Annotated[
-    str, typer.Option("--at", help='Movement ("8 mm"), site class ("H1") or distribution of the movement.')
+    str,
+    typer.Option(
+        "--at", help='Movement ("8 mm"), site class ("H1"), distribution; "site": the end of each wall\'s own.'
+    ),
 ]
 Workers = Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")]
 Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")]
@@ -380,7 +383,7 @@ def rare(
 def estimate(
     folder: StudyFolderPath,
     category: Category,
-    at: MovementOrClass,
+    at: MovementOrClass = "site",
     confidence: Annotated[float, typer.Option(help="Of the interval.", min=0.01, max=0.999)] = 0.9,
     study_file: Annotated[
         Path | None, typer.Option("--study", help="Study file whose [study.epistemic] to take instead.")
@@ -420,7 +423,7 @@ def estimate(
 def compare(
     folders: Annotated[list[Path], typer.Argument(help="Study folders (*.dp); the first is the reference.")],
     category: Category,
-    at: MovementOrClass,
+    at: MovementOrClass = "site",
     confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
     output: NetcdfFile = None,
     plot: Picture = None,
@@ -446,7 +449,7 @@ def compare(
     found = compare_studies(studies, categories=[category], at=[movement], confidence=confidence)
     if json:
         screen.print_json(found)
-    screen.say(f"P(category >= {category} at {movement.name})")
+    screen.say(f"P(category >= {category} at {movement.words})")
     for line in sentences(found, category, float(found["movement"][0])):
         screen.say(line)
     if movement.assumption:
@@ -574,10 +577,9 @@ def two_level(
         + (f"; as sure as {e.effective_samples:.0f} random walls alone" if found.coarse else "")
     )
     if found.failed:
-        high = found.failed_damaged
         screen.say(
-            f"{found.failed} walls failed; they count as not having reached the category. If all of them had: "
-            f"{high.value:.4g}, {high.lower:.4g} to {high.upper:.4g}",
+            f"{found.failed} walls failed or ended before: {found.failed_undamaged.value:.4g} if none of them had "
+            f"reached the category, {found.failed_damaged.value:.4g} if all had",
             error=True,
         )
         raise typer.Exit(SOME_FAILED)
@@ -952,7 +954,8 @@ def report(
         Path | None, typer.Option("-o", "--output", help="HTML file to write; by default beside the input.")
     ] = None,
     at: Annotated[
-        str | None, typer.Option("--at", help='Movement ("60 mm") or site class ("H1") that the summary answers for.')
+        str | None,
+        typer.Option("--at", help='Movement ("60 mm"), site class ("H1") or "site", for which the summary answers.'),
     ] = None,
     confidence: Annotated[float, typer.Option(help="Of bands and intervals.", min=0.01, max=0.999)] = 0.9,
     bootstrap: Annotated[int, typer.Option(help="Resamples for the bands of curves.", min=0)] = 1000,

@@ -273,7 +273,7 @@ def curve_columns(curves: xr.Dataset) -> list[Column]:
     curves : xarray.Dataset
         As ``fit_fragility`` returns it.
     """
-    from damagepred.uq.fragility.fit import EXTRAPOLATED  # slow to import, and a wall needs none of it
+    from damagepred.uq.fragility.describe import median_lower_bound  # slow to import, and a wall needs none of it
 
     units, measure = str(curves["intensity"].attrs["units"]), named(str(curves.attrs["intensity_measure"]))
     unit = {"m": "mm", "m-1": "1/m", "year": "years"}.get(units, "")
@@ -281,12 +281,16 @@ def curve_columns(curves: xr.Dataset) -> list[Column]:
     every = [curves.isel(category=k) for k in range(curves.sizes["category"])]
 
     def movement(one: xr.Dataset, name: str) -> str:
-        value = float(one[name])
+        return shown(float(one[name]))
+
+    def shown(value: float) -> str:
         return ratio(value) if units == "1" else number(MM * value if units == "m" else value, 3)
 
     def median(one: xr.Dataset) -> str:
+        if np.isfinite(bound := median_lower_bound(one)):
+            return f"> {shown(bound)}"
         value, low, high = (movement(one, f"median{end}") for end in ("", "_lower", "_upper"))
-        return f"> {value}" if str(one["fit_status"].item()) == EXTRAPOLATED else with_band(value, low, high, "\n")
+        return with_band(value, low, high, "\n")
 
     labels = [f"{int(one['category'])} {named(str(one['category_name'].item()))}" for one in every]
     counts = [f"{int(one['reached'])} of {int(one['reached']) + int(one['not_reached'])}" for one in every]

@@ -30,6 +30,7 @@ from damagepred.plotting.sheet import (
     verbatim,
 )
 from damagepred.scene.site import site_classes
+from damagepred.uq.fragility.describe import median_lower_bound
 from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
 
 EMPIRICAL = "empirical"
@@ -153,12 +154,13 @@ _OTHER_UNITS = {"m-1": "1/m", "year": "years"}
 
 
 def _parameters(one: xr.Dataset, largest: float, scale: float, in_metres: bool) -> str:
-    median = float(one["median"]) * scale
+    beyond = str(one["fit_status"].item()) == EXTRAPOLATED
+    median = (median_lower_bound(one) if beyond else float(one["median"])) * scale
     if not np.isfinite(median):
         return "fewer than half of the walls reached it"
     unit = _OTHER_UNITS.get(str(one["intensity"].attrs.get("units")))
     shown = f"{median:.3g} {unit}" if unit else f"{plain_number(median)} mm" if in_metres else ratio(median)
-    if str(one["fit_status"].item()) == EXTRAPOLATED or median > largest:
+    if beyond or median > largest:
         return f"median beyond {plain_number(largest) + ' mm' if in_metres else shown}, to which walls were moved"
     scatter = float(one["dispersion"])
     return f"median {shown}" + (f", dispersion {scatter:.2f}" if np.isfinite(scatter) else "")

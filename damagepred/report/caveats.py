@@ -17,6 +17,7 @@ from damagepred.scene.assumed import assumed_ground, assumed_seasons, assumed_sl
 from damagepred.study.settings import StudySettings
 from damagepred.tables import curve_notes
 from damagepred.uq.capacity import sample_weights
+from damagepred.uq.fragility.describe import median_lower_bound
 from damagepred.uq.fragility.fit import EXTRAPOLATED
 
 
@@ -165,12 +166,12 @@ def _curve_caveats(curves: xr.Dataset, moved: float) -> list[str]:
                 f"Category {category} was not reached by {not_yet} of {reached + not_yet} walls: its curve is known at "
                 "its lower end, and its median rests on the assumption that capacities are lognormal."
             )
-        if not np.isfinite(median) or str(curves.attrs.get("intensity_measure")) == "deflection_ratio":
+        if str(curves.attrs.get("intensity_measure")) == "deflection_ratio":
             continue
         if "fit_status" in one and str(one["fit_status"].item()) == EXTRAPOLATED:
             said.append(
-                f"The median of category {category} lies beyond {length(median)}, the largest movement of a wall: its "
-                "curve is known as far as that and no further."
+                f"The median of category {category} lies beyond {length(median_lower_bound(one))}, the largest "
+                "movement of a wall: its curve is known as far as that and no further."
             )
         elif median > moved > 0:
             said.append(

@@ -13,7 +13,7 @@ from damagepred.formatting import chance, length, with_band
 from damagepred.report.parts import Part, Section, Table, Text
 from damagepred.report.quality import categories
 from damagepred.uq.exceedance import Exceedance, exceedance
-from damagepred.uq.fragility.describe import lognormal_of
+from damagepred.uq.fragility.describe import lognormal_of, probability_at
 
 MEASURE = "central_deflection"
 
@@ -143,16 +143,11 @@ def _limit(limit: Limit) -> list[str]:
 def _from_curve(curves: xr.Dataset, category: int, at: float) -> str:
     if category not in curves["category"].values:
         return "–"
-    one, form = curves.sel(category=category), lognormal_of(curves.sel(category=[category]))
+    form = lognormal_of(curves.sel(category=[category]))
     if not np.isfinite(form.median * form.dispersion).all():
         return "–"
-    grid = one["intensity"].values
-    if at > grid[-1] * (1 + 1e-9):
+    if at > float(curves["intensity"][-1]) * (1 + 1e-9):
         return "not moved as far"
-    value = float(form.probability(np.array([at]))[0, 0])
-    low, high = (
-        float(np.interp(at, grid, one[f"probability_{end}"].values, right=np.nan)) for end in ("lower", "upper")
-    )
     # a curve is never quite at 0 or 1, whatever it is rounded to
-    told = [chance(float(np.clip(p, 1e-12, 1 - 1e-12))) for p in (value, low, high)]
+    told = [chance(float(np.clip(p, 1e-12, 1 - 1e-12))) for p in probability_at(curves, category, at)]
     return with_band(told[0], told[1], told[2], "\n")

@@ -11,8 +11,8 @@ from damagepred.enumerations import SOLVED
 from damagepred.formatting import chance, length, named, number, with_band
 from damagepred.report.parts import Part, Table, drawing
 from damagepred.tables import energy_rows, energy_shares, known, quality_rows
-from damagepred.uq.capacity import highest_category, probability_reached
-from damagepred.uq.exceedance import category_capacities, exceedance
+from damagepred.uq.capacity import highest_category
+from damagepred.uq.exceedance import category_capacities, estimate_exceedance, exceedance
 from damagepred.uq.fragility import movement_measure
 
 
@@ -129,11 +129,9 @@ def telling_movement(ds: xr.Dataset, moved: float, points: int = 60) -> float:
     grid = np.linspace(0.0, moved, points + 1)[1:]
     unsure = np.zeros(points)
     for category, _ in categories(ds):
-        found = category_capacities(ds, category)
-        if len(found.lower):
-            share = np.array(
-                [np.average(probability_reached(found.lower, found.upper, at), weights=found.weight) for at in grid]
-            )
+        known = category_capacities(ds, category)
+        if len(known.lower):
+            share = np.array([estimate_exceedance(known, at).estimate.value for at in grid])
             unsure += share * (1 - share)
     if not unsure.any():
         return moved

@@ -25,15 +25,13 @@ from damagepred.report.inputs import HEADS, given_of, input_section
 from damagepred.report.limits import study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, drawing
 from damagepred.report.quality import common_movement, monte_carlo, study_quality
-from damagepred.report.summary import answers, influences, own_movements, study_summary
+from damagepred.report.summary import answers, asked_movement, influences, study_summary
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.tables import curve_columns, worst_category_columns
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.options import DEFAULT
-from damagepred.uq.intensity import attributes, movement_measure
-from damagepred.uq.movement_distribution import as_distribution
 from damagepred.year_tables import year_columns
 
 if TYPE_CHECKING:
@@ -92,12 +90,10 @@ def study_page(
     inferred = [] if posterior is None else [back_analysis_section(posterior, folder.path)]
     if not np.isin(ds["status"].values, SOLVED).any():
         raise InputError(f"{folder.path}: the study has no finished sample yet; run `damagepred study` first.")
-    question, found = answers(ds, settings, at, confidence)
-    on_own = at is None and own_movements(ds, settings)
-    asked = None
-    if at is not None:
-        asked = float(np.median(as_distribution(at, str(attributes(ds, movement_measure(ds))["units"])).points))
-    influence, influences_section = influences(ds, found, confidence, on_own)
+    wanted = asked_movement(ds, at)
+    question, found = answers(ds, wanted, confidence)
+    asked = None if at is None or wanted.own else float(np.median(wanted.points))
+    influence, influences_section = influences(ds, found, confidence, wanted.own)
     curves = _fitted(ds, None, confidence, bootstrap)
     moved = common_movement(ds)
     paths = ds["damage_category"].ndim == 2

@@ -8,8 +8,6 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.schema import category_label
-from damagepred.arrays import BoolArray
-from damagepred.enumerations import SOLVED
 from damagepred.errors import InputError
 from damagepred.formatting import chance, length, named, number, ratio
 from damagepred.report.inputs import place_in_words
@@ -17,14 +15,11 @@ from damagepred.report.parts import Part, Section, Table, Text
 from damagepred.report.quality import categories
 from damagepred.scene.site import site_class
 from damagepred.study.analyses.variance_shares import study_sensitivity
-from damagepred.study.settings import StudySettings
 from damagepred.tables import sensitivity_columns
-from damagepred.uq.capacity import sample_weights
-from damagepred.uq.estimate import Estimate, probability
-from damagepred.uq.exceedance import exceedance
+from damagepred.uq.estimate import Estimate
+from damagepred.uq.exceedance import exceedance, has_own_ground, own_movements, wanted_movement
 from damagepred.uq.fragility import movement_measure
-from damagepred.uq.intensity import attributes
-from damagepred.uq.movement_distribution import MOUND, MovementDistribution, as_distribution
+from damagepred.uq.movement_distribution import MOUND, SITE, MovementDistribution
 
 MOVEMENTS = ("movement.central_deflection", "mound.surface_movement")
 """Inputs that say how far a wall is followed: the movement at which it is damaged does not depend on them."""
@@ -57,11 +52,16 @@ def wall_summary(ds: xr.Dataset) -> list[str]:
     return said
 
 
+def asked_movement(ds: xr.Dataset, at: float | str | MovementDistribution | None) -> MovementDistribution:
+    """Movement that a report answers for; by default each wall's own, or the largest where all have the same."""
+    measure = movement_measure(ds)
+    if at is None:
+        at = SITE if has_own_ground(ds, measure) else float(own_movements(ds, measure).max(initial=0.0))
+    return wanted_movement(ds, at, measure)
+
+
 def answers(
-    ds: xr.Dataset,
-    settings: StudySettings,
-    at: float | str | MovementDistribution | None = None,
-    confidence: float = 0.9,
+    ds: xr.Dataset, at: float | str | MovementDistribution | None = None, confidence: float = 0.9
 ) -> tuple[str, dict[int, Estimate]]:
     """Return for which movement a study answers, in words, and the probability of each category or worse.
 
@@ -69,25 +69,19 @@ def answers(
     ----------
     ds : xarray.Dataset
         A study.
-    settings : StudySettings
-        What was asked.
     at : float, str or MovementDistribution, optional
-        Movement (m), site class or distribution of the movement; by default the largest movement of the study, and
+        Movement (m), site class, distribution or "site"; by default the largest movement of the study, and
         the end of each wall's own movement where that differs from wall to wall.
     confidence : float
         Of the intervals.
     """
     measure = movement_measure(ds)
-    if at is None and not own_movements(ds, settings):
-        at = float(np.nanmax(ds[measure].values))
-    if at is None:
-        ends = np.nanmax(ds[measure].values.reshape(ds.sizes["sample"], -1)[_solved(ds)], axis=1)
-        of = f"a {named(measure)} of {length(float(ends.min()))} to {length(float(ends.max()))}"
-        return f"At the end of each wall's own movement, {of}:", {
-            category: _at_the_end(ds, category, confidence) for category, _ in categories(ds)
-        }
-    wanted = as_distribution(at, str(attributes(ds, measure)["units"]))
+    wanted = asked_movement(ds, at)
     found = {c: exceedance(ds, c, wanted, confidence=confidence).estimate for c, _ in categories(ds)}
+    if wanted.own:
+        ends = own_movements(ds, measure)
+        of = f"a {named(measure)} of {length(float(ends.min()))} to {length(float(ends.max()))}"
+        return f"At the end of each wall's own movement, {of}:", found
     return _movement_in_words(wanted, measure), found
 
 
@@ -132,26 +126,6 @@ def _in_words(found: Estimate) -> str:
     else:
         of = f"about {share:.0f} wall{'s' if round(share) != 1 else ''} in 100"
     return f"probability {chance(found.value)} ({interval}), {of}"
-
-
-def _solved(ds: xr.Dataset) -> BoolArray:
-    return np.isin(ds["status"].values, SOLVED)
-
-
-def own_movements(ds: xr.Dataset, settings: StudySettings) -> bool:
-    """Whether walls end at movements of their own."""
-    return (
-        bool(set(MOVEMENTS) & set(settings.variables))
-        or ds["damage_category"].ndim == 1
-        or settings.scene.movement.shape == "jacks"
-    )
-
-
-def _at_the_end(ds: xr.Dataset, category: int, confidence: float) -> Estimate:
-    good = _solved(ds)
-    worst = ds["damage_category"].values[good].reshape(int(good.sum()), -1).max(axis=1)
-    weight = sample_weights(ds)[good] if "weight" in ds else None
-    return probability((worst >= category).astype(np.float64), weight=weight, confidence=confidence)
 
 
 def influences(

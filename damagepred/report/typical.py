@@ -40,6 +40,7 @@ def typical_and_worst(ds: xr.Dataset, at: float | None = None) -> Chosen | None:
     """
     measure = movement_measure(ds)
     found = {c: category_capacities(ds, c) for c in range(1, int(ds.attrs["highest_category"]) + 1)}
+    found = {c: known.part(~known.failing) for c, known in found.items()}
     some = [c for c, known in found.items() if np.isfinite(known.upper).any()]
     sample, weight = found[1].sample, found[1].weight
     if not len(sample):

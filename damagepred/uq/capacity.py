@@ -168,7 +168,7 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
 
 @checked
 def read_capacities(
-    ds: xr.Dataset, categories: Sequence[int], intensity: str, *, walls_at_once: int = 50_000
+    ds: xr.Dataset, categories: Sequence[int], intensity: str, *, walls_at_once: int = 50_000, between: bool = True
 ) -> StudyCapacities:
     """Read each wall's capacity for several categories from a study; see the module for its definition.
 
@@ -185,13 +185,15 @@ def read_capacities(
         Name of the movement's measure.
     walls_at_once : int
         Walls read at a time: a million need no other arrays of their own size than the capacities.
+    between : bool
+        Whether states on the way count, not the end of each path alone.
 
     Raises
     ------
     InputError
         If the states along the paths are not usable, see ``check_states``.
     """
-    if ds["damage_category"].ndim > 1:
+    if ds["damage_category"].ndim > 1 and between:
         check_states(ds, intensity)
     status = np.asarray(ds["status"].values)
     known = np.isin(status, (*SOLVED, SampleStatus.FAILED))
@@ -208,6 +210,10 @@ def read_capacities(
             continue
         some = by_sample.isel(sample=slice(first, first + walls_at_once))
         reached = np.asarray(some["damage_category"].values)[here]
+        if not single and "crack_width_max" in some:
+            # a path that ended at the last category of interest says nothing of worse ones
+            stopped = (status[first : first + walls_at_once][here] == SampleStatus.COMPLETE)[:, None]
+            reached = np.where(stopped & np.isnan(some["crack_width_max"].values[here]), -1, reached)
         movement = intensity_values(some, intensity)[here]
         if single:
             reached, movement = reached[:, None], movement[:, None]

@@ -3,8 +3,11 @@
 Studies with the same seed and the same uncertain quantities run the same samples. Their differences are then paired:
 what two walls have in common, such as weak mortar, cancels (common random numbers: Glasserman and Yao 1992).
 
-- Between replicates of Sobol points, the interval of a difference is that of the mean of paired differences, by
-  Student's distribution.
+Each probability is the one of ``damagepred.exceedance``, and a difference is the difference of two of them. Its error
+follows from the pairs of pseudo-values, which stand for walls that were not followed as far, too.
+
+- Between replicates of Sobol points, the interval of a difference is by Student's distribution, from the replicates'
+  differences.
 - Otherwise it is made from Wilson's intervals of the two probabilities and the correlation of the pairs: the method of
   variance estimates recovery (Newcombe 1998, method 10; Donner and Zou 2012).
 - Studies of different samples are compared by the same formula with correlation 0, and the result says so.
@@ -12,24 +15,29 @@ what two walls have in common, such as weak mortar, cancels (common random numbe
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from damagepred.arrays import FloatArray
+from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
-from damagepred.uq.capacity import (
-    category_number,
-    censored_before,
-    highest_category,
-    probability_reached,
+from damagepred.uq.capacity import category_number, censored_before, highest_category
+from damagepred.uq.estimate import Estimate, student_factor
+from damagepred.uq.exceedance import (
+    CategoryCapacities,
+    category_capacities,
+    estimate_exceedance,
+    own_movements,
+    pseudo_values,
+    require_followed,
+    wanted_movement,
 )
-from damagepred.uq.estimate import Estimate, mean, probability
-from damagepred.uq.exceedance import CategoryCapacities, category_capacities
 from damagepred.uq.intensity import attributes, chosen_intensity
-from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
+from damagepred.uq.movement_distribution import SITE, MovementDistribution
 
 COUNTED = ("probability", "difference")
 
@@ -52,8 +60,8 @@ def compare(
     categories : sequence of int or str, optional
         Categories that count as reached from themselves upwards; all by default.
     at : sequence of float, str or MovementDistribution, optional
-        Movements (m, or the unit of the measure), site classes or distributions of the movement; the movements of the
-        reference's increments by default.
+        Movements (m, or the unit of the measure), site classes, distributions of the movement, or "site", each wall's
+        own ground; the movements of the reference's increments by default.
     confidence : float
         Of the intervals.
     intensity : str, optional
@@ -69,7 +77,8 @@ def compare(
     Raises
     ------
     InputError
-        If there are fewer than two studies, or they differ in the measure of the movement or in the damage table.
+        If there are fewer than two studies, they differ in the measure of the movement or in the damage table, or know
+        walls at their own movements alone and another one is asked for.
 
     Examples
     --------
@@ -95,24 +104,28 @@ def compare(
             )
     given = range(1, highest[names[0]] + 1) if categories is None else categories
     chosen = [category_number(reference, c) for c in given]
-    unit = attributes(reference, measure)["units"]
-    asked = [as_distribution(a, unit) for a in (_increments(reference, measure).tolist() if at is None else at)]
-    for one in asked:
-        one.require_measure(measure)
+    single = any(ds["damage_category"].ndim == 1 for ds in studies.values())
+    movements = (["site"] if single else _increments(reference, measure).tolist()) if at is None else at
+    asked = [wanted_movement(reference, one, measure) for one in movements]
+    if single and not all(one.own for one in asked):
+        raise InputError('compare: a study knows each wall at its own movement alone; compare them at = "site".')
     shape = (len(names), len(chosen), len(asked))
     values = {f"{kind}{end}": np.full(shape, np.nan) for kind in COUNTED for end in ("", "_lower", "_upper")}
     unknown, paired = np.zeros(shape, dtype=np.int64), np.zeros(len(names), dtype=np.int64)
     same = [_same_samples(reference, ds) for ds in studies.values()]
-    for k, category in enumerate(chosen):
-        known = [category_capacities(ds, category, measure, keep_failed=True) for ds in studies.values()]
-        for s, own in enumerate(known):
-            left, right, paired[s] = _pairs(known[0], own) if same[s] else (known[0], own, 0)
-            for m, movement in enumerate(asked):
-                found, difference, unknown[s, k, m] = _compared(left, right, movement, confidence, same[s])
-                for kind, estimate in zip(COUNTED, (found, difference)):
-                    values[kind][s, k, m] = estimate.value
-                    values[f"{kind}_lower"][s, k, m] = estimate.lower
-                    values[f"{kind}_upper"][s, k, m] = estimate.upper
+    for (k, category), own in itertools.product(enumerate(chosen), {one.own for one in asked}):
+        known = [category_capacities(ds, category, measure, SITE if own else None) for ds in studies.values()]
+        for m, movement in enumerate(asked):
+            if movement.own != own:
+                continue
+            answers = [_Answer.of(one, require_followed(one, movement), confidence) for one in known]
+            for s, answer in enumerate(answers):
+                unknown[s, k, m] = int(censored_before(known[s].lower, known[s].upper, movement.largest).sum())
+                difference = _difference(answers[0], answer, confidence, same[s])
+                for kind, estimate in zip(COUNTED, (answer.estimate, difference)):
+                    for end, number in zip(("", "_lower", "_upper"), (estimate.value, estimate.lower, estimate.upper)):
+                        values[f"{kind}{end}"][s, k, m] = number
+        paired[:] = [len(np.intersect1d(known[0].sample, one.sample)) if s else 0 for one, s in zip(known, same)]
     for end in ("", "_lower", "_upper"):
         values[f"difference{end}"][0] = 0.0
     dims = ("study", "category", "movement")
@@ -131,7 +144,7 @@ def compare(
             "category": ("category", chosen, _category_names(reference)),
             "movement": (
                 "movement",
-                [float(np.mean(one.points)) for one in asked],
+                [float(np.mean(own_movements(reference, measure) if one.own else one.points)) for one in asked],
                 attributes(reference, measure) | {"measure": measure},
             ),
             "movement_name": ("movement", [one.name for one in asked]),
@@ -220,7 +233,7 @@ def _increments(ds: xr.Dataset, measure: str) -> FloatArray:
 
 
 def _same_samples(reference: xr.Dataset, ds: xr.Dataset) -> bool:
-    """Return whether two studies run the same samples: same seed, and same values of what both sample."""
+    """Whether two studies run the same samples: same seed, and same values of the inputs of both."""
     if any(str(reference.attrs.get(key)) != str(ds.attrs.get(key)) for key in ("seed", "sampler", "replicates")):
         return False
     count = min(reference.sizes["sample"], ds.sizes["sample"])
@@ -232,64 +245,58 @@ def _same_samples(reference: xr.Dataset, ds: xr.Dataset) -> bool:
     )
 
 
-def _pairs(left: CategoryCapacities, right: CategoryCapacities) -> tuple[CategoryCapacities, CategoryCapacities, int]:
-    """Return what both studies know of the samples that both have run, in one order."""
-    common, first, second = np.intersect1d(left.sample, right.sample, return_indices=True)
-    return left.part(first), right.part(second), len(common)
+class _Answer(NamedTuple):
+    """Probability of one study, and each sample's contribution to its error."""
+
+    estimate: Estimate
+    sample: IntArray
+    contribution: FloatArray
+    replicate: IntArray | None
+    precision: float
+
+    @classmethod
+    def of(cls, known: CategoryCapacities, at: MovementDistribution, confidence: float) -> _Answer:
+        """Estimate the probability; the contributions add up to 0, and their squares to the error's square."""
+        found, values = estimate_exceedance(known, at, confidence).estimate, pseudo_values(known, at)
+        each = values.hit if known.weight is None else values.hit * known.weight
+        contribution = (each - each.mean()) / len(each) if len(each) else each
+        return cls(found, known.sample, contribution, known.replicate, values.precision)
 
 
-def _compared(
-    left: CategoryCapacities, right: CategoryCapacities, at: MovementDistribution, confidence: float, paired: bool
-) -> tuple[Estimate, Estimate, int]:
-    """Return the second study's probability, its difference to the first, and how many samples are unknown."""
-    gone = [censored_before(one.lower, one.upper, at.largest) for one in (left, right)]
-    missing = int(gone[1].sum())
-    if paired:
-        gone = [gone[0] | gone[1]] * 2
-    parts = [one.part(~away) for one, away in zip((left, right), gone)]
-    hits = [np.mean([probability_reached(one.lower, one.upper, a) for a in at.points], axis=0) for one in parts]
-    estimates = [
-        probability(hit, weight=one.weight, replicate=one.replicate, confidence=confidence)
-        for hit, one in zip(hits, parts)
-    ]
-    return estimates[1], _difference(hits, parts, estimates, confidence, paired), missing
-
-
-def _difference(
-    hits: list[FloatArray],
-    parts: list[CategoryCapacities],
-    estimates: list[Estimate],
-    confidence: float,
-    paired: bool,
-) -> Estimate:
-    """Return the difference of two probabilities with its interval."""
-    before, after = estimates
-    weights = [np.ones(len(hit)) if one.weight is None else one.weight for hit, one in zip(hits, parts)]
-    paired = paired and np.array_equal(weights[0], weights[1])
-    if paired and parts[0].replicate is not None and len(hits[0]):
-        found = mean(hits[1] - hits[0], weight=parts[0].weight, replicate=parts[0].replicate, confidence=confidence)
-        if found.error > 0:
-            return found._replace(lower=max(found.lower, -1.0), upper=min(found.upper, 1.0))
-    correlation = _correlation(hits[0] * weights[0], hits[1] * weights[1]) if paired else 0.0
-    value = after.value - before.value
+def _difference(before: _Answer, after: _Answer, confidence: float, paired: bool) -> Estimate:
+    """Difference of two probabilities with its interval."""
+    first, second = before.estimate, after.estimate
+    value = second.value - first.value
+    samples = np.union1d(before.sample, after.sample)
+    parts, labels = np.zeros((2, len(samples))), np.zeros(len(samples), dtype=np.int64)
+    replicated = paired and np.isfinite(value)
+    for part, answer in zip(parts, (before, after)):
+        place = np.searchsorted(samples, answer.sample)
+        part[place] = answer.contribution
+        if answer.replicate is None:
+            replicated = False
+        else:
+            labels[place] = answer.replicate
+    if replicated:
+        sums = np.bincount(labels, parts[1] - parts[0])[np.unique(labels)]
+        scatter = float((sums**2).sum()) * len(sums) / (len(sums) - 1)
+        error = float(np.sqrt(scatter / min(before.precision, after.precision)))
+        if error > 0:
+            half = student_factor(confidence, len(sums) - 1) * error
+            return first._replace(value=value, error=error, lower=max(value - half, -1.0), upper=min(value + half, 1.0))
+    size = float(np.prod(np.sqrt((parts**2).sum(axis=1))))
+    correlation = float(parts[0] @ parts[1]) / size if paired and size > 0 else 0.0
     # limits of the difference, each from the limits of the two probabilities towards it
-    lower = _recovered(after.value - after.lower, before.upper - before.value, correlation)
-    upper = _recovered(after.upper - after.value, before.value - before.lower, correlation)
-    return before._replace(
+    lower = _recovered(second.value - second.lower, first.upper - first.value, correlation)
+    upper = _recovered(second.upper - second.value, first.value - first.lower, correlation)
+    return first._replace(
         value=value,
-        error=float(np.sqrt(max(before.error**2 + after.error**2 - 2 * correlation * before.error * after.error, 0.0))),
+        error=_recovered(first.error, second.error, correlation),
         lower=max(value - lower, -1.0),
         upper=min(value + upper, 1.0),
     )
 
 
 def _recovered(first: float, second: float, correlation: float) -> float:
-    """Return the distance of a limit of a difference from the distances of the limits of both its terms."""
+    """Distance of a limit of a difference from the distances of the limits of both its terms."""
     return float(np.sqrt(max(first**2 + second**2 - 2 * correlation * first * second, 0.0)))
-
-
-def _correlation(first: FloatArray, second: FloatArray) -> float:
-    """Return the correlation of pairs; 0 where one of them does not vary."""
-    if len(first) < 2 or np.ptp(first) == 0 or np.ptp(second) == 0:
-        return 0.0
-    return float(np.corrcoef(first, second)[0, 1])

@@ -134,6 +134,8 @@ def probability(
     weight: FloatArray | None = None,
     replicate: IntArray | None = None,
     confidence: float = 0.9,
+    precision: float = 1.0,
+    share: float = 1.0,
 ) -> Estimate:
     """Estimate a probability.
 
@@ -142,13 +144,16 @@ def probability(
     Parameters
     ----------
     hit : array (samples,)
-        Whether, or with which probability, it happened.
+        Whether, or with which probability, it happened; or pseudo-values.
     weight : array (samples,), optional
         Of importance sampling: the estimate is the mean of weight times hit, which is unbiased.
     replicate : array of int (samples,), optional
         Which independent scramble each sample belongs to.
     confidence : float
         Of the interval.
+    precision, share : float
+        Effective number of samples over the one of the scatter, and over their number where all agree: less than 1
+        where the outcome of some is unknown (see ``damagepred.uq.exceedance``).
     """
     hit = np.asarray(hit, dtype=np.float64)
     count = len(hit)
@@ -159,17 +164,16 @@ def probability(
     value, error, freedom = _mean_and_error(heavy * hit, replicate)
     if not (0 < value < 1) or error == 0:
         # all samples agree: their variance gives no error
-        share = min(max(value, 0.0), 1.0)
-        lower, upper = wilson(share, min(kish, count), normal_factor(confidence))
+        lower, upper = wilson(min(max(value, 0.0), 1.0), share * min(kish, count), normal_factor(confidence))
         return Estimate(value, error, min(lower, value), max(upper, value), confidence, count, kish)
     if weight is not None:
         # the degrees of freedom of a weighted estimate are those of the effective number of hits
-        freedom = min(freedom, effective_samples(heavy[hit > 0]) - 1)
+        freedom = min(freedom, effective_samples(heavy * np.clip(hit, 0.0, 1.0)) - 1)
     # of whole samples no error is smaller than what half of one makes
     spread = max(error, 0.5 / count) if weight is None else error
     factor = normal_factor(confidence) if weight is None and replicate is None else student_factor(confidence, freedom)
     alike = value * (1 - value) / spread**2 + (weight is None and replicate is None)
-    lower, upper = wilson(value, alike, factor)
+    lower, upper = wilson(value, precision * alike, factor)
     return Estimate(value, error, lower, upper, confidence, count, kish)
 
 

@@ -1,19 +1,29 @@
-"""The probability that a category is reached at a movement, and a category's median movement, from a study's walls."""
+"""The probability that a category is reached by a movement, and a category's median movement, from a study's walls.
+
+One estimate serves every command: redistribution to the right (Efron 1967; without intervals it is that of Kaplan and
+Meier). A wall that was not followed as far as the movement, or failed before it, takes the share of those followed
+further. That is right if walls are not followed less far because they are weak or strong.
+
+The estimate is the mean of pseudo-values, one per wall (Andersen, Klein and Rosthoej 2003), here from the derivative by
+the wall's weight: a wall of known state has its own hit, 0 or 1. Errors, scrambles of Sobol points and paired
+differences follow from them as from hits.
+"""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
-from damagepred.enumerations import SOLVED, SampleStatus
+from damagepred.enumerations import SOLVED
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.capacity import (
+    ROUNDING,
     category_number,
     censored_before,
     probability_reached,
@@ -24,40 +34,48 @@ from damagepred.uq.estimate import (
     ENOUGH_REPLICATES,
     Estimate,
     effective_samples,
+    normal_factor,
     probability,
     student_factor,
 )
-from damagepred.uq.fragility import capacities, fit_lognormal, movement_measure, normalised_weights
-from damagepred.uq.fragility.bands import posterior_band, resampled_band
+from damagepred.uq.fragility import fit_fragility, fit_lognormal, normalised_weights
+from damagepred.uq.fragility.describe import probability_at
 from damagepred.uq.fragility.estimators import estimators
-from damagepred.uq.fragility.fit import FITTED, Fit
+from damagepred.uq.fragility.fit import WITH_CURVE
 from damagepred.uq.fragility.grouped_data import group_intervals
-from damagepred.uq.fragility.models import fit_grouped
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
 from damagepred.uq.fragility.resampling import resample
-from damagepred.uq.intensity import attributes, chosen_intensity
+from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
 from damagepred.uq.random_streams import Stream, generator
 
+PRIOR = 0.5
+"""Walls added on either side for the precision of censored walls: one that reached the category just at the movement,
+one that did not (Jeffreys' prior of a share)."""
+
+LEAST_MISSING = 1e-6
+"""Share of its own movement that a failed wall lacks at least."""
+
+DIGITS = 12
+"""Decimals of pseudo-values of censored walls: less is rounding."""
+
 
 class CategoryCapacities(NamedTuple):
-    """Capacities for one category, of walls that were run and did not fail.
+    """Capacities for one category, of walls that were run.
 
     Attributes
     ----------
     sample : array of int (walls,)
         Their numbers.
     lower, upper : array (walls,)
-        The movement at which the category was reached lies between; see ``damagepred.uq.fragility.Capacities``.
+        The movement at which the category was reached lies between; see ``damagepred.uq.capacity``.
     weight : array (walls,) or None
-        Of importance sampling.
+        Weight in importance sampling.
     replicate : array of int (walls,) or None
         Scramble of Sobol points each belongs to.
-    failed : int
-        Walls left out because they failed before they reached the category.
     failing : array of bool (walls,)
-        Those that failed before they reached the category, if they are among them.
+        Walls that failed before they reached the category.
     """
 
     sample: IntArray
@@ -65,18 +83,19 @@ class CategoryCapacities(NamedTuple):
     upper: FloatArray
     weight: FloatArray | None
     replicate: IntArray | None
-    failed: int
     failing: BoolArray
+
+    @property
+    def followed(self) -> float:
+        """Largest movement at which a wall is known."""
+        return float(np.where(np.isinf(self.upper), self.lower, self.upper).max(initial=0.0))
 
     def part(self, which: NDArray[Any] | slice) -> CategoryCapacities:
         """Return some of the walls."""
-        return self._replace(
-            sample=self.sample[which],
-            lower=self.lower[which],
-            upper=self.upper[which],
-            weight=None if self.weight is None else self.weight[which],
-            replicate=None if self.replicate is None else self.replicate[which],
-            failing=self.failing[which],
+        weight = None if self.weight is None else self.weight[which]
+        replicate = None if self.replicate is None else self.replicate[which]
+        return CategoryCapacities(
+            self.sample[which], self.lower[which], self.upper[which], weight, replicate, self.failing[which]
         )
 
 
@@ -86,15 +105,14 @@ class Exceedance(NamedTuple):
     Attributes
     ----------
     estimate : Estimate
-        From the walls with a known state at the movement, those that failed beyond it included. Its value is NaN where
-        no wall was followed as far.
+        Estimate by redistribution to the right; its value is NaN where no wall was followed as far. ``samples`` are
+        walls that did not fail before the movement.
     failed : int
         Walls that failed before the movement, and had not reached the category.
     failed_undamaged, failed_damaged : float
-        Estimate if all of those had not reached it by this movement, and if all had, each with its weight.
+        Estimate if none of those had reached it by this movement, and if all had.
     not_followed : int
-        Walls that were not followed as far as this movement, and had not reached the category: unknown, see
-        ``estimate_exceedance``.
+        Walls that were not followed as far as this movement, and had not reached the category.
     """
 
     estimate: Estimate
@@ -105,44 +123,164 @@ class Exceedance(NamedTuple):
 
 
 def category_capacities(
-    ds: xr.Dataset, category: int, intensity: str | None = None, keep_failed: bool = False
+    ds: xr.Dataset, category: int, intensity: str | None = None, at: MovementDistribution | None = None
 ) -> CategoryCapacities:
-    """Read the capacities of a study for one category.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        As ``open_study`` returns it.
-    category : int
-        Category that counts as reached from here upwards.
-    intensity : str, optional
-        Measure of the movement; by default the study's own.
-    keep_failed : bool
-        Whether failed walls are among them, known to be undamaged as far as they were followed.
-
-    Raises
-    ------
-    InputError
-        If the study has no such category or measure.
-    """
-    name = movement_measure(ds) if intensity is None else chosen_intensity(ds, intensity)
+    """Capacities of a study's walls for one category; for the site as shares of each wall's own movement."""
+    name = chosen_intensity(ds, intensity)
     require_categories(ds, [category])
     if "damage_category" not in ds:
         nothing = np.empty(0)
-        return CategoryCapacities(np.empty(0, dtype=np.int64), nothing, nothing, None, None, 0, np.empty(0, dtype=bool))
-    known = np.flatnonzero(np.isin(ds["status"].values, (*SOLVED, SampleStatus.FAILED)))
-    found = capacities(ds, category, name)
-    good = ~found.failed | keep_failed
+        return CategoryCapacities(np.empty(0, dtype=np.int64), nothing, nothing, None, None, np.empty(0, dtype=bool))
+    own = at is not None and at.own
+    walls = read_capacities(ds, [category], name, between=not own)
+    lower, upper, failing = (field[0] for field in walls.capacities[:3])
+    if own:
+        moved, end = walls.capacities.end > 0, np.where(walls.capacities.end > 0, walls.capacities.end, 1.0)
+        upper = np.where(moved | np.isinf(upper), upper / end, 0.0)
+        lower = np.minimum(np.where(failing, np.minimum(lower / end, 1.0 - LEAST_MISSING), lower / end + ~moved), upper)
     replicates = int(ds.attrs.get("replicates", 1))
     return CategoryCapacities(
-        known[good],
-        found.lower[good],
-        found.upper[good],
-        np.asarray(ds["weight"].values[known[good]], dtype=np.float64) if "weight" in ds else None,
-        known[good] % replicates if replicates >= ENOUGH_REPLICATES else None,
-        int(found.failed.sum()),
-        found.failed[good],
+        walls.sample,
+        lower,
+        upper,
+        walls.weight if "weight" in ds else None,
+        walls.sample % replicates if replicates >= ENOUGH_REPLICATES else None,
+        failing,
     )
+
+
+def wanted_movement(ds: xr.Dataset, at: float | str | MovementDistribution, measure: str) -> MovementDistribution:
+    """Movement that a study is asked for; refused if its measure differs, or walls have no ground of their own."""
+    shown = shown_measure(measure, str(attributes(ds, measure)["units"]))
+    wanted = as_distribution(at, str(attributes(ds, measure)["units"]))
+    wanted.require_measure(measure)
+    if wanted.own and "damage_category" in ds:
+        if not has_own_ground(ds, measure) and (ends := own_movements(ds, measure)).size:
+            same = f"{shown.factor * ends[0]:.6g} {shown.unit}"
+            raise InputError(
+                f"at = site: all walls of this study have the same {shown.words}, {same}, and no ground of their own; "
+                f'give a movement, such as "{same}".'
+            )
+    return wanted
+
+
+def has_own_ground(ds: xr.Dataset, measure: str) -> bool:
+    """Whether solved walls end at movements of their own."""
+    ends = own_movements(ds, measure)
+    return bool(ends.size and np.ptp(ends) > ROUNDING * ends.max())
+
+
+def own_movements(ds: xr.Dataset, measure: str) -> FloatArray:
+    """Largest movement of each solved wall, array (walls,)."""
+    solved = np.isin(ds["status"].values, SOLVED)
+    ends = intensity_values(ds, measure).reshape(ds.sizes["sample"], -1)[solved]
+    return np.where(np.isfinite(ends), ends, 0.0).max(axis=1, initial=0.0)
+
+
+class PseudoValues(NamedTuple):
+    """Pseudo-values of a probability, and the precision of the interval that their scatter gives.
+
+    Attributes
+    ----------
+    hit : array (walls,)
+        Pseudo-values; their mean, weighted, is the probability. NaN where it is unknown.
+    precision : float
+        Effective number of walls over the one of Greenwood's variance, at most 1: early hits of many walls say less
+        of a movement to which few were followed.
+    share : float
+        Effective number over the number of walls, for the interval where no wall or every wall reached the category.
+    """
+
+    hit: FloatArray
+    precision: float = 1.0
+    share: float = 1.0
+
+
+class _Redistribution:
+    """Redistribution to the right: walls at risk at the movements where others were last followed."""
+
+    def __init__(self, lower: FloatArray, upper: FloatArray, weight: FloatArray, largest: float) -> None:
+        self.lower, self.upper, self.weight = lower, upper, weight
+        self.short = censored_before(lower, upper, largest)
+        self.ends, which = np.unique(lower[self.short], return_inverse=True)
+        self.leaving = np.bincount(which, weight[self.short], len(self.ends))
+        self.end = np.where(np.isinf(upper), lower, upper)
+        self.length = np.where(self.end > lower, self.end - lower, np.inf)
+        self.first = np.searchsorted(self.ends, lower, side="right")
+        self.last = np.maximum(np.searchsorted(self.ends, self.end), self.first)
+        self.at_risk = self._undamaged_weight()
+
+    def _undamaged_weight(self) -> FloatArray:
+        """Weight of the walls still undamaged at each end, array (ends,); capacities are even in their intervals."""
+        slope, exact = self.weight / self.length, self.upper == self.lower  # known exactly: damaged there
+
+        def total(by: FloatArray, side: Literal["left", "right"], *values: FloatArray) -> list[FloatArray]:
+            order = np.argsort(by, kind="stable")
+            upto = np.searchsorted(by[order], self.ends, side=side)
+            return [np.append(0.0, np.cumsum(value[order]))[upto] for value in values]
+
+        passed, begun, rise = total(
+            np.where(exact, np.nextafter(self.lower, -np.inf), self.lower), "left", self.weight, slope, slope * self.end
+        )
+        over, fall = total(self.end, "right", slope, slope * self.end)
+        return self.weight.sum() - passed + np.maximum(rise - fall - self.ends * (begun - over), 0.0)
+
+    def pseudo_values(self, at: float, prior: float = 0.0) -> tuple[FloatArray, float, FloatArray]:
+        """Pseudo-values at a movement, the probability, and the pseudo-values of two more walls of ``prior``."""
+        count = int(np.searchsorted(self.ends, at * (1 - ROUNDING)))
+        before = self.at_risk[:count] + 2.0 * prior
+        after = before - self.leaving[:count]
+        if (after <= ROUNDING * self.weight.sum()).any():
+            return np.full(len(self.lower), np.nan), np.nan, np.full(2, np.nan)
+        step = 1.0 / before - 1.0 / after
+        risk, moment = (np.append(0.0, np.cumsum(value)) for value in (step, self.ends[:count] * step))
+        first, last = np.minimum(self.first, count), np.minimum(self.last, count)
+        known = risk[first] + (self.end * (risk[last] - risk[first]) - moment[last] + moment[first]) / self.length
+        short = self.short & (self.first <= count)
+        known[short] += 1.0 / after[first[short] - 1]
+        undamaged = np.where(short, 0.0, 1.0 - probability_reached(self.lower, self.upper, at))
+        total, raised = self.weight.sum() + 2.0 * prior, float(np.prod(before / after))
+        survival = raised * (self.weight @ undamaged + prior) / total
+        hit = 1.0 - raised * undamaged - total * survival * known
+        added = 1.0 - raised * np.array([0.0, 1.0]) - total * survival * risk[-1]
+        return (np.round(hit, DIGITS) if count else hit), 1.0 - survival, added
+
+    def precision(self, at: float) -> tuple[float, float, float]:
+        """Precision and share of ``PseudoValues`` at a movement, and the variance with the walls of ``PRIOR``."""
+        total = self.weight.sum()
+        hit, chance, _ = self.pseudo_values(at)
+        greenwood = float(self.weight @ (hit - chance) ** 2) / total**2
+        regular, likely, added = self.pseudo_values(at, PRIOR)
+        squares = self.weight @ (regular - likely) ** 2 + PRIOR * ((added - likely) ** 2).sum()
+        variance = float(squares) / (total + 2.0 * PRIOR) ** 2
+        effective = likely * (1.0 - likely) / variance - 2.0 * PRIOR
+        plain = chance * (1.0 - chance) / greenwood if ROUNDING < chance < 1.0 - ROUNDING else total
+        return min(effective / plain, 1.0), min(effective / total, 1.0), variance
+
+
+def pseudo_values(known: CategoryCapacities, at: MovementDistribution) -> PseudoValues:
+    """Pseudo-values of the probability of having reached the category; of several movements, their mean."""
+    weight = np.ones(len(known.lower)) if known.weight is None else known.weight
+    if not weight.any():
+        return PseudoValues(np.zeros(len(weight)))
+    weight = weight * (effective_samples(weight) / weight.sum())
+    walls = _Redistribution(known.lower, known.upper, weight, at.largest)
+    hit = np.mean([walls.pseudo_values(movement)[0] for movement in at.points], axis=0)
+    if not len(walls.ends) or np.isnan(hit).any():
+        return PseudoValues(hit)
+    precision, share, variance = np.array([walls.precision(movement) for movement in at.points]).T
+    return PseudoValues(hit, *(float(np.average(value, weights=variance)) for value in (precision, share)))
+
+
+def known_hits(known: CategoryCapacities, at: MovementDistribution, unknown: float) -> FloatArray:
+    """Probability of each wall to have reached the category; ``unknown``, 0 or 1, for the bound beyond its path."""
+    each = [
+        np.where(
+            censored_before(known.lower, known.upper, m), unknown, probability_reached(known.lower, known.upper, m)
+        )
+        for m in at.points
+    ]
+    return np.asarray(np.mean(each, axis=0))
 
 
 @one_blas_thread()
@@ -161,7 +299,7 @@ def exceedance(
     for the share of that step below the movement.
 
     Where a study keeps the end of each wall's own movement alone, no two walls are known at the same one: then the
-    probability is that of the lognormal curve fitted to all walls, with its band.
+    probability at a movement is that of the lognormal curve fitted to all walls, with its band.
 
     Parameters
     ----------
@@ -170,8 +308,8 @@ def exceedance(
     category : int or str
         Number or name of the category.
     at : float, str or MovementDistribution
-        Movement (m, or 1 for a deflection ratio), a site class such as "H1", or a distribution of the movement; see
-        ``damagepred.uq.movement_distribution``.
+        Movement (m, or 1 for a deflection ratio), a site class such as "H1", a distribution of the movement, or "site":
+        each wall's own ground, to the end of its own movement; see ``damagepred.uq.movement_distribution``.
     confidence : float
         Of the interval.
     intensity : str, optional
@@ -183,7 +321,8 @@ def exceedance(
     ------
     InputError
         If the movement is not positive, or the study has no such category or measure; if a part of a distribution lies
-        beyond the study's movement; of walls known at their own movements alone, if there is no curve.
+        beyond the study's movement; of walls known at their own movements alone, if there is no curve; for "site", if
+        all walls have the same movement.
 
     Examples
     --------
@@ -194,148 +333,104 @@ def exceedance(
     """
     category = category_number(ds, category)
     measure = chosen_intensity(ds, intensity)
-    wanted = as_distribution(at, str(attributes(ds, measure)["units"]))
-    wanted.require_measure(measure)
-    if "damage_category" in ds and ds["damage_category"].ndim == 1:
+    wanted = wanted_movement(ds, at, measure)
+    if "damage_category" in ds and ds["damage_category"].ndim == 1 and not wanted.own:
         if len(wanted.points) > 1:
             raise InputError(f"at = {wanted.name}: the study knows each wall at its own movement alone; ask for one.")
         return _from_curve(ds, category, wanted.largest, confidence, measure, options)
-    known = category_capacities(ds, category, measure, keep_failed=True)
-    if len(wanted.points) > 1:
-        followed = float(np.where(np.isinf(known.upper), known.lower, known.upper).max(initial=0.0))
-        if beyond := float(np.mean(np.asarray(wanted.points) > followed * (1 + 1e-9))):
-            raise InputError(
-                f"at = {wanted.name}: {beyond:.0%} of it lies beyond {followed:g}, the largest movement of the study's "
-                "walls; run the study with a larger movement."
-            )
-    return estimate_exceedance(known, wanted, confidence)
+    known = category_capacities(ds, category, measure, wanted)
+    return estimate_exceedance(known, require_followed(known, wanted), confidence)
+
+
+def require_followed(known: CategoryCapacities, wanted: MovementDistribution) -> MovementDistribution:
+    """The movement; refused if it is a distribution of which a part lies beyond the study's walls."""
+    open_ended = np.isinf(known.upper).any()
+    beyond = float(np.mean(np.asarray(wanted.points) > known.followed * (1 + ROUNDING))) * open_ended
+    if len(wanted.points) > 1 and beyond:
+        raise InputError(
+            f"at = {wanted.name}: {beyond:.0%} of it lies beyond {known.followed:g}, the largest movement of the "
+            "study's walls; run the study with a larger movement."
+        )
+    return wanted
 
 
 def estimate_exceedance(
     known: CategoryCapacities, at: float | MovementDistribution, confidence: float = 0.9
 ) -> Exceedance:
-    """Estimate the probability that walls have reached the category by a movement.
+    """Probability that walls have reached the category by a movement; of several movements, the mean.
 
-    Parameters
-    ----------
-    known : CategoryCapacities
-        What is known of them.
-    at : float or MovementDistribution
-        Movement (m, or 1 for a deflection ratio); of several, the mean of the probabilities.
-    confidence : float
-        Of the interval.
-
-    Notes
-    -----
-    A wall that was not followed as far counts for the share of those, among walls that were followed further than it,
-    which reached the category by then (redistribution to the right: Efron 1967, the Kaplan-Meier estimate). The
-    interval does without that: its lower end is that of none of them having reached it, its upper end that of all.
-    Where no wall was followed as far there is no such share, and the estimate is NaN.
+    The interval is Wilson's, with the effective number of walls of Greenwood's variance (Dorey and Korn 1987). Where no
+    wall was followed as far the estimate is NaN.
     """
-    movements = (at,) if isinstance(at, float | int) else at.points
-    lost = censored_before(known.lower, known.upper, movements[-1]) & known.failing
-    lower, upper = known.lower[~lost], known.upper[~lost]
-    weight = np.ones(len(lost)) if known.weight is None else known.weight
-    hits = [probability_reached(lower, upper, movement) for movement in movements]
-    shorts = [censored_before(lower, upper, movement) for movement in movements]
-    hit, short = np.mean(hits, axis=0), np.any(shorts, axis=0)
-    unknown_share = np.mean(shorts, axis=0)
-    expected = np.mean([_redistributed(h, lower, weight[~lost], s) for h, s in zip(hits, shorts)], axis=0)
-
-    def of(hits: FloatArray) -> Estimate:
-        found = probability(
-            hits,
-            weight=None if known.weight is None else weight[~lost],
-            replicate=None if known.replicate is None else known.replicate[~lost],
-            confidence=confidence,
+    at = as_distribution(at)
+    short = censored_before(known.lower, known.upper, at.largest)
+    lost = short & known.failing
+    estimate = estimate_of(known, pseudo_values(known, at), confidence)
+    if np.isnan(estimate.value) and len(lost):
+        followed = replace(at, points=tuple(np.minimum(at.points, known.followed)))
+        least = estimate_of(known, pseudo_values(known, followed), confidence).lower
+        estimate = estimate._replace(value=np.nan, error=np.nan, lower=least, upper=1.0)
+        weight = np.ones(len(lost)) if known.weight is None else known.weight
+        bounds = [min(float(np.mean(weight * known_hits(known, at, unknown))), 1.0) for unknown in (0.0, 1.0)]
+    elif lost.any():
+        ends = (
+            known._replace(lower=np.where(lost, at.largest, known.lower)),
+            known._replace(upper=np.where(lost, known.lower * (1 + 4 * ROUNDING), known.upper)),
         )
-        if known.weight is None or not lost.any() or not weight[~lost].any():
-            return found
-        # over all walls, the failed ones with the mean of the others: between the two bounds for any weights
-        scale = float(np.mean(~lost) * (1 + weight[lost].sum() / weight[~lost].sum()))
-        value, error, lower, upper = (scale * number for number in found[:4])
-        return found._replace(value=value, error=error, lower=min(lower, 1.0), upper=min(upper, 1.0))
-
-    estimate = of(expected)
-    none, every = (np.where(np.isnan(expected), known_share, expected) for known_share in (hit, hit + unknown_share))
-    if short.any():
-        ends = of(hit).lower, of(hit + unknown_share).upper
-        estimate = estimate._replace(lower=ends[0], upper=ends[1])
-    if np.isnan(expected).any():
-        estimate = estimate._replace(value=np.nan, error=np.nan, upper=1.0)
-    if not len(lost):
-        return Exceedance(estimate, 0, 0.0, 1.0, 0)
-    low = float((weight[~lost] * none).sum()) / len(lost)
-    high = float((weight[~lost] * every).sum() + weight[lost].sum()) / len(lost)
-    return Exceedance(estimate, int(lost.sum()), min(low, 1.0), min(high, 1.0), int(short.sum()))
+        bounds = [min(estimate_of(end, pseudo_values(end, at), confidence).value, 1.0) for end in ends]
+    else:
+        bounds = [estimate.value, estimate.value] if len(lost) else [0.0, 1.0]
+    estimate = estimate._replace(samples=int((~lost).sum()))
+    return Exceedance(estimate, int(lost.sum()), bounds[0], bounds[1], int((short & ~lost).sum()))
 
 
-def _redistributed(hit: FloatArray, lower: FloatArray, weight: FloatArray, short: BoolArray) -> FloatArray:
-    """Return hits in which a wall that was not followed takes the share of those followed further; NaN if none was."""
-    found = hit.copy()
-    order = np.argsort(-lower, kind="stable")
-    heavy, hits, done = 0.0, 0.0, 0
-    for last in np.unique(lower[short])[::-1]:
-        upto = int(np.searchsorted(-lower[order], -last, side="right"))
-        further = order[done:upto]
-        own = further[short[further] & (lower[further] == last)]
-        others = further[~(short[further] & (lower[further] == last))]
-        heavy, hits = heavy + weight[others].sum(), hits + float((weight[others] * found[others]).sum())
-        found[own] = hits / heavy if heavy > 0 else np.nan
-        if heavy > 0:
-            heavy, hits = heavy + weight[own].sum(), hits + float((weight[own] * found[own]).sum())
-        done = upto
-    return found
+def estimate_of(known: CategoryCapacities, values: PseudoValues, confidence: float) -> Estimate:
+    """Mean of pseudo-values with its interval."""
+    return probability(
+        values.hit,
+        weight=known.weight,
+        replicate=known.replicate,
+        confidence=confidence,
+        precision=values.precision,
+        share=values.share,
+    )
 
 
 def _from_curve(
     ds: xr.Dataset, category: int, at: float, confidence: float, intensity: str, options: FragilityOptions
 ) -> Exceedance:
-    """Return the probability at a movement from walls that are each known at their own, by their lognormal curve."""
-    require_categories(ds, [category])
-    found = read_capacities(ds, [category], intensity)
-    if at > found.largest * (1 + 1e-9):
+    """Probability at a movement from walls that are each known at their own, by their lognormal curve."""
+    curves = fit_fragility(
+        ds,
+        categories=[category],
+        intensity=intensity,
+        confidence=confidence,
+        bootstrap=options.curve_resamples,
+        options=options,
+    )
+    one, largest = curves.isel(category=0), float(curves["intensity"][-1])
+    if at > largest * (1 + ROUNDING):
         raise InputError(
-            f"at = {at:g}: no wall was moved as far ({found.largest:g} at most), and a study that keeps each "
-            "wall's own movement alone ([study] movement = 'sampled') tells nothing beyond."
+            f"at = {at:g}: no wall was moved as far ({largest:g} at most), and a study that keeps each wall's own "
+            "movement alone ([study] movement = 'sampled') tells nothing beyond."
         )
-    lower, upper, failed, end = found.capacities
-
-    def fitted(low: FloatArray, high: FloatArray) -> Fit:
-        return fit_grouped(group_intervals(low, high, found.weight), options=options)[0]
-
-    cells = group_intervals(lower, upper, found.weight)
-    fit = fit_grouped(cells, options=options)[0]
-    if fit.status != FITTED:
+    if str(one["fit_status"].values) not in WITH_CURVE:
         raise InputError(
             f"P(category >= {category}) at {at:g}: the study knows each wall at its own movement alone, and its walls "
-            f"give no curve to read the probability from: {fit.status}."
+            f"give no curve to read the probability from: {one['fit_status'].values}."
         )
-    (estimator,) = estimators(cells, options=options)
-    grid, random, count = np.array([at]), generator(0, Stream.BOOTSTRAP, category), effective_reached(estimator)
-    if count < options.posterior_below:
-        drawn = sample_posterior(estimator, random)
-        band = posterior_band(drawn, 0, grid, confidence)
-    else:
-        again = resample(estimator, options.curve_resamples, random)
-        drawn, band = again.replicates, resampled_band("bca", again, 0, grid, confidence, count)
-    spread = float(np.std(special.ndtr(drawn[:, 0] * np.log(at) - drawn[:, 1]), ddof=1))
-    good = ~failed[0]
-    value = float(fit.probability(grid)[0])
-    estimate = Estimate(
-        value,
-        spread,
-        float(band.probability[0][0]),
-        float(band.probability[1][0]),
-        confidence,
-        int(good.sum()),
-        effective_samples(found.weight[good]),
-    )
+    value, lower, upper = probability_at(curves, category, at)
+    known, failed = category_capacities(ds, category, intensity), int(one["failed"])
+    weight = np.ones(len(known.lower)) if known.weight is None else known.weight
+    kish = effective_samples(weight[~known.failing])
+    error = (upper - lower) / (2 * normal_factor(confidence))
     bounds = [value, value]
-    if failed.any():
-        ends = (fitted(np.where(failed, end, lower), upper), fitted(lower, np.where(failed, end, upper)))
-        bounds = [float(one.probability(grid)[0]) for one in ends]
-    return Exceedance(estimate, int(failed.sum()), bounds[0], bounds[1], 0)
+    if failed:
+        ends = (one[f"probability_failed_{end}"].values for end in ("undamaged", "damaged"))
+        bounds = [float(np.interp(at, one["intensity"].values, end)) for end in ends]
+    return Exceedance(
+        Estimate(value, error, lower, upper, confidence, len(weight) - failed, kish), failed, bounds[0], bounds[1], 0
+    )
 
 
 @one_blas_thread()
@@ -372,20 +467,19 @@ def median_movement(
     options : FragilityOptions
         Options of the curve's fit.
     """
-    known = category_capacities(ds, category, intensity, keep_failed=True)
+    known = category_capacities(ds, category, intensity)
     # walls damaged before any movement are no part of the curve of the others
     known = known._replace(upper=np.where(known.upper <= 0, np.inf, known.upper))
-    largest = float(np.where(np.isinf(known.upper), known.lower, known.upper).max(initial=0.0))
     found = _median_of(known, category, confidence, seed, options)
-    if not found.value > largest * (1 + 1e-9):
+    if not found.value > known.followed * (1 + ROUNDING):
         return found
-    return found._replace(value=largest, error=np.nan, lower=min(found.lower, largest), upper=np.inf)
+    return found._replace(value=known.followed, error=np.nan, lower=min(found.lower, known.followed), upper=np.inf)
 
 
 def _median_of(
     known: CategoryCapacities, category: int, confidence: float, seed: int, options: FragilityOptions
 ) -> Estimate:
-    """Return the median of the lognormal curve, wherever it lies."""
+    """Median of the lognormal curve, wherever it lies."""
     count = len(known.lower)
     heavy = np.ones(count) if known.weight is None else known.weight
     kish = effective_samples(heavy)

@@ -3,6 +3,8 @@
 A site class says between which limits the characteristic surface movement y_s lies. Within them it is taken as evenly
 distributed, which is an assumption. By the theorem of total probability, the probability of damage is then the mean of
 that at ``POINTS`` movements, the medians of as many parts of equal probability (midpoint rule on the quantiles).
+
+"site" is each sample's own ground: the end of its own movement, such as y_s of its sampled soil log.
 """
 
 from __future__ import annotations
@@ -39,12 +41,15 @@ class MovementDistribution:
         What is assumed, in a sentence; empty for one movement.
     measure : str
         Measure of the movement that they are values of; empty where the text does not say.
+    own : bool
+        Whether they are shares of each wall's own movement.
     """
 
     name: str
     points: tuple[float, ...]
     assumption: str = ""
     measure: str = ""
+    own: bool = False
 
     def __post_init__(self) -> None:
         """Refuse movements that are not positive."""
@@ -60,9 +65,17 @@ class MovementDistribution:
             )
 
     @property
+    def words(self) -> str:
+        """The movement in words."""
+        return "the end of each wall's own movement" if self.own else self.name
+
+    @property
     def largest(self) -> float:
         """The largest of the movements."""
         return self.points[-1]
+
+
+SITE = MovementDistribution("site", (1.0,), own=True)
 
 
 def movement_distribution(text: str, unit: str = "m", option: str = "at") -> MovementDistribution:
@@ -71,7 +84,8 @@ def movement_distribution(text: str, unit: str = "m", option: str = "at") -> Mov
     Parameters
     ----------
     text : str
-        "60 mm"; "H1"; or a distribution as in a study file, 'distribution = "lognormal", mean = "45 mm", cov = 0.3'.
+        "60 mm"; "H1"; "site" (of an option named at); or a distribution as in a study file, 'distribution =
+        "lognormal", mean = "45 mm", cov = 0.3'.
     unit : str
         SI unit of the movement.
     option : str
@@ -84,6 +98,8 @@ def movement_distribution(text: str, unit: str = "m", option: str = "at") -> Mov
     """
     if "=" in text:
         return _distributed(text, unit)
+    if text.strip().lower() == SITE.name and option.endswith("at"):
+        return SITE
     classes = {entry.name: entry for entry in site_classes()}
     if text.strip().upper() in classes:
         return _of_class(classes[text.strip().upper()])
@@ -93,8 +109,9 @@ def movement_distribution(text: str, unit: str = "m", option: str = "at") -> Mov
         movement = to_si(text, unit)
     except ValueError as error:
         raise InputError(
-            f'{option} "{text}": must be a movement such as "60 mm", a site class ({", ".join(classes)}), or a '
-            f'distribution such as \'distribution = "lognormal", mean = "45 mm", cov = 0.3\'; {error}.'
+            f'{option} "{text}": must be a movement such as "60 mm", a site class ({", ".join(classes)}), "site", or a '
+            'distribution such as \'distribution = "lognormal", mean = "45 mm", cov = 0.3\'; '
+            f"{error}."
         ) from None
     return MovementDistribution(text.strip(), (movement,))
 

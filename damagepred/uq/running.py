@@ -8,7 +8,9 @@ import numpy as np
 import xarray as xr
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.uq.exceedance import category_capacities, estimate_exceedance
+from damagepred.uq.exceedance import category_capacities, estimate_exceedance, wanted_movement
+from damagepred.uq.intensity import chosen_intensity
+from damagepred.uq.movement_distribution import MovementDistribution
 
 
 class Running(NamedTuple):
@@ -31,41 +33,23 @@ class Running(NamedTuple):
 def running_probability(
     ds: xr.Dataset,
     category: int,
-    at: float,
+    at: float | str | MovementDistribution,
     *,
     confidence: float = 0.9,
     intensity: str | None = None,
     points: int = 60,
 ) -> Running:
-    """Estimate the probability of a category at a movement from increasing numbers of walls.
+    """Estimate the probability of a category at a movement from increasing numbers of walls of a study with paths.
 
     Each interval holds for its number of walls alone, not for a study that stops at a chosen one (see
-    ``damagepred.uq.stopping``).
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        As ``open_study`` returns it, with paths.
-    category : int
-        Category or worse.
-    at : float
-        Movement (m, or 1 for a deflection ratio).
-    confidence : float
-        Of the intervals.
-    intensity : str, optional
-        Measure of the movement; by default the study's own.
-    points : int
-        Numbers of walls at most.
+    ``damagepred.uq.stopping``). The last one is that of ``damagepred.exceedance``.
     """
-    known = category_capacities(ds, category, intensity)
+    measure = chosen_intensity(ds, intensity)
+    wanted = wanted_movement(ds, at, measure)
+    known = category_capacities(ds, category, measure, wanted)
     total = len(known.lower)
     count = (
         np.unique(np.geomspace(min(2, total), total, points).round().astype(np.int64)) if total else np.empty(0, int)
     )
-    found = [estimate_exceedance(known.part(slice(n)), at, confidence).estimate for n in count]
-    return Running(
-        count,
-        np.array([e.value for e in found]),
-        np.array([e.lower for e in found]),
-        np.array([e.upper for e in found]),
-    )
+    found = [estimate_exceedance(known.part(slice(n)), wanted, confidence).estimate for n in count]
+    return Running(count, *(np.array([getattr(e, key) for e in found]) for key in ("value", "lower", "upper")))

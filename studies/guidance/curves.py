@@ -60,7 +60,7 @@ def rows_of_curves(fitted: Sequence[tuple[Case, xr.Dataset]], limits: Mapping[st
                         "limit": f"L/{1.0 / ratio:.0f}",
                         "category": category,
                         **at,
-                        "median (mm)": 1e3 * float(own["median"]),
+                        "median (mm)": 1e3 * float(np.fmax(own["median"], own["median_lower_bound"])),
                         "median lower (mm)": 1e3 * float(own["median_lower"]),
                         "median upper (mm)": 1e3 * float(own["median_upper"]),
                         "dispersion": float(own["dispersion"]),
@@ -107,7 +107,7 @@ def draw_curves(title: str, fitted: Sequence[tuple[Case, xr.Dataset]], path: Pat
         for k, ax in enumerate(panels[kinds.index(case.kind)]):
             own = curves.isel(category=k)
             # without a curve, the counted shares
-            fitted_here = bool(np.isfinite(own["median"]))
+            fitted_here = bool(np.isfinite(own["dispersion"]))
             values = own["probability"] if fitted_here else own["empirical"]
             style, width = ("-", 1.6) if fitted_here else (":", 1.1)
             ax.plot(deflection, values, style, color=colour, linewidth=width)

@@ -121,14 +121,15 @@ def test_the_reference_differs_from_itself_by_nothing_and_the_most_helpful_comes
     assert sentences(compare(again), 1, 0.01)[2:] == ["no measure is sure to lower it"]
 
 
-def test_failed_samples_are_counted_and_leave_the_pairs() -> None:
+def test_failed_samples_are_counted_and_take_the_share_of_the_others() -> None:
     first, second = pair(np.random.default_rng(4), 60, 0.5, 0.5, 0.5)
     second["status"][:6] = 2
     second["damage_category"][:6, 1:] = -1
     found = compare({"a": first, "b": second}, categories=[1]).isel(category=0, movement=0)
     assert found["unknown"].values.tolist() == [0, 6]
-    known = second["damage_category"].values[6:, 1].mean() - first["damage_category"].values[6:, 1].mean()
-    assert float(found["difference"][1]) == pytest.approx(known)
+    each = [first["damage_category"].values[:, 1].mean(), second["damage_category"].values[6:, 1].mean()]
+    np.testing.assert_allclose(found["probability"], each)
+    assert float(found["difference"][1]) == pytest.approx(each[1] - each[0])
 
 
 def test_incomparable_studies_are_refused_in_a_sentence() -> None:

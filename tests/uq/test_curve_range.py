@@ -10,6 +10,7 @@ from scipy import special
 from damagepred.errors import InputError
 from damagepred.exports import curves_frame, export_curves
 from damagepred.plotting.fragility import draw_fragility
+from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import FragilityOptions, fit_fragility
 from tests.uq.test_fragility import lognormal, study
 
@@ -24,7 +25,8 @@ def test_a_median_beyond_the_movement_is_a_lower_bound(tmp_path: Path) -> None:
     curves = fit_fragility(few(), categories=[1], bootstrap=50)
     one = curves.isel(category=0)
     assert str(one["fit_status"].values) == "extrapolated"
-    assert float(one["median"]) == float(curves["intensity"][-1]) == 10.0
+    assert np.isnan(one["median"])
+    assert float(one["median_lower_bound"]) == float(curves["intensity"][-1]) == 10.0
     assert float(one["median_lower"]) <= 10.0 < float(one["median_extrapolated"])
     assert float(one["median_upper"]) == np.inf
     assert 0 < float(one["probability"][-1]) < 0.5
@@ -38,12 +40,15 @@ def test_a_median_beyond_the_movement_is_a_lower_bound(tmp_path: Path) -> None:
     inside = fit_fragility(study(lognormal(np.random.default_rng(1), 5.0, 0.4, 60), end=10.0), categories=[1])
     assert str(inside["fit_status"].values[0]) == "fitted"
     assert np.isnan(inside["median_extrapolated"].values).all()
+    assert np.isnan(inside["median_lower_bound"].values).all()
 
 
 def test_older_curves_beyond_the_movement_are_refused_too(tmp_path: Path) -> None:
     older = fit_fragility(few(), categories=[1], bootstrap=0)
     older["median"] = older["median_extrapolated"]
-    older = older.drop_vars(["median_extrapolated", "share_at_start"]).assign(fit_status=("category", ["fitted"]))
+    older = older.drop_vars(["median_extrapolated", "median_lower_bound", "share_at_start"]).assign(
+        fit_status=("category", ["fitted"])
+    )
     with pytest.raises(InputError, match=r"its median lies beyond"):
         export_curves(older, "pelicun", tmp_path / "c.nc")
 
@@ -69,6 +74,23 @@ def test_a_wall_damaged_before_any_movement_does_not_prevent_a_curve(model: str,
     assert (one["probability_lower"] <= one["probability"]).all()
     with pytest.raises(InputError, match=r"0\.01 of the walls are in it before any movement"):
         export_curves(curves, "openquake", tmp_path / "c.nc")
+
+
+@pytest.mark.parametrize("model", ["separate", "common", "empirical"])
+@pytest.mark.parametrize("walls", [30, 20])
+def test_walls_damaged_before_any_movement_are_no_reason_of_never(model: str, walls: int) -> None:
+    """All of 30 walls, or 20 of 30 of which none of the others follows: the curve is flat, and the reason is said."""
+    ds = study(np.where(np.arange(30) < walls, 0.0, 99.0), end=10.0)
+    one = fit_fragility(ds, categories=[1], model=model, bootstrap=20).isel(category=0)
+    assert int(one["reached"]) == walls
+    if model == "empirical":
+        assert str(one["fit_status"].values) == "empirical"
+    else:
+        assert str(one["fit_status"].values).startswith("all walls that reached it had before any movement")
+        assert float(one["share_at_start"]) == walls / 30
+    if walls == 30 or model == "empirical":
+        np.testing.assert_allclose(one["probability"], walls / 30)
+        assert exceedance(ds, 1, 5.0).estimate.value == pytest.approx(walls / 30)
 
 
 def test_a_bound_without_a_band_is_no_interval() -> None:

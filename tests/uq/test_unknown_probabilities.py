@@ -49,8 +49,11 @@ def test_censored_walls_count_up_to_their_end() -> None:
     found = exceedance(ds, 1, 0.01)
     assert found.estimate.value == pytest.approx(1 - 3 / 4 * 1 / 2)
     assert found.not_followed == 1
-    assert found.estimate.lower <= exceedance(study(np.array([0.0035, 0.5, 0.0075, 0.5])), 1, 0.01).estimate.lower
-    assert found.estimate.upper >= exceedance(study(np.array([0.0035, 0.007, 0.0075, 0.5])), 1, 0.01).estimate.upper
+    # Greenwood: S^2 (1/(4 * 3) + 1/(2 * 1)), with n - 1 for n
+    assert found.estimate.error == pytest.approx(3 / 8 * np.sqrt((1 / 12 + 1 / 2) * 4 / 3))
+    width = found.estimate.upper - found.estimate.lower
+    whole = exceedance(study(np.array([0.0035, 0.5, 0.0075, 0.5])), 1, 0.01).estimate
+    assert whole.upper - whole.lower < width < 1.0
     assert running_probability(ds, 1, 0.01).value[-1] == found.estimate.value
 
 
@@ -86,7 +89,7 @@ def test_categories_beyond_the_table_are_refused() -> None:
 
 @pytest.mark.parametrize("heavy", [0.1, 1.0, 6.0])
 def test_bounds_of_failed_walls_count_their_weights(heavy: float) -> None:
-    """Weighted by hand: lost walls as 0 and as 1, over all weights; the estimate lies between whatever they weigh."""
+    """Weighted by hand: lost walls as 0, as 1, and as those followed further than the 2 mm at which they failed."""
     weight = np.array([0.5, 1.0, 0.5, 0.5, heavy])
     ds = failing(study(np.append(CAPACITY, 0.5), weight=weight), 4, 2)
     found = exceedance(ds, 1, 0.01)

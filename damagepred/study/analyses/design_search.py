@@ -39,10 +39,9 @@ from damagepred.study.campaign.dispatch import sample_timeout
 from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.campaign.workers import SharedPool
 from damagepred.study.settings import StudySettings
-from damagepred.uq.capacity import censored_before, probability_reached
-from damagepred.uq.exceedance import category_capacities
+from damagepred.uq.exceedance import category_capacities, known_hits, wanted_movement
 from damagepred.uq.intensity import attributes, chosen_intensity
-from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
+from damagepred.uq.movement_distribution import movement_distribution
 from damagepred.uq.selection import SelectionOptions, select_cheapest, select_least_expected
 
 
@@ -329,18 +328,16 @@ def damaged(ds: xr.Dataset, category: int, movement: str, unfollowed: float = 1.
         Movement, site class or distribution.
     unfollowed : float
         Probability that counts for a sample that failed, or was not followed as far as the movement: 1 on the safe
-        side, 0 for the bound on the other side.
+        side, 0 for the bound on the other side. Between them lies the estimate of ``damagepred.exceedance``.
     """
     measure = chosen_intensity(ds, None)
-    at: MovementDistribution = movement_distribution(movement, str(attributes(ds, measure)["units"]), "target.at")
-    at.require_measure(measure)
-    known = category_capacities(ds, category, measure, keep_failed=True)
-    unknown = np.array([censored_before(known.lower, known.upper, m) for m in at.points])
-    if unknown.mean() == 1.0:
+    at = movement_distribution(movement, str(attributes(ds, measure)["units"]), "target.at")
+    known = category_capacities(ds, category, measure, wanted_movement(ds, at, measure))
+    least, most = (known_hits(known, at, unknown) for unknown in (0.0, 1.0))
+    if (most - least == 1.0).all():
         raise InputError(f"target.at = {at.name}: no wall was followed as far; let the study's movement be larger.")
-    reached = np.array([probability_reached(known.lower, known.upper, m) for m in at.points])
     result = np.full(ds.sizes["sample"], unfollowed)
-    result[known.sample] = np.where(unknown, unfollowed, reached).mean(axis=0)
+    result[known.sample] = most if unfollowed else least
     return result
 
 

@@ -121,7 +121,7 @@ def lines(found: list[Alternative], category: int, at: float | MovementDistribut
     own, said = found[0].found, []
     e = own.estimate
     movement = as_distribution(at)
-    asked = f"P(category >= {category} at {f'{1e3 * at:g} mm' if isinstance(at, float) else movement.name})"
+    asked = f"P(category >= {category} at {f'{1e3 * at:g} mm' if isinstance(at, float) else movement.words})"
     if np.isnan(e.value):
         return [
             f"{asked} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no wall that had not "
@@ -141,8 +141,8 @@ def lines(found: list[Alternative], category: int, at: float | MovementDistribut
         )
     if own.not_followed:
         said.append(
-            f"{own.not_followed} walls were not followed that far; they count as those that were followed further, and "
-            "the interval holds whatever became of them"
+            f"{own.not_followed} walls were not followed that far; they count as those followed further, which is right "
+            "if their movement does not end there because they are weak or strong"
         )
     for other in found[1:]:
         o = other.found.estimate

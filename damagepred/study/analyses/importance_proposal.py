@@ -88,6 +88,7 @@ def propose(
     if design.sampler.kind == "table" or not design.wall:
         raise InputError(f"{path}: importance sampling needs variables with one value a wall, drawn by the study.")
     known = category_capacities(ds, category)
+    known = known.part(~known.failing)
     order = np.argsort(known.upper, kind="stable")
     reached = int(reached_by(known.upper, at).sum())
     count = max(reached, options.fewest_walls)

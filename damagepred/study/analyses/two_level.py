@@ -27,10 +27,10 @@ from damagepred.errors import InputError, StudyError
 from damagepred.study.analyses.limit_state import Question
 from damagepred.study.campaign.campaign import Campaign
 from damagepred.study.settings import StudySettings
-from damagepred.uq.capacity import censored_before, probability_reached
 from damagepred.uq.control_variate import DEFAULT, PilotReport, read_pilot, two_level
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, probability
-from damagepred.uq.exceedance import category_capacities
+from damagepred.uq.exceedance import category_capacities, known_hits, pseudo_values
+from damagepred.uq.movement_distribution import as_distribution
 from damagepred.uq.random_streams import Stream, generator
 
 
@@ -42,19 +42,18 @@ class TwoLevel(NamedTuple):
     pilot : PilotReport
         Whether it pays.
     estimate : Estimate
-        With the control variate if it pays, otherwise from the fine walls alone; fine walls that failed count as not
-        having reached the category.
-    failed_damaged : Estimate
-        The same where they count as having reached it.
+        With the control variate if it pays, otherwise from the fine walls alone; see ``damagepred.uq.exceedance``.
+    failed_undamaged, failed_damaged : Estimate
+        Bounds: fine walls that failed, or ended, count as not having reached the category, and as having reached it.
     fine, coarse : int
         Walls run, without the pilot's.
     failed : int
-        Fine walls that failed, or ended, before they reached the category and the movement. (A coarse wall that did
-        counts as not having reached it: that is a number like any other, whose mean is taken out again.)
+        Fine walls that failed, or ended, before they reached the category and the movement.
     """
 
     pilot: PilotReport
     estimate: Estimate
+    failed_undamaged: Estimate
     failed_damaged: Estimate
     fine: int
     coarse: int
@@ -171,28 +170,29 @@ def run_two_level(
         return open_study(folder / name)
 
     first = [run(_pilot_of(level), f"pilot_{name}.dp", pilot) for level, name in ((fine, "fine"), (coarse, "coarse"))]
-    tried = [np.nan_to_num(_hits(ds, category, at, pilot)) for ds in first]
+    tried = [_hits(ds, category, at, pilot, 0.0) for ds in first]
     cost = [float(np.nanmedian(ds["run_time"].values[:pilot])) for ds in first]
     report = read_pilot(tried[0], tried[1], cost[0], cost[1])
     if on_pilot is not None:
         on_pilot(report)
     turns = fine.study.replicates
     count, beside = (_whole(n, turns) for n in report.allocation(budget))
-    y = _hits(run(fine, "fine.dp", count), category, at, count)
+    fine_walls = run(fine, "fine.dp", count)
+    undamaged, damaged = (_hits(fine_walls, category, at, count, unknown) for unknown in (0.0, 1.0))
     if beside:
         beside = max(beside, count + turns, count + 2)
-        x = np.nan_to_num(_hits(run(coarse, "coarse.dp", beside), category, at, beside))
+        x = _hits(run(coarse, "coarse.dp", beside), category, at, beside)
 
-    def estimate(failed: float) -> Estimate:
-        hits = np.nan_to_num(y, nan=failed)
+    def estimate(hits: FloatArray) -> Estimate:
         if beside:
             return two_level(hits, x[:count], x[count:], replicates=turns, confidence=confidence)
         return probability(hits, replicate=np.arange(count) % turns if turns > 1 else None, confidence=confidence)
 
-    found = TwoLevel(report, estimate(0.0), estimate(1.0), count, beside, int(np.isnan(y).sum()))
+    ends, failed = (estimate(undamaged), estimate(damaged)), int((damaged != undamaged).sum())
+    found = TwoLevel(report, estimate(_hits(fine_walls, category, at, count)), *ends, count, beside, failed)
     content: dict[str, Any] = {"category": category, "at": at, "fine": found.fine, "coarse": found.coarse}
     content |= {"failed": found.failed, "pilot": report._asdict(), "estimate": found.estimate._asdict()}
-    content |= {"failed_damaged": found.failed_damaged._asdict()}
+    content |= {name: getattr(found, name)._asdict() for name in ("failed_undamaged", "failed_damaged")}
     text = json.dumps(content, indent=2) + "\n"
     write_whole(folder / "two_level.json", lambda p: p.write_text(text, encoding="utf-8"))
     return found
@@ -203,10 +203,10 @@ def _whole(samples: int, turns: int) -> int:
     return -(-samples // turns) * turns
 
 
-def _hits(ds: xr.Dataset, category: int, at: float, count: int) -> FloatArray:
-    """Return, of the first walls, whether each had reached the category by the movement; NaN if it is not known."""
-    known = category_capacities(ds, category)
-    found = np.full(ds.sizes["sample"], np.nan)
-    hit = probability_reached(known.lower, known.upper, at)
-    found[known.sample] = np.where(censored_before(known.lower, known.upper, at), np.nan, hit)
-    return found[:count]
+def _hits(ds: xr.Dataset, category: int, at: float, count: int, unknown: float | None = None) -> FloatArray:
+    """Pseudo-values of the first walls (see ``damagepred.uq.exceedance``); with ``unknown``, hits of a bound."""
+    known, wanted = category_capacities(ds, category).part(slice(count)), as_distribution(at)
+    found = pseudo_values(known, wanted).hit if unknown is None else known_hits(known, wanted, unknown)
+    if np.isnan(found).any():
+        raise InputError(f"at = {at:g}: no wall was followed as far; let the study's movement be larger.")
+    return found

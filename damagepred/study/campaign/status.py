@@ -17,10 +17,14 @@ from damagepred.archive.provenance import mixture
 from damagepred.archive.schema import CATEGORIES
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.formatting import duration
-from damagepred.uq.capacity import sample_weights
-from damagepred.uq.estimate import effective_samples, probability
+from damagepred.uq.estimate import effective_samples
+from damagepred.uq.exceedance import category_capacities, estimate_exceedance
+from damagepred.uq.movement_distribution import SITE
 
-READ = ("damage_category", "run_time", "limit_deflection", "environment", *STUDIED)
+READ = (
+    *("damage_category", "crack_width_max", "surface_movement", "central_deflection", "load_displacement", "time"),
+    *("run_time", "limit_deflection", "environment", *STUDIED),
+)
 """Results that the status is made of; the others are not read."""
 
 
@@ -34,9 +38,9 @@ class CategoryShare(NamedTuple):
     walls : int
         Walls that end in it.
     share, or_worse : float
-        Share of walls in it, and in it or worse.
+        Probability of it, and of it or worse, by the end of each wall's own movement; see ``damagepred.exceedance``.
     lower, upper : float
-        90 % confidence interval of the latter (Wilson).
+        90 % confidence interval of the latter.
     failed_undamaged, failed_damaged : float
         Share in it or worse if all failed walls were undamaged, and if all were damaged.
     """
@@ -126,7 +130,7 @@ def study_status(path: str | Path) -> StudyStatus:
     lines += [f"caution: {said}" for said in (*study_cautions(ds), *mixture(ds))]
     for sample, record in ((i, folder.failure(i)) for i in sorted(folder.failed_samples())[:5]):
         lines.append(f"failed sample {sample}: {record['reason']}: {record['message']}")
-    return StudyStatus(total, total - remaining, failed, remaining, lines, _category_shares(ds, failed))
+    return StudyStatus(total, total - remaining, failed, remaining, lines, _category_shares(ds))
 
 
 def watching(path: str | Path, every: float) -> Iterator[StudyStatus]:
@@ -161,26 +165,21 @@ def _limits(ds: xr.Dataset) -> list[str]:
     ]
 
 
-def _category_shares(ds: xr.Dataset, failed: int) -> list[CategoryShare]:
-    if "damage_category" not in ds:
+def _category_shares(ds: xr.Dataset) -> list[CategoryShare]:
+    if "damage_category" not in ds or not (good := np.isin(ds["status"].values, SOLVED)).any():
         return []
-    good = np.isin(ds["status"].values, SOLVED)
     worst = ds["damage_category"].values[good].reshape(good.sum(), -1).max(axis=1, initial=0)
-    count = len(worst)
-    if not count:
-        return []
-    every, lost = sample_weights(ds), ds["status"].values == SampleStatus.FAILED
-    weight = every[good] if "weight" in ds else None
-    replicates = int(ds.attrs.get("replicates", 1))
-    label = np.flatnonzero(good) % replicates if replicates > 1 else None
-    shares = []
-    for category in range(int(ds.attrs["highest_category"]) + 1):
-        here = probability(worst == category, weight=weight, replicate=label)
-        beyond = probability(worst >= category, weight=weight, replicate=label)
-        low = float(every[good] @ (worst >= category)) / (count + failed)
-        high = low + float(every[lost].sum()) / (count + failed)
-        walls = int((worst == category).sum())
-        shares.append(
-            CategoryShare(category, walls, here.value, beyond.value, beyond.lower, beyond.upper, low, min(high, 1.0))
+    highest = int(ds.attrs["highest_category"])
+    found = [estimate_exceedance(category_capacities(ds, c, None, SITE), SITE) for c in range(1, highest + 1)]
+    sure = found[0].estimate._replace(value=1.0, lower=1.0, upper=1.0)
+    found = [found[0]._replace(estimate=sure, failed_undamaged=1.0, failed_damaged=1.0), *found]
+    value = [one.estimate.value for one in found] + [0.0]
+    return [
+        CategoryShare(
+            c,
+            int((worst == c).sum()),
+            value[c] - value[c + 1],
+            *(one.estimate.value, one.estimate.lower, one.estimate.upper, one.failed_undamaged, one.failed_damaged),
         )
-    return shares
+        for c, one in enumerate(found)
+    ]

@@ -30,8 +30,10 @@ from damagepred.uq.fragility import bands, goodness
 from damagepred.uq.fragility.describe import curves_dataset
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator, estimators
 from damagepred.uq.fragility.fit import (
+    AT_START,
     EXTRAPOLATED,
     FITTED,
+    NEVER,
     WITH_CURVE,
     BoundedMedian,
     Fit,
@@ -120,7 +122,7 @@ def fit_fragility(
         ``probability``, ``probability_lower``, ``probability_upper``, ``empirical`` on (category, intensity);
         ``median``, ``dispersion`` with ``_lower`` and ``_upper``, ``reached``, ``not_reached``, ``failed``,
         ``fit_status``, ``fit_note``, ``share_at_start`` with both (walls that reached the category before any
-        movement; median and dispersion are of the others), ``median_extrapolated``, the bounds
+        movement; median and dispersion are of the others), ``median_lower_bound``, ``median_extrapolated``, the bounds
         ``median_failed_undamaged`` and ``median_failed_damaged``, the Kolmogorov ``distance`` from the empirical curve,
         ``p_value`` of the misfit to it and ``resamples_fitted`` on (category,); where walls failed also the curves with
         all of them undamaged or damaged, ``probability_failed_undamaged`` and ``probability_failed_damaged``; as
@@ -135,7 +137,7 @@ def fit_fragility(
     Notes
     -----
     A curve ends where walls end. Where its median lies beyond the largest movement to which a wall was followed, its
-    status is "extrapolated": ``median`` is that movement, a lower bound, and the number fitted is
+    status is "extrapolated": ``median`` is NaN, ``median_lower_bound`` is that movement, and the number fitted is
     ``median_extrapolated``. Bounds beyond are infinite.
 
     A failed wall counts as far as it was followed: it had not reached the category by then, and nothing is known
@@ -263,14 +265,17 @@ def _add_start_share(
         for n in before.sum(axis=1)
     ]
     columns["fit_note"] = np.array(["; ".join(filter(None, both)) for both in zip(notes, columns["fit_note"])])
+    at_start = (columns["fit_status"] == NEVER) & before.any(axis=1)
+    columns["fit_status"] = np.where(at_start, AT_START, columns["fit_status"])
 
 
 def _end_where_walls_end(columns: dict[str, NDArray[Any]], largest: float) -> None:
-    """Replace a median beyond the largest movement of the walls by that movement, a lower bound."""
+    """Replace a median beyond the largest movement of the walls by NaN, with that movement as a lower bound."""
     found = BoundedMedian.of(columns["median"], columns["median_lower"], columns["median_upper"], largest)
     beyond = (columns["fit_status"] == FITTED) & np.isfinite(found.extrapolated)
     columns["fit_status"] = np.where(beyond, EXTRAPOLATED, columns["fit_status"])
-    columns["median"], columns["median_lower"], columns["median_upper"], columns["median_extrapolated"] = found
+    for name, value in found._asdict().items():
+        columns["median" if name == "median" else f"median_{name}"] = value
     for end in ("undamaged", "damaged"):
         failed = columns[f"median_failed_{end}"]
         columns[f"median_failed_{end}"] = np.where(failed > largest * (1 + 1e-9), np.inf, failed)
@@ -384,9 +389,10 @@ def _without_form(alone: list[GroupedIntervals], walls: StudyCapacities, request
             end = float(np.quantile(medians, tail, method="nearest")) if times > 1 else np.nan
             row[f"median_{word}"] = end if np.isfinite(end) else np.nan
             row[f"dispersion_{word}"] = np.nan
+        row["median_lower_bound"] = np.nan if np.isfinite(row["median"]) else found.left[-1]
         reached = bool(np.isfinite(cells.upper).any())
         row |= {"dispersion": np.nan, "distance": np.nan, "p_value": np.nan, "resamples_fitted": float(times > 0)}
-        row |= {"fit_note": "", "fit_status": EMPIRICAL if reached else "never reached"}
+        row |= {"fit_note": "", "fit_status": EMPIRICAL if reached else NEVER}
         rows.append(row)
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]} if rows else {}
     for name, (lower, upper) in zip(("undamaged", "damaged"), _bounds(walls)):

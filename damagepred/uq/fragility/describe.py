@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray
+from damagepred.uq.fragility.fit import EXTRAPOLATED
 from damagepred.uq.intensity import attributes
 
 _WORDS = {
@@ -107,6 +108,24 @@ def lognormal_of(curves: xr.Dataset) -> Lognormal:
         median = np.where(np.isfinite(beyond), beyond, median)
     start = curves["share_at_start"].values if "share_at_start" in curves else np.zeros(len(median))
     return Lognormal(median, dispersion, start, median > float(curves["intensity"].values.max()) * (1 + 1e-9))
+
+
+def median_lower_bound(one: xr.Dataset) -> float:
+    """Movement that the median of a curve lies beyond, NaN if it does not; older curves have it as the median."""
+    if "median_lower_bound" in one:
+        return float(one["median_lower_bound"])
+    return float(one["median"]) if str(one["fit_status"].item()) == EXTRAPOLATED else np.nan
+
+
+def probability_at(curves: xr.Dataset, category: int, at: float) -> tuple[float, float, float]:
+    """Probability of a category or worse at a movement from its lognormal curve, and its band (NaN if it has none)."""
+    one = curves.sel(category=category)
+    value = float(lognormal_of(curves.sel(category=[category])).probability(np.array([at]))[0, 0])
+    lower, upper = (
+        float(np.interp(at, one["intensity"].values, one[f"probability_{end}"].values, right=np.nan))
+        for end in ("lower", "upper")
+    )
+    return value, lower, upper
 
 
 _COPIED = (

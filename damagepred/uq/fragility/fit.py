@@ -14,8 +14,12 @@ from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 
 FITTED = "fitted"
 
+NEVER = "never reached"
+
 EXTRAPOLATED = "extrapolated"
 """Status of a curve whose median lies beyond the largest movement to which a wall was followed."""
+
+AT_START = "all walls that reached it had before any movement: there is no curve to fit"
 
 WITH_CURVE = (FITTED, EXTRAPOLATED)
 """Curves that there are, as far as walls were followed."""
@@ -51,43 +55,27 @@ class StartShare(NamedTuple):
 
     @classmethod
     def of(cls, before: BoolArray, weight: FloatArray, confidence: float) -> StartShare:
-        """Estimate the share; the interval is empty where no wall is damaged at the start.
-
-        Parameters
-        ----------
-        before : array of bool (walls,)
-            Walls that reached the category before any movement.
-        weight : array (walls,)
-            Weight of each.
-        confidence : float
-            Level of the interval.
-        """
+        """Estimate the share of the walls ``before`` any movement; the interval is empty where there is none."""
         if not before.any():
             return cls(0.0, 0.0, 0.0)
         share = float(before @ weight / weight.sum())
         return cls(share, *wilson(share, effective_samples(weight), normal_factor(confidence)))
 
     def mixed(self, name: str, curve: FloatArray) -> FloatArray:
-        """Return p0 + (1 - p0) F for the curve F of the other walls, with the end of p0 that the name ends in.
-
-        Parameters
-        ----------
-        name : str
-            Such as ``probability``, ``probability_lower`` or ``probability_failed_damaged``.
-        curve : array
-            Probabilities F.
-        """
+        """p0 + (1 - p0) F for the curve F of the other walls; with the end of p0 that the name has, such as _lower."""
         p0 = {"lower": self.lower, "upper": self.upper}.get(name.rpartition("_")[2], self.share)
-        return p0 + (1.0 - p0) * curve
+        return np.full_like(curve, p0) if self.share == 1.0 else p0 + (1.0 - p0) * curve
 
 
 class BoundedMedian(NamedTuple):
-    """Median with its interval, arrays; beyond the followed movements the median is a lower bound.
+    """Median with its interval, arrays; NaN beyond the movements to which walls were followed.
 
     Attributes
     ----------
     median, lower, upper : array
-        Infinite upper ends where the median lies beyond.
+        NaN, and an infinite upper end, where the median lies beyond.
+    lower_bound : array
+        Largest movement to which a wall was followed where the median lies beyond it, NaN elsewhere.
     extrapolated : array
         The fitted median where it lies beyond, NaN elsewhere.
     """
@@ -95,25 +83,19 @@ class BoundedMedian(NamedTuple):
     median: FloatArray
     lower: FloatArray
     upper: FloatArray
+    lower_bound: FloatArray
     extrapolated: FloatArray
 
     @classmethod
     def of(cls, median: FloatArray, lower: FloatArray, upper: FloatArray, largest: float) -> BoundedMedian:
-        """Bound medians by the largest movement to which a wall was followed.
-
-        Parameters
-        ----------
-        median, lower, upper : array
-            As fitted; NaN where there is none.
-        largest : float
-            That movement.
-        """
+        """Bound fitted medians (NaN where there is none) by the largest movement to which a wall was followed."""
         beyond = median > largest * (1 + 1e-9)
         low = np.where(beyond, np.minimum(lower, largest), lower)
         return cls(
-            np.where(beyond, largest, median),
+            np.where(beyond, np.nan, median),
             low,
             np.where(beyond & np.isfinite(low), np.inf, upper),
+            np.where(beyond, largest, np.nan),
             np.where(beyond, median, np.nan),
         )
 
@@ -143,7 +125,7 @@ def reasons_not_fitted(cells: GroupedIntervals, common: bool = False, options: F
 def _reason(lower: FloatArray, upper: FloatArray, walls: FloatArray, common: bool, fewest: int) -> str:
     reached = np.isfinite(upper)
     if not reached.any():
-        return "never reached"
+        return NEVER
     if (upper[reached] <= 0).any():
         return "reached by some walls before any movement"
     if walls[reached].sum() < fewest:

@@ -132,7 +132,7 @@ def fit_surface(
         "failed": ((), int(found.failed.sum())),
     }
     measured = attributes(ds, name)
-    for end in ("", "_lower", "_upper", "_extrapolated"):
+    for end in ("", "_lower", "_upper", "_lower_bound", "_extrapolated"):
         columns[f"median{end}"][2]["units"] = measured["units"]
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
     stated = {key: str(ds[second].attrs.get(key, other)) for key, other in (("long_name", second), ("units", "1"))}
@@ -166,9 +166,9 @@ def _bound_by_walls(columns: dict[str, Any], start: StartShare, largest: float) 
     for end, value in zip(("", "_lower", "_upper"), start):
         words = {"units": "1", "long_name": "share of walls in the category or worse before any movement"}
         columns[f"share_at_start{end}"] = ((), value, words)
-    names = ("median", "median_lower", "median_upper", "median_extrapolated")
     found = BoundedMedian.of(columns["median"][1], columns["median_lower"][1], columns["median_upper"][1], largest)
-    for name, value in zip(names, found):
+    for part, value in found._asdict().items():
+        name = "median" if part == "median" else f"median_{part}"
         columns[name] = ("second", value, dict(columns.get(name, columns["median"])[2]))
     if columns["fit_status"][1] == FITTED and np.isfinite(found.extrapolated).all():
         columns["fit_status"] = ((), EXTRAPOLATED)

@@ -1,0 +1,268 @@
+"""One estimate of the probability that a category is reached, on walls that end at their own movement, with truth known.
+
+Capacities are lognormal, movements of the ground too, and independent of them: the truth is in closed form.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import special
+
+from damagepred.errors import InputError
+from damagepred.uq.comparison import compare, sentences
+from damagepred.uq.exceedance import CategoryCapacities, estimate_exceedance, exceedance, pseudo_values
+from damagepred.uq.fragility import fit_fragility
+from damagepred.uq.movement_distribution import SITE, as_distribution
+from damagepred.uq.running import running_probability
+from damagepred.uq.samplers import unit_points
+
+SCATTER, GROUND, SCATTER_OF_GROUND = 0.4, 0.045, 0.25
+
+
+def study(
+    capacity: np.ndarray,
+    ends: np.ndarray,
+    increments: int = 10,
+    *,
+    weight: np.ndarray | None = None,
+    failed: np.ndarray | None = None,
+    **attributes: object,
+) -> xr.Dataset:
+    """A study of a soil log: walls (categories 1, 2, ... at given movements) on their own ground, to the end of it."""
+    progress = np.arange(increments + 1) / increments
+    movement = progress * ends[:, None]
+    each = capacity.reshape(len(capacity), -1)
+    category = (movement[:, :, None] >= each[:, None, :]).sum(axis=2).astype(np.int8)
+    status = np.zeros(len(ends), dtype=np.int8)
+    if failed is not None:  # the increment at which each wall fails, 0: never
+        status[failed > 0] = 2
+        category[(failed > 0)[:, None] & (np.arange(increments + 1) >= failed[:, None])] = -1
+    ds = xr.Dataset(
+        {
+            "damage_category": (("sample", "increment"), category),
+            "surface_movement": (("sample", "increment"), movement, {"units": "m"}),
+            "status": ("sample", status),
+            "joint.tensile_strength": ("sample", np.arange(len(ends)) * 1.0),
+        },
+        {"sample": np.arange(len(ends))},
+        {"seed": 1, "sampler": "random", "highest_category": each.shape[1], "damage_table": "a table"} | attributes,
+    )
+    return ds if weight is None else ds.assign(weight=("sample", weight))
+
+
+def median_of(share: float, at: float) -> float:
+    return at * float(np.exp(-SCATTER * special.ndtri(share)))
+
+
+def truth_of(median: float, at: str | float) -> float:
+    return float(np.mean(special.ndtr(np.log(np.array(as_distribution(at).points) / median) / SCATTER)))
+
+
+def drawn(
+    normal: np.ndarray, ground: np.ndarray, median: float, increments: int = 10, replicates: int = 1
+) -> CategoryCapacities:
+    """The same without a dataset."""
+    ends = GROUND * np.exp(SCATTER_OF_GROUND * ground)
+    step = np.ceil(median * np.exp(SCATTER * normal) / ends * increments)
+    reached, count = step <= increments, np.arange(len(ends))
+    lower = np.where(reached, step - 1, increments) / increments * ends
+    upper = np.where(reached, step / increments * ends, np.inf)
+    which = count % replicates if replicates > 1 else None
+    return CategoryCapacities(count, lower, upper, None, which, np.zeros(len(ends), dtype=bool))
+
+
+# -- pseudo-values ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("at", [0.03, 0.06, "H1"])
+def test_pseudo_values_are_derivatives_by_the_weights(at: float | str) -> None:
+    """The probability is (sum of weights / walls) F; a wall's pseudo-value is walls times its derivative."""
+    random = np.random.default_rng(1)
+    weight = random.uniform(0.2, 2.0, 40)
+    known = drawn(*random.standard_normal((2, 40)), median_of(0.3, 0.05))._replace(weight=weight)
+    wanted = as_distribution(at)
+    hit = pseudo_values(known, wanted).hit
+    value = estimate_exceedance(known, wanted).estimate.value
+    assert np.mean(weight * hit) == pytest.approx(value, rel=1e-9)
+    for wall in range(0, 40, 3):
+        ends = []
+        for step in (-1e-5, 1e-5):
+            changed = weight.copy()
+            changed[wall] += step
+            ends.append(estimate_exceedance(known._replace(weight=changed), wanted).estimate.value)
+        assert hit[wall] == pytest.approx(40 * (ends[1] - ends[0]) / 2e-5, abs=1e-5)
+
+
+def test_kaplan_meier_and_greenwood_by_hand() -> None:
+    """Known exactly: events at 1, 3, 6, 7; walls lost at 2, 5, 8. Textbook product limit and Greenwood's formula."""
+    lower = np.array([1.0, 2.0, 3.0, 5.0, 6.0, 7.0, 8.0])
+    event = np.array([1, 0, 1, 0, 1, 1, 0], dtype=bool)
+    known = CategoryCapacities(np.arange(7), lower, np.where(event, lower, np.inf), None, None, np.zeros(7, dtype=bool))
+    e = estimate_exceedance(known, 7.5).estimate
+    survival = 6 / 7 * 4 / 5 * 2 / 3 * 1 / 2
+    greenwood = survival**2 * sum(1 / (n * (n - 1)) for n in (7, 5, 3, 2))
+    assert e.value == pytest.approx(1 - survival)
+    assert e.error**2 == pytest.approx(greenwood * 7 / 6)
+    assert np.isnan(estimate_exceedance(known, 9.0).estimate.value)
+
+
+def test_walls_of_known_state_count_as_hits_and_zero_hits_as_those_at_risk() -> None:
+    known = drawn(np.full(50, 9.0), np.linspace(-2, 2, 50), 0.05)  # none is ever damaged
+    e = estimate_exceedance(known, 0.045).estimate
+    z2, n = special.ndtri(0.95) ** 2, int((known.lower >= 0.045).sum())
+    assert (e.value, e.lower) == (0.0, 0.0)
+    assert e.upper == pytest.approx(z2 / n / (1 + z2 / n), rel=1e-6)  # Wilson's, of the walls followed as far
+    hit = pseudo_values(known._replace(upper=np.full(50, 0.01), lower=np.zeros(50)), as_distribution(0.045)).hit
+    np.testing.assert_array_equal(hit, 1.0)
+
+
+# -- bias and coverage ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("at", [0.05, "H1"])
+@pytest.mark.parametrize(("walls", "share"), [(30, 0.3), (64, 0.0626), (64, 0.8), (200, 0.0626)])
+def test_intervals_hold_and_estimates_are_unbiased_on_own_ground(walls: int, share: float, at: float | str) -> None:
+    random, repetitions = np.random.default_rng(11), 250 if at == 0.05 else 100
+    median = median_of(share, 0.05)
+    truth, wanted = truth_of(median, at), as_distribution(at)
+    found = [
+        estimate_exceedance(drawn(*random.standard_normal((2, walls)), median), wanted).estimate
+        for _ in range(repetitions)
+    ]
+    known = [e for e in found if np.isfinite(e.value)]
+    values = np.array([e.value for e in known])
+    assert len(known) > 0.8 * repetitions
+    assert abs(values.mean() - truth) < 4 * values.std() / np.sqrt(len(known)) + 0.004  # steps of a tenth
+    held = np.mean([e.lower <= truth <= e.upper for e in known])
+    assert 0.85 <= held <= 0.98
+
+
+def test_intervals_hold_for_scrambles_of_sobol_points() -> None:
+    held, median = 0, median_of(0.2, 0.05)
+    for seed in range(120):
+        known = drawn(*special.ndtri(unit_points("sobol", 2, 128, seed, 8)).T, median, replicates=8)
+        e = estimate_exceedance(known, 0.05).estimate
+        held += e.lower <= 0.2 <= e.upper
+    assert 0.83 <= held / 120 <= 0.98
+
+
+@pytest.mark.parametrize("replicates", [1, 8])
+@pytest.mark.parametrize(("before", "after"), [(0.3, 0.15), (0.0626, 0.0626), (0.2, 0.02)])
+def test_paired_differences_hold_on_own_ground(before: float, after: float, replicates: int) -> None:
+    """A measure that protects: common strengths and grounds, capacities of another median."""
+    random, held, repetitions, widths = np.random.default_rng(3), 0, 120, []
+    for seed in range(repetitions):
+        if replicates > 1:
+            points = special.ndtri(unit_points("sobol", 3, 128, seed, replicates))
+        else:
+            points = random.standard_normal((100, 3))
+        common, own, ground = points.T
+        ends = GROUND * np.exp(SCATTER_OF_GROUND * ground)
+        normals = (common, 0.8 * common + 0.6 * own)
+        studies = {
+            name: study(median_of(share, 0.05) * np.exp(SCATTER * z), ends, replicates=replicates)
+            for name, share, z in zip("ab", (before, after), normals)
+        }
+        found = compare(studies, categories=[1], at=[0.05]).isel(study=1, category=0, movement=0)
+        limits = float(found["difference_lower"]), float(found["difference_upper"])
+        held += limits[0] <= after - before <= limits[1]
+        widths.append(limits[1] - limits[0])
+    assert 0.83 <= held / repetitions <= 0.995
+    assert np.max(widths) < 0.6
+
+
+# -- one answer -------------------------------------------------------------------------------------------------------
+
+
+def two_studies(weighted: bool, failing: bool) -> dict[str, xr.Dataset]:
+    random = np.random.default_rng(6)
+    ends = GROUND * np.exp(SCATTER_OF_GROUND * random.standard_normal(60))
+    strength = np.exp(SCATTER * random.standard_normal(60))[:, None] * np.array([1.0, 1.7])
+    weight = random.uniform(0.5, 1.5, 60) if weighted else None
+    failed = np.where(random.random(60) < 0.15, random.integers(1, 10, 60), 0) if failing else None
+    return {
+        name: study(median * strength, ends, weight=weight, failed=failed)
+        for name, median in (("as it is", 0.04), ("stiffer", 0.06))
+    }
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+@pytest.mark.parametrize("failing", [False, True])
+@pytest.mark.parametrize("at", [0.03, 0.05, "H1", "site"])
+def test_every_reader_gives_the_same_number(weighted: bool, failing: bool, at: float | str) -> None:
+    studies = two_studies(weighted, failing)
+    found = compare(studies, at=[at])
+    for s, ds in enumerate(studies.values()):
+        for category in (1, 2):
+            one = exceedance(ds, category, at)
+            for key in ("value", "lower", "upper"):
+                column = "probability" if key == "value" else f"probability_{key}"
+                assert float(found[column][s, category - 1, 0]) == getattr(one.estimate, key)
+            assert int(found["unknown"][s, category - 1, 0]) == one.failed + one.not_followed
+            running = running_probability(ds, category, at)
+            assert (running.value[-1], running.upper[-1]) == (one.estimate.value, one.estimate.upper)
+            assert one.failed_undamaged <= one.estimate.value <= one.failed_damaged
+    np.testing.assert_array_equal(found["difference"], found["probability"] - found["probability"][0])
+    assert (found["difference_lower"] <= found["difference"]).all()
+    assert (found["difference"] <= found["difference_upper"]).all()
+
+
+def test_the_sentences_add_up() -> None:
+    """What the audit found: 0.0546 before, 0 after, difference +0."""
+    random = np.random.default_rng(2)
+    ends = GROUND * np.exp(SCATTER_OF_GROUND * random.standard_normal(64))
+    normal = random.standard_normal(64)
+    studies = {name: study(median * np.exp(SCATTER * normal), ends) for name, median in (("log", 0.09), ("deep", 0.9))}
+    found = compare(studies, categories=[1], at=["H1"])
+    first, second = sentences(found, 1, float(found["movement"][0]))[:2]
+    value = float(found["probability"][0, 0, 0])
+    assert value > 0
+    assert first.startswith(f"log: {value:.3g}, ")
+    assert second.startswith(f"deep: 0; difference {-value:+.3g}, ")
+
+
+def test_each_walls_own_ground_is_its_state_at_the_end() -> None:
+    """By hand: reached or not at the end; a wall that failed half way takes the share of those that went on."""
+    ends = np.array([0.02, 0.04, 0.03, 0.05])
+    capacity = np.array([0.015, 0.06, 0.028, 0.9])
+    ds = study(capacity, ends)
+    found = exceedance(ds, 1, "site")
+    assert (found.estimate.value, found.failed, found.not_followed) == (0.5, 0, 0)
+    assert found == exceedance(ds, 1, SITE)
+    failed = study(capacity, ends, failed=np.array([0, 6, 0, 0]))  # known up to half of its 40 mm
+    one = exceedance(failed, 1, "site")
+    assert (one.failed, one.failed_undamaged, one.failed_damaged) == (1, 0.5, 0.75)
+    assert one.estimate.value == pytest.approx((2 + 2 / 3) / 4)  # two of three went on and were damaged
+    alone = ds.isel(increment=-1)
+    assert exceedance(alone, 1, "site").estimate == found.estimate
+    with pytest.raises(InputError, match=r"same surface movement, 40 mm, and no ground of their own; give a movement"):
+        exceedance(study(capacity, np.full(4, 0.04)), 1, "site")
+
+
+def test_studies_that_know_the_ends_alone_are_compared_at_the_site() -> None:
+    studies = {name: ds.isel(increment=-1) for name, ds in two_studies(False, False).items()}
+    found = compare(studies)
+    assert found["movement_name"].values.tolist() == ["site"]
+    for ds, value in zip(studies.values(), found["probability"][:, 0, 0].values):
+        assert value == float((ds["damage_category"] >= 1).mean())
+    with pytest.raises(InputError, match="at its own movement alone; compare them at"):
+        compare(studies, at=[0.04])
+    one = exceedance(studies["as it is"], 1, 0.04)
+    curve = fit_fragility(studies["as it is"], categories=[1])
+    place = float(np.interp(0.04, curve["intensity"], curve["probability"][0]))
+    assert one.estimate.value == pytest.approx(place, abs=1e-3)
+
+
+def test_a_path_that_ended_at_a_lesser_category_is_not_followed_for_a_worse_one() -> None:
+    """A study that stops at category 1: of category 2 nothing is known beyond, where all walls counted as undamaged."""
+    ds = study(np.column_stack((np.full(4, 0.011), np.full(4, 0.9))), np.full(4, 0.04))
+    solved = np.arange(11) <= 3
+    width = np.where(solved, 1e-3, np.nan) * np.ones((4, 1))
+    stopped = ds.assign(crack_width_max=(("sample", "increment"), width))
+    assert exceedance(stopped, 1, 0.03).estimate.value == 1.0
+    worse = exceedance(stopped, 2, 0.03)
+    assert np.isnan(worse.estimate.value)
+    assert worse.not_followed == 4
+    assert exceedance(stopped, 2, 0.012).estimate.value == 0.0
