@@ -343,7 +343,7 @@ def exceedance(
 
 
 def require_followed(known: CategoryCapacities, wanted: MovementDistribution) -> MovementDistribution:
-    """The movement; refused if it is a distribution of which a part lies beyond the study's walls."""
+    """Refuse a distribution of the movement of which a part lies beyond the study's walls; return the movement."""
     open_ended = np.isinf(known.upper).any()
     beyond = float(np.mean(np.asarray(wanted.points) > known.followed * (1 + ROUNDING))) * open_ended
     if len(wanted.points) > 1 and beyond:

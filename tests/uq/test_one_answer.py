@@ -1,4 +1,4 @@
-"""One estimate of the probability that a category is reached, on walls that end at their own movement, with truth known.
+"""One estimate of the probability that a category is reached, on walls that end at their own movement.
 
 Capacities are lognormal, movements of the ground too, and independent of them: the truth is in closed form.
 """

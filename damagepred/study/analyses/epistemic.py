@@ -141,8 +141,8 @@ def lines(found: list[Alternative], category: int, at: float | MovementDistribut
         )
     if own.not_followed:
         said.append(
-            f"{own.not_followed} walls were not followed that far; they count as those followed further, which is right "
-            "if their movement does not end there because they are weak or strong"
+            f"{own.not_followed} walls were not followed that far; they count as those followed further, which is "
+            "right if their movement does not end there because they are weak or strong"
         )
     for other in found[1:]:
         o = other.found.estimate
