@@ -28,6 +28,7 @@ def synthetic_study(
     failed: Collection[int] = (),
     missing: Collection[int] = (),
     changes: str = "",
+    own_movements: bool = True,
 ) -> Path:
     """Make a study of which walls reach category 1, 2, ... at lognormal movements (m) that belong together."""
     settings = StudySettings.from_dict(tomllib.loads(SMALL_STUDY + changes))
@@ -37,6 +38,8 @@ def synthetic_study(
     random = np.random.default_rng(1)
     steps = settings.scene.movement.increments
     end = study.design.wall_values(walls)["movement.central_deflection"]
+    if not own_movements:
+        end = np.full(walls, settings.scene.movement.central_deflection)
     movement = np.arange(steps + 1) / steps * end[:, None]
     strength = np.exp(dispersion * random.standard_normal(walls))
     capacity = np.array(medians) * strength[:, None]

@@ -40,13 +40,7 @@ class Limit(NamedTuple):
 
 
 def code_limits(span: float) -> tuple[str, list[Limit]]:
-    """Return the source of the limits, and each limit for a footing of some length.
-
-    Parameters
-    ----------
-    span : float
-        Length between the footing's ends (m).
-    """
+    """Source of the limits, and each limit for a footing of a length between its ends (m)."""
     known = construction_limits().values()
     found = [
         Limit(k.about, round(k.one_in[0]), float(k.deflection or np.inf), span * k.value(span, span)) for k in known

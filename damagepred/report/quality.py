@@ -115,17 +115,7 @@ def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[P
 
 
 def telling_movement(ds: xr.Dataset, moved: float, points: int = 60) -> float:
-    """Return the movement (m) at which it is least sure in which category a wall is, to two figures.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study with paths.
-    moved : float
-        The largest to look at (m).
-    points : int
-        Movements to look at.
-    """
+    """Movement (m) up to ``moved`` at which it is least sure in which category a wall is, to two figures."""
     grid = np.linspace(0.0, moved, points + 1)[1:]
     unsure = np.zeros(points)
     for category, _ in categories(ds):

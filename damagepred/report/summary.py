@@ -29,13 +29,7 @@ NAMED_INPUTS = 3
 
 
 def wall_summary(ds: xr.Dataset) -> list[str]:
-    """Return a sentence for each category: the movement at which one wall reaches it.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    """
+    """One sentence per category: the movement at which one wall reaches it."""
     measure = movement_measure(ds)
     movement, category = ds[measure].values, ds["damage_category"].values
     said = []
@@ -86,15 +80,7 @@ def answers(
 
 
 def study_summary(ds: xr.Dataset, found: Mapping[int, Estimate]) -> list[str]:
-    """Return a sentence for each category.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study.
-    found : mapping of int to Estimate
-        As ``answers`` returns it.
-    """
+    """One sentence per category, from the estimates of ``answers``."""
     return [f"Category {_with_name(name)} or worse: {_in_words(found[category])}." for category, name in categories(ds)]
 
 

@@ -88,20 +88,7 @@ class StudyCapacities(NamedTuple):
 
 
 def category_number(ds: xr.Dataset, category: int | str) -> int:
-    """Return the number of a damage category that is given by its number or its name.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of a study, of curves or of a comparison.
-    category : int or str
-        Such as 2 or "slight".
-
-    Raises
-    ------
-    InputError
-        If the damage table has no category of that name.
-    """
+    """Return the number of a damage category that is given by its number or its name, such as "slight"."""
     if not isinstance(category, str):
         return category
     if "category_name" in ds:
@@ -116,20 +103,7 @@ def category_number(ds: xr.Dataset, category: int | str) -> int:
 
 
 def require_categories(ds: xr.Dataset, categories: Sequence[int]) -> None:
-    """Check that the damage table of a study has some categories.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study.
-    categories : sequence of int
-        The categories.
-
-    Raises
-    ------
-    InputError
-        If it lacks one; the message names those it has.
-    """
+    """Refuse categories that the study's damage table lacks."""
     highest = highest_category(ds)
     if wrong := [c for c in categories if not 1 <= c <= highest]:
         given = f"category = {wrong[0]}" if len(categories) == 1 else f"categories = {list(categories)}"
@@ -137,14 +111,14 @@ def require_categories(ds: xr.Dataset, categories: Sequence[int]) -> None:
 
 
 def sample_weights(ds: xr.Dataset) -> FloatArray:
-    """Return what each sample of a study counts for, array (samples,): 1, or of importance sampling."""
+    """Weight of each sample of a study, array (samples,): 1, or of importance sampling."""
     if "weight" in ds:
         return np.asarray(ds["weight"].values, dtype=np.float64)
     return np.ones(ds.sizes["sample"])
 
 
 def highest_category(ds: xr.Dataset) -> int:
-    """Return the highest category of the damage table a study was judged by."""
+    """Highest category of the damage table that a study was judged by."""
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split() if "damage_category" in ds else []
     return int(ds.attrs.get("highest_category", len(names) - 1 if names else 4))
 
@@ -253,64 +227,30 @@ def _capacity_intervals(reached: Int8Array, given: FloatArray, category: int) ->
 
 
 def reached_by(upper: FloatArray, at: float) -> BoolArray:
-    """Return whether walls are known to have reached the category by a movement, array (walls,).
-
-    Parameters
-    ----------
-    upper : array (walls,)
-        Upper ends of the intervals.
-    at : float
-        Movement, in their unit.
-    """
+    """Whether walls are known to have reached the category by a movement, array (walls,)."""
     return upper <= at * (1 + ROUNDING)
 
 
 def probability_reached(lower: FloatArray, upper: FloatArray, at: float) -> FloatArray:
-    """Return the probability that each wall has reached the category by a movement, array (walls,).
-
-    Parameters
-    ----------
-    lower, upper : array (walls,)
-        Capacities lie in (lower, upper], evenly distributed; censored walls count as not having reached it.
-    at : float
-        Movement, in their unit.
-    """
+    """Probability that each wall has reached the category, array (walls,); 0 for censored walls."""
     with np.errstate(invalid="ignore", divide="ignore"):
         inside = (at - lower) / (upper - lower)
     return np.where(reached_by(upper, at), 1.0, np.where(np.isinf(upper), 0.0, np.clip(inside, 0.0, 1.0)))
 
 
 def censored_before(lower: FloatArray, upper: FloatArray, at: float) -> BoolArray:
-    """Return whether walls had not reached the category where they were last followed, short of a movement.
-
-    Parameters
-    ----------
-    lower, upper : array (walls,)
-        Capacities lie in (lower, upper].
-    at : float
-        Movement, in their unit.
-    """
+    """Whether walls had not reached the category where they were last followed, short of a movement."""
     return np.isinf(upper) & (lower < at * (1 - ROUNDING))
 
 
 def interpolated_capacity(ends: tuple[float, float], widths: tuple[float, float], limit: float) -> float:
-    """Return the movement at which the crack width reaches its limit, linear within an interval.
-
-    Parameters
-    ----------
-    ends : tuple of float
-        Movements between which the category is reached.
-    widths : tuple of float
-        Crack widths (m) at both; where they do not enclose the limit, the upper end is returned.
-    limit : float
-        Crack width from which the category counts (m).
-    """
+    """Movement at which the crack width reaches its limit, linear between the ends; else the upper end."""
     (lower, upper), (before, after) = ends, widths
     share = (limit - before) / (after - before) if after >= limit > before else 1.0
     return lower + share * (upper - lower)
 
 
 def without_damaged_at_start(found: Capacities) -> Capacities:
-    """Return the capacities with walls that are damaged before any movement censored at 0: no information."""
+    """Capacities with walls that are damaged before any movement censored at 0: no information."""
     before = found.upper <= 0
     return found._replace(upper=np.where(before, np.inf, found.upper), failed=found.failed & ~before)

@@ -154,33 +154,13 @@ def compare(
 
 
 def most_helpful(comparison: xr.Dataset, category: int, movement: float) -> list[str]:
-    """Return the studies other than the reference, the one with the lowest probability of damage first.
-
-    Parameters
-    ----------
-    comparison : xarray.Dataset
-        As ``compare`` returns it.
-    category : int
-        Category, or worse.
-    movement : float
-        One of the movements compared.
-    """
+    """Studies other than the reference, the one with the lowest probability of damage first."""
     found = comparison["difference"].sel(category=category).sel(movement=movement, method="nearest")[1:]
     return [str(name) for name in found["study"].values[np.argsort(found.values, kind="stable")]]
 
 
 def sentences(comparison: xr.Dataset, category: int, movement: float) -> list[str]:
-    """Return what a comparison says of a category at a movement, the most helpful study first.
-
-    Parameters
-    ----------
-    comparison : xarray.Dataset
-        As ``compare`` returns it.
-    category : int
-        Category, or worse.
-    movement : float
-        One of the movements compared.
-    """
+    """Say what a comparison found for a category at a movement, the most helpful study first."""
     found = comparison.sel(category=category).sel(movement=movement, method="nearest")
     level = f"{float(comparison.attrs['confidence']):.0%}"
     first, reference = found.isel(study=0), comparison.attrs["reference"]

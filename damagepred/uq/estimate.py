@@ -56,41 +56,23 @@ class Estimate(NamedTuple):
 
 
 def effective_samples(weight: FloatArray) -> float:
-    """Return Kish's effective number of samples of weights (samples,)."""
+    """Kish's effective number of samples of weights (samples,)."""
     squares = float((weight**2).sum())
     return float(weight.sum()) ** 2 / squares if squares > 0 else 0.0
 
 
 def normal_factor(confidence: float) -> float:
-    """Return the half width of a normal interval of this level, in standard errors."""
+    """Half width of a normal interval of this level, in standard errors."""
     return float(special.ndtri(0.5 + 0.5 * confidence))
 
 
 def student_factor(confidence: float, freedom: float) -> float:
-    """Return the half width of Student's interval, in standard errors.
-
-    Parameters
-    ----------
-    confidence : float
-        Level of the interval.
-    freedom : float
-        Degrees of freedom, 1 at least.
-    """
+    """Half width of Student's interval of this level, in standard errors."""
     return float(special.stdtrit(max(freedom, 1.0), 0.5 + 0.5 * confidence))
 
 
 def wilson(share: float, count: float, factor: float) -> tuple[float, float]:
-    """Return Wilson's interval of a probability.
-
-    Parameters
-    ----------
-    share : float
-        Share of hits.
-    count : float
-        Samples; need not be whole.
-    factor : float
-        Standard errors to either side.
-    """
+    """Wilson's interval of a probability, from the share of hits among ``count`` samples, which need not be whole."""
     spread = factor**2 / count
     middle = (share + spread / 2) / (1 + spread)
     half = factor / (1 + spread) * np.sqrt(max(share * (1 - share), 0.0) / count + spread / (4 * count))

@@ -11,6 +11,7 @@ differences follow from them as from hits.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Literal, NamedTuple
 
@@ -245,17 +246,10 @@ class _Redistribution:
         added = 1.0 - raised * np.array([0.0, 1.0]) - total * survival * risk[-1]
         return (np.round(hit, DIGITS) if count else hit), 1.0 - survival, added
 
-    def precision(self, at: float) -> tuple[float, float, float]:
-        """Precision and share of ``PseudoValues`` at a movement, and the variance with the walls of ``PRIOR``."""
-        total = self.weight.sum()
-        hit, chance, _ = self.pseudo_values(at)
-        greenwood = float(self.weight @ (hit - chance) ** 2) / total**2
-        regular, likely, added = self.pseudo_values(at, PRIOR)
-        squares = self.weight @ (regular - likely) ** 2 + PRIOR * ((added - likely) ** 2).sum()
-        variance = float(squares) / (total + 2.0 * PRIOR) ** 2
-        effective = likely * (1.0 - likely) / variance - 2.0 * PRIOR
-        plain = chance * (1.0 - chance) / greenwood if ROUNDING < chance < 1.0 - ROUNDING else total
-        return min(effective / plain, 1.0), min(effective / total, 1.0), variance
+    def mean(self, points: Sequence[float], prior: float = 0.0) -> tuple[FloatArray, float, FloatArray]:
+        """Means of ``pseudo_values`` over movements."""
+        hit, chance, added = zip(*(self.pseudo_values(movement, prior) for movement in points))
+        return np.mean(hit, axis=0), float(np.mean(chance)), np.mean(added, axis=0)
 
 
 def pseudo_values(known: CategoryCapacities, at: MovementDistribution) -> PseudoValues:
@@ -264,12 +258,17 @@ def pseudo_values(known: CategoryCapacities, at: MovementDistribution) -> Pseudo
     if not weight.any():
         return PseudoValues(np.zeros(len(weight)))
     weight = weight * (effective_samples(weight) / weight.sum())
-    walls = _Redistribution(known.lower, known.upper, weight, at.largest)
-    hit = np.mean([walls.pseudo_values(movement)[0] for movement in at.points], axis=0)
-    if not len(walls.ends) or np.isnan(hit).any():
+    walls, total = _Redistribution(known.lower, known.upper, weight, at.largest), float(weight.sum())
+    hit, chance, _ = walls.mean(at.points)
+    if not len(walls.ends) or np.isnan(chance):
         return PseudoValues(hit)
-    precision, share, variance = np.array([walls.precision(movement) for movement in at.points]).T
-    return PseudoValues(hit, *(float(np.average(value, weights=variance)) for value in (precision, share)))
+    regular, likely, added = walls.mean(at.points, PRIOR)
+    squares = float(weight @ (regular - likely) ** 2 + PRIOR * ((added - likely) ** 2).sum())
+    effective = likely * (1.0 - likely) * (total + 2.0 * PRIOR) ** 2 / squares - 2.0 * PRIOR
+    plain = total
+    if ROUNDING < chance < 1.0 - ROUNDING:
+        plain = chance * (1.0 - chance) * total**2 / float(weight @ (hit - chance) ** 2)
+    return PseudoValues(hit, min(effective / plain, 1.0), min(effective / total, 1.0))
 
 
 def known_hits(known: CategoryCapacities, at: MovementDistribution, unknown: float) -> FloatArray:

@@ -256,13 +256,7 @@ def search_design(
 
 
 def price_of_search(choices: str | Path, workers: int) -> str:
-    """Return in a sentence what a search costs: its first round, and at most; one wall as it is is solved for it.
-
-    Parameters
-    ----------
-    choices, workers
-        As for ``search_design``.
-    """
+    """Cost estimate of a search (first round, upper bound); times one reference wall."""
     asked, built, _, settings = _read(choices)
     warm_up(settings[0].scene)
     began = time.perf_counter()
@@ -297,17 +291,7 @@ def _selection(asked: Choices) -> SelectionOptions:
 
 
 def loss(ds: xr.Dataset, target: Target, unfollowed: float = 1.0) -> FloatArray:
-    """Return for each sample the probability that it reaches the category, or the expected cost of its repair.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study.
-    target : Target
-        What is asked.
-    unfollowed : float
-        See ``damaged``.
-    """
+    """Probability of each sample to reach the category, or expected cost of its repair; see ``damaged``."""
     if target.category is not None:
         return damaged(ds, target.category, target.at, unfollowed)
     steps = np.diff(target.repair_costs, prepend=0.0)
@@ -316,20 +300,7 @@ def loss(ds: xr.Dataset, target: Target, unfollowed: float = 1.0) -> FloatArray:
 
 
 def damaged(ds: xr.Dataset, category: int, movement: str, unfollowed: float = 1.0) -> FloatArray:
-    """Return for each sample the probability that it reaches a category, over the movements of the target.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study.
-    category : int
-        Category, or worse.
-    movement : str
-        Movement, site class or distribution.
-    unfollowed : float
-        Probability that counts for a sample that failed, or was not followed as far as the movement: 1 on the safe
-        side, 0 for the bound on the other side. Between them lies the estimate of ``damagepred.exceedance``.
-    """
+    """Probability of each sample to reach a category, over the movements of the target; a bound where unknown."""
     measure = chosen_intensity(ds, None)
     at = movement_distribution(movement, str(attributes(ds, measure)["units"]), "target.at")
     known = category_capacities(ds, category, measure, wanted_movement(ds, at, measure))

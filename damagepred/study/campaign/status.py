@@ -134,15 +134,7 @@ def study_status(path: str | Path) -> StudyStatus:
 
 
 def watching(path: str | Path, every: float) -> Iterator[StudyStatus]:
-    """Read the status of a study at intervals, until no wall is left to be solved.
-
-    Parameters
-    ----------
-    path : str or Path
-        Study folder.
-    every : float
-        Interval (s).
-    """
+    """Status of a study at intervals (s), until no wall is left to be solved."""
     while True:
         found = study_status(path)
         yield found

@@ -32,23 +32,7 @@ def curves_dataset(
     intensity: str,
     attrs: Mapping[str, Any],
 ) -> xr.Dataset:
-    """Return curves as a dataset.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        The study they come from.
-    columns : mapping of str to array
-        On (category,) or (category, intensity).
-    categories, names : sequence
-        The categories, and the names of all from 0.
-    grid : array (points,)
-        Movements.
-    intensity : str
-        Name of their measure.
-    attrs : mapping
-        Attributes besides those of the study.
-    """
+    """Curves as a dataset: columns on (category,) or (category, intensity), with names, units and origin."""
     measured = attributes(ds, intensity)
     result = xr.Dataset(
         {
@@ -95,13 +79,7 @@ class Lognormal(NamedTuple):
 
 
 def lognormal_of(curves: xr.Dataset) -> Lognormal:
-    """Read what curves are made of, also those of older versions.
-
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        As ``damagepred.fit_fragility`` returns it.
-    """
+    """Median, dispersion and share at the start of the curves, also of those of older versions."""
     median, dispersion = (np.asarray(curves[name].values, dtype=np.float64) for name in ("median", "dispersion"))
     if "median_extrapolated" in curves:
         beyond = curves["median_extrapolated"].values

@@ -101,17 +101,7 @@ class BoundedMedian(NamedTuple):
 
 
 def reasons_not_fitted(cells: GroupedIntervals, common: bool = False, options: FragilityOptions = DEFAULT) -> list[str]:
-    """Return the reason why each category has no curve, empty where it can be fitted.
-
-    Parameters
-    ----------
-    cells : GroupedIntervals
-        Walls.
-    common : bool
-        Whether categories share a dispersion: it is enough that one of them determines it.
-    options : FragilityOptions
-        Its ``fewest_reached``.
-    """
+    """Reason why each category has no curve, "" if it can be fitted; with ``common`` dispersion one is enough."""
     if common and all(alone := reasons_not_fitted(cells, options=options)):
         return alone
     found = []

@@ -1,0 +1,106 @@
+"""One question, one number: commands and pages agree on a study whose walls end at their own movement, some failed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from damagepred.archive.folder import open_study
+from damagepred.report.quality import common_movement, telling_movement
+from damagepred.report.summary import answers
+from damagepred.study.analyses.design_search import damaged
+from damagepred.uq.exceedance import exceedance
+from damagepred.uq.fragility import fit_fragility
+from damagepred.uq.fragility.describe import probability_at
+from damagepred.uq.running import running_probability
+from damagepred.uq.stopping import StopWhen
+from tests.cli.conftest import Run
+from tests.synthetic_studies import synthetic_study
+
+
+@pytest.fixture(scope="module")
+def houses(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    place = tmp_path_factory.mktemp("houses")
+    medians = {"weak": (2e-3, 4e-3), "strong": (4e-3, 8e-3)}
+    return [synthetic_study(place / f"{name}.dp", 40, medians=m, failed=(3, 17)) for name, m in medians.items()]
+
+
+def result(command: Run, *arguments: object) -> dict:
+    said = command(*arguments, "--json")
+    assert said.code == 0, said.err
+    return json.loads(said.out)
+
+
+@pytest.mark.parametrize("category", [1, 2])
+@pytest.mark.parametrize("at", ["3 mm", "site", None])
+def test_commands_and_pages_agree(command: Run, houses: list[Path], category: int, at: str | None) -> None:
+    asked = () if at is None else ("--at", at)
+    compared = result(command, "compare", *houses, "--category", category, *asked)
+    for place, house in enumerate(houses):
+        estimated = result(command, "estimate", house, "--category", category, *asked)["alternatives"][0]["found"]
+        ds = open_study(house)
+        one = exceedance(ds, category, at or "site")
+        assert estimated["estimate"]["value"] == pytest.approx(one.estimate.value)
+        for name, key in (("probability", "value"), ("probability_lower", "lower"), ("probability_upper", "upper")):
+            value = np.array(compared["data_vars"][name]["data"])[place, 0, 0]
+            assert value == pytest.approx(estimated["estimate"][key])
+        assert estimated["failed_undamaged"] <= estimated["estimate"]["value"] <= estimated["failed_damaged"]
+        if at == "3 mm":
+            assert running_probability(ds, category, 3e-3).value[-1] == one.estimate.value
+            rule = StopWhen(category=category, at="3 mm", half_width=0.1)
+            assert rule.estimate(ds, 0.9) == one.estimate
+            assert damaged(ds, category, at, 0.0).mean() <= one.estimate.value <= damaged(ds, category, at).mean()
+        else:  # the end of each wall's own movement: also the status, and the report by default
+            row = result(command, "status", house)["categories"][category]
+            said, found = answers(ds)
+            assert said.startswith("At the end of each wall's own movement")
+            assert (row["or_worse"], row["lower"], row["upper"]) == pytest.approx(found[category][:1] + found[category][2:4])
+            assert found[category] == one.estimate
+            assert (row["failed_undamaged"], row["failed_damaged"]) == pytest.approx(one[2:4])
+    first, second = np.array(compared["data_vars"]["probability"]["data"])[:, 0, 0]
+    assert np.array(compared["data_vars"]["difference"]["data"])[1, 0, 0] == pytest.approx(second - first)
+
+
+def test_shares_of_the_status_add_up(command: Run, houses: list[Path]) -> None:
+    rows = result(command, "status", houses[0])["categories"]
+    assert sum(row["share"] for row in rows) == pytest.approx(1.0)
+    assert sum(row["walls"] for row in rows) == 38
+
+
+def test_the_empirical_curve_is_the_estimate_where_walls_share_increments(houses: list[Path]) -> None:
+    ds = open_study(houses[0])
+    same = ds.assign(central_deflection=ds["central_deflection"] * 0 + ds["central_deflection"][0])
+    curve = fit_fragility(same, model="empirical", categories=[1], bootstrap=0, points=601).isel(category=0)
+    for movement in same["central_deflection"].values[0, 1:]:
+        empirical = curve["probability"].sel(intensity=movement, method="nearest")
+        assert float(empirical) == pytest.approx(exceedance(same, 1, float(movement)).estimate.value)
+
+
+def test_a_curve_is_read_in_one_way(houses: list[Path]) -> None:
+    ds = open_study(houses[0])
+    alone = ds.isel(increment=-1)
+    curves = fit_fragility(alone, categories=[2], bootstrap=500)
+    one = exceedance(alone, 2, 5e-3)
+    assert probability_at(curves, 2, 5e-3) == pytest.approx((one.estimate.value, one.estimate.lower, one.estimate.upper))
+
+
+def test_movements_of_the_report_are_asked_alike(houses: list[Path]) -> None:
+    ds = open_study(houses[0])
+    at = telling_movement(ds, common_movement(ds))
+    unsure = [exceedance(ds, c, at).estimate.value for c in (1, 2)]
+    assert max(p * (1 - p) for p in unsure) > 0.15
+
+
+def test_a_study_without_a_ground_of_its_own_asks_for_a_movement(command: Run, tmp_path: Path) -> None:
+    own = synthetic_study(tmp_path / "own.dp", 12)
+    said = command("estimate", own, "--category", 1)
+    assert said.out.startswith("P(category >= 1 at the end of each wall's own movement) = ")
+    alike = synthetic_study(tmp_path / "alike.dp", 12, own_movements=False)
+    for arguments in (("estimate", alike), ("compare", own, alike), ("report", alike, "--no-replay")):
+        more = ("--at", "site") if arguments[0] == "report" else ("--category", 1)
+        said = command(*arguments, *more)
+        assert said.code == (0 if arguments[0] == "compare" else 2)
+        assert arguments[0] == "compare" or 'no ground of their own; give a movement, such as "6 mm".' in said.err
