@@ -58,8 +58,8 @@ one that did not (Jeffreys' prior of a share)."""
 LEAST_MISSING = 1e-6
 """Share of its own movement that a failed wall lacks at least."""
 
-DIGITS = 12
-"""Decimals of pseudo-values of censored walls: less is rounding."""
+RESOLUTION = 1e-12
+"""Smallest difference of a pseudo-value from 0 and 1 that is no rounding."""
 
 
 class CategoryCapacities(NamedTuple):
@@ -244,7 +244,9 @@ class _Redistribution:
         survival = raised * (self.weight @ undamaged + prior) / total
         hit = 1.0 - raised * undamaged - total * survival * known
         added = 1.0 - raised * np.array([0.0, 1.0]) - total * survival * risk[-1]
-        return (np.round(hit, DIGITS) if count else hit), 1.0 - survival, added
+        for sure in (0.0, 1.0) if count else ():
+            hit[np.abs(hit - sure) < RESOLUTION] = sure
+        return hit, 1.0 - survival, added
 
     def mean(self, points: Sequence[float], prior: float = 0.0) -> tuple[FloatArray, float, FloatArray]:
         """Means of ``pseudo_values`` over movements."""
