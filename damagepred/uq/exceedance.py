@@ -155,13 +155,13 @@ def wanted_movement(ds: xr.Dataset, at: float | str | MovementDistribution, meas
     shown = shown_measure(measure, str(attributes(ds, measure)["units"]))
     wanted = as_distribution(at, str(attributes(ds, measure)["units"]))
     wanted.require_measure(measure)
-    if wanted.own and "damage_category" in ds:
-        if not has_own_ground(ds, measure) and (ends := own_movements(ds, measure)).size:
-            same = f"{shown.factor * ends[0]:.6g} {shown.unit}"
-            raise InputError(
-                f"at = site: all walls of this study have the same {shown.words}, {same}, and no ground of their own; "
-                f'give a movement, such as "{same}".'
-            )
+    ends = own_movements(ds, measure) if wanted.own and "damage_category" in ds else np.empty(0)
+    if ends.size and not has_own_ground(ds, measure):
+        same = f"{shown.factor * ends[0]:.6g} {shown.unit}"
+        raise InputError(
+            f"at = site: all walls of this study have the same {shown.words}, {same}, and no ground of their own; "
+            f'give a movement, such as "{same}".'
+        )
     return wanted
 
 

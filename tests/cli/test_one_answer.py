@@ -57,7 +57,9 @@ def test_commands_and_pages_agree(command: Run, houses: list[Path], category: in
             row = result(command, "status", house)["categories"][category]
             said, found = answers(ds)
             assert said.startswith("At the end of each wall's own movement")
-            assert (row["or_worse"], row["lower"], row["upper"]) == pytest.approx(found[category][:1] + found[category][2:4])
+            assert (row["or_worse"], row["lower"], row["upper"]) == pytest.approx(
+                found[category][:1] + found[category][2:4]
+            )
             assert found[category] == one.estimate
             assert (row["failed_undamaged"], row["failed_damaged"]) == pytest.approx(one[2:4])
     first, second = np.array(compared["data_vars"]["probability"]["data"])[:, 0, 0]
@@ -84,7 +86,9 @@ def test_a_curve_is_read_in_one_way(houses: list[Path]) -> None:
     alone = ds.isel(increment=-1)
     curves = fit_fragility(alone, categories=[2], bootstrap=500)
     one = exceedance(alone, 2, 5e-3)
-    assert probability_at(curves, 2, 5e-3) == pytest.approx((one.estimate.value, one.estimate.lower, one.estimate.upper))
+    assert probability_at(curves, 2, 5e-3) == pytest.approx(
+        (one.estimate.value, one.estimate.lower, one.estimate.upper)
+    )
 
 
 def test_movements_of_the_report_are_asked_alike(houses: list[Path]) -> None:
