@@ -418,8 +418,9 @@ def check_study(folder: StudyFolder, root: Element) -> None:
             columns = {head: [list(one.get(c, nothing)) for c in numbered] for head, one in zip(by, per_rule)}
             check_columns(caption, heads, rows, {"category": [[c] if c >= 0 else [] for c in numbered], **columns})
             assert len({str(one) for one in per_rule}) == 3
-        elif caption.startswith("Inputs and the movement at which category"):
-            sensitivity = study_sensitivity(ds, category=int(numbers(caption)[0].value))
+        elif caption.startswith(("Inputs and the movement at which category", "Inputs and damage of category")):
+            own = caption.endswith("at each wall's own movement")
+            sensitivity = study_sensitivity(ds, category=int(numbers(caption)[0].value), own_ground=own)
             for row in rows:
                 one = sensitivity.sel(variable=row[0])
                 for cell, name in zip(row[1:], ("spearman", "partial", "first_order"), strict=True):
