@@ -88,7 +88,7 @@ def test_an_input_that_moves_the_ground_harms_at_its_own_ground_and_protects_now
     study: tuple[xr.Dataset, StudySettings],
 ) -> None:
     """Capacities are made independent of the end of each wall's movement, which a suction sets here."""
-    ds, settings = study
+    ds, _ = study
     _, found = answers(ds)
     end = ds["movement.central_deflection"].values
     ds = ds.drop_vars("movement.central_deflection").assign({"suction.change": ("sample", end, {"role": "input"})})
