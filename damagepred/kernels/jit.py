@@ -57,11 +57,6 @@ def rule(function: Callable[..., Any]) -> Any:
     return register_jitable(no_cpython_wrapper=True, no_cfunc_wrapper=True, **FLAGS)(function)
 
 
-@kernel
-def _call(function, *arguments):
-    return function(*arguments)
-
-
 class Phase(types.WrapperAddressProtocol):  # type: ignore[misc]
     """A function that is compiled and optimised once, and that structures hold as a field (first-class function).
 
@@ -82,8 +77,10 @@ class Phase(types.WrapperAddressProtocol):  # type: ignore[misc]
         return int(self._compiled.address)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Run from Python."""
-        return self.function(*arguments) if config.DISABLE_JIT else _call(self, *arguments)
+        """Run where nothing is compiled; otherwise kernels call the function as the field of a structure."""
+        if not config.DISABLE_JIT:
+            raise TypeError(f"{self.function.__name__} is called by kernels, as the field of a structure")
+        return self.function(*arguments)
 
 
 def phase(signature: Any) -> Callable[[Callable[..., Any]], Phase]:

@@ -25,7 +25,8 @@ FLAGS, FLAG_ROWS = (types.Array(types.boolean, n, "C") for n in (1, 2))
 class Structure(structref.StructRefProxy):
     """Base of structures: a subclass lists its fields, as attributes that hold their types; made by keyword.
 
-    ``kind`` is the type in signatures and in fields of other structures.
+    ``kind`` is the type in signatures and in fields of other structures. From Python, fields can be read, but numbers,
+    which kernels change.
     """
 
     fields: dict[str, Any]
@@ -33,8 +34,13 @@ class Structure(structref.StructRefProxy):
 
     def __init_subclass__(cls) -> None:
         cls.fields = {name: kind for name, kind in vars(cls).items() if isinstance(kind, types.Type)}
-        for name in cls.fields:
-            delattr(cls, name)
+        arrays = {name: kind for name, kind in cls.fields.items() if isinstance(kind, types.Array)}
+        cls._arrays = tuple((name, as_dtype(kind.dtype), kind.ndim) for name, kind in arrays.items())
+        for name, kind in cls.fields.items():
+            if config.DISABLE_JIT:
+                delattr(cls, name)
+            else:
+                setattr(cls, name, _reader(name, isinstance(kind, types.Number | types.Boolean)))
         # numba pickles types: the class of the type must be found by its name
         names = {"__module__": cls.__module__, "__qualname__": f"{cls.__name__}.Kind"}
         cls.Kind = structref.register(type(f"{cls.__name__}Kind", (types.StructRef,), names))
@@ -53,41 +59,41 @@ class Structure(structref.StructRefProxy):
         if values.keys() != cls.fields.keys():
             wrong = ", ".join(sorted(values.keys() ^ cls.fields.keys()))
             raise TypeError(f"{cls.__name__} has other fields: {wrong}")
-        for name, kind in cls.fields.items():
-            if isinstance(kind, types.Array):
-                _check(f"{cls.__name__}.{name}", values[name], kind)
+        for name, dtype, dimensions in cls._arrays:
+            array = values[name]
+            if not isinstance(array, np.ndarray):
+                raise TypeError(f"{cls.__name__}.{name} must be a contiguous array, not {type(array).__name__}")
+            if array.dtype != dtype or array.ndim != dimensions or not array.flags.carray:
+                raise TypeError(
+                    f"{cls.__name__}.{name} must be a contiguous, writeable array of {dtype} with {dimensions} "
+                    f"dimensions, not {array.dtype} {array.shape}"
+                )
         if config.DISABLE_JIT:
             made = cls._numba_box_(cls.kind, None)
-            records = {name for name, value in values.items() if isinstance(value, np.ndarray) and value.dtype.names}
-            readable = {n: v.view(np.recarray) if n in records else v for n, v in values.items()}
-        else:
-            made, readable = cls.make(*(values[name] for name in cls.fields)), {}
-            for name, kind in cls.fields.items():
-                if not isinstance(kind, types.Number | types.Boolean):  # kernels change numbers
-                    readable[name] = values[name]
-        vars(made).update(readable)
+            for name, value in values.items():
+                records = isinstance(value, np.ndarray) and value.dtype.names
+                setattr(made, name, value.view(np.recarray) if records else value)
+            return made
+        made = cls.make(*map(values.__getitem__, cls.fields))
+        made._values = values
         return made
 
     @classmethod
     def empty(cls) -> Any:
         """Make a structure whose arrays have no entries."""
-        return cls(**{name: np.empty((0,) * kind.ndim, as_dtype(kind.dtype)) for name, kind in cls.fields.items()})
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        """Refuse changes from Python, which kernels would not see."""
-        if name in self.fields and not config.DISABLE_JIT:
-            raise AttributeError(f"{type(self).__name__}.{name} cannot be changed: make another structure")
-        super().__setattr__(name, value)
+        return cls(**{name: np.empty((0,) * dimensions, dtype) for name, dtype, dimensions in cls._arrays})
 
     def __reduce__(self) -> Any:
         """Refuse copies: they would share arrays that kernels change."""
         raise TypeError(f"{type(self).__name__} cannot be copied or pickled: make another one from its arrays")
 
 
-def _check(name: str, array: Any, kind: Any) -> None:
-    """Refuse an array of another type, number of dimensions or layout."""
-    dtype = as_dtype(kind.dtype)
-    if isinstance(array, np.ndarray) and array.dtype == dtype and array.ndim == kind.ndim and array.flags.carray:
-        return
-    given = f"{array.dtype} {array.shape}" if isinstance(array, np.ndarray) else type(array).__name__
-    raise TypeError(f"{name} must be a contiguous, writeable array of {dtype} with {kind.ndim} dimensions, not {given}")
+def _reader(name: str, number: bool) -> property:
+    """Make the property of a field, which cannot be set: kernels would not see it."""
+
+    def read(self: Structure) -> Any:
+        if number:
+            raise AttributeError(f"{type(self).__name__}.{name} is a number of kernels")
+        return self._values[name]
+
+    return property(read)

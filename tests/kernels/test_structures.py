@@ -31,7 +31,7 @@ def rows() -> dict[str, Any]:
 def test_a_structure_has_its_arrays(rows: dict[str, Any]) -> None:
     made = Rows(**rows)
     assert made.gathered is rows["gathered"]
-    with pytest.raises(AttributeError, match="fronts cannot be changed"):
+    with pytest.raises(AttributeError):
         made.fronts = np.arange(2)
 
 

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from damagepred.kernels.jit import kernel
 from damagepred.kernels.linear import dense
 from damagepred.solvers.quasi_static.linear_system import DEFAULTS
+
+INVERT = kernel(dense.invert.function)
 
 
 def invert(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
@@ -12,7 +15,7 @@ def invert(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
     size = len(matrix)
     front, flat = np.pad(matrix, (0, 3), constant_values=np.nan), np.empty(matrix.size)
     workspace = dense.dense_workspace(size, DEFAULTS.inversion_panel, DEFAULTS.singular_pivot_ratio)
-    ratio = dense.invert(workspace, size, len(front), front.T.ravel(), symmetric, flat)
+    ratio = INVERT(workspace, size, len(front), front.T.ravel(), symmetric, flat)
     inverse[:] = flat.reshape(size, size).T
     return float(ratio)
 

@@ -39,6 +39,24 @@ def _law_of(joints, general, elastic):
     return _Interfaces(joints.edge, joints.contact_offset, joints.contact_area, sides), joints.properties, options
 
 
+@kernel
+def add_joint_forces(law, joints, history, bounds, listed, coulomb, displacement, force, stiffness):
+    """Add the forces of listed joints and of strained blocks, and fill the tangents of the joints."""
+    law.add_forces(joints, history, bounds, listed, coulomb, displacement, force, stiffness)
+
+
+@kernel
+def fill_bond_loads(law, joints, history, listed, displacement, load):
+    """Fill the loads of the bonds of listed interfaces; the largest."""
+    return law.bond_loads(joints, history, listed, displacement, load)
+
+
+@kernel
+def find_inelastic(law, joints, history, listed, displacement, slides, load):
+    """Find listed interfaces that leave the elastic range, and fill the loads of their bonds; the largest."""
+    return law.check_elastic(joints, history, listed, displacement, slides, load)
+
+
 @phase(SECTION_FORCES)
 def no_section_forces(sections, memory, joints, displacement, force, stiffness):
     """Add no force: the footing does not crack, or there is none."""

@@ -43,6 +43,12 @@ def _resist(condensation, displacement):
 
 
 @kernel
+def condense_forces(substitution, force, particular):
+    """Condense forces on condensed fronts to the active ones by forward elimination."""
+    substitution.forward(substitution.factors, substitution.rows, force, particular)
+
+
+@kernel
 def subtract_boundary_forces(condensation, displacement, force):
     """Subtract the forces by which the superelements resist the displacements of their boundaries."""
     _resist(condensation, displacement)

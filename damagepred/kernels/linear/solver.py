@@ -2,7 +2,7 @@
 
 from numba import types
 
-from damagepred.kernels.jit import law, phase
+from damagepred.kernels.jit import kernel, law, phase
 from damagepred.kernels.linear.correction import CORRECT, RESPOND, Correction, discard_responses
 from damagepred.kernels.linear.factors import ELIMINATE
 from damagepred.kernels.linear.substitution import Substitution, solve_factorised
@@ -198,3 +198,21 @@ def solve_tangent(solver, stiffness, force, displacement):
             displacement[m, i] = 0.0
         for j in range(dofs.size):
             displacement[m, dofs[j]] = right[m, j]
+
+
+class TangentSolution(Structure):
+    """The function ``solve_tangent``, for calls from Python."""
+
+    solve = types.FunctionType(SOLVE_TANGENT)
+
+
+@kernel
+def solve_from_python(solution, solver, stiffness, force, displacement):
+    """Solve the tangent equations; see ``solve_tangent``."""
+    solution.solve(solver, stiffness, force, displacement)
+
+
+@kernel
+def eliminate_outdated(solver, changed, complements, elastic):
+    """Eliminate the outdated fronts; see ``damagepred.kernels.linear.factors.eliminate``."""
+    return solver.eliminate(solver.substitution.factors, changed, solver.target, complements, elastic)

@@ -14,7 +14,17 @@ from damagepred.errors import InputError
 from damagepred.kernels.linear.correction import Correction, correct, respond
 from damagepred.kernels.linear.dense import dense_workspace, invert
 from damagepred.kernels.linear.factors import BlockTangents, Factors, Tree, eliminate
-from damagepred.kernels.linear.solver import CORRECTIONS, FACTORISATIONS, ITERATIONS, Costs, Solver, solve_tangent
+from damagepred.kernels.linear.solver import (
+    CORRECTIONS,
+    FACTORISATIONS,
+    ITERATIONS,
+    Costs,
+    Solver,
+    TangentSolution,
+    eliminate_outdated,
+    solve_from_python,
+    solve_tangent,
+)
 from damagepred.kernels.linear.substitution import Rows, Substitution, back, forward, solve_columns
 from damagepred.solvers.quasi_static.elimination_tree import ElasticFactors, EliminationTree
 from damagepred.solvers.quasi_static.options import LinearSystemOptions
@@ -76,6 +86,7 @@ class MultifrontalSystem:
                 f"method = 'explicit'."
             )
         self._superelements, self._stiffness = superelements, elastic
+        self._solution = TangentSolution(solve=solve_tangent)
         self._make_factors(system)
         self._make_room()
         self.elastic_complements = np.empty(0)
@@ -345,11 +356,11 @@ class MultifrontalSystem:
         """
         regularised = self._arrays["complements"]
         self._outdated[:] = fronts
-        eliminate(self.factors, interfaces, self._target, regularised, False)
+        eliminate_outdated(self.solver, interfaces, regularised, False)
         if not self.elastic_complements.size:
             self.elastic_complements = np.empty_like(regularised)
         self._outdated[:] = fronts
-        return bool(eliminate(self.factors, interfaces[:0], self._target, self.elastic_complements, True))
+        return bool(eliminate_outdated(self.solver, interfaces[:0], self.elastic_complements, True))
 
     def update(self, stiffness: FloatArray) -> None:
         """Set the stiffness of the interfaces for the next ``solve``.
@@ -383,7 +394,7 @@ class MultifrontalSystem:
                 f"{self._stiffness.shape}"
             )
         displacement = np.empty_like(rows)
-        solve_tangent(self.solver, self._stiffness, rows, displacement)
+        solve_from_python(self._solution, self.solver, self._stiffness, rows, displacement)
         return displacement.reshape(force.shape)
 
     def _update_blocks(self) -> None:

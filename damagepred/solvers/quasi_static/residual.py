@@ -12,7 +12,13 @@ from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
 from damagepred.kernels.concrete_section.forces import section_forces
 from damagepred.kernels.equilibrium.completion import Completed, complete, store_tangent
-from damagepred.kernels.equilibrium.joints import JointSteps, joint_steps
+from damagepred.kernels.equilibrium.joints import (
+    JointSteps,
+    add_joint_forces,
+    fill_bond_loads,
+    find_inelastic,
+    joint_steps,
+)
 from damagepred.kernels.equilibrium.newton import newton, newton_with_line_search, run_newton
 from damagepred.kernels.equilibrium.predictor import interpolate_event, predict
 from damagepred.kernels.equilibrium.residual import bordered_step, wall_residual, with_constraint
@@ -169,7 +175,8 @@ class Residual:
         self.steps: JointSteps = joint_steps(self.return_mapping.general, None if elastic is None else True)
         self._joint_records = self._make_joints()
         self._law = self.steps.law(self.model.sections is not None)
-        self._sections, options = _sections_of(self.model), self.options.continuation
+        self._sections, self._no_sections = _sections_of(self.model), SectionMemory.empty()
+        options = self.options.continuation
         self._bonds = Bonds(
             load=self.bond_load,
             load_at_start=np.zeros_like(self.bond_load),
@@ -306,8 +313,8 @@ class Residual:
                 self._stiffness,
             )
         listed, u = self._joints(interfaces), self._displacement_of(state, displacement)
-        history, law = self._history(state), self.steps.add_forces
-        law(self._joint_records, history, self._bounds, listed, coulomb, u, self._force, self._stiffness)
+        law, joints, history, bounds = self._law, self._joint_records, self._history(state), self._bounds
+        add_joint_forces(law, joints, history, bounds, listed, coulomb, u, self._force, self._stiffness)
         if superelements is not None:
             superelements.scatter_facet_forces(self._force)
             condensed_too = interfaces is self._all_interfaces
@@ -321,7 +328,7 @@ class Residual:
         self._set_loads(state, self.equations.condensation)
         made: WallState = WallState(
             history=self._history(state),
-            sections=SectionMemory(**state.sections._asdict()),
+            sections=self._no_sections if self.model.sections is None else SectionMemory(**state.sections._asdict()),
             external=self._external,
             load=float(state.load),
             live=float(state.load_factor),
@@ -366,7 +373,8 @@ class Residual:
         searching, found = self.has_potential if searching is None else searching, np.empty_like(start)
         begin, jack = self._displacement_of(state, start), float(state.jack)
         if self._compiled:
-            inside, ahead = self._in_state(state, self._divergence_limit(state)), self._ahead(state)
+            inside = self._in_state(state, self._divergence_limit(state))
+            ahead = self._ahead(state, inside.history)
             ratio, state.jack, completed = run_newton(self.wall, inside, *ahead, jack, begin, found, searching)
             self._completed, within = completed, ratio < self.tolerance and completed.within
         else:
@@ -557,7 +565,7 @@ class Residual:
     def _fill_bond_loads(self, state: State, displacement: FloatArray) -> None:
         """Fill the bond loads of active interfaces at a displacement, with the history of a state."""
         u, history, active = self._displacement_of(state, displacement), self._history(state), self.equations.active
-        load = float(self.steps.bond_loads(self._joint_records, history, active, u, self.bond_load))
+        load = float(fill_bond_loads(self._law, self._joint_records, history, active, u, self.bond_load))
         self._completed = self._completed._replace(bond_load=load)
 
     def event_share(self, state: State, aim: float, active_only: bool = False) -> float:
@@ -612,7 +620,8 @@ class Residual:
         """
         if self._compiled:
             u = self._displacement_of(state, displacement)
-            store_tangent(self.wall, self._in_state(state), *self._ahead(state), u)
+            inside = self._in_state(state)
+            store_tangent(self.wall, inside, *self._ahead(state, inside.history), u)
             return
         self.tangent[self.equations.active] = self._stiffness[self.equations.active]
         if self._no_imposed_movement:
@@ -620,18 +629,18 @@ class Residual:
         step, moved, (_, support_step) = (
             self.options.newton.finite_difference_step,
             displacement.copy(),
-            self._ahead(state),
+            self._ahead(state, self._history(state)),
         )
         moved[self.model.supports.prescribed] += support_step
         self._rate[:] = self._moving_forces(replace(state, load_factor=state.load_factor + step), moved)
         self._rate -= self._moving_forces(state, displacement)
         self._rate /= step
 
-    def _ahead(self, state: State) -> tuple[History, FloatArray]:
-        """History with the ground, and movement of the supports, a step of the load factor ahead."""
+    def _ahead(self, state: State, history: History) -> tuple[History, FloatArray]:
+        """History with the ground, and movement of the supports, a step of the load factor ahead of a history."""
         step, ground, supports = self.options.newton.finite_difference_step, self.model.ground, self.model.supports
         if self._no_imposed_movement:
-            return self._history(state), supports.prescribed_displacement
+            return history, supports.prescribed_displacement
         moved = step * ground.load_factor_rate(state.load_factor) * supports.prescribed_displacement
         return self._history(state, state.load_factor + step), moved
 
@@ -759,8 +768,8 @@ class Residual:
         self._fill_bond_loads(state, u)
         condensed, sliding, largest = self.equations.condensed_interfaces, 0, 0.0
         if self.condensed:
-            records, history = self._joint_records, self._history(state)
-            largest = self.steps.check_elastic(records, history, condensed, u, self._slides, self.bond_load)
+            joints, history = self._joint_records, self._history(state)
+            largest = find_inelastic(self._law, joints, history, condensed, u, self._slides, self.bond_load)
             sliding = int(self._slides[condensed].sum())
         self._completed = self._completed._replace(sliding=sliding, condensed_load=float(largest))
 

@@ -7,8 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.kernels.linear.condensation import Condensation, elastic_energy, recover, subtract_boundary_forces
-from damagepred.kernels.linear.substitution import Substitution, forward
+from damagepred.kernels.linear.condensation import (
+    Condensation,
+    condense_forces,
+    elastic_energy,
+    recover,
+    subtract_boundary_forces,
+)
+from damagepred.kernels.linear.substitution import Substitution
 
 if TYPE_CHECKING:
     from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
@@ -37,7 +43,7 @@ class StaticCondensation:
         loads = np.stack([load, np.zeros_like(load) if live_load is None else live_load])
         reduced, particular = np.ascontiguousarray(loads[:, tree.dofs]), np.empty((2, len(tree.dofs)))
         equations.reached[:] = True
-        forward(equations.factors, substitution.rows, reduced, particular)
+        condense_forces(substitution, reduced, particular)
         condensed = tree.dofs[np.repeat(~active, tree.size)]
         roots = np.flatnonzero(~active & np.append(active, False)[tree.parent])
         of_root = np.repeat(np.isin(np.arange(tree.count), roots), tree.boundary_size)
