@@ -57,6 +57,10 @@ def rule(function: Callable[..., Any]) -> Any:
     return register_jitable(no_cpython_wrapper=True, no_cfunc_wrapper=True, **FLAGS)(function)
 
 
+def _c_function(function: Callable[..., Any], signature: Any, **options: Any) -> Any:
+    return numba.cfunc(signature, **options)(function)
+
+
 class Phase(types.WrapperAddressProtocol):  # type: ignore[misc]
     """A function that is compiled and optimised once, and that structures hold as a field (first-class function).
 
@@ -73,7 +77,7 @@ class Phase(types.WrapperAddressProtocol):  # type: ignore[misc]
     def __wrapper_address__(self) -> int:
         """Entry point; compiles at the first call."""
         if self._compiled is None:
-            self._compiled = _compiled(numba.cfunc, self._signature)(self.function)
+            self._compiled = _compiled(_c_function, self.function, signature=self._signature)
         return int(self._compiled.address)
 
     def __call__(self, *arguments: Any) -> Any:

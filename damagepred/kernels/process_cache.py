@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 OLD = 24 * 3600.0
-"""Age (s) from which the folder of a process that was killed is removed; a live one makes it again."""
+"""Age (s) from which a folder is removed even if there is a process of its number; a live one makes it again."""
 
 
 class ProcessCache:
@@ -39,9 +39,9 @@ class ProcessCache:
         processes.mkdir(exist_ok=True)
         for other in processes.iterdir():
             with contextlib.suppress(OSError):
-                if time.time() - other.stat().st_mtime > OLD:
+                if not _runs(other.name) or time.time() - other.stat().st_mtime > OLD:
                     shutil.rmtree(other, ignore_errors=True)
-        self.folder = Path(tempfile.mkdtemp(dir=processes))
+        self.folder = Path(tempfile.mkdtemp(prefix=f"{self._process}-", dir=processes))
         with self._locked():
             self._known = {file.relative_to(shared): _identity(file) for file in _files(shared)}
             for name in self._known:
@@ -76,6 +76,19 @@ class ProcessCache:
                 return
             fcntl.flock(lock, fcntl.LOCK_EX)
             yield
+
+
+def _runs(name: str) -> bool:
+    """Whether the process of a folder may be running."""
+    if os.name == "nt":  # signal 0 would end it
+        return True
+    try:
+        os.kill(int(name.partition("-")[0]), 0)
+    except (ProcessLookupError, ValueError):
+        return False
+    except PermissionError:
+        pass
+    return True
 
 
 def _files(folder: Path, pattern: str = "*.nb?") -> list[Path]:

@@ -1,9 +1,12 @@
 """Compiled kernels are kept on the disk, where processes that run at the same time share them."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import types
 
 from damagepred.assembly import wall_model
 from damagepred.kernels import jit
@@ -65,3 +68,23 @@ def test_contacts_cost_no_reference_counts(monkeypatch: pytest.MonkeyPatch) -> N
     )
     (code,) = stresses.inspect_llvm().values()
     assert "@NRT_incref(" not in code
+
+
+def test_phases_and_kernels_are_kept_in_the_folder_of_the_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(jit, "CACHE_FOLDER", tmp_path)
+    assert jit.Phase(doubled, types.int64(types.int64)).__wrapper_address__()
+    assert len(list(tmp_path.rglob("*.nbc"))) == 1
+
+
+def test_folders_of_processes_that_have_ended_are_removed(tmp_path: Path) -> None:
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    left = tmp_path / "processes" / f"{ended.pid}-left"
+    left.mkdir(parents=True)
+    cache, other = ProcessCache(tmp_path), ProcessCache(tmp_path)
+    assert not left.exists()
+    assert cache.folder.exists()
+    other.close()
+    cache.close()
