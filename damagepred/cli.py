@@ -15,7 +15,7 @@ from damagepred import screen
 from damagepred.enumerations import PathStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     import xarray as xr
 
@@ -46,13 +46,37 @@ app = typer.Typer(
 OK, BAD_INPUT, SOME_FAILED, INTERRUPTED = 0, 2, 3, 130
 """Exit codes."""
 
+
+def _output(*suffixes: str, new_folder: bool = False) -> Callable[[typer.Context, Path | None], Path | None]:
+    """Check of an option that names a file to write, or without suffixes a folder, before the command does anything."""
+
+    def check(context: typer.Context, value: Path | None) -> Path | None:
+        if value is not None and not context.resilient_parsing:
+            from damagepred.archive.files import check_output
+
+            inputs = [given for given in context.params.values() if isinstance(given, Path)]
+            check_output(value, *suffixes, inputs=inputs, new_folder=new_folder)
+        return value
+
+    return check
+
+
+PICTURES = (".png", ".pdf", ".svg")
+
 SceneOrStudyFile = Annotated[Path, typer.Argument(help="Scene or study file (TOML).", show_default=False)]
 StudyFile = Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)]
 StudyFolderPath = Annotated[Path, typer.Argument(help="Study folder (*.dp).", show_default=False)]
-WallOrStudy = Annotated[Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False)]
-NetcdfFile = Annotated[Path | None, typer.Option("-o", "--output", help="netCDF file to write.")]
-Picture = Annotated[Path | None, typer.Option("--plot", help="Picture to draw (png, svg, pdf).")]
-PictureFolder = Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.")]
+WallOrStudy = Annotated[
+    Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False, is_eager=True)
+]
+NetcdfFile = Annotated[
+    Path | None, typer.Option("-o", "--output", help="netCDF file to write.", callback=_output(".nc"))
+]
+Picture = Annotated[
+    Path | None,
+    typer.Option("--plot", help="Picture to draw (png, svg, pdf).", callback=_output(*PICTURES, new_folder=True)),
+]
+PictureFolder = Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.", callback=_output())]
 Category = Annotated[
     int,
     typer.Option(
@@ -176,7 +200,6 @@ def solve(
     quiet: Quiet = False,
 ) -> None:
     """Solve one wall; of a study file, the wall with every variable at its mean."""
-    from damagepred.archive.files import check_writable
     from damagepred.assembly import Limits
     from damagepred.pipeline import solve as solve_wall
     from damagepred.scene.assumed import ground_line
@@ -186,7 +209,6 @@ def solve(
     _ask_back(described, settings)
     if settings is not None:
         described, mean_wall = settings.mean_wall()
-    check_writable(output, plot)
     count = described.movement.increment_count if described.dynamics is None else described.dynamics.outputs
     with screen.Bar("solving", count + 1) as bar:
         ds = solve_wall(
@@ -212,7 +234,9 @@ def study(
     file: StudyFile,
     samples: Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Walls in all.")] = None,
     workers: Workers = 1,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Study folder (*.dp).")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Study folder (*.dp).", callback=_output())
+    ] = None,
     seed: Seed = None,
     timeout: Timeout = None,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run failed walls again.")] = False,
@@ -338,7 +362,7 @@ def rare(
         int | None, typer.Option("--runs", min=1, help="Independent runs, which tell the error; 5 in a new folder.")
     ] = None,
     workers: Workers = 1,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.rare).")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.rare).", callback=_output())] = None,
     seed: Seed = None,
     level_share: Annotated[float, typer.Option(help="Share of a level's walls that the next starts from.")] = 0.1,
     reach: Annotated[float, typer.Option(help="Factor on the movement to which walls are solved.")] = 2.0,
@@ -431,14 +455,12 @@ def compare(
     quiet: Quiet = False,
 ) -> None:
     """Compare studies: how far each measure changes a probability of damage, the same samples under each."""
-    from damagepred.archive.files import check_writable
     from damagepred.archive.folder import open_study
     from damagepred.errors import InputError
     from damagepred.uq.comparison import compare as compare_studies
     from damagepred.uq.comparison import sentences
     from damagepred.uq.movement_distribution import movement_distribution
 
-    check_writable(output, plot)
     movement = movement_distribution(at, option="--at")
     names = [folder.name.removesuffix(".dp") for folder in folders]
     if len(set(names)) < len(names):
@@ -480,14 +502,12 @@ def infer_command(
     quiet: Quiet = False,
 ) -> None:
     """Infer movement and cause from observed cracks, levels and windows, and what further movement would bring."""
-    from damagepred.archive.files import check_writable
     from damagepred.errors import InputError
     from damagepred.study.analyses.back_analysis import InferenceOptions, infer, prices
     from damagepred.study.analyses.posterior_tables import reported, sentences
 
     if len(files) < 2 or files[-1].suffix != ".toml":
         raise InputError("infer: give one study folder or more, and then the file of the observations (*.toml).")
-    check_writable(output, plot)
     options = InferenceOptions(replays=replays, new_walls=new_walls)
     for price in prices(files[:-1], files[-1], options, workers):
         screen.note(price)
@@ -506,7 +526,9 @@ def infer_command(
 def design_command(
     file: Annotated[Path, typer.Argument(help="File of the choices (TOML).", show_default=False)],
     workers: Workers = 1,
-    folder: Annotated[Path | None, typer.Option("--folder", help="Folder of the alternatives' studies.")] = None,
+    folder: Annotated[
+        Path | None, typer.Option("--folder", help="Folder of the alternatives' studies.", callback=_output())
+    ] = None,
     output: NetcdfFile = None,
     plot: Picture = None,
     json: Json = False,
@@ -514,10 +536,8 @@ def design_command(
     quiet: Quiet = False,
 ) -> None:
     """Search the cheapest alternative with unlikely damage, or the least expected cost; the same command resumes."""
-    from damagepred.archive.files import check_writable
     from damagepred.study.analyses.design_search import price_of_search, search_design
 
-    check_writable(output, plot)
     screen.note(price_of_search(file, workers))
     with screen.ReplayBar("walls of an alternative") as bar:
         found = search_design(
@@ -544,7 +564,7 @@ def two_level(
     ] = None,
     pilot: Annotated[int, typer.Option("--pilot", min=10, help="Walls of the pilot run.")] = 32,
     workers: Workers = 1,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.two).")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Folder (*.two).", callback=_output())] = None,
     seed: Seed = None,
     yes: Yes = False,
     mix_versions: MixVersions = False,
@@ -590,7 +610,7 @@ def fragility(
     folder: StudyFolderPath,
     output: NetcdfFile = None,
     plot: Picture = None,
-    csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write.")] = None,
+    csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write.", callback=_output(".csv"))] = None,
     intensity: Annotated[
         Intensity | None,
         typer.Option(
@@ -634,12 +654,10 @@ def fragility(
     quiet: Quiet = False,
 ) -> None:
     """Fit fragility curves to a study."""
-    from damagepred.archive.files import check_writable
     from damagepred.archive.folder import open_study
     from damagepred.rejudge import footing_gap_note, judge_again
     from damagepred.uq.fragility import fit_fragility
 
-    check_writable(output, plot, csv)
     wanted = screen.categories("--categories", categories) if categories else None
     study = open_study(folder)
     if measure is not None or footing_gap is not None:
@@ -693,7 +711,13 @@ def export(
         typer.Argument(help="Program; or CSV of curves, or of the walls of a study.", show_default=False),
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="File to write (csv, xml), by default beside the input.")
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="File to write (csv, xml), by default beside the input.",
+            callback=_output(".csv", ".xml"),
+        ),
     ] = None,
     categories: Annotated[
         str | None,
@@ -711,8 +735,7 @@ def export(
     from damagepred.uq.fragility import fit_fragility
 
     wanted = screen.categories("--categories", categories) if categories else None
-    beside = output or path
-    place = beside if beside.suffix == ".csv" else beside.with_name(f"{beside.stem}_{form}.csv")
+    place = output or path.with_name(f"{path.stem}_{form}.csv")
     if form == "walls":
         write_csv(walls_frame(open_study(path)), place)
         screen.note(f"wrote {place}")
@@ -722,7 +745,7 @@ def export(
         write_csv(curves_frame(curves), place)
         screen.note(f"wrote {place}")
         return
-    for file in export_curves(curves, form, beside, wanted, extrapolated):
+    for file in export_curves(curves, form, output or path, wanted, extrapolated):
         screen.note(f"wrote {file}")
 
 
@@ -736,7 +759,9 @@ def sensitivity(
     result: Annotated[str | None, typer.Option("--of", help="Of this result, at the end of the movement.")] = None,
     samples: Annotated[int | None, typer.Option("-n", "--samples", min=8, help="Walls in all, for a file.")] = None,
     workers: Workers = 1,
-    folder: Annotated[Path | None, typer.Option("--folder", help="Study folder of the walls that are run.")] = None,
+    folder: Annotated[
+        Path | None, typer.Option("--folder", help="Study folder of the walls that are run.", callback=_output())
+    ] = None,
     plot: Picture = None,
     output: NetcdfFile = None,
     confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
@@ -747,14 +772,12 @@ def sensitivity(
     quiet: Quiet = False,
 ) -> None:
     """Say what damage depends on; of a file, run crossed walls first, which tell what varies from joint to joint."""
-    from damagepred.archive.files import check_writable
     from damagepred.archive.folder import open_study
     from damagepred.assembly import Limits
     from damagepred.study import Study
     from damagepred.study.analyses.variance_shares import crossed_study, study_sensitivity
     from damagepred.study.settings import StudySettings
 
-    check_writable(output, plot)
     place, failed = path, 0
     if not path.is_dir():
         place = folder or path.with_suffix(".crossed.dp")
@@ -787,10 +810,8 @@ def replay(
     quiet: Quiet = False,
 ) -> None:
     """Solve one wall of a study again, the very same, and keep all its fields."""
-    from damagepred.archive.files import check_writable
     from damagepred.study.campaign.replay import replay as replay_sample
 
-    check_writable(output, plot)
     with screen.Bar(f"sample {sample}") as bar:
         ds, comparison = replay_sample(folder, sample, on_step=bar.step)
     _keep_wall(ds, output, plot)
@@ -802,14 +823,15 @@ def replay(
 @app.command()
 def plot(
     path: WallOrStudy,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for pictures.")] = Path("pictures"),
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for pictures.", callback=_output())] = Path(
+        "pictures"
+    ),
     quiet: Quiet = False,
 ) -> None:
     """Draw a solved wall or a study."""
-    from damagepred.archive.files import check_writable, read_dataset
+    from damagepred.archive.files import read_dataset
     from damagepred.archive.folder import open_study
 
-    check_writable(output)
     ds = open_study(path) if path.is_dir() else read_dataset(path)
     if path.is_dir() or "sample" in ds.sizes:  # a study, or one judged again
         from damagepred.plotting import save_study_pictures
@@ -825,20 +847,21 @@ def plot(
 
 @app.command("cracks")
 def cracks_command(
-    file: Annotated[Path, typer.Argument(help="Result of solve or replay (*.nc).", show_default=False)],
-    csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write, with all increments.")] = None,
+    file: Annotated[Path, typer.Argument(help="Result of solve or replay (*.nc).", show_default=False, is_eager=True)],
+    csv: Annotated[
+        Path | None, typer.Option("--csv", help="CSV file to write, with all increments.", callback=_output(".csv"))
+    ] = None,
     output: NetcdfFile = None,
     json: Json = False,
     full: Full = False,
     quiet: Quiet = False,
 ) -> None:
     """Show the cracks of a solved wall at the end of its path, one by one."""
-    from damagepred.archive.files import check_writable, read_dataset
+    from damagepred.archive.files import read_dataset
     from damagepred.exports import write_csv
     from damagepred.wall_cracks import crack_frame
     from damagepred.wall_cracks import cracks as cracks_of
 
-    check_writable(csv, output)
     found = cracks_of(read_dataset(file))
     if csv is not None:
         write_csv(crack_frame(found, None), csv, index=False)
@@ -876,11 +899,10 @@ def judge_command(
     quiet: Quiet = False,
 ) -> None:
     """Judge a wall or a study again under another damage table or other rules; nothing is solved."""
-    from damagepred.archive.files import check_writable, read_dataset
+    from damagepred.archive.files import read_dataset
     from damagepred.archive.folder import open_study
     from damagepred.rejudge import judge_again
 
-    check_writable(output)
     before = open_study(path) if path.is_dir() else read_dataset(path)
     after = judge_again(
         before,
@@ -934,11 +956,10 @@ def scales_command(
     quiet: Quiet = False,
 ) -> None:
     """Judge a wall or a study by all published scales and limits that ship, and show how far they agree."""
-    from damagepred.archive.files import check_writable, read_dataset
+    from damagepred.archive.files import read_dataset
     from damagepred.archive.folder import open_study
     from damagepred.scales import compare_scales
 
-    check_writable(output, plot)
     found = compare_scales(open_study(path) if path.is_dir() else read_dataset(path), increment)
     _keep_curves(found, output, plot)
     if json:
@@ -951,7 +972,10 @@ def scales_command(
 def report(
     path: WallOrStudy,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="HTML file to write; by default beside the input.")
+        Path | None,
+        typer.Option(
+            "-o", "--output", help="HTML file to write; by default beside the input.", callback=_output(".html", ".htm")
+        ),
     ] = None,
     at: Annotated[
         str | None,

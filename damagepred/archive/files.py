@@ -8,7 +8,7 @@ import os
 import tempfile
 import threading
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,12 @@ from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyErr
 
 _ONE_AT_A_TIME = threading.RLock()
 """The HDF5 library crashes when two threads use it at once, and a study may run in threads."""
+
+PICTURES = (".png", ".pdf", ".svg")
+"""Suffixes of pictures."""
+
+FILE_SUFFIXES = (*PICTURES, ".nc", ".csv", ".xml", ".json", ".html", ".toml")
+"""Suffixes that no folder of results has."""
 
 READER_ERRORS = (OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
 """What the readers of netCDF raise for damaged files."""
@@ -45,7 +51,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
     """
     temporary: Path | None = None
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".tmp", dir=path.parent)
+        handle, name = tempfile.mkstemp(prefix=f".{path.name[:50]}.", suffix=".tmp", dir=path.parent)
         os.close(handle)
         temporary = Path(name)
         write(temporary)
@@ -64,31 +70,39 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
                 temporary.unlink(missing_ok=True)
 
 
-def check_writable(*paths: Path | None) -> None:
-    """Check before the work that its results can be written after it.
-
-    Parameters
-    ----------
-    *paths : Path or None
-        Files to write, or folders to write into.
-
-    Raises
-    ------
-    StudyError
-        If one of them cannot be written.
-    """
-    for path in paths:
-        if path is None:
-            continue
-        is_folder = path.is_dir() or not path.suffix
-        folder = path if is_folder else path.parent
-        try:
-            if is_folder:
-                folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder):
-                pass
-        except OSError as error:
-            raise StudyError(f"{path}: cannot be written: {_reason(error)}") from error
+def check_output(path: str | Path, *suffixes: str, inputs: Iterable[Path] = (), new_folder: bool = False) -> None:
+    """Refuse a file that cannot be written or has none of the suffixes; without suffixes a folder. Writes nothing."""
+    place = Path(path)
+    existing = (parent for parent in (place, *place.absolute().parents) if os.path.lexists(parent))
+    try:
+        if suffixes:
+            if place.suffix.lower() not in suffixes:
+                name = f"{place.stem or 'result'}{suffixes[0]}"
+                raise InputError(f"{place}: the name must end in {' or '.join(suffixes)}; write {place.parent / name}.")
+            if place.is_dir():
+                raise InputError(
+                    f"{place}: is a folder; give the name of a file, such as {place / 'result'}{suffixes[0]}."
+                )
+            if any(place.exists() and file.exists() and place.samefile(file) for file in inputs):
+                raise InputError(f"{place}: is the input of this command; give another name.")
+            folder = next(parent for parent in existing if parent != place) if new_folder else place.parent
+        elif place.exists() and not place.is_dir():
+            raise InputError(f"{place}: is a file, and this is written into a folder; give another place with -o.")
+        elif place.suffix.lower() in FILE_SUFFIXES and not place.exists():
+            raise InputError(f"{place}: this is written into a folder; give it another name than that of a file.")
+        else:
+            folder = next(existing)
+        status = os.statvfs(folder)
+        if not folder.is_dir():
+            raise OSError(errno.ENOTDIR, "")
+        if status.f_flag & os.ST_RDONLY:
+            raise OSError(errno.EROFS, "")
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise OSError(errno.EACCES, "")
+        if status.f_blocks and not status.f_bavail:
+            raise OSError(errno.ENOSPC, "")
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be written: {_reason(error)}") from error
 
 
 def _sync_folder(folder: Path) -> None:

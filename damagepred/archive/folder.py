@@ -33,7 +33,7 @@ import xarray as xr
 
 from damagepred.archive.checks import check_attributes
 from damagepred.archive.digest import read_signed_json, signed, signed_json, study_hash, verified
-from damagepred.archive.files import read_dataset, write_dataset, write_whole
+from damagepred.archive.files import check_output, read_dataset, write_dataset, write_whole
 from damagepred.archive.parts import Column, Columns, columns_of, read_part
 from damagepred.archive.provenance import Environment, as_table, from_table, provenance
 from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, dataset, with_shared_movement
@@ -96,17 +96,22 @@ class StudyFolder:
         StudyError
             If there is something else in its place, or it cannot be written.
         """
-        if not self._can_begin():
-            lost = " If its study.toml was lost, `damagepred repair` restores it." if self.design_file.is_file() else ""
-            raise StudyError(
-                f"{self.path}: exists and is no study folder; nothing was changed. Choose another with -o.{lost}"
-            )
+        self.check_new()
         self._make(self.parts)
         self._make(self.failures)
         study = study_hash(study_toml)
         self.write_manifest(manifest, study)
         write_dataset(design, self.design_file, study)
         self.write_study(study_toml)
+
+    def check_new(self) -> None:
+        """Refuse a place that holds something else than what an interrupted creation of a study leaves."""
+        check_output(self.path)
+        if not self._can_begin():
+            lost = " If its study.toml was lost, `damagepred repair` restores it." if self.design_file.is_file() else ""
+            raise StudyError(
+                f"{self.path}: exists and is no study folder; nothing was changed. Choose another with -o.{lost}"
+            )
 
     def write_study(self, text: str) -> None:
         """Write the frozen copy of the study."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import xarray as xr
 
-from damagepred.archive.files import write_whole
+from damagepred.archive.files import check_output, write_whole
 from damagepred.arguments import checked
 from damagepred.errors import InputError, nearest
 from damagepred.exports.openquake import openquake_xml
@@ -48,6 +48,7 @@ def write_csv(frame: pd.DataFrame, path: Path, *, index: bool = True) -> None:
     >>> len(Path("house.csv").read_text().splitlines())
     25
     """
+    check_output(path, ".csv")
     write_whole(path, lambda p: csv_safe(frame).to_csv(p, index=index))
 
 
@@ -123,6 +124,7 @@ def export_curves(
     ['house_pelicun.csv', 'house_pelicun.json']
     """
     place = export_place(kind, beside)
+    check_output(place, place.suffix)
     if kind == "pelicun":
         frame, options = (
             pelicun_frame(curves, categories=categories, extrapolated=extrapolated),

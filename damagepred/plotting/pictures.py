@@ -8,12 +8,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from damagepred.archive.files import write_whole
+from damagepred.archive.files import PICTURES, check_output, write_whole
 from damagepred.archive.schema import is_dynamic
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import ContactKind
-from damagepred.errors import InputError, StudyError
 from damagepred.plotting.back_analysis import draw_back_analysis
 from damagepred.plotting.comparison import draw_comparison
 from damagepred.plotting.cracks import cracks_sheet
@@ -34,8 +33,6 @@ from damagepred.plotting.wall import draw_wall
 from damagepred.plotting.zone_geometry import has_zones
 from damagepred.plotting.zones import draw_zone_states
 from damagepred.rejudge import shown_gaps
-
-FORMATS = ("png", "pdf", "svg")
 
 
 @checked
@@ -73,6 +70,7 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     >>> [file.name for file in files][:3]
     ['wall.png', 'dpc_opening.png', 'footing_opening.png']
     """
+    check_output(folder)
     sheets = {"wall.png": figure_of(draw_wall(ds)), "dpc_opening.png": figure_of(draw_dpc_opening(ds))}
     if "footing" in shown_gaps(ds):
         sheets["footing_opening.png"] = figure_of(draw_footing_opening(ds))
@@ -178,6 +176,7 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     >>> [file.name for file in files]
     ['crack_widths.png', 'category_shares.png']
     """
+    check_output(folder)
     sheets = {
         "crack_widths.png": figure_of(draw_crack_widths(ds)),
         "category_shares.png": figure_of(draw_category_shares(ds)),
@@ -217,8 +216,7 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     'curves.png'
     """
     file = Path(path)
-    if file.suffix.lstrip(".").lower() not in FORMATS:
-        raise InputError(f"{file}: pictures are written as {', '.join('.' + f for f in FORMATS)}; give it such a name.")
+    check_output(file, *PICTURES, new_folder=True)
     if "posterior" in curves:
         return _save_all({file.name: figure_of(draw_back_analysis(curves)[0])}, file.parent)[0]
     if "extra_cost" in curves:
@@ -235,21 +233,10 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
 
 def _save_all(sheets: dict[str, Figure], folder: str | Path) -> list[Path]:
     place = Path(folder)
-    _make(place)
+    place.mkdir(parents=True, exist_ok=True)
     for name, figure in sheets.items():
         kind = Path(name).suffix.lstrip(".").lower()
         # drawings to scale may be shifted out of a sheet that is not of their shape: nothing is cut off
         how = {"dpi": DPI, "format": kind, "bbox_inches": "tight", "pad_inches": 0.1}
         write_whole(place / name, lambda file, f=figure, h=how: f.savefig(file, **h))  # type: ignore[misc]
     return [place / name for name in sheets]
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except FileExistsError:
-        raise StudyError(f"{folder}: pictures need a folder, but this is a file; give another place.") from None
-    except OSError as error:
-        raise StudyError(
-            f"{folder}: this folder for pictures could not be made: {error.strerror or error}; give another place."
-        ) from error

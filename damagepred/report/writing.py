@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from damagepred.archive.files import check_writable, read_dataset, write_whole
+from damagepred.archive.files import check_output, read_dataset, write_whole
 from damagepred.archive.folder import StudyFolder
 from damagepred.arguments import checked
 from damagepred.errors import InputError
@@ -89,9 +89,7 @@ def write_report(
     place = Path(output) if output is not None else report_place(source)
     if not source.exists():
         raise InputError(f"{source}: no such file or study folder.")
-    if place.is_dir():
-        raise InputError(f"{place}: is a folder; give the name of a file, such as {place / 'report.html'}.")
-    check_writable(place if place.suffix else place.with_suffix(".html"))
+    check_output(place, ".html", ".htm", inputs=[source])
     written = datetime.now().astimezone().isoformat(sep=" ", timespec="minutes")
     if source.is_dir():
         from damagepred.report.study import study_page

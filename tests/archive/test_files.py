@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,9 +15,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from damagepred.archive.files import check_writable, read_dataset, write_dataset, write_whole
+from damagepred.archive.files import check_output, read_dataset, write_dataset, write_whole
 from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, dataset
-from damagepred.errors import InputError, StudyError
+from damagepred.errors import DamagepredError, InputError, StudyError
 
 STEPS, BLOCKS, CONTACTS, OPENINGS, VERTICES = 4, 700, 2100, 2, 2800
 SIZES = {
@@ -343,29 +344,39 @@ def test_a_failed_write_of_a_dataset_keeps_the_last_one(tmp_path: Path, monkeypa
 # -- checking beforehand -----------------------------------------------------------------------------------------------
 
 
-def test_check_writable_leaves_nothing_behind(tmp_path: Path):
-    file = tmp_path / "wall.nc"
-    file.write_text("precious")
-    check_writable(None, file, tmp_path / "new.nc", tmp_path)
-    assert [p.name for p in tmp_path.iterdir()] == ["wall.nc"]
-    assert file.read_text() == "precious"
-
-
-def test_check_writable_makes_the_folder_of_pictures(tmp_path: Path):
-    check_writable(tmp_path / "plots" / "here")
-    assert (tmp_path / "plots" / "here").is_dir()
-
-
-def test_check_writable_complains_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    with pytest.raises(StudyError, match="cannot be written: its folder does not exist"):
-        check_writable(tmp_path / "nowhere" / "wall.nc")
+@pytest.mark.parametrize(
+    ("name", "suffixes", "words"),
+    [
+        ("wall", [".nc"], r"must end in \.nc; write .*wall\.nc"),
+        ("wall.txt", [".png", ".pdf"], r"must end in \.png or \.pdf; write .*wall\.png"),
+        ("", [".nc"], r"must end in \.nc"),
+        ("folder.nc", [".nc"], "is a folder; give the name of a file"),
+        ("wall.nc", [".nc"], "is the input of this command"),
+        ("nowhere/new.nc", [".nc"], "its folder does not exist"),
+        ("file/new.nc", [".nc"], "part of its path is a file"),
+        ("file", [], "is a file, and this is written into a folder"),
+        ("file/house.dp", [], "part of its path is a file"),
+        ("picture.png", [], "another name than that of a file"),
+        (f"{'x' * 300}.nc", [".nc"], "cannot be written: File name too long"),
+    ],
+)
+def test_outputs_are_refused_and_the_disk_stays_as_it_is(name: str, suffixes: list[str], words: str, tmp_path: Path):
+    (tmp_path / "folder.nc").mkdir()
+    (tmp_path / "wall.nc").write_text("precious")
     (tmp_path / "file").write_text("")
-    with pytest.raises(StudyError, match="cannot be written"):
-        check_writable(tmp_path / "file" / "plots")
+    before = sorted(tmp_path.rglob("*")), tmp_path.stat().st_mtime_ns
+    with pytest.raises(DamagepredError, match=words):
+        check_output(tmp_path / name, *suffixes, inputs=[tmp_path / "wall.nc"])
+    for good in ("new.nc", "WALL.NC"):
+        check_output(tmp_path / good, ".nc", inputs=[tmp_path / "wall.nc"])
+    check_output(tmp_path / "new" / "one.nc", ".nc", new_folder=True)
+    check_output(tmp_path / "new" / "house.dp")
+    check_output(tmp_path / "folder.nc")
+    assert (sorted(tmp_path.rglob("*")), tmp_path.stat().st_mtime_ns) == before
 
-    def refuse(**_: object) -> None:
-        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
 
-    monkeypatch.setattr(tempfile, "TemporaryFile", refuse)
-    with pytest.raises(StudyError, match="read-only"):
-        check_writable(tmp_path / "wall.nc")
+@pytest.mark.parametrize(("flags", "room", "words"), [(os.ST_RDONLY, 9, "read-only"), (0, 0, "disk is full")])
+def test_a_disk_that_takes_nothing(flags: int, room: int, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(os, "statvfs", lambda _: SimpleNamespace(f_flag=flags, f_blocks=9, f_bavail=room))
+    with pytest.raises(StudyError, match=words):
+        check_output(tmp_path / "wall.nc", ".nc")

@@ -21,6 +21,7 @@ import numpy as np
 import xarray as xr
 from pydantic import Field
 
+from damagepred.archive.files import check_output
 from damagepred.archive.folder import open_study
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
@@ -201,6 +202,7 @@ def search_design(
     'as it is'
     """
     require_count("workers", workers)
+    check_output(out)
     asked, built, names, settings = _read(choices)
     options = _selection(asked)
     values: dict[int, FloatArray] = {}

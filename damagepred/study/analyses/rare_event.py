@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from damagepred.archive.digest import read_signed_json, signed_json
-from damagepred.archive.files import write_whole
+from damagepred.archive.files import check_output, write_whole
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import program, provenance
 from damagepred.archive.schema import SCHEMA_VERSION
@@ -165,6 +165,7 @@ def rare_event(
     if asked.shape_varies and asked.design().joint:
         raise InputError("rare: walls of varying shape have varying numbers of joints; leave out their fields.")
     folder = StudyFolder(out)
+    check_output(folder.path)
     lock = folder.lock()
     try:
         folder.tidy()

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from damagepred.archive.files import write_whole
+from damagepred.archive.files import check_output, write_whole
 from damagepred.archive.folder import open_study
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
@@ -157,7 +157,8 @@ def run_two_level(
     if pilot < fewest or not budget >= fewest:
         raise InputError(f"pilot = {pilot}, budget = {budget:g}: must be {fewest} walls or more.")
     folder = Path(out)
-    if folder.is_file() or (folder / "study.toml").is_file():
+    check_output(folder)
+    if (folder / "study.toml").is_file():
         raise StudyError(f"{folder}: is no folder of two-level runs; nothing was changed. Choose another with -o.")
 
     def run(level: StudySettings, name: str, samples: int) -> xr.Dataset:

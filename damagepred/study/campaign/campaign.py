@@ -246,6 +246,8 @@ class Campaign:
         folder = StudyFolder(out)
         where = str(folder.path.resolve())
         engine: Engine | None = None if executor is None else GivenExecutor(where, executor)
+        if not folder.exists:
+            folder.check_new()
         lock = folder.lock()
         try:
             folder.tidy()
