@@ -140,13 +140,44 @@ Intensity = Literal[
 ]
 
 
+_DOING = {
+    "new": "writing the template",
+    "check": "reading the file",
+    "solve": "reading the file",
+    "study": "reading the study",
+    "status": "reading the study",
+    "verify": "checking files, and solving walls again where asked",
+    "repair": "checking and repairing files",
+    "rare": "solving walls of the levels",
+    "estimate": "reading the study and estimating",
+    "compare": "reading the studies and comparing them",
+    "infer": "reading the studies and the observations",
+    "design": "pricing the search: solving one wall",
+    "two-level": "solving walls, fine and coarse",
+    "fragility": "fitting curves, their bands and their goodness",
+    "export": "reading, fitting and writing",
+    "sensitivity": "reading the walls and resampling them",
+    "replay": "reading the study",
+    "plot": "drawing",
+    "cracks": "tracing cracks",
+    "judge": "judging again",
+    "materials": "reading the library",
+    "scales": "judging by all scales",
+    "report": "collecting and drawing for the page",
+    "guide": "reading the guide",
+}
+"""What each command does while it says nothing else."""
+
+
 @app.callback()
 def common(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
     """How likely is which damage to a masonry wall when the ground under it moves."""
+    context.with_resource(screen.doing(_DOING.get(context.invoked_subcommand or "", "loading the program")))
 
 
 @app.command()
@@ -179,7 +210,7 @@ def check(
     from damagepred.study.campaign.cost_estimate import estimate_cost
 
     _ask_back(*_described(file))
-    with screen.Bar("timing one wall") as bar:
+    with screen.Bar("solving one wall to price the run") as bar:
         estimate = estimate_cost(file, on_step=bar.step, limits=Limits.asked(yes))
     if json:
         screen.print_json(estimate)
@@ -210,7 +241,7 @@ def solve(
     if settings is not None:
         described, mean_wall = settings.mean_wall()
     count = described.movement.increment_count if described.dynamics is None else described.dynamics.outputs
-    with screen.Bar("solving", count + 1) as bar:
+    with screen.Bar("solving the wall", count + 1) as bar:
         ds = solve_wall(
             described,
             on_failure="return",
@@ -309,6 +340,8 @@ def status(
     from damagepred.study.campaign.status import study_status, watching
 
     title = "Share of walls by category reached by the end of the movement"
+    if watch:
+        screen.silent()
     for report in watching(folder, every) if watch else (study_status(folder),):
         if json:
             screen.print_json(report)
@@ -539,7 +572,7 @@ def design_command(
     from damagepred.study.analyses.design_search import price_of_search, search_design
 
     screen.note(price_of_search(file, workers))
-    with screen.ReplayBar("walls of an alternative") as bar:
+    with screen.ReplayBar("solving walls of alternatives") as bar:
         found = search_design(
             file,
             folder or file.with_suffix(".design"),
@@ -1124,7 +1157,8 @@ def _keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None = None) ->
     if plot is not None:
         from damagepred.plotting import save_wall_pictures
 
-        _drew(save_wall_pictures(ds, plot))
+        with screen.doing("drawing the wall"):
+            _drew(save_wall_pictures(ds, plot))
 
 
 def _keep_curves(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
@@ -1135,7 +1169,8 @@ def _keep_curves(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None
     if plot is not None:
         from damagepred.plotting import save_fragility_picture
 
-        screen.note(f"drew {save_fragility_picture(ds, plot)}")
+        with screen.doing("drawing"):
+            screen.note(f"drew {save_fragility_picture(ds, plot)}")
 
 
 def _ending(ds: xr.Dataset) -> int:

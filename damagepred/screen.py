@@ -10,9 +10,10 @@ import math
 import os
 import re
 import sys
+import threading
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass, replace
 from typing import IO, TYPE_CHECKING, Any, Self, cast
 
@@ -60,7 +61,8 @@ class _Stream:
         if self.error is not None:
             return
         try:
-            getattr(getattr(sys, self.name), action)(*given)
+            with _WAIT.interrupted():
+                getattr(getattr(sys, self.name), action)(*given)
         except OSError as error:
             self.error = error
             with contextlib.suppress(OSError):  # else the interpreter fails when it flushes at its end
@@ -68,6 +70,97 @@ class _Stream:
 
     def __getattr__(self, attribute: str) -> Any:
         return getattr(getattr(sys, self.name), attribute)
+
+
+class Wait:
+    """Says on the error stream what a command does while it prints nothing.
+
+    On a terminal one line counts the seconds and goes when something else is printed. Elsewhere there are few lines.
+    """
+
+    FIRST, LATER, TICK = 1.0, 15.0, 0.2
+    """Silence before the first line on an activity, and before each later one; interval of the thread (s)."""
+
+    def __init__(self) -> None:
+        self.activities: list[list[Any]] = []
+        self.bars = 0
+        self._printed = time.monotonic()
+        self._said = ""
+        self._line_shown = False
+        self._lock = threading.RLock()
+        self._thread: threading.Thread | None = None
+
+    @contextlib.contextmanager
+    def doing(self, activity: str) -> Iterator[list[Any]]:
+        """Name what is done inside; the list that is returned has the name, which may change, and the start."""
+        entry = [activity, time.monotonic()]
+        self.activities.append(entry)
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._watch, daemon=True, name="silence")
+            self._thread.start()
+        try:
+            yield entry
+        finally:
+            self.activities.remove(entry)
+            with self.interrupted():
+                pass
+
+    @contextlib.contextmanager
+    def interrupted(self) -> Iterator[None]:
+        """Erase the line while something else is printed."""
+        with self._lock:
+            if self._line_shown:
+                self._line_shown = False
+                with contextlib.suppress(OSError):
+                    sys.stderr.write("\r\x1b[K")
+            yield
+            self._printed = time.monotonic()
+
+    def _watch(self) -> None:
+        while True:
+            time.sleep(self.TICK)
+            with contextlib.suppress(OSError, ValueError, IndexError), self._lock:  # streams closed, activity over
+                self._say()
+
+    def _say(self) -> None:
+        activity, began = self.activities[-1]
+        if _is_compiling():
+            activity = "compiling the kernels, once per version"
+        silence = time.monotonic() - max(self._printed, began if activity != self._said else 0.0)
+        repeated = activity == self._said
+        if FORM.quiet or not activity or (self.bars and (repeated or not activity.startswith("compiling"))):
+            return
+        on_a_terminal = _err.is_terminal and not self.bars
+        if silence < (self.LATER if repeated and not on_a_terminal else self.FIRST) and not self._line_shown:
+            return
+        text = f"{activity}, {time.monotonic() - began:.0f} s so far"
+        self._said = activity
+        if on_a_terminal:
+            sys.stderr.write(f"\r{text[: _err.width - 1]}\x1b[K")
+            sys.stderr.flush()
+            self._line_shown = True
+        else:
+            _err.print(escaped(text))
+
+
+def _is_compiling() -> bool:
+    """Whether a thread runs numba's compiler."""
+    part = os.path.join("numba", "core", "")
+    for frame in sys._current_frames().values():
+        while frame is not None:
+            if part in frame.f_code.co_filename:
+                return True
+            frame = frame.f_back  # type: ignore[assignment]
+    return False
+
+
+_WAIT = Wait()
+doing = _WAIT.doing
+
+
+def silent() -> None:
+    """Say nothing more while the present activity lasts: it prints at intervals of its own."""
+    _WAIT.activities[-1][0] = ""
 
 
 @dataclass
@@ -361,21 +454,21 @@ class _Progress:
         texts = map(TextColumn, after[:-1])
         columns = (TextColumn(before), BarColumn(), MofNCompleteColumn(), *texts, TimeElapsedColumn())
         last = map(TextColumn, after[-1:])
-        shown = _err.is_terminal and not FORM.quiet
-        self._progress = Progress(*columns, *last, console=_err, transient=transient, disable=not shown)
+        self._shown = _err.is_terminal and not FORM.quiet
+        self._progress = Progress(*columns, *last, console=_err, transient=transient, disable=not self._shown)
+        self._activity: list[Any] = [before, 0.0]
+        self._open = contextlib.ExitStack()
 
     def __enter__(self) -> Self:
-        from damagepred.kernels.cache_folder import holds_kernels
-        from damagepred.kernels.jit import CACHE_FOLDER
-
-        if not (self._progress.disable or holds_kernels(CACHE_FOLDER)):
-            wait = "once after each installation" if CACHE_FOLDER else "at each start, as no cache folder is writable"
-            self._progress.console.print(f"compiling: up to half a minute, {wait}")
+        self._activity = self._open.enter_context(doing(self._activity[0]))
+        _WAIT.bars += self._shown
         self._progress.start()
         return self
 
     def __exit__(self, *problem: object) -> None:
         self._progress.stop()
+        _WAIT.bars -= self._shown
+        self._open.close()
 
 
 class Bar(_Progress):
@@ -391,6 +484,7 @@ class Bar(_Progress):
 
     def __init__(self, label: str, total: int | None = None) -> None:
         super().__init__("{task.description}", transient=True)
+        self._activity[0] = label
         self._task = self._progress.add_task(label, total=total)
 
     def step(self, step: Step) -> None:
@@ -403,6 +497,7 @@ class StudyBar(_Progress):
 
     def __init__(self) -> None:
         super().__init__("walls", "[red]{task.fields[failed]} failed[/]", "{task.fields[left]}", transient=False)
+        self._activity[0] = "preparing the walls"
         self._task: Any = None
         self._before = 0
         self._began = self._spoke = time.monotonic()
@@ -412,6 +507,7 @@ class StudyBar(_Progress):
         if self._task is None:
             self._before, self._began = state.done, time.monotonic()
             self._task = self._progress.add_task("", total=state.total, completed=state.done, failed=0, left="")
+        self._activity[0] = f"solving walls, {state.done} of {state.total} done"
         if state.just_failed:
             say(state.just_failed, error=True)
         left = self._remaining(state)

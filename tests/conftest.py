@@ -1,5 +1,6 @@
 """Small walls and studies that many tests share."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -72,5 +73,6 @@ def small_study_file(tmp_path: Path) -> Path:
 
 @pytest.fixture(autouse=True)
 def _form_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give each test the form of the output that a new process has: commands change it."""
+    """Give each test the form of the output that a new process has, and no words on silence, which take time alone."""
     monkeypatch.setattr(screen, "FORM", screen.Form())
+    monkeypatch.setattr(screen.Wait, "FIRST", math.inf)

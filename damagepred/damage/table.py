@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -179,10 +180,15 @@ def _table(content: dict[str, Any]) -> DamageTable:
         raise ValueError("categories must be numbered 0, 1, ...")
     if any(a >= b for a, b in zip([0.0, *limits], limits)):
         raise ValueError("the limits must grow from category to category")
-    names = [str(c["name"]) for c in categories]
-    bad = [name for name in names if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9 _-]{0,39}", name)]
-    if bad:
+    names = [unicodedata.normalize("NFC", str(c["name"])) for c in categories]
+    # letters of any script with their marks: the archive's attribute flag_meanings has the names, blanks between them
+    kinds = [
+        re.sub(r"[LNM]", "a", "".join(unicodedata.category(c)[0] if c not in " _-" else c for c in n)) for n in names
+    ]
+    if bad := [name for name, kind in zip(names, kinds) if not re.fullmatch(r"a[a _-]{0,39}", kind)]:
         raise ValueError(f"category name {bad[0][:40]!r}: must be at most 40 letters, digits, spaces, '_' and '-'")
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise ValueError(f"category name {twice[0]!r}: two categories have it")
     return DamageTable(
         name=check_title(content["name"]),
         source=str(content["source"]),

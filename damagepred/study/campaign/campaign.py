@@ -251,9 +251,9 @@ class Campaign:
         lock = folder.lock()
         try:
             folder.tidy()
-            if engine is None and not folder.exists:
-                engine = LocalPool(where, workers, timeout)  # loads the program while the design is drawn
             asked = self.settings.study.samples if samples is None else int(samples)
+            if engine is None and not folder.exists:  # the workers load the program while the design is drawn
+                engine = LocalPool(where, min(workers, asked), timeout, preload=True)
             drawn, known = self._prepare(
                 folder,
                 asked,
@@ -274,7 +274,7 @@ class Campaign:
             tasks = ((i, {k: float(v[i]) for k, v in values.items()}) for i in left)
             with _interruptible() as stop:
                 if left:
-                    engine = engine or LocalPool(where, workers, timeout)
+                    engine = engine or LocalPool(where, min(workers, len(left)), timeout)
                     state = self._run(folder, tasks, len(left), engine, timeout, stop, state, on_progress)
             folder.consolidate()
             if executor is None or not stop.asked:  # workers elsewhere may not have seen the request to stop yet

@@ -149,7 +149,7 @@ class _Worker:
 
 
 class LocalPool:
-    """Worker processes on this machine; they load the program at once and prepare themselves at the first batch.
+    """Worker processes on this machine, no more than there are batches; they prepare themselves at the first batch.
 
     Parameters
     ----------
@@ -165,6 +165,8 @@ class LocalPool:
         What a worker does with (folder) before it takes its first batch; its time is not counted.
     options : PoolOptions
         Options of the pool.
+    preload : bool
+        Whether all workers start now and load the program.
     """
 
     def __init__(
@@ -175,7 +177,10 @@ class LocalPool:
         task: Task = run_batch,
         ready: Callable[[str], None] = prepare,
         options: PoolOptions = PoolOptions(),
+        *,
+        preload: bool = False,
     ) -> None:
+        self._preload = preload
         self.folder, self.width, self.timeout, self.task, self.ready = folder, workers, timeout, task, ready
         self.options = options
         self._queue: deque[tuple[Batch, Future[list[Outcome]]]] = deque()
@@ -244,7 +249,9 @@ class LocalPool:
         return self._ending == "now" or (self._ending == "idle" and not busy)
 
     def _start_missing(self) -> None:
-        while len(self._workers) < self.width and self._ending is None:
+        batches = len(self._queue) + sum(worker.future is not None for worker in self._workers)
+        useful = self.width if self._preload and not self._has_work else min(self.width, batches)
+        while len(self._workers) < useful and self._ending is None:
             self._workers.append(_Worker(self.folder, self.task, self.ready))
         for worker in self._workers if self._has_work else ():
             if not worker.is_told:

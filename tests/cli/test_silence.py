@@ -1,0 +1,104 @@
+"""No command is silent for more than two seconds: it says on the error stream what it does."""
+
+import os
+import pty
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from damagepred import cli, screen
+
+SLOW = """
+import sys, time
+from damagepred import cli
+import damagepred.archive.folder as folder
+def slow(path):
+    print("a result"); sys.stdout.flush()
+    time.sleep({seconds})
+    raise SystemExit(0)
+folder.open_study = slow
+sys.argv = ["damagepred", *{arguments!r}]
+cli.main()
+"""
+
+
+def slow(seconds: float, *arguments: str) -> list[str]:
+    """Command whose reading of a study takes its time."""
+    return [sys.executable, "-c", SLOW.format(seconds=seconds, arguments=list(arguments))]
+
+
+def test_a_pipe_has_one_line_on_the_error_stream() -> None:
+    run = subprocess.run(slow(2.5, "fragility", "a.dp"), capture_output=True, text=True, check=False)
+    assert run.stdout == "a result\n"
+    assert re.fullmatch(r"fitting curves, their bands and their goodness, \d+ s so far\n", run.stderr)
+
+
+def test_nothing_is_said_where_output_is_quiet() -> None:
+    run = subprocess.run(slow(2.0, "fragility", "a.dp", "--quiet"), capture_output=True, text=True, check=False)
+    assert (run.stdout, run.stderr) == ("a result\n", "")
+
+
+def test_a_terminal_counts_seconds_and_erases_them() -> None:
+    parent, child = pty.openpty()
+    process = subprocess.Popen(slow(3.0, "fragility", "a.dp"), stdout=subprocess.PIPE, stderr=child)
+    os.close(child)
+    said = b""
+    while True:
+        try:
+            said += os.read(parent, 4096)
+        except OSError:  # closed at the other end
+            break
+    assert process.wait() == 0
+    assert process.stdout is not None
+    assert process.stdout.read() == b"a result\n"
+    assert len(set(re.findall(rb"goodness, (\d+) s so far", said))) >= 2
+    assert said.endswith(b"\r\x1b[K")
+
+
+def test_an_interrupt_while_waiting() -> None:
+    process = subprocess.Popen(slow(60.0, "fragility", "a.dp"), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.readline()
+    time.sleep(1.5)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(20) == 130
+    said = process.stderr.read().decode()
+    assert "interrupted" in said
+    assert "Traceback" not in said
+
+
+def test_activities_follow_each_other(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(screen.Wait, "FIRST", 0.3)
+    with screen.doing("reading"):
+        time.sleep(0.8)
+        with screen.doing("fitting") as activity:
+            time.sleep(0.8)
+            activity[0] = "drawing"
+            time.sleep(0.8)
+        with screen.doing("too quick to be named"):
+            time.sleep(0.05)
+    words = [line.partition(",")[0] for line in capfd.readouterr().err.splitlines()]
+    assert words == ["reading", "fitting", "drawing"]
+
+
+def test_compilation_has_its_name(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    import numba
+
+    monkeypatch.setattr(screen.Wait, "FIRST", 0.0)
+    monkeypatch.setattr(screen.Wait, "TICK", 0.01)
+    with screen.doing("solving"):
+        assert numba.njit(lambda x: x + 1.5)(2.0) == 3.5
+    assert "compiling the kernels, once per version" in capfd.readouterr().err
+
+
+def test_each_command_has_words() -> None:
+    commands = {
+        command.name or command.callback.__name__.replace("_", "-")  # type: ignore[union-attr]
+        for command in cli.app.registered_commands
+    }
+    assert commands == set(cli._DOING)
