@@ -206,11 +206,15 @@ def show_archive_warnings() -> None:
     before = warnings.showwarning
 
     def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
-        if not issubclass(category, ArchiveWarning):
+        text = str(message)
+        if "missing from font" in text:  # matplotlib, once per letter
+            text = "the font of the pictures lacks letters of a title or name; they are drawn as boxes"
+        elif not issubclass(category, ArchiveWarning):
             before(message, category, *where, **more)
-        elif str(message) not in shown and not FORM.quiet:
-            shown.add(str(message))
-            say(f"note: {message}", error=True)
+            return
+        if text not in shown and not FORM.quiet:
+            shown.add(text)
+            say(f"note: {text}", error=True)
 
     warnings.showwarning = show
     warnings.simplefilter("always", ArchiveWarning)

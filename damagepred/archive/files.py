@@ -76,13 +76,13 @@ def check_output(path: str | Path, *suffixes: str, inputs: Iterable[Path] = (), 
     existing = (parent for parent in (place, *place.absolute().parents) if os.path.lexists(parent))
     try:
         if suffixes:
-            if place.suffix.lower() not in suffixes:
-                name = f"{place.stem or 'result'}{suffixes[0]}"
-                raise InputError(f"{place}: the name must end in {' or '.join(suffixes)}; write {place.parent / name}.")
             if place.is_dir():
                 raise InputError(
                     f"{place}: is a folder; give the name of a file, such as {place / 'result'}{suffixes[0]}."
                 )
+            if place.suffix.lower() not in suffixes:
+                name = f"{place.stem or 'result'}{suffixes[0]}"
+                raise InputError(f"{place}: the name must end in {' or '.join(suffixes)}; write {place.parent / name}.")
             if any(place.exists() and file.exists() and place.samefile(file) for file in inputs):
                 raise InputError(f"{place}: is the input of this command; give another name.")
             folder = next(parent for parent in existing if parent != place) if new_folder else place.parent

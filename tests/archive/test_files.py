@@ -349,7 +349,7 @@ def test_a_failed_write_of_a_dataset_keeps_the_last_one(tmp_path: Path, monkeypa
     [
         ("wall", [".nc"], r"must end in \.nc; write .*wall\.nc"),
         ("wall.txt", [".png", ".pdf"], r"must end in \.png or \.pdf; write .*wall\.png"),
-        ("", [".nc"], r"must end in \.nc"),
+        ("", [".nc"], "is a folder"),
         ("folder.nc", [".nc"], "is a folder; give the name of a file"),
         ("wall.nc", [".nc"], "is the input of this command"),
         ("nowhere/new.nc", [".nc"], "its folder does not exist"),

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import unicodedata
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 import xarray as xr
 
 from damagepred import screen
-from damagepred.archive.files import read_dataset
+from damagepred.archive.files import read_dataset, write_dataset
+from damagepred.archive.schema import SCHEMA_VERSION, name_categories
 from damagepred.damage.table import read_table
 from damagepred.data_files import data_file
 from damagepred.errors import InputError
@@ -110,3 +112,17 @@ def test_names_of_categories_are_plain(name: str, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text(text.replace('"negligible"', f'"{name}"', 1), encoding="utf-8")
     with pytest.raises(InputError, match="category name"):
         read_table(tmp_path / "own.toml")
+
+
+@pytest.mark.parametrize("name", ["mäßig", "très léger 2", "中等", "сильно", "हल्की", "schwer O\u0308"])
+def test_names_of_categories_have_letters_of_any_script(name: str, tmp_path: Path) -> None:
+    text = data_file("damage", "as2870.toml").read_text(encoding="utf-8")
+    (tmp_path / "öwn tafel.toml").write_text(text.replace('"slight"', f'"{name}"', 1), encoding="utf-8")
+    table = read_table(tmp_path / "öwn tafel.toml")
+    assert table.category_names[2] == unicodedata.normalize("NFC", name)
+    ds = xr.Dataset({"damage_category": ("sample", np.array([0, 2], np.int8))})
+    name_categories(ds, table.category_names, "own")
+    write_dataset(ds.assign_attrs(schema_version=SCHEMA_VERSION), tmp_path / "wänd 1.nc")
+    again = read_dataset(tmp_path / "wänd 1.nc")
+    assert again.damagepred.category(table.category_names[2]) == 2
+    assert len(again["damage_category"].attrs["flag_meanings"].split()) == 5

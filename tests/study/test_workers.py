@@ -111,7 +111,7 @@ def test_idle_workers_that_are_killed_are_replaced() -> None:
 
 
 def test_workers_ignore_interrupts_while_they_load_the_program() -> None:
-    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once)
+    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once, preload=True)
     try:
         time.sleep(0.4)
         first = pool.processes
@@ -123,13 +123,40 @@ def test_workers_ignore_interrupts_while_they_load_the_program() -> None:
         pool.kill()
 
 
+def test_no_more_workers_than_batches() -> None:
+    pool = LocalPool("", workers=16, timeout=None, task=troubled, ready=at_once)
+    try:
+        assert not pool.processes
+        futures = [pool.submit([(number, {"x": 1.0})]) for number in (1, 2)]
+        assert [future.result(timeout=60)[0].sample for future in futures] == [1, 2]
+        assert 1 <= len(pool.processes) <= 2
+    finally:
+        pool.kill()
+
+
+def test_a_study_starts_no_more_workers_than_walls(
+    small_study_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    widths: list[int] = []
+
+    def pool(folder: str, width: int, *rest: Any, **how: Any) -> LocalPool:
+        widths.append(width)
+        return LocalPool(folder, width, *rest, **how)
+
+    monkeypatch.setattr(campaign, "LocalPool", pool)
+    study = Study.from_toml(small_study_file)
+    study.run(tmp_path / "a.dp", samples=1, workers=32)
+    study.run(tmp_path / "a.dp", samples=2, workers=32)
+    assert widths == [1, 1]
+
+
 def test_workers_end_if_the_design_cannot_be_drawn(
     small_study_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pools: list[LocalPool] = []
 
-    def pool(*arguments: Any) -> LocalPool:
-        pools.append(LocalPool(*arguments))
+    def pool(*arguments: Any, **how: Any) -> LocalPool:
+        pools.append(LocalPool(*arguments, **how))
         return pools[-1]
 
     def refuse(*_: Any) -> None:
