@@ -221,15 +221,7 @@ def show_archive_warnings() -> None:
 
 
 def say(message: str, *, error: bool = False) -> None:
-    """Print a message, errors to the error stream.
-
-    Parameters
-    ----------
-    message : str
-        One line.
-    error : bool
-        Whether it goes to the error stream.
-    """
+    """Print a message, errors to the error stream."""
     if error:
         _err.print(f"[bold red]damagepred:[/] {escaped(message)}")
     else:
@@ -245,13 +237,7 @@ def note(message: str) -> None:
 
 
 def print_json(result: Any) -> None:
-    """Print a result as JSON, its numbers not rounded; NaN and infinity are null.
-
-    Parameters
-    ----------
-    result : dataclass, NamedTuple, Dataset, DataFrame, mapping or sequence
-        What a function of the package returns. ``xarray.Dataset.from_dict`` reads a dataset again.
-    """
+    """Print a result as JSON, its numbers not rounded; NaN and infinity are null."""
     _OUTPUT.write(json.dumps(_plain(result), indent=1, allow_nan=False) + "\n")
 
 
@@ -283,22 +269,7 @@ def markdown(text: str) -> None:
 
 
 def quantity(option: str, text: str, unit: str) -> float:
-    """Read a number with a unit from the command line.
-
-    Parameters
-    ----------
-    option : str
-        Name of the option, for messages.
-    text : str
-        As given.
-    unit : str
-        SI unit to convert to.
-
-    Raises
-    ------
-    InputError
-        If it is none, or has no unit.
-    """
+    """Read a number with a unit from the command line."""
     from damagepred.errors import InputError
     from damagepred.scene.quantity import to_si
 
@@ -324,20 +295,7 @@ def fragility_options(file: Path | None) -> FragilityOptions:
 
 
 def categories(option: str, text: str) -> list[int]:
-    """Read a list of damage categories, parted by commas, from the command line.
-
-    Parameters
-    ----------
-    option : str
-        Name of the option, for messages.
-    text : str
-        As given.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Read a list of damage categories, parted by commas, from the command line."""
     from damagepred.errors import InputError
 
     try:
@@ -347,18 +305,7 @@ def categories(option: str, text: str) -> list[int]:
 
 
 def category(text: str) -> int:
-    """Read a damage category from the command line: its number, or its name in the damage tables.
-
-    Parameters
-    ----------
-    text : str
-        Such as "2" or "slight".
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
+    """Read a damage category from the command line: its number, or its name in the damage tables."""
     from damagepred.damage import load_table
     from damagepred.errors import InputError, nearest
 
@@ -384,15 +331,6 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
 
     Where the screen is too narrow, all columns are in several tables with the same first column, or in a summary the
     first of them in one.
-
-    Parameters
-    ----------
-    title : str
-        Above the table.
-    columns : sequence of str
-        Heads, in lines.
-    rows : Sequence[Sequence[str]]
-        Cells.
     """
     from rich.table import Table
 
@@ -410,15 +348,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
 
 
 def table_of(title: str, columns: Sequence[Column]) -> None:
-    """Print the columns that have a head on the terminal.
-
-    Parameters
-    ----------
-    title : str
-        Above the table.
-    columns : sequence of Column
-        Of ``damagepred.tables``.
-    """
+    """Print the columns that have a head on the terminal."""
     shown = [column for column in columns if column.short]
     cells = ([" ".join(cell.split()) for cell in column.short_cells or column.cells] for column in shown)
     table(title, [column.short for column in shown], [list(row) for row in zip(*cells)])
@@ -545,13 +475,7 @@ class ReplayBar(_Progress):
         self._task, self._began = self._progress.add_task("", total=None, left=""), time.monotonic()
 
     def update(self, done: int, total: int) -> None:
-        """Show the number of replays done and the time left.
-
-        Parameters
-        ----------
-        done, total : int
-            Replays done, and all that are needed.
-        """
+        """Show the number of replays done and the time left."""
         from damagepred.formatting import duration
 
         left = (time.monotonic() - self._began) / done * (total - done)
@@ -563,13 +487,7 @@ class ReplayBar(_Progress):
 
 
 def back_analysis(found: xr.Dataset) -> None:
-    """Print the posterior of causes, movement and future damage, and the discrepancy of the model.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        As ``damagepred.infer`` returns it.
-    """
+    """Print the posterior of causes, movement and future damage, and the discrepancy of the model."""
     from damagepred.study.analyses.posterior_tables import posterior_tables
 
     for title, columns, rows in posterior_tables(found):
@@ -648,17 +566,7 @@ def cautions(said: Sequence[str]) -> None:
 
 
 def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None:
-    """Print cracks, in a summary the widest; those of each part of the wall stand together, the widest first.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        As ``damagepred.cracks`` returns it.
-    frame : pandas.DataFrame
-        As ``crack_frame`` returns it.
-    most : int
-        Rows of a summary at most.
-    """
+    """Print cracks, in a summary the widest; those of each part of the wall stand together, the widest first."""
     from damagepred.tables import crack_columns
     from damagepred.uq.intensity import movement_measure
 
@@ -680,13 +588,7 @@ def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None:
 
 
 def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
-    """Print categories before and after another judgement: of a study's walls at worst, or of a wall's increments.
-
-    Parameters
-    ----------
-    before, after : xarray.Dataset
-        Datasets of the same wall or study.
-    """
+    """Print categories before and after another judgement: of a study's walls at worst, or of a wall's increments."""
     from damagepred.archive.schema import category_label
     from damagepred.tables import Column, path_columns, worst_category_columns
 
@@ -705,13 +607,7 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
 
 
 def scales(found: xr.Dataset) -> None:
-    """Print each scale, the share of states beyond its first limit, and its agreement with each other scale.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        Of ``damagepred.compare_scales``.
-    """
+    """Print each scale, the share of states beyond its first limit, and its agreement with each other scale."""
     names = [str(name) for name in found["scale"].values]
     heads = ["scale", "beyond\nits first\nlimit", *(f"as {k + 1}" for k in range(len(names))), "confidence"]
     rows = [
@@ -781,28 +677,14 @@ def fragility_table(curves: xr.Dataset) -> None:
 
 
 def year_table(ds: xr.Dataset, confidence: float) -> None:
-    """Print the probability of each category by year, by the worst so far and by now.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study of a movement whose stages have times.
-    confidence : float
-        Of the bands.
-    """
+    """Print the probability of each category by year, by the worst so far and by now."""
     from damagepred.year_tables import year_columns
 
     table_of(f"{ds.attrs['title']}: share of walls by year", year_columns(ds, confidence))
 
 
 def surface_lines(surface: xr.Dataset) -> list[str]:
-    """Return slope, dispersion and information criteria of a fragility surface, in words.
-
-    Parameters
-    ----------
-    surface : xarray.Dataset
-        As ``fit_surface`` returns it.
-    """
+    """Return slope, dispersion and information criteria of a fragility surface, in words."""
     from damagepred.tables import banded
     from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
 
@@ -830,13 +712,7 @@ def surface_lines(surface: xr.Dataset) -> list[str]:
 
 
 def sensitivity_tables(found: xr.Dataset) -> None:
-    """Print the sensitivity of a study's damage to its inputs.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        As ``study_sensitivity`` returns it.
-    """
+    """Print the sensitivity of a study's damage to its inputs."""
     from damagepred.tables import banded, group_columns, sensitivity_columns
 
     title = f"{found.attrs['title']}: {found.attrs['output']}, {found.attrs['walls']} walls"

@@ -35,20 +35,7 @@ READER_ERRORS = (OSError, RuntimeError, ValueError, TypeError, LookupError, Attr
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Write a file under a temporary name, bring it to the disk, then give it its name.
-
-    Parameters
-    ----------
-    path : Path
-        Final name; whatever bears it stays untouched unless the new file is complete.
-    write : callable
-        Writes the content to the path it is given.
-
-    Raises
-    ------
-    StudyError
-        If the disk is full or the folder may not be written.
-    """
+    """Write a file under a temporary name, bring it to the disk, then give it its name."""
     temporary: Path | None = None
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.name[:50]}.", suffix=".tmp", dir=path.parent)
@@ -129,22 +116,7 @@ def _reason(error: OSError) -> str:
 
 
 def write_dataset(ds: xr.Dataset, path: str | Path, study: str = NO_STUDY) -> None:
-    """Write a dataset as netCDF-4, compressed, with its digest, whole or not at all; zone stresses with seven digits.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        The dataset.
-    path : str or Path
-        File to write.
-    study : str
-        Hash of the study it belongs to.
-
-    Raises
-    ------
-    StudyError
-        If it cannot be written.
-    """
+    """Write a dataset as compressed netCDF-4 with its digest, whole or not at all; zone stresses with seven digits."""
     encoding: dict[str, dict[str, Any]] = {}
     for name, variable in ds.variables.items():
         settings: dict[str, Any] = {}
@@ -167,20 +139,7 @@ def write_dataset(ds: xr.Dataset, path: str | Path, study: str = NO_STUDY) -> No
 
 
 def read_dataset(path: str | Path, study: str | None = None) -> xr.Dataset:
-    """Read a netCDF file of this package into memory.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file. One without digest is read with a warning, unless it is of an older version.
-    study : str, optional
-        Hash of the study it must belong to.
-
-    Raises
-    ------
-    InputError
-        If it is missing, no netCDF file, not of this package, newer than this package, damaged, or of another study.
-    """
+    """Read a netCDF file of this package into memory."""
     file = Path(path)
     if os.path.isdir(file):  # False for names that no file can have
         raise InputError(

@@ -67,22 +67,7 @@ def propose(
     at: float,
     options: ProposalOptions = ProposalOptions(),
 ) -> Proposed:
-    """Propose the shifts of importance sampling for the probability of a category by a movement.
-
-    Parameters
-    ----------
-    path : str or Path
-        Study folder; its walls are the pilot, and may have weights themselves.
-    category, at : int, float
-        Category, or worse, and movement (m).
-    options : ProposalOptions
-        Fewest walls, and significance of shifts.
-
-    Raises
-    ------
-    InputError
-        If the study's walls are those of a table, or too few reached the category at all.
-    """
+    """Propose the shifts of importance sampling for the probability of a category by a movement."""
     study, ds = Campaign.from_folder(path), open_study(path)
     design = study.design
     if design.sampler.kind == "table" or not design.wall:

@@ -63,15 +63,7 @@ class PoolOptions:
 
 
 def serve(handle: int, parent: int) -> None:
-    """Solve the batches that arrive at a socket until it is closed: the main function of a worker process.
-
-    Parameters
-    ----------
-    handle : int
-        File descriptor of the worker's end of the socket.
-    parent : int
-        Process id of the parent; the worker ends when the parent has ended.
-    """
+    """Solve the batches that arrive at a socket until it is closed: the main function of a worker process."""
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     parent_socket = Connection(handle)
     with contextlib.suppress(EOFError, OSError):
@@ -362,27 +354,11 @@ class SharedPool(Executor):
         self._pool = LocalPool("", workers, timeout, _run_in_folder, _nothing)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **_: Any) -> Future[Any]:
-        """Hand a batch of a study to the next free worker.
-
-        Parameters
-        ----------
-        fn : callable
-            ``run_batch``, which is what these workers do.
-        *args : str, Batch
-            Study folder, and samples.
-        """
+        """Hand a batch of a study to the next free worker."""
         return self._pool.submit(list(args))
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the workers and wait for their end.
-
-        Parameters
-        ----------
-        wait : bool
-            Has no effect: their end is waited for in any case.
-        cancel_futures : bool
-            End them now; otherwise once they are idle.
-        """
+        """End the workers and wait for their end."""
         self._pool.kill() if cancel_futures else self._pool.close()
 
     def __exit__(self, *failure: Any) -> None:
