@@ -1,4 +1,4 @@
-"""What a reader must know of how walls were solved: energy that does not balance, snap-through, brittle bonds."""
+"""Cautions on how walls were solved: energy error, snap-through, brittle bonds, widths that rounding may decide."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import xarray as xr
 
 from damagepred.arrays import FloatArray
 from damagepred.diagnostics import Energies, described
+from damagepred.enumerations import ContactKind, ContactState
 
 STUDIED = ("energy_error_share", "snap_through_share", "displacement_share", "crack_share", "snap_back_limited")
 """Results of a study that ``study_cautions`` looks at."""
@@ -106,9 +107,18 @@ def wall_cautions(ds: xr.Dataset) -> list[str]:
             f"The run ends before the motion of base or ground: the motion {ds.attrs['loading_not_run']} is not run. "
             "Give [dynamics] a longer duration, or leave it out."
         )
+    if ds.attrs.get("solver_method") == "explicit" and "contact_state" in ds:
+        in_wall = np.isin(ds["contact_kind"].values, (ContactKind.BED_JOINT, ContactKind.HEAD_JOINT))
+        cracked = (ds["contact_state"].values == ContactState.CRACKED).any(axis=0) & in_wall
+        if count := int(cracked.sum()):
+            said.append(f"In {count} contacts of bed and head joints the wall has cracked: {_UNDETERMINED}")
     return said
 
 
+_UNDETERMINED = (
+    "the explicit solver oscillates as bonds break, and rounding may decide which bond breaks next. Single widths may "
+    'differ on another processor. Compare with method = "quasi_static", or judge on many walls.'
+)
 _SNAP_BACK = (
     "fracture_energy or shear_fracture_energy is less than the joint holds elastically as it breaks (snap-back). The "
     "other mode softens if its energy suffices; slip without a softening tension leaves the bond as it is."

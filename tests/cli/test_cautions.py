@@ -9,6 +9,7 @@ import xarray as xr
 from damagepred.archive.cautions import energy_error_share, snap_through_share, study_cautions, wall_cautions
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import open_study
+from damagepred.enumerations import ContactKind, ContactState
 from damagepred.study.settings import StudySettings
 from tests.cli.conftest import Run
 
@@ -29,6 +30,8 @@ increments = 3
 energy_tolerance = {2}
 """
 TOO_LITTLE = "fracture_energy = 5.0\nshear_fracture_energy = 0.5"
+INTACT, CRACKED, SLIPPING = ContactState
+BED, HEAD, DPC, *_ = ContactKind
 UNBALANCED, SNAP_BACK = "more than energy_tolerance", "(snap-back)"
 
 
@@ -62,6 +65,16 @@ def test_every_number_of_a_caution() -> None:
     assert bonds.startswith("In 9 joints the bond breaks at once: fracture_energy")
     assert wall_cautions(wall.assign_attrs(energy_tolerance=0.03, snap_back_limited_joints=0)) == [snap_through]
     assert wall_cautions(wall.assign_attrs(snap_through_tolerance=0.07)) == [energy, bonds]
+    both = ("increment", "contact")
+    state = [[INTACT, INTACT, CRACKED, INTACT, INTACT], [INTACT, CRACKED, CRACKED, SLIPPING, CRACKED]]
+    explicit = xr.Dataset(
+        {"contact_state": (both, state), "contact_kind": ("contact", [BED, HEAD, DPC, BED, HEAD])},
+        attrs={"solver_method": "explicit"},
+    )
+    (undetermined,) = wall_cautions(explicit)
+    assert undetermined.startswith("In 2 contacts of bed and head joints the wall has cracked: the explicit solver")
+    assert wall_cautions(explicit.isel(contact=[0, 2, 3])) == []
+    assert wall_cautions(explicit.assign_attrs(solver_method="quasi_static")) == []
     study = xr.Dataset(
         {
             "energy_error_share": ("sample", [0.01, 0.03, 0.04, np.nan, 0.02], {"tolerance": 0.02}),

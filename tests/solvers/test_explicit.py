@@ -8,6 +8,7 @@ import pytest
 from damagepred.assembly import Assembly, wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ContactKind, ContactState
+from damagepred.kernels.explicit.motion import damped
 from damagepred.scene import Joint, Movement, Solver
 from damagepred.solvers.driver import Outcome
 from damagepred.solvers.explicit.stepper import ExplicitStepper, explicit_path
@@ -28,6 +29,52 @@ def test_stack_under_self_weight(elastic_start):
     np.testing.assert_allclose(rest.displacement[:, 1], expected, rtol=1e-3)
     assert rest.base_reaction == pytest.approx(count * weight, rel=1e-3)
     assert np.abs(rest.displacement[:, [0, 2]]).max() < 1e-12
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_drag_turns_with_the_motion(side: float) -> None:
+    """By hand, with α = 0.8: a force of 3 slows 1 to rest in 1 / (1.8 · 3) of the step, then speeds up by 0.2 · 3."""
+    assert damped(side, side * 0.5, 0.8) == pytest.approx(side * 1.1)
+    assert damped(side, side * -0.5, 0.8) == pytest.approx(side * 0.1)
+    assert damped(side, side * -3.0, 0.8) == pytest.approx(side * -0.6 * (1.0 - 1.0 / 5.4))
+    for rest in (0.0, -0.0, 1e-18, -1e-18):  # continuous: the sign of what rounding leaves decides nothing
+        assert damped(rest, side * 3.0, 0.8) == pytest.approx(side * 0.6, rel=1e-12)
+    assert damped(side, side * -3.0, 0.0) == -2.0 * side
+
+
+def test_rounding_is_not_amplified_within_some_cycles() -> None:
+    """Two runs whose stiffnesses differ by 1e-12, begun at rest under a sudden movement of the ground."""
+    model, settings = small_wall(), Solver(method="explicit")
+    factor = 1.0 + 1e-12 * np.random.default_rng(50).uniform(-1.0, 1.0, len(model.properties.normal_stiffness))
+    law = model.properties
+    other = dataclasses.replace(model, properties=law._replace(normal_stiffness=factor * law.normal_stiffness))
+    moved = []
+    for wall in (model, other):
+        stepper = ExplicitStepper(wall, settings)
+        stepper.step_to(0.0)
+        stepper.scheme._cycle(100, 1.0, 0.0, 1e-4)
+        moved.append(stepper.scheme.motion.displacement.copy())
+    assert np.abs(moved[0]).max() > 1e-5
+    assert np.abs(moved[0] - moved[1]).max() < 1e-14
+
+
+def test_a_wall_that_moves_steadily_does_not_ring(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Damping opposes what goes beyond the drift: with a drag of constant sign, forces were six times as large."""
+    stepper = ExplicitStepper(small_wall(), Solver(method="explicit"))
+    stepper.step_to(0.0)
+    scheme, forces = stepper.scheme, []
+    run = scheme._cycle
+
+    def watched(*arguments: float) -> None:
+        run(*arguments)
+        forces.append(float(scheme.unbalanced_force_ratio().max()))
+
+    monkeypatch.setattr(scheme, "_cycle", watched)
+    for end in (0.125, 0.25):
+        scheme.advance(10_000, load_factor_to=end, load_to=1.0)
+        assert not scheme.motion.drift.any()
+    assert len(forces) == 200
+    assert np.median(forces) < 0.03
 
 
 def test_a_wall_that_is_not_moved_stays_intact():

@@ -118,9 +118,10 @@ def test_reported_forces_are_those_of_the_stresses(name: str, method: str) -> No
         near = {"quasi_static": 1e-9, "explicit": 1e-6, "dynamic": 1e-3}[method]
         if method != "dynamic":
             assert largest < 2e-6
-            # the explicit solver's blocks have moved once more
-            close = 1e-3 if method == "quasi_static" else 0.5
-            assert step.unbalanced_force_ratio == pytest.approx(largest, rel=close, abs=1e-9)
+            if method == "quasi_static":
+                assert step.unbalanced_force_ratio == pytest.approx(largest, rel=1e-3, abs=1e-9)
+            else:  # blocks have moved once more, and fast oscillations turn by a radian per cycle: they share the bound
+                assert 0 < step.unbalanced_force_ratio < EXPLICIT.tolerance_used
         assert step.support_force is not None
         held = np.where(free, 0.0, -force)
         size = np.abs(held).max() + weight

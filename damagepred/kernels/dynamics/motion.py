@@ -5,8 +5,8 @@ steps. Angles are summed up, and cosine and sine taken of the sum: nothing drift
 """
 
 import numpy as np
-from numpy import copysign
 
+from damagepred.kernels.explicit.motion import damped
 from damagepred.kernels.jit import law, rule
 
 DAMPING, BOUNDARY, LIVE, BODY_TERMS = 0, 1, 2, 3
@@ -31,7 +31,7 @@ def advance_free(motion, count, base, time_step, local_damping, mass_damping, bo
     """
     half = 0.5 * mass_damping * time_step
     velocity, displacement, force, load = motion.velocity, motion.displacement, motion.force, motion.load
-    damped = (local_damping > 0.0) | (mass_damping > 0.0)
+    drags = (local_damping > 0.0) | (mass_damping > 0.0)
     for j in range(count):
         for d in range(len(base)):
             inverse = motion.inverse_mass[j, d]
@@ -39,11 +39,12 @@ def advance_free(motion, count, base, time_step, local_damping, mass_damping, bo
                 continue
             total = force[j, d] + load[j, d]
             v = velocity[j, d]
-            if damped:
-                drag = copysign(local_damping * abs(total), v) if v != 0.0 else 0.0
-                new = (v * (1.0 - half) + 2.0 * half * base[d] + time_step * (total - drag) * inverse) / (1.0 + half)
+            if drags:
+                slowed = (v * (1.0 - half) + 2.0 * half * base[d]) / (1.0 + half)
+                new = damped(slowed, time_step * total * inverse / (1.0 + half), local_damping)
                 mean = 0.5 * (v + new)
                 dashpot = mass_damping * (mean - base[d]) / inverse
+                drag = total - dashpot - (new - v) / (time_step * inverse)
                 body_terms[DAMPING] += time_step * (drag * mean + dashpot * (mean - base[d]))
                 body_terms[BOUNDARY] -= time_step * dashpot * base[d]
             else:

@@ -41,8 +41,7 @@ def run_cycles(
     pump : NamedTuple or None
         Of the jacks under the footing, see ``damagepred.solvers.time_stepping.jack_servo``; None if there are none.
     motion : NamedTuple of arrays
-        Dead and live load, inverse mass, velocity, displacement, force, and the prescribed degrees of freedom with
-        where they start and their displacement from there at full movement.
+        See ``damagepred.solvers.time_stepping.scheme.Motion``.
     damping : float
         Local damping.
     load_share : float
@@ -93,7 +92,7 @@ def run_cycles(
         if zoned is None:
             if pump is not None:
                 press(pump, displacement, load_factor_now, load_factor_step, force)
-            move(force, motion.inverse_mass, damping, motion.velocity, displacement, 0, force.size)
+            move(motion, damping, 0, force.size)
         else:
             facets, gridpoints = zoned[0].first_dof, 3 * (joints.first.size - 1)
             for j in range(gridpoints, force.size):
@@ -103,7 +102,7 @@ def run_cycles(
             if pump is not None:
                 press(pump, displacement, load_factor_now, load_factor_step, force)
             # facets follow their gridpoints
-            move(force, motion.inverse_mass, damping, motion.velocity, displacement, 0, facets)
-            move(force, motion.inverse_mass, damping, motion.velocity, displacement, gridpoints, force.size)
+            move(motion, damping, 0, facets)
+            move(motion, damping, gridpoints, force.size)
     if zoned is not None:
         place_facets(zoned[0], displacement)

@@ -1,7 +1,6 @@
 """Newton's law for all degrees of freedom, with Cundall's local damping (paper, Eq. 7)."""
 
 import numpy as np
-from numpy import copysign
 
 from damagepred.kernels.explicit.tiles import LANES
 from damagepred.kernels.jit import law
@@ -69,19 +68,21 @@ def sum_strain_forces(elastic, contributions, first, position, displacement, for
 
 
 @law
-def move(force, inverse_mass, damping, velocity, displacement, first, last):
-    """Advance velocity and displacement by one time step of length 1, with local damping (Cundall 1987).
+def damped(velocity, gain, damping):
+    """Velocity after a step at constant force, with local damping (Cundall 1987) that turns with the motion.
 
-    Parameters
-    ----------
-    force, inverse_mass, velocity, displacement : array (3 (blocks + 1),)
-        Unbalanced force and state of each degree of freedom; inverse mass 0 holds it.
-    damping : float
-        Local damping: this share of the unbalanced force's size opposes the velocity.
-    first, last : int
-        Degrees of freedom to move: from the first to before the last.
+    Integrated exactly: the drag changes its sign where the velocity does, within the step. So the result is continuous,
+    and rounding does not decide between a force times 1 - damping and 1 + damping where a degree of freedom rests.
     """
+    after = velocity + (1.0 + damping if velocity * gain < 0.0 else 1.0 - damping) * gain
+    return after * ((1.0 - damping) / (1.0 + damping) if velocity * after < 0.0 else 1.0)
+
+
+@law
+def move(motion, damping, first, last):
+    """Advance degrees of freedom, from the first to before the last, by one time step of length 1."""
+    force, inverse_mass, drift = motion.force, motion.inverse_mass, motion.drift
+    velocity, displacement = motion.velocity, motion.displacement
     for j in range(first, last):
-        drag = copysign(damping * abs(force[j]), velocity[j]) if velocity[j] != 0.0 else 0.0
-        velocity[j] += (force[j] - drag) * inverse_mass[j]
+        velocity[j] = drift[j] + damped(velocity[j] - drift[j], force[j] * inverse_mass[j], damping)
         displacement[j] += velocity[j]
