@@ -25,6 +25,8 @@ from damagepred.assembly import wall_geometry
 from damagepred.enumerations import ContactState
 
 REFERENCE = Path(__file__).resolve().parents[2] / "tests" / "reference_walls" / "walls.toml"
+HAIRLINE = 1e-4
+"""Width (m) below which a crack is negligible (AS 2870)."""
 CHANGE = 1e-12
 """Largest relative change of a stiffness."""
 SECONDS = 240.0
@@ -48,7 +50,7 @@ WIDTHS = {"dpc_opening_max": "dpc opening", "crack_width_max": "widest joint", "
 
 
 class Outputs(NamedTuple):
-    """Results of one wall at the end of its movement, and what they cost."""
+    """Results of one wall at the end of its movement, and what they cost; reaction over the one before it (1)."""
 
     widths: dict[str, float]
     separation: float
@@ -94,7 +96,7 @@ def outputs(scene: Scene, method: str, number: int) -> Outputs:
     return Outputs(
         {name: float(last[name]) for name in WIDTHS},
         float(last["dpc_separation_length"]),
-        float(last["base_reaction"]),
+        float(last["base_reaction"] / ds["base_reaction"][0]),
         int((last["contact_state"] == ContactState.CRACKED).sum()),
         int(last["damage_category"]),
         float(work),
@@ -108,14 +110,21 @@ def spread(values: Iterable[float], least: float) -> float:
     return float(np.ptp(found) / max(np.abs(found).max(), least)) if np.isfinite(found).all() else np.nan
 
 
+def percent(share: float) -> str:
+    """Return a share in percent, in words where it is next to none."""
+    if not share > 0.0:
+        return "0" if share == 0.0 else "-"
+    return f"{float(f'{100 * share:.2g}'):g} %" if share >= 1e-6 else "< 1e-4 %"
+
+
 def row(name: str, method: str, found: list[Outputs]) -> list[str]:
-    """Return the spread of every output as text; widths below 0.01 mm and lengths below 0.1 m count as these."""
-    shares = [spread((f.widths[width] for f in found), 1e-5) for width in WIDTHS]
+    """Return the spread of every output as text; widths below 0.1 mm and lengths below 0.1 m count as these."""
+    shares = [spread((f.widths[width] for f in found), HAIRLINE) for width in WIDTHS]
     shares += [spread((f.separation for f in found), 0.1), spread((f.reaction for f in found), 1.0)]
     ranges = [sorted({value(f) for f in found}) for value in (lambda f: f.cracked, lambda f: f.category)]
     counts = [f"{r[0]}" if r[0] == r[-1] else f"{r[0]} to {r[-1]}" for r in ranges]
     effort = f"{np.mean([f.work for f in found]):.0f}", f"{np.mean([f.seconds for f in found[1:] or found]):.2f} s"
-    return [name, method, *(f"{100 * s:.2g} %" if np.isfinite(s) else "-" for s in shares), *counts, *effort]
+    return [name, method, *map(percent, shares), *counts, *effort]
 
 
 HEAD = [
@@ -124,13 +133,13 @@ HEAD = [
 ]
 
 
-def main() -> None:
+def main(arguments: list[str] | None = None) -> None:
     """Print one row per wall and solver."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="two walls, two perturbations")
     parser.add_argument("--only", nargs="+", default=[], help="names of walls")
     parser.add_argument("--times", type=int, default=10, help="perturbations of each wall (10)")
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
     chosen, times = scenes(QUICK if given.quick else given.only), 2 if given.quick else given.times
     print(f"{len(chosen)} walls, {times + 1} times by two solvers: about {SECONDS / 60:.0f} minutes for all walls\n")
     print("| " + " | ".join(HEAD) + " |\n|" + "---|" * len(HEAD))

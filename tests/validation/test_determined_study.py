@@ -14,11 +14,12 @@ def test_spread_and_row_by_hand() -> None:
     assert RUN["spread"]([4.0, 3.0, 5.0], 1.0) == pytest.approx(0.4)
     assert RUN["spread"]([0.0, 2e-6], 1e-5) == pytest.approx(0.2)
     assert np.isnan(RUN["spread"]([1.0, np.nan], 1.0))
+    assert [RUN["percent"](s) for s in (0.0, 1e-9, 0.0123, 1.0, np.nan)] == ["0", "< 1e-4 %", "1.2 %", "100 %", "-"]
     widths = dict.fromkeys(RUN["WIDTHS"], 2e-3)
-    one = RUN["Outputs"](widths, 1.0, 100.0, 7, 1, 10.0, 1.0)
-    other = one._replace(widths=widths | {"crack_width_max": 1e-3}, reaction=99.0, cracked=9, work=20.0, seconds=3.0)
+    one = RUN["Outputs"](widths, 1.0, 1.0, 7, 1, 10.0, 1.0)
+    other = one._replace(widths=widths | {"crack_width_max": 1e-3}, reaction=0.99, cracked=9, work=20.0, seconds=3.0)
     assert RUN["row"]("wall", "explicit", [one, other]) == [
-        *("wall", "explicit", "0 %", "50 %", "0 %", "0 %", "1 %", "7 to 9", "1", "15", "3.00 s")
+        *("wall", "explicit", "0", "50 %", "0", "0", "1 %", "7 to 9", "1", "15", "3.00 s")
     ]
 
 
@@ -39,3 +40,13 @@ def test_both_solvers_determine_a_small_wall_on_a_dpc() -> None:
         openings = [f.widths["dpc_opening_max"] for f in found]
         assert RUN["spread"](openings, 1e-5) < allowed
         assert np.mean(openings) == pytest.approx(7.56e-3, rel=2e-3)
+
+
+def test_the_quick_form(capsys: pytest.CaptureFixture[str]) -> None:
+    """The dry wall: single joints move, its crack band and category do not."""
+    RUN["main"](["--quick"])
+    rows = [line.split(" | ") for line in capsys.readouterr().out.splitlines()[2:]]
+    assert [row[1] for row in rows[2:]] == ["explicit", "quasi_static"] * 2
+    assert {len(row) for row in rows if len(row) > 1} == {len(RUN["HEAD"])}
+    dry = dict(zip(RUN["HEAD"], rows[3], strict=True))
+    assert (dry["widest joint"], dry["crack band"], dry["category"]) == ("< 1e-4 %", "< 1e-4 %", "1")
