@@ -68,21 +68,7 @@ def scaled_mass(model: Model, damping: float, safety: float, pump: Pump | None =
     force and so lowers the limit to 4 / (1 + damping). The largest omega^2 is bounded by Gershgorin's circles of
     the intact wall; cracking and slipping only take stiffness away.
 
-    Parameters
-    ----------
-    model : Model
-        n blocks.
-    damping : float
-        Local damping.
-    safety : float
-        Fraction of the largest stable time step to use.
-    pump : Pump, optional
-        Of jacks under the footing.
-
-    Returns
-    -------
-    array (size,)
-        Mass of each degree of freedom (kg, kg m2); infinite where it is prescribed, and where nothing joins it.
+    Array (size,) in kg and kg m2; infinite where a degree of freedom is prescribed.
     """
     system = DiscreteSystem.of(model)
     scale, stiffness = system.arms, abs(system.elastic_stiffness)
@@ -185,15 +171,7 @@ class DampedTimeStepping:
         return Checkpoint(state, None if self.pump is None else self.pump.checkpoint())
 
     def restore(self, state: State, pump: PumpState | None = None) -> None:
-        """Go to a state at rest.
-
-        Parameters
-        ----------
-        state : State
-            Of the wall.
-        pump : PumpState, optional
-            Of the jacks; by default it stays.
-        """
+        """Restore a state at rest; without a state of the pump, the jacks stay as they are."""
         self.motion.displacement[:] = state.displacement
         if self.zones is not None:
             self.zones.set_plastic_strain(state.plastic)
@@ -313,17 +291,7 @@ class DampedTimeStepping:
         self.broken_at[broken & self.bonded[:, None] & np.isnan(self.broken_at)] = self.load_factor
 
     def diverge(self, increment: int, spent: int, reason: str) -> NoReturn:
-        """Raise a DivergenceError that names the block farthest from its place.
-
-        Parameters
-        ----------
-        increment : int
-            Number of the increment.
-        spent : int
-            Cycles of the increment.
-        reason : str
-            What has diverged, as a clause.
-        """
+        """Raise a DivergenceError that names the block farthest from its place."""
         path = np.abs(self.motion.displacement)
         path = np.where(np.isfinite(path), path, np.inf)[: 3 * self.model.n_blocks].reshape(-1, 3)
         block = int(np.hypot(path[:, 0], path[:, 1]).argmax())
