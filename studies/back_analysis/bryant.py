@@ -114,7 +114,7 @@ def main() -> None:
         found = infer(stored[wall], seen, workers=given.workers)
         share = np.bincount(found["study_of_sample"].values, found["posterior"].values.sum(axis=1))
         for (one, moved, _, _, count, _), odds in zip(posterior_tables(found)[0].rows, share / (1.0 - share)):
-            lines.append(f"| {name} | {one} | {odds:.3g} | {moved} | {count} |")
+            lines.append(f"| {name} | {one} | {odds:.3g} | {moved.partition(',')[0]} | {count} |")
         print("\n".join([name, *sentences(found)]), flush=True)
         picture(found, name)
     print("\n".join(lines))
