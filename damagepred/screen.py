@@ -78,7 +78,7 @@ class Wait:
     On a terminal one line counts the seconds and goes when something else is printed. Elsewhere there are few lines.
     """
 
-    FIRST, LATER, TICK = 1.0, 15.0, 0.2
+    FIRST, LATER, TICK = 0.8, 15.0, 0.2
     """Silence before the first line on an activity, and before each later one; interval of the thread (s)."""
 
     def __init__(self) -> None:
@@ -144,11 +144,12 @@ class Wait:
 
 
 def _is_compiling() -> bool:
-    """Whether a thread runs numba's compiler."""
-    part = os.path.join("numba", "core", "")
+    """Whether a thread runs numba's compiler; kernels that are loaded from the cache do not need it."""
+    compiler = os.path.join("numba", "core", "compiler.py")
     for frame in sys._current_frames().values():
         while frame is not None:
-            if part in frame.f_code.co_filename:
+            code = frame.f_code
+            if code.co_filename.endswith(compiler) and code.co_name != "<module>":
                 return True
             frame = frame.f_back  # type: ignore[assignment]
     return False

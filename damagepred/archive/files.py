@@ -74,7 +74,7 @@ def check_output(path: str | Path, *suffixes: str, inputs: Iterable[Path] = (), 
                 raise InputError(f"{place}: is the input of this command; give another name.")
             folder = next(parent for parent in existing if parent != place) if new_folder else place.parent
         elif place.exists() and not place.is_dir():
-            raise InputError(f"{place}: is a file, and this is written into a folder; give another place with -o.")
+            raise StudyError(f"{place}: is a file, and this is written into a folder; give another place with -o.")
         elif place.suffix.lower() in FILE_SUFFIXES and not place.exists():
             raise InputError(f"{place}: this is written into a folder; give it another name than that of a file.")
         else:
