@@ -26,7 +26,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.one_thread import one_blas_thread
 from damagepred.uq.capacity import category_number, censored_before, highest_category
-from damagepred.uq.estimate import Estimate, student_factor
+from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, student_factor
 from damagepred.uq.exceedance import (
     CategoryCapacities,
     category_capacities,
@@ -257,7 +257,7 @@ def _difference(before: _Answer, after: _Answer, confidence: float, paired: bool
             replicated = False
         else:
             labels[place] = answer.replicate
-    if replicated:
+    if replicated and len(np.unique(labels)) >= ENOUGH_REPLICATES:
         sums = np.bincount(labels, parts[1] - parts[0])[np.unique(labels)]
         scatter = float((sums**2).sum()) * len(sums) / (len(sums) - 1)
         error = float(np.sqrt(scatter / min(before.precision, after.precision)))

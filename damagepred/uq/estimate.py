@@ -154,7 +154,7 @@ def probability(
     # of whole samples no error is smaller than what half of one makes
     spread = max(error, 0.5 / count) if weight is None else error
     factor = normal_factor(confidence) if weight is None and replicate is None else student_factor(confidence, freedom)
-    alike = value * (1 - value) / spread**2
+    alike = value * (1 - value) / spread**2 if np.isfinite(spread) else 1.0
     if weight is None and replicate is None:
         alike *= count / max(count - 1, 1)  # hits alone: the number of samples itself
     lower, upper = wilson(value, precision * alike, factor)

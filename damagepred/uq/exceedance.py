@@ -266,10 +266,10 @@ def pseudo_values(known: CategoryCapacities, at: MovementDistribution) -> Pseudo
         return PseudoValues(hit)
     regular, likely, added = walls.mean(at.points, PRIOR)
     squares = float(weight @ (regular - likely) ** 2 + PRIOR * ((added - likely) ** 2).sum())
-    effective = likely * (1.0 - likely) * (total + 2.0 * PRIOR) ** 2 / squares - 2.0 * PRIOR
-    plain = total
-    if ROUNDING < chance < 1.0 - ROUNDING:
-        plain = chance * (1.0 - chance) * total**2 / float(weight @ (hit - chance) ** 2)
+    effective = max(likely * (1.0 - likely) * (total + 2.0 * PRIOR) ** 2 / squares - 2.0 * PRIOR, PRIOR)
+    scatter = float(weight @ (hit - chance) ** 2)
+    sure = not ROUNDING < chance < 1.0 - ROUNDING or scatter <= ROUNDING
+    plain = total if sure else chance * (1.0 - chance) * total**2 / scatter
     return PseudoValues(hit, min(effective / plain, 1.0), min(effective / total, 1.0))
 
 

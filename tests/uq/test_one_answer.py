@@ -267,3 +267,23 @@ def test_a_path_that_ended_at_a_lesser_category_is_not_followed_for_a_worse_one(
     assert np.isnan(worse.estimate.value)
     assert worse.not_followed == 4
     assert exceedance(stopped, 2, 0.012).estimate.value == 0.0
+
+
+@pytest.mark.parametrize("walls", range(1, 9))
+@pytest.mark.parametrize("replicates", [1, 4])
+def test_a_few_walls_give_an_interval_or_nothing(walls: int, replicates: int) -> None:
+    """No walls too few, no state of them too odd: value within bounds within 0 and 1, or unknown."""
+    for seed in range(30):
+        random = np.random.default_rng(seed)
+        ends = random.uniform(0.01, 0.05, walls)
+        failed = random.integers(0, 4, walls)
+        one = study(random.uniform(0.0, 0.06, walls), ends, 3, failed=failed, replicates=replicates)
+        if not (one["status"].values == 0).any():
+            continue
+        for at in (0.005, 0.03):
+            e, *_, low, high, _ = exceedance(one, 1, at)
+            assert 0 <= e.lower <= e.upper <= 1
+            assert np.isnan(e.value) or e.lower - 1e-9 <= e.value <= e.upper + 1e-9
+            assert 0 <= low <= high <= 1
+        found = compare({"a": one, "b": one}, categories=[1], at=[0.02])
+        assert not found["difference"].values.any() or np.isnan(found["probability"]).any()
