@@ -49,9 +49,8 @@ def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize("ending", ["true", "head -c 1"])
-def test_a_reader_that_goes_away_is_no_error(ending: str, scene: Path, tmp_path: Path) -> None:
-    done = shell(f"set -o pipefail; damagepred solve small.toml -o x.nc | {ending}", tmp_path)
+def test_a_reader_that_goes_away_is_no_error(scene: Path, tmp_path: Path) -> None:
+    done = shell("set -o pipefail; damagepred solve small.toml -o x.nc | head -c 1", tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert read_dataset(tmp_path / "x.nc").attrs["status"] == "complete"
 
@@ -65,7 +64,7 @@ def test_a_full_disk_below_the_output_loses_no_wall(scene: Path, tmp_path: Path)
     assert read_dataset(tmp_path / "x.nc").attrs["status"] == "complete"
 
 
-@pytest.mark.parametrize("title", ["[/]", "[bold]x", "$x_{$", "a & <b>", "=1+1", "100 % \\\\frac"])
+@pytest.mark.parametrize("title", ["[/] [bold]x $x_{$ a & <b>", "=1+1 100 % \\\\frac"])
 def test_titles_are_shown_as_they_are(title: str, scene: Path, tmp_path: Path) -> None:
     scene.write_text(SCENE.replace("TITLE", title), encoding="utf-8")
     done = shell("damagepred solve small.toml -o x.nc --plot pictures", tmp_path)

@@ -5,7 +5,7 @@ import pytest
 
 from damagepred import Scene, solve
 
-SEEDS = [0, 12, 20, 24, 27, 32, 46, 52, 60, 67, 95]
+SEEDS = [0, 12, 27, 32, 46, 67, 95]
 """Some of the 21 walls of 100 for which relaxation under a constant load found no equilibrium."""
 
 

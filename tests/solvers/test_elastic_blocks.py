@@ -191,13 +191,13 @@ def test_a_run_in_time_begins_and_stays_in_equilibrium() -> None:
     assert moved.attrs["begins_in_equilibrium"]
 
 
+RAYLEIGH = {"damping": "rayleigh", "frequency": 1000, "second_frequency": 4000}
+
+
 @pytest.mark.parametrize(
-    "joint",
-    [DRY, {"fracture_energy": 10.0}, {"dilation": 0.2, "brittle_shear": True}],
+    ("joint", "damping"),
+    [(DRY, RAYLEIGH), ({"fracture_energy": 10.0}, {}), ({"dilation": 0.2, "brittle_shear": True}, {})],
     ids=["dry", "softening", "dilatant"],
-)
-@pytest.mark.parametrize(
-    "damping", [{}, {"damping": "rayleigh", "frequency": 1000, "second_frequency": 4000}], ids=["undamped", "rayleigh"]
 )
 def test_a_wall_that_cracks_in_time_balances_its_energy(joint: dict[str, Any], damping: dict[str, Any]) -> None:
     time: dict[str, Any] = {"duration": 0.05, "outputs": 5, "movement_time": 0.05} | damping

@@ -42,8 +42,8 @@ def pair(random: np.random.Generator, count: int, before: float, after: float, c
     return [first, second]
 
 
-@pytest.mark.parametrize("count", [20, 60, 200])
-@pytest.mark.parametrize(("before", "after"), [(0.5, 0.3), (0.2, 0.1), (0.9, 0.7), (0.4, 0.4)])
+@pytest.mark.parametrize("count", [20, 200])
+@pytest.mark.parametrize(("before", "after"), [(0.5, 0.3), (0.9, 0.7), (0.4, 0.4)])
 @pytest.mark.parametrize("correlation", [0.0, 0.8])
 def test_ninety_percent_intervals_cover_ninety_percent(
     count: int, before: float, after: float, correlation: float
@@ -52,16 +52,11 @@ def test_ninety_percent_intervals_cover_ninety_percent(
     held = 0
     for _ in range(repetitions):
         first, second = pair(random, count, before, after, correlation)
-        found = compare({"first": first, "second": second}, categories=[1])["difference"]
-        limits = compare_limits(first, second)
-        assert limits[0] <= float(found[1, 0, 0]) <= limits[1]
-        held += limits[0] <= after - before <= limits[1]
+        found = compare({"first": first, "second": second}, categories=[1]).isel(study=1, category=0, movement=0)
+        lower, middle, upper = (float(found[f"difference{end}"]) for end in ("_lower", "", "_upper"))
+        assert lower <= middle <= upper
+        held += lower <= after - before <= upper
     assert held / repetitions > 0.86  # 0.9 less two standard errors of 300 repetitions
-
-
-def compare_limits(first: xr.Dataset, second: xr.Dataset) -> tuple[float, float]:
-    found = compare({"first": first, "second": second}, categories=[1]).isel(study=1, category=0, movement=0)
-    return float(found["difference_lower"]), float(found["difference_upper"])
 
 
 def test_newcombes_example() -> None:

@@ -100,7 +100,8 @@ def whole_procedure(seed: int, counted: bool) -> float:
     """A pilot of 32, then what it says with a budget of 128; the pilot's samples counted or not. Exact: 0.05."""
 
     def draw(n: int) -> tuple[np.ndarray, np.ndarray]:
-        x, y = random.multivariate_normal((0, 0), ((1, 0.97), (0.97, 1)), size=n).T
+        x, own = random.standard_normal((2, n))
+        y = 0.97 * x + np.sqrt(1.0 - 0.97**2) * own
         return (x > 1.6448536) * 1.0, (y > 1.5) * 1.0
 
     random = np.random.default_rng([seed, counted])

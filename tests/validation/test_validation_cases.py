@@ -198,9 +198,9 @@ def test_the_fit_finds_a_known_discrepancy(paths: None) -> None:
         fitting.Width(str(k), "", value, 0.0, np.array([w]))
         for k, (w, value) in enumerate(zip(true, np.abs(true + spread * random.standard_normal(120))))
     ]
-    found = fitting.fit(seen, fitting.Prior(points=25))
+    found = fitting.fit(seen, fitting.Prior(points=15))
     assert found.width[0] < 3e-4 < found.width[2]
     assert found.share[0] < 0.4 < found.share[2]
     assert found.share[2] < 0.6
-    half = fitting.fit(seen + seen, fitting.Prior(points=25))  # twice the same widths of a case count once
+    half = fitting.fit(seen + seen, fitting.Prior(points=15))  # twice the same widths of a case count once
     assert half.share == pytest.approx(found.share)
