@@ -124,14 +124,14 @@ def test_crossed_walls_share_the_variance_of_a_column_as_its_closed_form(paths: 
         "thickness": ("wall.thickness",),
         "nothing": (crossing.JOINTS, crossing.STUDIES),
     }
-    shares = crossing.variance_shares([study, study], causes, ("load_force",), 128, tmp_path, 1)
+    shares = crossing.variance_shares([study, study], causes, ("load_force",), 64, tmp_path, 1)
     whole = (1 + first**2) * (1 + second**2) - 1
     expected = np.array([first**2, second**2, 0.0]) / whole
     assert shares["first_order"].values == pytest.approx(expected, abs=0.06)
     assert shares["total"].values[2] == pytest.approx(0.0, abs=1e-6)
-    assert shares.attrs["walls"] == 128 * 5
+    assert shares.attrs["walls"] == 64 * 5
     assert shares.attrs["cov"] == pytest.approx(np.sqrt(whole), rel=0.1)
-    again = crossing.variance_shares([study, study], causes, ("load_force",), 128, tmp_path, 1)
+    again = crossing.variance_shares([study, study], causes, ("load_force",), 64, tmp_path, 1)
     assert again["total"].values.tolist() == shares["total"].values.tolist()  # read, not solved again
 
 
