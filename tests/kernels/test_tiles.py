@@ -166,7 +166,7 @@ def test_local_damping_opposes_the_velocity_and_is_zero_at_rest():
     np.testing.assert_array_equal(displacement, velocity)
 
 
-@pytest.mark.benchmark
+@pytest.mark.slow
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads the assembly of x86")
 @pytest.mark.parametrize("special", [None, True])
 @pytest.mark.parametrize("softening", [None, Softening(None)])
