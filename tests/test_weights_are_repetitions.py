@@ -17,7 +17,7 @@ from damagepred.rejudge import shares
 from damagepred.report.caveats import study_caveats
 from damagepred.study.settings import read_frozen
 from damagepred.uq.exceedance import exceedance
-from damagepred.uq.fragility import fit_fragility
+from damagepred.uq.fragility import fit_fragility, fit_surface
 from tests.synthetic_studies import synthetic_study
 
 WALLS = 24
@@ -65,9 +65,19 @@ def _lines(ds: xr.Dataset, _: Path) -> Any:
     return np.concatenate(found)
 
 
+def _at_start(ds: xr.Dataset, _: Path) -> Any:
+    """Share of walls in the category before any movement, of curves and of a surface."""
+    before = (ds["joint.friction"] > 0.75) & (ds["damage_category"] == 0)
+    damaged = ds["damage_category"].where(~before, 1).astype(np.int8).assign_attrs(ds["damage_category"].attrs)
+    ds = ds.assign(damage_category=damaged)
+    curve = fit_fragility(ds, bootstrap=0)["share_at_start"].values[0]
+    return [curve, float(fit_surface(ds, 1, "joint.friction", bootstrap=0, points=(5, 3))["share_at_start"])]
+
+
 COUNTING: dict[str, Callable[[xr.Dataset, Path], Any]] = {
     "caveats": _caveats,
     "levels": _levels,
+    "damaged at the start": _at_start,
     "shares": lambda ds, _: [one.share for one in shares(ds).values()],
     "scales": lambda ds, _: compare_scales(ds)["share_reached"].values,
     "bands of categories": _heights,

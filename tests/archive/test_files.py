@@ -380,3 +380,13 @@ def test_a_disk_that_takes_nothing(flags: int, room: int, words: str, tmp_path: 
     monkeypatch.setattr(os, "statvfs", lambda _: SimpleNamespace(f_flag=flags, f_blocks=9, f_bavail=room))
     with pytest.raises(StudyError, match=words):
         check_output(tmp_path / "wall.nc", ".nc")
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("value", [0, 2**31 - 1, 2**31, 2**31 + 1, 2**40])
+def test_whole_numbers_of_any_size_are_read_as_written(tmp_path: Path, value: int, sign: int):
+    """At the ends of the shorter type, on either side of zero, alone and beside small ones."""
+    values = ("increment", np.array([sign * value, 3, -1]))
+    written = xr.Dataset({"cycles": values}, attrs={"schema_version": SCHEMA_VERSION})
+    write_dataset(written, tmp_path / "a.nc")
+    assert read_dataset(tmp_path / "a.nc")["cycles"].values.tolist() == [sign * value, 3, -1]

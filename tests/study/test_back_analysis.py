@@ -69,15 +69,15 @@ def test_local_cracks_tell_the_cause_and_the_movement(causes: list[Path]) -> Non
         ),
         discrepancy=Discrepancy(width_share=0.3),
     )
-    done: list[int] = []
-    first = infer(causes, seen, on_replay=lambda number, total: done.append(total))
+    done: list[tuple[int, int]] = []
+    first = infer(causes, seen, on_replay=lambda *counted: done.append(counted))
     assert float(first["posterior"].sum()) == pytest.approx(1.0)
     assert among(first)["doming"] > 0.9
     low, high = (float(first["movement_quantile"].sel(study="doming", quantile=q)) for q in (0.05, 0.95))
     assert low <= float(wall["central_deflection"][4]) <= high
-    assert done == [16] * 32
+    assert done == 2 * [(number, 16) for number in range(1, 17)]
     done.clear()
-    again = infer(causes, seen, on_replay=lambda number, total: done.append(total))
+    again = infer(causes, seen, on_replay=lambda *counted: done.append(counted))
     assert not done  # replays were kept
     assert first.identical(again)
     worse = first["future_probability"].sel(study="doming")

@@ -164,6 +164,13 @@ def test_replay_is_bit_for_bit_with_any_solver_and_fields(tmp_path: Path, kind: 
             np.testing.assert_array_equal(ds[name].values, part[name].values[row][: ds.sizes["increment"]])
 
 
+@pytest.mark.parametrize("beside", [-1, 0])
+def test_a_sample_beside_the_last_or_first_is_refused(done: Path, beside: int) -> None:
+    count = StudyFolder(done).design().sizes["sample"]
+    with pytest.raises(InputError, match=rf"has samples 0 to {count - 1}\.$"):
+        replay(done, beside if beside < 0 else count)
+
+
 COMMITTED = environment() | {"damagepred_commit": "0123456789ab"}
 
 

@@ -8,7 +8,7 @@ from scipy import stats
 from damagepred.errors import InputError
 from damagepred.uq.fragility import fit_fragility, fit_lognormal, turnbull
 from damagepred.uq.fragility.goodness import akaike_criterion, distance
-from damagepred.uq.fragility.grouped_data import group_intervals
+from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
 from damagepred.uq.intensity import intensity_values
 from tests.uq.test_fragility import known, lognormal, study
 from tests.uq.test_fragility_single import study as single_study
@@ -72,6 +72,18 @@ def test_the_criterion_counts_parameters_where_the_likelihood_is_right() -> None
     least = -2 * stats.norm.logpdf(x, x.mean(), x.std()).sum()
     assert akaike_criterion(cells, False) == pytest.approx(least + 4, abs=0.5)
     assert akaike_criterion(cells, True) == pytest.approx(akaike_criterion(cells, False), rel=1e-9)
+
+
+@pytest.mark.parametrize("common", [False, True])
+def test_a_group_of_equal_walls_counts_as_each_of_them(common: bool) -> None:
+    """Two categories, two weights, few different intervals."""
+    random = np.random.default_rng(3)
+    capacity = np.ceil(lognormal(random, 8.0, 0.5, 300))
+    upper, weight = np.array([capacity, capacity + 5.0]), random.choice([0.5, 1.5], 300)
+    grouped = group_intervals(upper - 1.0, upper, weight)
+    each = GroupedIntervals(upper - 1.0, upper, weight, np.ones(300, dtype=np.int64))
+    assert len(grouped.number) < 60
+    assert akaike_criterion(grouped, common) == pytest.approx(akaike_criterion(each, common), rel=1e-6)
 
 
 # -- what they are drawn against ---------------------------------------------------------------------------------------
