@@ -319,6 +319,16 @@ def test_the_dpc_is_told_apart_open_and_slid():
     assert found[BELOW_DPC].length == pytest.approx(COURSE)
 
 
+@pytest.mark.parametrize("slip", [0.0, HAIRLINE, HAIRLINE * (1 + 1e-9), 1 * MM])
+@pytest.mark.parametrize("opening", [0.0, HAIRLINE, HAIRLINE * (1 + 1e-9), 1 * MM])
+def test_a_piece_of_the_dpc_is_open_or_slid_not_both(opening: float, slip: float):
+    wall = Pattern(dpc=2)
+    wall.open("bed", 10, 2, opening)
+    wall.slide("bed", 10, 2, slip)
+    expected = [DPC_OPENING] if opening > HAIRLINE else [DPC_SLIP] if slip > HAIRLINE else []
+    assert [f.part for f in cracks(wall)] == expected
+
+
 # -- through increments ----------------------------------------------------------------------------------------------
 
 

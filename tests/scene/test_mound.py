@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from damagepred.scene import Mound
+from damagepred.errors import InputError
+from damagepred.scene import Mound, Scene
 from damagepred.scene.mound import bell, gaussian, mitchell, tree, walsh
 
 LENGTH = 6.0
@@ -206,3 +207,13 @@ def test_profile_keeps_the_shape_of_its_places():
         places = np.linspace(0, 6, 12).reshape(3, 4)
         assert Mound(shape=shape).profile(places, LENGTH, "doming").shape == (3, 4)
         assert not Mound(shape=shape, surface_movement=0.0).profile(places, LENGTH, "doming").any()
+
+
+@pytest.mark.parametrize(
+    "position", [(0.0, 0.5, 0.5, 1.0), (0.0, 0.6, 0.4, 1.0), (0.0, 0.0, 1.0), (0.1, 1.0), (0.0, 0.9)]
+)
+def test_positions_of_a_table_rise_from_0_to_1(position):
+    with pytest.raises(InputError, match="positions must rise from 0 to 1"):
+        Scene.from_dict(
+            {"mound": {"shape": "table", "table": [[p, 0.5] for p in position]}, "movement": {"shape": "mound"}}
+        )

@@ -190,3 +190,18 @@ def test_assumed_constants_of_seasons_are_named() -> None:
     assert not any("seasons have" in line for line in model_caveats(Scene()))
     sampled = [f"movement.seasons.{key}" for key in ("swing_cov", "trend", "shift")]
     assert not any("seasons have" in line for line in model_caveats(scene, sampled))
+
+
+def test_defaults_of_seasons_are_named_with_their_units_and_those_given_are_not():
+    from damagepred.scene.assumed import assumed_seasons
+
+    given = {"movement": {"seasons": {"years": 3}}}
+    default = Scene.from_dict(given).movement.seasons
+    said = assumed_seasons(Scene.from_dict(given))
+    assert f"a mean swing of {1e3 * default.swing:g} mm" in said
+    assert default.swing < 1.0  # m
+    given["movement"]["seasons"]["swing"] = "7 mm"
+    assert not any("mean swing" in line for line in assumed_seasons(Scene.from_dict(given)))
+    assert not any(
+        "swing of" in line for line in assumed_seasons(Scene.from_dict(given), ["movement.seasons.swing_cov"])
+    )

@@ -25,6 +25,7 @@ from damagepred.uq.observations import (
     CrackObservation,
     CrackPrediction,
     Discrepancy,
+    Fit,
     LevelObservation,
     Observations,
     SlopeObservation,
@@ -457,3 +458,9 @@ def test_wrong_observations_are_answered_by_a_sentence(
     with pytest.raises(InputError) as error:
         infer(causes, file)
     assert sentence in str(error.value)
+
+
+def test_observations_of_one_wall_add_their_likelihoods_and_misfits() -> None:
+    first, second = Fit(np.array([-1.0, -2.0]), np.array([2.0, 4.0])), Fit(np.array([-0.5, -3.0]), np.array([1.0, 6.0]))
+    both = first + second
+    assert (both.log_likelihood.tolist(), both.misfit.tolist()) == ([-1.5, -5.0], [3.0, 10.0])
