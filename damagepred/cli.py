@@ -233,7 +233,6 @@ def solve(
     """Solve one wall; of a study file, the wall with every variable at its mean."""
     from damagepred.assembly import Limits
     from damagepred.pipeline import solve as solve_wall
-    from damagepred.scene.assumed import ground_line
 
     described, settings = _described(file)
     mean_wall = ""
@@ -255,8 +254,7 @@ def solve(
 
         screen.say(f"{mean_wall}\n{beyond_mean_wall(ds, settings, file)}")
     screen.wall_table(ds)
-    if assumed := ground_line(described, settings.variables if settings else ()):
-        screen.note(assumed)
+    _say_ground(described, settings)
     raise typer.Exit(_ending(ds))
 
 
@@ -282,7 +280,6 @@ def study(
     from damagepred.archive.cautions import STUDIED, study_cautions
     from damagepred.archive.folder import StudyFolder
     from damagepred.assembly import Limits
-    from damagepred.scene.assumed import ground_line
     from damagepred.study import Study
     from damagepred.study.campaign.cluster import connect_dask_scheduler
     from damagepred.study.campaign.stopping import run_until
@@ -291,8 +288,7 @@ def study(
     settings = StudySettings.from_toml(file).with_samples(samples, seed)
     folder = output or file.with_suffix(".dp")
     _ask_back(settings.scene, settings)
-    if assumed := ground_line(settings.scene, settings.variables):
-        screen.note(assumed)
+    _say_ground(settings.mean_wall()[0] if settings.scene.soil_layer else settings.scene, settings)
     with ExitStack() as open_until_the_end:
         client = open_until_the_end.enter_context(connect_dask_scheduler(scheduler)) if scheduler else None
         bar = open_until_the_end.enter_context(screen.StudyBar())
@@ -1136,10 +1132,23 @@ def _described(file: Path) -> tuple[Scene, StudySettings | None]:
 
 
 def _ask_back(described: Scene, settings: StudySettings | None) -> None:
-    """Ask whether numbers that are unlikely in their unit were meant so."""
+    """Name numbers that are unlikely in their unit, that variables replace, and that nothing reads."""
+    from damagepred.scene.assumed import ground_cautions
     from damagepred.scene.plausibility import unlikely_values
 
     screen.cautions(unlikely_values(described, settings.means() if settings else None))
+    screen.cautions(settings.other_means() if settings else [])
+    screen.cautions(ground_cautions(described, settings.variables if settings else ()))
+
+
+def _say_ground(described: Scene, settings: StudySettings | None) -> None:
+    """Print the surface movement of a soil log, and assumed properties of the ground."""
+    from damagepred.scene.assumed import ground_line
+    from damagepred.study.campaign.site_classes import site_line
+
+    for line in (site_line(described, settings), ground_line(described, settings.variables if settings else ())):
+        if line:
+            screen.note(line)
 
 
 def _drew(files: Iterable[Path]) -> None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from enum import IntEnum, StrEnum
 
+SYNONYMS = {"sagging": "dishing", "hogging": "doming"}
+"""Kinds of movement by other words of the field."""
+
 
 class ContactKind(IntEnum):
     """What an interface of two blocks is."""

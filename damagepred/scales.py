@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -17,7 +16,7 @@ from damagepred.damage.table import TABLES
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError, require_count
 from damagepred.rejudge import judge_again
-from damagepred.scene import Scene
+from damagepred.scene.scene import archived_scene
 from damagepred.simple_assessment import angular_distortion, simple_categories
 from damagepred.uq.capacity import sample_weights
 
@@ -163,13 +162,13 @@ def _by_ground(ds: xr.Dataset) -> Iterator[_Judged]:
     places = ("wall.length", "wall.height", "block.poisson_ratio", "movement.kind")
     if "scene" not in ds.attrs or "deflection_ratio" not in ds or any(place in ds.variables for place in places):
         return
-    scene = Scene.from_dict(tomllib.loads(str(ds.attrs["scene"])), source="the dataset's scene")
+    scene = archived_scene(ds.attrs)
     ratio, shape = ds["deflection_ratio"].values, ds["damage_category"].shape
     strain = load_strain_table()
     category = np.broadcast_to(simple_categories(ds)["simple_category"].values, shape)
     yield _Judged(f"{strain.name}, {strain.source}", strain.source, strain.confidence, category)
     values = {"deflection_ratio": ratio, "angular_distortion": ratio * angular_distortion(scene, 1.0)}
-    known = [limit for limit in load_movement_limits() if limit.kind in (None, scene.movement.kind)]
+    known = [limit for limit in load_movement_limits() if limit.kind in (None, scene.bending)]
     for author, measure in dict.fromkeys((limit.author, limit.measure) for limit in known):
         own = [limit for limit in known if (limit.author, limit.measure) == (author, measure)]
         limits = np.array([limit.value(scene.wall.length, scene.wall.height) for limit in own])

@@ -569,10 +569,10 @@ def cautions(said: Sequence[str]) -> None:
 def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None:
     """Print cracks, in a summary the widest; those of each part of the wall stand together, the widest first."""
     from damagepred.tables import crack_columns
-    from damagepred.uq.intensity import movement_measure
+    from damagepred.uq.intensity import movement_measure, movement_words
 
     measure = movement_measure(found)
-    at = f"a {measure.replace('_', ' ')} of {1e3 * float(found[measure][-1]):.3g} mm"
+    at = f"a {movement_words(found)} of {1e3 * float(found[measure][-1]):.3g} mm"
     if frame.empty:
         say(
             f"{found.attrs['title']}: nothing has opened or slid by more than "
@@ -661,12 +661,12 @@ def zones_in_words(ds: xr.Dataset) -> list[str]:
 
 def fragility_table(curves: xr.Dataset) -> None:
     """Print medians and dispersions of fragility curves with their bands, and how well they fit."""
-    from damagepred.formatting import named
     from damagepred.rejudge import measure_in_words
     from damagepred.tables import curve_columns, curve_notes
     from damagepred.uq.fragility.fit import WITH_CURVE
+    from damagepred.uq.intensity import movement_words
 
-    title = f"{curves.attrs['title']}, against the {named(str(curves.attrs['intensity_measure']))}"
+    title = f"{curves.attrs['title']}, against the {movement_words(curves)}"
     table_of(title, curve_columns(curves))
     if not FORM.full:
         for category, why in zip(curves["category"].values, curves["fit_status"].values):
@@ -688,10 +688,9 @@ def surface_lines(surface: xr.Dataset) -> list[str]:
     """Return slope, dispersion and information criteria of a fragility surface, in words."""
     from damagepred.tables import banded
     from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
+    from damagepred.uq.intensity import movement_words
 
-    what = (
-        f"category {surface.attrs['category']} against the {surface.attrs['intensity_measure'].replace('_', ' ')} and "
-    )
+    what = f"category {surface.attrs['category']} against the {movement_words(surface)} and "
     what += str(surface.attrs["second_variable"])
     if (status := str(surface["fit_status"].values)) not in WITH_CURVE:
         return [f"{what}: no surface, {status}"]

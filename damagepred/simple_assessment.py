@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ from damagepred.damage.deep_beam import beam_strain
 from damagepred.damage.limits import load_movement_limits, load_strain_table
 from damagepred.errors import InputError
 from damagepred.scene import Scene
+from damagepred.scene.scene import archived_scene
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,22 +52,6 @@ def simple_category(
     ``damagepred.damage.deep_beam``. Of the scene they read the wall's length and height, the movement, and of the
     bricks Poisson's ratio; openings, joints and dpc do not count.
 
-    Parameters
-    ----------
-    scene : Scene
-        The wall.
-    deflection_ratio : array_like, optional
-        Central deflection over length (1). By default that of the scene's movement, if it is prescribed.
-    ground_strain : float
-        Horizontal strain of the ground (1), tension positive.
-    modulus_ratio : float, optional
-        E/G (1); by default 2 (1 + nu) of the bricks.
-
-    Raises
-    ------
-    InputError
-        If the footing of the scene finds its own form and no deflection ratio is given.
-
     Examples
     --------
     >>> wall = Scene.from_dict({"wall": {"length": 6.0, "height": 2.4}})
@@ -80,7 +64,7 @@ def simple_category(
         ratio,
         scene.wall.length,
         scene.wall.height,
-        scene.movement.kind,
+        scene.bending,
         2 * (1 + nu) if modulus_ratio is None else modulus_ratio,
         ground_strain=ground_strain,
         poisson_ratio=nu,
@@ -126,7 +110,7 @@ def simple_categories(ds: xr.Dataset, *, ground_strain: float = 0.0, modulus_rat
         if place in ds.variables:
             raise InputError(f"'{place}' differs from wall to wall; judge each wall by simple_category.")
     ratio = ds["deflection_ratio"]
-    scene = Scene.from_dict(tomllib.loads(str(ds.attrs["scene"])), source="the dataset's scene")
+    scene = archived_scene(ds.attrs)
     found = simple_category(scene, ratio.values, ground_strain=ground_strain, modulus_ratio=modulus_ratio)
     table = load_strain_table()
     about = "of a deep beam that follows the ground"
@@ -143,16 +127,7 @@ def simple_categories(ds: xr.Dataset, *, ground_strain: float = 0.0, modulus_rat
 
 @checked
 def angular_distortion(scene: Scene, deflection_ratio: float | None = None) -> float:
-    """Return the largest slope of the ground relative to the line through the ends of the wall (1).
-
-    Parameters
-    ----------
-    scene : Scene
-        With a prescribed movement: its form counts. Where the footing finds its own, the curvature is taken as uniform:
-        4 times the deflection ratio.
-    deflection_ratio : float, optional
-        By default that of the movement.
-    """
+    """Return the largest slope of the ground relative to the line through the ends of the wall (1)."""
     ratio = _own_ratio(scene) if deflection_ratio is None else float(deflection_ratio)
     movement, length = scene.movement, scene.wall.length
     if not movement.prescribed or movement.central_deflection == 0:
@@ -224,7 +199,7 @@ def simple_methods(
     ]
     values = {"deflection_ratio": ratio, "angular_distortion": angular_distortion(scene, ratio)}
     for known in load_movement_limits():
-        if known.kind in (None, scene.movement.kind):
+        if known.kind in (None, scene.bending):
             value, limit = values[known.measure], known.value(scene.wall.length, scene.wall.height)
             exceeded = value > limit * (1 + 1e-12)
             rows.append((known.author, known.about, known.measure, value, limit, exceeded, known.confidence))

@@ -15,6 +15,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.formatting import chance, length, named, number, ratio, with_band
 from damagepred.rejudge import has_dpc, shares, shown_gaps
+from damagepred.uq.intensity import OF_SITE, movement_words
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -81,7 +82,9 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
         columns.append(Column("time", shown("time", ".2f", 1.0), "years", "time\nyears"))
     if "surface_movement" in ds.variables:
         surface = [number(MM * float(v)) for v in ds["surface_movement"].values]
-        columns.append(Column("surface movement", surface, "mm", "surface\nmovement\nmm"))
+        words = movement_words(ds, "surface_movement")
+        short = "surface" if words == OF_SITE else "ground"
+        columns.append(Column(words, surface, "mm", f"{short}\nmovement\nmm"))
     if "load_force" in ds.variables:
         load = ["-" if cell == "nan" else cell for cell in shown("load_force", ".2f", 1e-3)]
         columns.append(Column("load", load, "kN", "load\nkN"))
@@ -275,7 +278,7 @@ def curve_columns(curves: xr.Dataset) -> list[Column]:
     """
     from damagepred.uq.fragility.describe import median_lower_bound  # slow to import, and a wall needs none of it
 
-    units, measure = str(curves["intensity"].attrs["units"]), named(str(curves.attrs["intensity_measure"]))
+    units, measure = str(curves["intensity"].attrs["units"]), movement_words(curves)
     unit = {"m": "mm", "m-1": "1/m", "year": "years"}.get(units, "")
     band = f"{curves.attrs['confidence']:.0%} band"
     every = [curves.isel(category=k) for k in range(curves.sizes["category"])]

@@ -1,17 +1,21 @@
 """Results that cannot be right are refused where the input shows it, and marked where only the result does."""
 
+import tomllib
 from pathlib import Path
 from typing import get_args
 
 import pytest
+import tomli_w
 
 import damagepred
 from damagepred import Scene
 from damagepred.archive.files import read_dataset
 from damagepred.errors import InputError
 from damagepred.scene.plausibility import unlikely_values
+from damagepred.scene.reading import build
+from damagepred.scene.scene import archived_scene
 from damagepred.study.campaign.template import Template, write_template
-from damagepred.study.settings import StudySettings
+from damagepred.study.settings import StudySettings, read_frozen
 from tests.cli.conftest import Run, command
 
 __all__ = ["command"]
@@ -49,30 +53,70 @@ def test_the_likely_meaning_is_asked_back(name: str) -> None:
     assert str(refused.value).endswith(words)
 
 
-UNLIKELY = {
+IMPOSSIBLE = {
     "a strength in MPa": (
         {"joint": {"tensile_strength": 0.453}},
-        "joint.tensile_strength = 0.453 Pa: did you mean '0.453 MPa'?",
+        "joint.tensile_strength = 0.453 Pa: must be 0, or at least 10 Pa. Did you mean '0.453 MPa'?",
     ),
-    "a stiffness in N/mm3": ({"joint": {"normal_stiffness": 82.9}}, "= 82.9 Pa/m: did you mean '82.9 N/mm3'?"),
-    "a modulus in MPa": ({"block": {"elastic_modulus": 7000}}, "did you mean '7000 MPa'?"),
-    "a modulus in GPa": ({"block": {"elastic_modulus": 7}}, "did you mean '7 GPa'?"),
-    "a weight for a density": ({"block": {"density": 19}}, "= 19 kg/m3: did you mean '1937 kg/m3'?"),
-    "a density in t/m3": ({"block": {"density": 1.9}}, "did you mean '1900 kg/m3'?"),
+    "a residual strength in MPa": ({"joint": {"residual_cohesion": 0.2}}, "Did you mean '0.2 MPa'?"),
+    "a cap in MPa": ({"joint": {"compressive_strength": 12}}, "Did you mean '12 MPa'?"),
+    "a head joint in MPa": ({"head_joint": {"tensile_strength": 0.1}}, "Did you mean '0.1 MPa'?"),
+    "a stiffness in N/mm3": (
+        {"joint": {"normal_stiffness": 82.9}},
+        "= 82.9 Pa/m: must be 0, or at least 10000 Pa/m. Did you mean '82.9 N/mm3'?",
+    ),
+    "a modulus in MPa": ({"block": {"elastic_modulus": 7000}}, "Did you mean '7000 MPa'?"),
+    "a modulus in GPa": ({"block": {"elastic_modulus": 7}}, "Did you mean '7 GPa'?"),
+    "a weight for a density": ({"block": {"density": 19}}, "least 50 kg/m3. Did you mean '1937 kg/m3'?"),
+    "a weight in N/m3": ({"block": {"density": 19000}}, "at most 12000 kg/m3. Did you mean '1937 kg/m3'?"),
+    "a density in t/m3": ({"block": {"density": 1.9}}, "Did you mean '1900 kg/m3'?"),
     "an angle of friction": (
-        {"dpc": {"friction": 30}},
-        "dpc.friction = 30: did you mean 0.58, the tangent of 30 degrees?",
+        {"dpc": {"friction": 36.9}},
+        "dpc.friction = 36.9: must be at most 5. Did you mean 0.75, the tangent of 36.9 degrees?",
     ),
+    "an angle of the soil": ({"soil": {"friction": 25}}, "Did you mean 0.47, the tangent of 25 degrees?"),
+    "soil in kPa/m": ({"soil": {"swelling_stiffness": 4000}}, "Did you mean '4000 kPa/m'?"),
+    "a depth in mm": ({"mound": {"suction_depth": 2300}}, "must be at most 300 m. Did you mean '2300 mm'?"),
+    "a gap in mm": ({"control_joint": [{"x": 3.0, "width": 10}]}, "Did you mean '10 mm'?"),
+}
+
+
+@pytest.mark.parametrize("name", IMPOSSIBLE)
+def test_an_impossible_number_is_refused(name: str) -> None:
+    """Not in archives, which stay readable."""
+    tables, words = IMPOSSIBLE[name]
+    with pytest.raises(InputError) as refused:
+        Scene.from_dict(tables)
+    assert str(refused.value).endswith(words)
+    assert archived_scene({"scene": tomli_w.dumps(tables)}) == build(Scene, tables, "scene")
+    study = tomli_w.dumps({"scene": tables})
+    with pytest.raises(InputError, match="Did you mean"):
+        StudySettings.from_dict(tomllib.loads(study))
+    assert read_frozen(study).scene == build(Scene, tables, "scene")
+
+
+EXTREMES = [
+    {"joint": {"tensile_strength": 0.0, "cohesion": 0.0}},
+    {"joint": {"normal_stiffness": 1e18, "shear_stiffness": 1e18}, "block": {"elastic_modulus": 1e16, "density": 0.0}},
+    {"joint": {"tensile_strength": 1e9, "cohesion": 1e9, "friction": 0.0}},
+]
+
+
+@pytest.mark.parametrize("tables", EXTREMES)
+def test_ideal_joints_and_blocks_are_taken(tables: dict) -> None:
+    assert unlikely_values(Scene.from_dict(tables)) == []
+
+
+UNLIKELY = {
+    "a strength": ({"joint": {"tensile_strength": 45.3}}, "joint.tensile_strength = 45.3 Pa: did you mean '45.3 MPa'?"),
     "a load in kN": ({"loads": {"roof": 6}}, "loads.roof = 6 N: did you mean '6 kN'?"),
-    "soil in kPa/m": ({"soil": {"swelling_stiffness": 4000}}, "did you mean '4000 kPa/m'?"),
-    "a depth in mm": ({"mound": {"suction_depth": 2300}}, "mound.suction_depth = 2300 m: did you mean '2300 mm'?"),
-    "a gap in mm": ({"control_joint": [{"x": 3.0, "width": 10}]}, "did you mean '10 mm'?"),
+    "soft soil": ({"soil": {"swelling_stiffness": 4e4}}, "did you mean '40000 kPa/m'?"),
+    "a deep soil": ({"mound": {"suction_depth": 40}}, "mound.suction_depth = 40 m: did you mean '40 mm'?"),
 }
 
 
 @pytest.mark.parametrize("name", UNLIKELY)
 def test_an_unlikely_number_is_asked_back(name: str) -> None:
-    """It is taken all the same: archives that hold it stay readable."""
     tables, words = UNLIKELY[name]
     (said,) = unlikely_values(Scene.from_dict(tables))
     assert said.endswith(words)
@@ -89,11 +133,30 @@ def test_values_of_templates_are_likely(tmp_path: Path) -> None:
 def test_means_of_a_study_are_asked_back(command: Run, tmp_path: Path) -> None:
     (tmp_path / "house.toml").write_text(
         "[study]\nsamples = 2\n[scene.wall]\nlength = 1.2\nheight = 0.3\n[scene.movement]\nincrements = 1\n"
-        '[variables."joint.cohesion"]\ndistribution = "normal"\nmean = 0.375\ncov = 0.1\n'
+        '[variables."joint.cohesion"]\ndistribution = "normal"\nmean = 37.5\ncov = 0.1\n'
     )
-    asked = "caution: joint.cohesion = 0.375 Pa: did you mean '0.375 MPa'?"
+    asked = "caution: joint.cohesion = 37.5 Pa: did you mean '37.5 MPa'?"
+    other = "caution: variable joint.cohesion: mean 37.5 Pa, the scene has 0.375 MPa by default; walls follow the"
     for name in ("check", "solve", "study"):
-        assert asked in command(name, tmp_path / "house.toml").out, name
+        said = command(name, tmp_path / "house.toml").out
+        assert asked in said, name
+        assert other in said, name
+
+
+@pytest.mark.parametrize("name", ["check", "solve", "study", "rare", "sensitivity"])
+def test_impossible_means_are_refused(command: Run, tmp_path: Path, name: str) -> None:
+    (tmp_path / "house.toml").write_text(
+        '[scene.wall]\nlength = 1.2\n[variables."joint.friction"]\ndistribution = "normal"\nmean = 36.9\ncov = 0.1\n'
+        '[variables."joint.cohesion"]\ndistribution = "normal"\nmean = "0.453"\ncov = 0.1\n'
+    )
+    more = {"rare": ("--category", 2, "--at", "8 mm"), "sensitivity": ("--category", 2)}
+    refused = command(name, tmp_path / "house.toml", *more.get(name, ()))
+    assert refused.code == 2
+    assert (
+        '[variables."joint.friction"]: mean of joint.friction = 36.9: must be at most 5. Did you mean 0.75'
+        in refused.err
+    )
+    assert "joint.cohesion = 0.453 Pa: must be 0, or at least 10 Pa. Did you mean '0.453 MPa'?" in refused.err
 
 
 def test_a_coefficient_of_variation_in_per_cent_is_asked_back() -> None:

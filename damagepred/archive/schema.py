@@ -12,7 +12,7 @@ import xarray as xr
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import ContactKind, ContactState, SampleStatus, ZoneState, flag_meanings
 
-SCHEMA_VERSION = 7
+SCHEMA_VERSION = 8
 """Raised when names, meanings or files change; ``damagepred.archive.versions`` reads all versions up to it."""
 
 
@@ -330,47 +330,21 @@ VARIABLES: dict[str, Variable] = {
 
 
 def name_categories(ds: xr.Dataset, names: tuple[str, ...], comment: str) -> None:
-    """Let a dataset's damage categories bear the names of the table that made them.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        With some of ``CATEGORY_VARIABLES``; changed in place.
-    names : tuple of str
-        Of category 0, 1, ...
-    comment : str
-        Which table, and its source.
-    """
+    """Let a dataset's damage categories bear the names of the table that made them."""
     for name in (*CATEGORY_VARIABLES, WORST_CATEGORY):
         if name in ds:
             ds[name].attrs = category_attributes(names, comment, name)
 
 
 def category_attributes(names: tuple[str, ...], comment: str, variable: str = "damage_category") -> dict[str, Any]:
-    """Return the attributes of damage categories that bear the names of the table that made them.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Of category 0, 1, ...
-    comment : str
-        Which table, and its source.
-    variable : str
-        Name of the variable.
-    """
+    """Return the attributes of damage categories that bear the names of the table that made them."""
     flags = tuple(name.replace(" ", "_") for name in names)
     kept = VARIABLES[variable]
     return Variable(kept.dims, None, kept.long_name, flags).attributes() | {"comment": comment}
 
 
 def with_shared_movement(ds: xr.Dataset) -> xr.Dataset:
-    """Return a study with the coordinate ``increment``, and ``movement`` where all samples have the same.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of a study; any other is returned as it is.
-    """
+    """Return a study with the coordinate ``increment``, and ``movement`` where all samples have the same."""
     if not {"sample", "increment"} <= ds.sizes.keys():
         return ds
     number = np.arange(ds.sizes["increment"])
@@ -385,17 +359,7 @@ def with_shared_movement(ds: xr.Dataset) -> xr.Dataset:
 
 
 def flag_name(ds: xr.Dataset, value: int, variable: str = "damage_category") -> str:
-    """Return in plain words what a value of a flag variable means, ``"not known"`` where nothing is.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        With the variable; without its meanings, those of ``VARIABLES`` are taken.
-    value : int
-        Value of the flag.
-    variable : str
-        Name of the variable.
-    """
+    """Return in plain words what a value of a flag variable means, ``"not known"`` where nothing is."""
     known = VARIABLES[variable].flags if variable in VARIABLES else ()
     given = ds[variable].attrs.get("flag_meanings") if variable in ds.variables else None
     names = str(given).split() if given else known
@@ -403,17 +367,7 @@ def flag_name(ds: xr.Dataset, value: int, variable: str = "damage_category") -> 
 
 
 def category_label(ds: xr.Dataset, category: int, variable: str = "damage_category") -> str:
-    """Return number and name of a damage category, such as ``"2 slight"``.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of a wall or a study.
-    category : int
-        Its number, -1 if it is not known.
-    variable : str
-        One of ``CATEGORY_VARIABLES``.
-    """
+    """Return number and name of a damage category, such as ``"2 slight"``."""
     return f"{category} {flag_name(ds, category, variable)}" if category >= 0 else "not known"
 
 
@@ -432,24 +386,7 @@ def dataset(
     dims: Mapping[str, tuple[str, ...]] | None = None,
     extra: Mapping[str, Variable] | None = None,
 ) -> xr.Dataset:
-    """Put values under their registered names into a CF dataset.
-
-    Parameters
-    ----------
-    values : mapping of str to array
-        By variable name; ``increment``, ``sample`` and the like become coordinates.
-    attributes : mapping
-        Global attributes; None is left out, True and False become 1 and 0.
-    dims : mapping, optional
-        Dimensions of variables where they differ from the registered ones.
-    extra : mapping of str to Variable, optional
-        Variables this dataset has beyond the registered ones, such as sampled inputs.
-
-    Raises
-    ------
-    KeyError
-        If a name is not registered.
-    """
+    """Put values under their registered names into a CF dataset."""
     known = {**VARIABLES, **(extra or {})}
     variables = {
         name: xr.Variable((dims or {}).get(name, known[name].dims), np.asarray(value), known[name].attributes())

@@ -9,17 +9,25 @@ Version 5: ``newton_iterations`` of the quasi-static solver and ``cycles`` of th
 Version 6: no dimension of length 0; flags have a ``valid_range`` and no ``_FillValue``; a study has the coordinates
 ``increment`` and ``movement``.
 Version 7: ``crack_width_worst`` of a movement in stages; it was ``worst_crack_width`` before.
+Version 8: places count from 1, as ``soil_layer.1.thickness``; they counted from 0 before. A scene says what lies below
+its soil log; nothing moved there before.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from damagepred.archive.provenance import GIVEN
 from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES, with_shared_movement
 from damagepred.errors import InputError, NewerError
+
+_NUMBER = re.compile(r"\.(\d+)(?=\.|$)")
 
 Migration = Callable[[xr.Dataset], xr.Dataset]
 
@@ -66,6 +74,39 @@ def _worst_width_named_as_others(ds: xr.Dataset) -> xr.Dataset:
     return ds.rename(worst_crack_width="crack_width_worst") if "worst_crack_width" in ds else ds
 
 
+def from_1(place: str) -> str:
+    """Place that counts from 1 of one that counts from 0."""
+    return _NUMBER.sub(lambda found: f".{int(found[1]) + 1}", place)
+
+
+def from_0(place: str) -> str:
+    """Place that counts from 0 of one that counts from 1."""
+    return _NUMBER.sub(lambda found: f".{int(found[1]) - 1}", place)
+
+
+def inert_below_log(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables of an older scene, whose soil is inert below its log."""
+    return (
+        {**scene, "suction": {"below_log": "inert", **scene.get("suction", {})}} if "soil_layer" in scene else {**scene}
+    )
+
+
+def _counted_from_1(ds: xr.Dataset) -> xr.Dataset:
+    """Return a dataset whose places count from 1, and whose soil is inert below its log."""
+    ds = ds.rename({name: from_1(str(name)) for name in ds.variables if "." in str(name)})
+    if "variable" in ds.coords and ds["variable"].dtype.kind in "OUT":
+        ds = ds.assign_coords(variable=[from_1(str(place)) for place in ds["variable"].values])
+    attrs = {GIVEN: " ".join(map(from_1, str(ds.attrs[GIVEN]).split()))} if GIVEN in ds.attrs else {}
+    if "[[soil_layer]]" in (text := str(ds.attrs.get("scene", ""))):
+        import tomli_w
+
+        attrs["scene"] = tomli_w.dumps(inert_below_log(tomllib.loads(text)))
+    return ds.assign_attrs(attrs)
+
+
+COUNTS_FROM_1 = 8
+"""First version whose places count from 1."""
+
 MIGRATIONS: dict[int, Migration] = {
     1: _unchanged,
     2: _unchanged,
@@ -73,29 +114,13 @@ MIGRATIONS: dict[int, Migration] = {
     4: _split_cycles,
     5: _without_empty_dimensions,
     6: _worst_width_named_as_others,
+    7: _counted_from_1,
 }
 """What makes a dataset of one version one of the next."""
 
 
 def brought_up_to_date(version: int, source: str, ds: xr.Dataset | None = None) -> xr.Dataset:
-    """Return a dataset of any known version as one of today's.
-
-    Parameters
-    ----------
-    version : int
-        Its version.
-    source : str
-        Where it comes from, for the message.
-    ds : xarray.Dataset, optional
-        The dataset; without one the version alone is checked.
-
-    Raises
-    ------
-    NewerError
-        If it is newer than this package.
-    InputError
-        If it is no version.
-    """
+    """Return a dataset of any known version as one of today's."""
     if version < 1:
         raise InputError(f"{source}: has schema version {version}; it is not one of damagepred.")
     if version > SCHEMA_VERSION:

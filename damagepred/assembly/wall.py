@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -443,7 +443,7 @@ def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray
     """Return the model with its footing on soil whose surface moves."""
     length, kind, mound = scene.wall.length, scene.movement.kind, scene.mound
     if scene.movement.reverses:
-        other: Literal["dishing", "doming"] = "dishing" if kind == "doming" else "doming"
+        other = scene.movement.other
         ground = growing_ground(
             geometry,
             lambda x, factor: mound.at(abs(factor)).profile(x, length, kind if factor >= 0.0 else other),

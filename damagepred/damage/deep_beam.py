@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike
 
 from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
+from damagepred.enumerations import SYNONYMS
 from damagepred.errors import InputError
 
 Kind = Literal["dishing", "doming"]
@@ -86,6 +87,7 @@ def deflection_over_strain(
     """
     slenderness = _positive(length, "length", "m") / _positive(height, "height", "m")
     ratio = _positive(modulus_ratio, "modulus_ratio")
+    kind = SYNONYMS.get(str(kind), kind)  # type: ignore[assignment]
     if kind not in ("dishing", "doming"):
         raise InputError(f"kind = {kind!r}: must be 'dishing' (sagging) or 'doming' (hogging).")
     # I / H^3 and t / H

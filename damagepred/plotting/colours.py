@@ -57,13 +57,7 @@ def band_colours(levels: FloatArray) -> ListedColormap:
 
 
 def width_colours(table: DamageTable) -> tuple[ListedColormap, BoundaryNorm]:
-    """Return colour map and norm for crack widths in mm, one colour a category.
-
-    Parameters
-    ----------
-    table : DamageTable
-        Its limits are the boundaries.
-    """
+    """Return colour map and norm for crack widths in mm, one colour a category."""
     limits = [limit * MM for limit in table.limits]
     # the outer fields have no end; these only give the colour bar as many fields as there are categories
     boundaries = [0.0, *limits, 2.0 * limits[-1]]
@@ -72,17 +66,7 @@ def width_colours(table: DamageTable) -> tuple[ListedColormap, BoundaryNorm]:
 
 
 def movement_bar(ax: Axes, movement: FloatArray, name: str) -> Callable[[float], tuple[float, ...]]:
-    """Add a colour bar of the movement, and return the colour of each movement (mm).
-
-    Parameters
-    ----------
-    ax : Axes
-        Beside which to draw it.
-    movement : array
-        All movements drawn (mm).
-    name : str
-        Of the movement.
-    """
+    """Add a colour bar of the movement, and return the colour of each movement (mm)."""
     # viridis without its yellow, which does not show on white
     shades = colormaps["viridis"]([0.9 - 0.9 * i / 20 for i in range(21)])
     colours, norm = (
@@ -90,5 +74,5 @@ def movement_bar(ax: Axes, movement: FloatArray, name: str) -> Callable[[float],
         Normalize(0.0, max(float(movement.max()), 1e-9)),
     )
     bar = figure_of(ax).colorbar(ScalarMappable(norm, colours), ax=ax, pad=0.02)
-    bar.set_label(f"{name.replace('_', ' ')} (mm)")
+    bar.set_label(f"{name} (mm)")
     return lambda value: colours(norm(value))

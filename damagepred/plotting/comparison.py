@@ -14,6 +14,7 @@ from damagepred.arguments import checked
 from damagepred.plotting.colours import CURVE_STYLES, OPENING_STYLES
 from damagepred.plotting.sheet import MM, label_movement, legend_below, require, set_title, several_or_new, verbatim
 from damagepred.uq.capacity import category_number
+from damagepred.uq.intensity import movement_words
 
 
 @checked
@@ -73,13 +74,13 @@ def draw_comparison(
     lower.set_ylabel(f"difference to {verbatim(str(comparison.attrs['reference']))} (1)")
     reach = float(np.nanmax(np.abs([lower.get_ylim()]), initial=0.05))
     lower.set_ylim(-reach, reach)
-    measure = str(comparison["movement"].attrs.get("measure", "movement"))
+    words = movement_words(comparison, str(comparison["movement"].attrs.get("measure", "movement")))
     for ax in (upper, lower):
         ax.set_xlim(0.0, movement.max())
         if in_metres:
-            label_movement(ax, measure)
+            label_movement(ax, words)
         else:
-            ax.set_xlabel(f"{measure.replace('_', ' ')} (1)")
+            ax.set_xlabel(f"{words} (1)")
     level = f"{float(comparison.attrs['confidence']):.0%} intervals"
     paired = comparison["paired_samples"].values[1:]
     pairs = f"{int(paired.min())} pairs of samples" if paired.size and paired.min() else "different samples"

@@ -10,7 +10,7 @@ from damagepred.errors import InputError
 from damagepred.plotting.categories import highest_of, name_of
 from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES
 from damagepred.plotting.sheet import MM, axes_or_new, grid, legend_below, plain_number, require, set_title, title_of
-from damagepred.uq.fragility import movement_measure
+from damagepred.uq.intensity import movement_words
 from damagepred.uq.running import running_probability
 
 
@@ -64,10 +64,9 @@ def draw_convergence(ds: xr.Dataset, at: float, ax: Axes | None = None, confiden
     ax.set_xlabel("walls counted (1), logarithmic")
     ax.set_ylabel("probability (1)")
     legend_below(ax, ax.get_legend_handles_labels()[0], 2)
-    measure = movement_measure(ds).replace("_", " ")
     set_title(
         ax,
         title_of(ds, "study"),
-        f"estimates at a {measure} of {plain_number(at * MM)} mm; bands: {confidence:.0%} confidence each",
+        f"estimates at a {movement_words(ds)} of {plain_number(at * MM)} mm; bands: {confidence:.0%} confidence each",
     )
     return ax

@@ -26,7 +26,7 @@ from damagepred.plotting.sheet import (
     spread_evenly,
     title_of,
 )
-from damagepred.uq.intensity import movement_measure
+from damagepred.uq.intensity import movement_measure, movement_words
 
 MOST_LINES = 10
 """Increments drawn at most."""
@@ -114,7 +114,7 @@ def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
     place, opening, pieces = opening_along(ds, kind)
     opening = opening * MM
     deflection = ds[movement_measure(ds)].values * MM
-    colour = movement_bar(ax, deflection, movement_measure(ds))
+    colour = movement_bar(ax, deflection, movement_words(ds))
     for step in spread_evenly(len(deflection), MOST_LINES):
         for piece in pieces:
             ax.plot(place[piece], opening[step, piece], color=colour(deflection[step]), linewidth=1.4)
@@ -136,17 +136,7 @@ def _draw_opening(ds: xr.Dataset, ax: Axes | None, kind: int) -> Axes:
 
 
 def open_stretches(place: FloatArray, opening: FloatArray, threshold: float) -> list[tuple[float, float]]:
-    """Return from where to where an opening is more than a threshold.
-
-    Parameters
-    ----------
-    place : array (c,)
-        Along the wall, not falling (m).
-    opening : array (c,)
-        Opening there, straight between (any unit).
-    threshold : float
-        In the unit of the opening.
-    """
+    """Return from where to where an opening is more than a threshold."""
     above = opening > threshold
     change = np.flatnonzero(np.diff(above.astype(np.int8)))
     share = (threshold - opening[change]) / (opening[change + 1] - opening[change])
@@ -159,24 +149,7 @@ def open_stretches(place: FloatArray, opening: FloatArray, threshold: float) -> 
 
 
 def opening_along(ds: xr.Dataset, kind: int = ContactKind.DPC) -> tuple[FloatArray, FloatArray, list[IntArray]]:
-    """Return the opening of the dpc, or of another bed, from left to right, up to the ends of its joints.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    kind : int
-        Value of ``contact_kind``.
-
-    Returns
-    -------
-    place : array (c,)
-        Along the wall (m).
-    opening : array (increments, c)
-        In m.
-    pieces : list of array of int
-        Positions along ``place`` of each piece, where the bed is interrupted, as by a door.
-    """
+    """Return the opening of the dpc, or of another bed, from left to right, up to the ends of its joints."""
     joints = JointMap.from_dataset(ds)
     number = np.flatnonzero(joints.kind == kind)
     left, right = np.sort(np.column_stack((joints.start[number, 0], joints.end[number, 0])), axis=1).T

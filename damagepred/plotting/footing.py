@@ -28,7 +28,7 @@ from damagepred.plotting.sheet import (
     spread_evenly,
     title_of,
 )
-from damagepred.uq.intensity import movement_measure
+from damagepred.uq.intensity import movement_measure, movement_words
 
 MOST_LINES = 8
 """Increments drawn at most."""
@@ -111,11 +111,6 @@ def idle_at(ds: xr.Dataset) -> float | None:
     """Return the deflection (m) at which the jacks, or a support, first carry nothing; None if they always do.
 
     Straight between increments.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall on jacks.
     """
     if "limit_deflection" in ds.attrs:
         return float(ds.attrs["limit_deflection"])
@@ -125,15 +120,7 @@ def idle_at(ds: xr.Dataset) -> float | None:
 
 
 def first_zero(x: FloatArray, y: FloatArray) -> float | None:
-    """Return where y, positive to begin with and straight between, first falls to zero; None if it does not.
-
-    Parameters
-    ----------
-    x : array of float
-        Rising abscissae.
-    y : array of float
-        Values there.
-    """
+    """Return where y, positive to begin with and straight between, first falls to zero; None if it does not."""
     below = np.flatnonzero(y <= 1e-9 * np.abs(y).max(initial=0.0))
     if not below.size or below[0] == 0:
         return None
@@ -273,7 +260,7 @@ def _along(ds: xr.Dataset, ax: Axes | None, what: str, curve: Callable[[int], tu
     """Draw curves along the wall, some increments in the colour of their movement."""
     ax = axes_or_new(ax, 9.0, 4.0)
     values = ds[movement_measure(ds)].values * MM
-    colour = movement_bar(ax, values, movement_measure(ds))
+    colour = movement_bar(ax, values, movement_words(ds))
     ax.axhline(0.0, color="black", linewidth=0.8)
     for step in spread_evenly(len(values), MOST_LINES):
         x, y = curve(int(step))

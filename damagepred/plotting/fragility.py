@@ -32,6 +32,7 @@ from damagepred.plotting.sheet import (
 from damagepred.scene.site import site_classes
 from damagepred.uq.fragility.describe import median_lower_bound
 from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
+from damagepred.uq.intensity import OF_SITE, movement_words
 
 EMPIRICAL = "empirical"
 """Status of a curve without a form."""
@@ -167,13 +168,7 @@ def _parameters(one: xr.Dataset, largest: float, scale: float, in_metres: bool) 
 
 
 def mark_site_classes(ax: Axes) -> None:
-    """Mark the largest surface movement of each class of sites (AS 2870) on an axis of y_s in mm.
-
-    Parameters
-    ----------
-    ax : Axes
-        With its final limits across.
-    """
+    """Mark the largest surface movement of each class of sites (AS 2870) on an axis of y_s in mm."""
     low, high = ax.get_xlim()
     for site in site_classes():
         left, right = max(site.above * MM, low), min(site.up_to * MM, high)
@@ -194,25 +189,16 @@ def mark_site_classes(ax: Axes) -> None:
 
 
 def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
-    """Name the horizontal axis after the intensity of curves or a surface, with marks 1/n on one of ratios.
-
-    Parameters
-    ----------
-    ax : Axes
-        With its final limits across.
-    curves : xarray.Dataset
-        With ``intensity`` and the attribute ``intensity_measure``.
-    in_metres : bool
-        Whether the intensity is in metres and shown in mm.
-    """
-    measure = str(curves.attrs.get("intensity_measure", ""))
-    name = measure.replace("_", " ") or str(curves["intensity"].attrs.get("long_name", "movement of the ground"))
+    """Name the horizontal axis after the intensity of curves or a surface, with marks 1/n on one of ratios."""
+    of = curves["intensity"].attrs
+    known = "intensity_measure" in curves.attrs
+    name = movement_words(curves) if known else str(of.get("long_name", "movement of the ground"))
     if unit := _OTHER_UNITS.get(str(curves["intensity"].attrs.get("units"))):
         ax.set_xlabel(f"{name} ({unit})")
         return
     if in_metres:
-        label_movement(ax, measure or name)
-        if measure == "surface_movement":
+        label_movement(ax, name)
+        if name == OF_SITE:
             mark_site_classes(ax)
         return
     ax.set_xlabel(f"{name} (1)")

@@ -27,7 +27,7 @@ from damagepred.plotting.sheet import (
     title_of,
 )
 from damagepred.rejudge import shown_gaps
-from damagepred.uq.fragility import movement_measure
+from damagepred.uq.intensity import movement_measure, movement_words
 
 
 @checked
@@ -119,7 +119,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     elif in_stages:
         ax.set_xlabel(f"{'time (years)' if by == 'time' else by}; dotted: the movement turns")
     else:
-        label_movement(ax, measure)
+        label_movement(ax, movement_words(ds))
     legend_below(ax, ax.get_legend_handles_labels()[0])
     set_title(
         ax,
@@ -170,7 +170,7 @@ def draw_hysteresis(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     points = ax.scatter(x, y, c=ds[by].values, s=16, zorder=3)
     ax.figure.colorbar(points, ax=ax, label="time (years)" if by == "time" else by)
     ax.axvline(0.0, color="0.5", linewidth=0.8, linestyle=":")
-    ax.set_xlabel(f"{measure.replace('_', ' ')}, signed (mm)")
+    ax.set_xlabel(f"{movement_words(ds)}, signed (mm)")
     ax.set_ylabel(f"{said} (mm)")
     set_title(ax, title_of(ds, "wall"), f"dotted: {'no displacement' if in_test else 'level ground'}")
     return ax
@@ -217,7 +217,7 @@ def draw_load(ds: xr.Dataset, ax: Axes | None = None, against: str | None = None
     still = np.isfinite(load)  # a wall in motion has no load
     ax.plot(x[still], load[still], linewidth=1.5, marker=".", markersize=4, label=label)
     if first:
-        label_movement(ax, by)
+        label_movement(ax, movement_words(ds, by))
         ax.set_ylabel("load (kN)")
         grid(ax)
         peak = "" if label else f"largest load {plain_number(float(load[still].max()))} kN"

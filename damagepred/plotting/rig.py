@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from typing import Any
 
 import numpy as np
@@ -13,22 +12,14 @@ from damagepred.plotting.colours import FOOTING_COLOUR, FOOTING_EDGE, RIG_COLOUR
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import footing_rise, soil_surface
 from damagepred.plotting.sheet import KN, plain_number, small
-from damagepred.scene import Scene
+from damagepred.scene.scene import archived_scene
 
 TRIANGLE, ARROW = 0.018, 0.06
 """Size of a support, and of the arrow of the largest load of a jack, as fractions of the wall's length."""
 
 
 def draw_footing_blocks(ax: Axes, wall: Deformed) -> None:
-    """Draw the blocks of a footing; those with zones as their gridpoints have moved.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where.
-    wall : Deformed
-        With a footing.
-    """
+    """Draw the blocks of a footing; those with zones as their gridpoints have moved."""
     style: dict[str, Any] = {"facecolors": FOOTING_COLOUR, "zorder": 2, "snap": False, "label": "footing"}
     rigid = [wall.outlines[i] for i in np.flatnonzero(wall.footing & wall.rigid)]
     if rigid:
@@ -43,15 +34,7 @@ def draw_footing_blocks(ax: Axes, wall: Deformed) -> None:
 
 
 def draw_soil(ax: Axes, wall: Deformed) -> None:
-    """Draw the surface of the ground, pressed down where the footing rests on it.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where.
-    wall : Deformed
-        On a footing.
-    """
+    """Draw the surface of the ground, pressed down where the footing rests on it."""
     x, height, rise = soil_surface(wall.ds, wall.increment, wall.footing)
     if len(x):
         name = "surface of the ground"
@@ -70,13 +53,6 @@ def draw_rig(ax: Axes, wall: Deformed) -> None:
 
     A jack that pushes has an arrow up to the footing, one that pulls an arrow down from it, as long as its load is
     beside the largest of the path; an idle one has none.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where.
-    wall : Deformed
-        On jacks.
     """
     ds, increment, factor = wall.ds, wall.increment, wall.factor
     length = float(np.ptp(ds["vertex_x"].values))
@@ -106,16 +82,8 @@ def draw_rig(ax: Axes, wall: Deformed) -> None:
 
 
 def draw_test(ax: Axes, wall: Deformed) -> None:
-    """Draw supports of a laboratory test as triangles, and its loads as arrows.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where.
-    wall : Deformed
-        Under ``[[load]]``.
-    """
-    scene = Scene.from_dict(tomllib.loads(str(wall.ds.attrs["scene"])), source="the dataset's scene")
+    """Draw supports of a laboratory test as triangles, and its loads as arrows."""
+    scene = archived_scene(wall.ds.attrs)
     length, height, size = scene.wall.length, scene.wall.height, TRIANGLE * scene.wall.length
     for support in scene.support:
         x, half = support.x, support.width / 2.0

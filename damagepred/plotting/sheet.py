@@ -18,7 +18,7 @@ from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.text import without_controls
-from damagepred.uq.intensity import movement_measure
+from damagepred.uq.intensity import OF_SITE, movement_measure, movement_words
 
 DPI = 150
 """Resolution of all pictures (dots per inch)."""
@@ -149,8 +149,8 @@ def moved_to(ds: xr.Dataset, increment: int) -> str:
     """Return in words how far a wall has moved at an increment, or the time of a run in time."""
     if is_dynamic(ds):
         return f"{plain_number(float(ds['time'].values[increment]))} s"
-    name = movement_measure(ds)
-    return f"a {name.replace('_', ' ')} of {plain_number(float(ds[name].values[increment]) * MM)} mm"
+    moved = float(ds[movement_measure(ds)].values[increment])
+    return f"a {movement_words(ds)} of {plain_number(moved * MM)} mm"
 
 
 def set_title(ax: Axes, *lines: str) -> None:
@@ -186,10 +186,9 @@ def legend_below(
             break
 
 
-def label_movement(ax: Axes, measure: str) -> None:
-    """Name the horizontal axis after a measure of the movement in mm."""
-    symbol = " $y_s$" if measure == "surface_movement" else ""
-    ax.set_xlabel(f"{measure.replace('_', ' ')}{symbol} (mm)")
+def label_movement(ax: Axes, words: str) -> None:
+    """Name the horizontal axis after a movement in words, in mm."""
+    ax.set_xlabel(f"{words}{' $y_s$' if words == OF_SITE else ''} (mm)")
 
 
 def say_nothing_to_draw(ax: Axes, reason: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from typing import Any
 
@@ -23,7 +22,7 @@ from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, corners, polygons
 from damagepred.plotting.sheet import axes_or_new, figure_of, plain_number, require, set_title
 from damagepred.plotting.zone_geometry import has_zones
-from damagepred.scene import Scene
+from damagepred.scene.scene import archived_scene
 
 MPA = 1e-6
 """Megapascals in a pascal."""
@@ -152,15 +151,7 @@ def _check(ds: xr.Dataset, component: str) -> None:
 
 
 def zone_stress(ds: xr.Dataset, increment: int) -> FloatArray:
-    """Return s_xx, s_yy and s_xy of the zones at an increment, (z, 3) (Pa).
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall with zones.
-    increment : int
-        Position of the increment.
-    """
+    """Return s_xx, s_yy and s_xy of the zones at an increment, (z, 3) (Pa)."""
     return np.column_stack([ds[f"zone_stress_{name}"].values[increment] for name in ("xx", "yy", "xy")])
 
 
@@ -170,13 +161,6 @@ def block_stress(ds: xr.Dataset, increment: int) -> FloatArray:
     In equilibrium the mean stress of a body is that of the forces f on its boundary at places r from its centroid,
     sum(f r) / volume, whatever it is made of; uniform weight adds nothing. Forces that act on a block as a whole, as
     the roof's, count as if spread over it like weight.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall whose blocks are as thick as their joints.
-    increment : int
-        Position of the increment.
     """
     points, block = corners(ds)
     _, face = np.unique(ds["contact_interface"].values, return_inverse=True)
@@ -203,17 +187,9 @@ def block_stress(ds: xr.Dataset, increment: int) -> FloatArray:
 
 
 def bending_stress(ds: xr.Dataset, increment: int) -> FloatArray:
-    """Return s_xx (Pa) at the corners of all blocks that their curvature makes, -E kappa (y - y_centre): (v,).
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall of a scene, with elastic blocks.
-    increment : int
-        Position of the increment.
-    """
+    """Return s_xx (Pa) at the corners of all blocks that their curvature makes, -E kappa (y - y_centre): (v,)."""
     points, block = corners(ds)
-    modulus = Scene.from_dict(tomllib.loads(str(ds.attrs["scene"])), source="the dataset's scene").block.elastic_modulus
+    modulus = archived_scene(ds.attrs).block.elastic_modulus
     arm = points[:, 1] - ds["block_y"].values[block]
     return np.asarray(-modulus * ds["block_curvature"].values[increment][block] * arm)
 
@@ -239,15 +215,7 @@ def _area(polygon: FloatArray) -> float:
 
 
 def one_of(stress: FloatArray, component: str) -> FloatArray:
-    """Return one component of stresses s_xx, s_yy, s_xy (k, 3), or a principal stress; array (k,).
-
-    Parameters
-    ----------
-    stress : array of float
-        s_xx, s_yy, s_xy (k, 3).
-    component : str
-        A key of ``COMPONENTS``.
-    """
+    """Return one component of stresses s_xx, s_yy, s_xy (k, 3), or a principal stress; array (k,)."""
     if component in ("xx", "yy", "xy"):
         return np.asarray(stress[:, ("xx", "yy", "xy").index(component)])
     middle, half = 0.5 * (stress[:, 0] + stress[:, 1]), 0.5 * (stress[:, 0] - stress[:, 1])
@@ -256,23 +224,7 @@ def one_of(stress: FloatArray, component: str) -> FloatArray:
 
 
 def stress_levels(ds: xr.Dataset, component: str, increments: Sequence[int]) -> FloatArray:
-    """Return round limits (MPa) of bands of colour for a stress at some increments.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    component : str
-        See ``draw_stress``.
-    increments : sequence of int
-        Positions of the increments.
-
-    Returns
-    -------
-    array
-        As far as the stresses reach but for 5 % of the area at either end, and a quarter more; on both sides of zero
-        alike, or from zero to one side if there is next to nothing on the other.
-    """
+    """Return round limits (MPa) of bands of colour for a stress at some increments."""
     _check(ds, component)
     walls = [Deformed.of(ds, increment, 1.0) for increment in increments]
     return _levels([_every(wall, *_stresses(wall), component) for wall in walls])

@@ -27,7 +27,7 @@ from damagepred.plotting.sheet import (
     title_of,
 )
 from damagepred.uq.capacity import sample_weights
-from damagepred.uq.fragility import movement_measure
+from damagepred.uq.intensity import movement_measure, movement_words
 
 NOT_KNOWN = -1
 """In place of a category: the wall was not followed as far."""
@@ -59,22 +59,7 @@ class Paths(NamedTuple):
 
 
 def common_paths(ds: xr.Dataset, points: int = 121, width_name: str = "crack_width_max") -> Paths:
-    """Bring the paths of all walls to common movements.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study.
-    points : int
-        Number of movements, unless all walls share the same increments: then those are taken.
-    width_name : str
-        Variable that the widths are of.
-
-    Raises
-    ------
-    InputError
-        If no wall of the study has been solved.
-    """
+    """Bring the paths of all walls to common movements."""
     if "increment" not in ds["damage_category"].dims:
         raise InputError(
             "this study keeps the end of each wall's path alone ([study] movement = 'sampled'): no paths to draw."
@@ -171,7 +156,7 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     width_scale(ax, shown, table, "widest crack")
     ax.set_xlim(0.0, float(x[-1]) or 1.0)
     shade_bands(ax, table)
-    label_movement(ax, movement_measure(ds))
+    label_movement(ax, movement_words(ds))
     legend_below(ax, handles)
     set_title(
         ax,
@@ -182,17 +167,7 @@ def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 
 def quantile(width: FloatArray, share: float, weight: FloatArray | None = None) -> FloatArray:
-    """Return a quantile over walls, column by column, NaN where too few of them count or it is infinite.
-
-    Parameters
-    ----------
-    width : array (s, d)
-        One row a wall; NaN does not count, infinite is wider than all others.
-    share : float
-        0 to 1.
-    weight : array (s,), optional
-        What each wall counts for.
-    """
+    """Return a quantile over walls, column by column, NaN where too few of them count or it is infinite."""
     heavy = np.ones(len(width)) if weight is None else weight
     counts = ~np.isnan(width)
     result = np.full(width.shape[1], np.nan)
@@ -263,7 +238,7 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
         )
     ax.set_xlim(float(x[0]), float(x[-1]) or 1.0)
     ax.set_ylim(0.0, 1.0)
-    label_movement(ax, movement_measure(ds))
+    label_movement(ax, movement_words(ds))
     ax.set_ylabel("share of the walls (1)")
     legend_below(ax, ax.get_legend_handles_labels()[0])
     set_title(

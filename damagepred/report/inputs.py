@@ -21,6 +21,7 @@ from damagepred.report.sources import (
 )
 from damagepred.scene import Scene
 from damagepred.scene.quantity import to_si
+from damagepred.scene.scene import step_names
 from damagepred.study.settings import StudySettings
 from damagepred.uq.variable import Variable
 
@@ -118,13 +119,10 @@ def unsure(settings: StudySettings) -> list[str]:
 
 def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the tables of a scene that the calculation reads."""
-    shape, method = scene.movement.shape, scene.solver.method
-    unread = {"rig": shape != "jacks", "soil": shape != "mound", "mound": shape != "mound"}
+    method, unread = scene.solver.method, scene.unread()
     for name, values in scene.to_dict().items():
-        if unread.get(name):
-            continue
-        if name == "movement" and shape == "loads":  # the ground stays
-            values = {key: value for key, value in values.items() if key not in ("kind", "central_deflection")}
+        if isinstance(values, dict):
+            values = {key: value for key, value in values.items() if f"{name}.{key}" not in unread}
         if name == "solver" and method != "explicit":
             values = {key: value for key, value in values.items() if key not in _EXPLICIT}
         if name == "solver" and scene.solver.blocks in ("rigid", "elastic"):
@@ -136,15 +134,15 @@ def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
         if isinstance(values, dict):
             yield name, values
         elif isinstance(values, list):
-            for number_, item in enumerate(values):
-                yield f"{name}.{number_}", item
+            for step, item in zip(step_names(values), values):
+                yield f"{name}.{step}", item
 
 
 def _rows(
     table: str, values: dict[str, Any], uncertain: set[str], given: Collection[str] | None, material: str | None
 ) -> Iterator[list[str]]:
     kind, _, which = table.partition(".")
-    head = HEADS.get(kind, named(kind)) + (f" {int(which) + 1}" if which.isdigit() else "")
+    head = f"{HEADS.get(kind, named(kind))} {which}".strip()
     for key, value in values.items():
         place = f"{table}.{key}"
         if isinstance(value, dict):
@@ -206,5 +204,5 @@ def _words(variable: Variable, unit: str, scale: float) -> str:
 
 def place_in_words(place: str) -> str:
     """Return the place of a value in a scene in words, such as "mortar joints: tensile strength"."""
-    table, _, key = place.partition(".")
-    return f"{HEADS.get(table, named(table)).lower()}: {named(key)}"
+    table, *which, key = place.split(".")
+    return " ".join([HEADS.get(table, named(table)).lower(), *map(named, which)]) + f": {named(key)}"

@@ -8,22 +8,16 @@ import xarray as xr
 from damagepred.archive.schema import category_label
 from damagepred.diagnostics import Residuals, described
 from damagepred.enumerations import SOLVED
-from damagepred.formatting import chance, length, named, number, with_band
+from damagepred.formatting import chance, length, number, with_band
 from damagepred.report.parts import Part, Table, drawing
 from damagepred.tables import energy_rows, energy_shares, known, quality_rows
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.exceedance import category_capacities, estimate_exceedance, exceedance
-from damagepred.uq.fragility import movement_measure
+from damagepred.uq.intensity import movement_measure, movement_words
 
 
 def wall_quality(ds: xr.Dataset) -> list[Part]:
-    """Return how well one wall's path was solved.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    """
+    """Return how well one wall's path was solved."""
     caption = "How well the path is solved: the worst of all increments"
     parts: list[Part] = [Table(caption, ["", "value", "unit"], quality_rows(ds), words=(0, 2))]
     if energy := energy_rows(ds):
@@ -55,20 +49,10 @@ def study_quality(ds: xr.Dataset) -> list[Part]:
 
 
 def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[Part]:
-    """Return how surely shares of walls are known, and how they settled.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study with paths.
-    moved : float
-        Movement (m), of the study's own measure, to which every wall was moved.
-    confidence : float
-        Of the intervals.
-    """
+    """Return how surely shares of walls are known, and how they settled."""
     from damagepred.plotting import draw_convergence
 
-    measure, telling = named(movement_measure(ds)), telling_movement(ds, moved)
+    measure, telling = movement_words(ds), telling_movement(ds, moved)
     rows = []
     for at in dict.fromkeys((telling, moved)):
         for category, name in categories(ds):

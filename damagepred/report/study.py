@@ -32,6 +32,7 @@ from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.tables import curve_columns, worst_category_columns
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.options import DEFAULT
+from damagepred.uq.intensity import movement_words
 from damagepred.year_tables import year_columns
 
 if TYPE_CHECKING:
@@ -59,32 +60,7 @@ def study_page(
     posterior: Path | None = None,
     on_step: Callable[[Step], None] | None = None,
 ) -> Page:
-    """Return the report of a study, finished or not.
-
-    Parameters
-    ----------
-    folder : StudyFolder
-        The study.
-    written : str
-        Date of the report.
-    replay : bool
-        Whether a typical wall is solved again, to draw it.
-    confidence : float
-        Of bands and intervals.
-    bootstrap : int
-        Resamples of walls for the bands of curves.
-    at : float, str or MovementDistribution, optional
-        What the summary answers for; see ``damagepred.report.summary.answers``.
-    posterior : Path, optional
-        File of a back-analysis with the study.
-    on_step : callable, optional
-        Called with each increment of the wall that is solved again.
-
-    Raises
-    ------
-    InputError
-        If it is no study, or no wall of it has been solved.
-    """
+    """Return the report of a study, finished or not."""
     ds = folder.results()
     settings = read_frozen(folder.study_text())
     inferred = [] if posterior is None else [back_analysis_section(posterior, folder.path)]
@@ -339,7 +315,7 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
     from damagepred.plotting import draw_fragility
 
     confidence = float(curves.attrs["confidence"])
-    measure = named(str(curves.attrs["intensity_measure"]))
+    measure = movement_words(curves)
     figure = drawing(
         "fragility",
         f"Probability of each category or worse against the {measure}: lognormal curves with {confidence:.0%} bands, "

@@ -9,7 +9,7 @@ import xarray as xr
 
 from damagepred.archive.schema import category_label
 from damagepred.errors import InputError
-from damagepred.formatting import chance, length, named, number, ratio
+from damagepred.formatting import chance, length, number, ratio
 from damagepred.report.inputs import place_in_words
 from damagepred.report.parts import Part, Section, Table, Text
 from damagepred.report.quality import categories
@@ -18,7 +18,7 @@ from damagepred.study.analyses.variance_shares import study_sensitivity
 from damagepred.tables import sensitivity_columns
 from damagepred.uq.estimate import Estimate
 from damagepred.uq.exceedance import exceedance, has_own_ground, own_movements, wanted_movement
-from damagepred.uq.fragility import movement_measure
+from damagepred.uq.intensity import OF_SITE, movement_measure, movement_words
 from damagepred.uq.movement_distribution import MOUND, SITE, MovementDistribution
 
 MOVEMENTS = ("movement.central_deflection", "mound.surface_movement")
@@ -30,19 +30,15 @@ NAMED_INPUTS = 3
 
 def wall_summary(ds: xr.Dataset) -> list[str]:
     """One sentence per category: the movement at which one wall reaches it."""
-    measure = movement_measure(ds)
+    measure, words = movement_measure(ds), movement_words(ds)
     movement, category = ds[measure].values, ds["damage_category"].values
     said = []
     for one, name in categories(ds):
         at = np.flatnonzero(category >= one)
         if at.size:
-            said.append(
-                f"Category {_with_name(name)}: reached at a {named(measure)} of {length(float(movement[at[0]]))}."
-            )
+            said.append(f"Category {_with_name(name)}: reached at a {words} of {length(float(movement[at[0]]))}.")
         else:
-            said.append(
-                f"Category {_with_name(name)}: not reached up to a {named(measure)} of {length(float(movement[-1]))}."
-            )
+            said.append(f"Category {_with_name(name)}: not reached up to a {words} of {length(float(movement[-1]))}.")
     return said
 
 
@@ -74,9 +70,9 @@ def answers(
     found = {c: exceedance(ds, c, wanted, confidence=confidence).estimate for c, _ in categories(ds)}
     if wanted.own:
         ends = own_movements(ds, measure)
-        of = f"a {named(measure)} of {length(float(ends.min()))} to {length(float(ends.max()))}"
+        of = f"a {movement_words(ds)} of {length(float(ends.min()))} to {length(float(ends.max()))}"
         return f"At the end of each wall's own movement, {of}:", found
-    return _movement_in_words(wanted, measure), found
+    return _movement_in_words(wanted, movement_words(ds)), found
 
 
 def study_summary(ds: xr.Dataset, found: Mapping[int, Estimate]) -> list[str]:
@@ -84,14 +80,14 @@ def study_summary(ds: xr.Dataset, found: Mapping[int, Estimate]) -> list[str]:
     return [f"Category {_with_name(name)} or worse: {_in_words(found[category])}." for category, name in categories(ds)]
 
 
-def _movement_in_words(wanted: MovementDistribution, measure: str) -> str:
+def _movement_in_words(wanted: MovementDistribution, words: str) -> str:
     if len(wanted.points) > 1:
         where = f"site {wanted.name}" if wanted.measure == MOUND else wanted.name
         return f"For {where} ({wanted.assumption}):"
     value = wanted.largest
-    shown = ratio(value) if measure == "deflection_ratio" else length(value)
-    known = f", site class {site_class(value).name}" if measure == MOUND else ""
-    return f"At a {named(measure)} of {shown}{known}:"
+    shown = ratio(value) if words == "deflection ratio" else length(value)
+    known = f", site class {site_class(value).name}" if words == OF_SITE else ""
+    return f"At a {words} of {shown}{known}:"
 
 
 def _with_name(label: str) -> str:

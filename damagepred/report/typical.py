@@ -8,10 +8,9 @@ import numpy as np
 import xarray as xr
 
 from damagepred.enumerations import SampleStatus
-from damagepred.formatting import length, named
+from damagepred.formatting import length
 from damagepred.uq.exceedance import category_capacities
-from damagepred.uq.fragility import movement_measure
-from damagepred.uq.intensity import intensity_values
+from damagepred.uq.intensity import intensity_values, movement_measure, movement_words
 
 
 class Chosen(NamedTuple):
@@ -38,7 +37,6 @@ def typical_and_worst(ds: xr.Dataset, at: float | None = None) -> Chosen | None:
     wall that ended before in the worst category or in collapse counts as wider, the earlier the wider. Other walls that
     were not followed as far are left out. The worst reached the worst category first.
     """
-    measure = movement_measure(ds)
     found = {c: category_capacities(ds, c) for c in range(1, int(ds.attrs["highest_category"]) + 1)}
     found = {c: known.part(~known.failing) for c, known in found.items()}
     some = [c for c, known in found.items() if np.isfinite(known.upper).any()]
@@ -46,14 +44,14 @@ def typical_and_worst(ds: xr.Dataset, at: float | None = None) -> Chosen | None:
     if not len(sample):
         return None
     path = np.fmax.accumulate(ds["crack_width_max"].values[sample], axis=1)
-    moved = np.where(np.isfinite(path), intensity_values(ds, measure)[sample], np.nan)
+    moved = np.where(np.isfinite(path), intensity_values(ds, movement_measure(ds))[sample], np.nan)
     width, last = np.fmax.reduce(path, axis=1), np.fmax.reduce(moved, axis=1)
     gone = np.fmax.reduce(ds["damage_category"].values[sample], axis=1) >= int(ds.attrs["highest_category"])
     gone |= ds["status"].values[sample] == SampleStatus.COLLAPSED
     where, short = "at the end of its movement", np.ones(len(sample), dtype=np.bool_)
     key = width.copy()
     if at is not None:
-        where, short = f"at a {named(measure)} of {length(at)}", last < at * (1 - 1e-9)
+        where, short = f"at a {movement_words(ds)} of {length(at)}", last < at * (1 - 1e-9)
         key[:] = [np.interp(at, m[np.isfinite(m)], p[np.isfinite(m)]) for m, p in zip(moved, path)]
         key[short] = np.nan
     key[gone & short] = np.inf

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -22,8 +21,9 @@ from damagepred.report.parts import Drawing, Listing, Page, Part, Section, Table
 from damagepred.report.quality import wall_quality
 from damagepred.report.summary import wall_summary
 from damagepred.scene import Scene
+from damagepred.scene.scene import archived_scene
 from damagepred.tables import path_columns
-from damagepred.uq.fragility import movement_measure
+from damagepred.uq.intensity import movement_measure, movement_words
 
 MOST_ROWS = 60
 """Increments that the table of a wall lists at most."""
@@ -32,22 +32,7 @@ NEEDED = ("contact_opening", "damage_category", "crack_width_max", "central_defl
 
 
 def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
-    """Return the report of one wall.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        As ``damagepred.solve`` or ``damagepred replay`` returns it.
-    origin : str
-        The file it is of.
-    written : str
-        Date of the report.
-
-    Raises
-    ------
-    InputError
-        If the dataset is not of one wall with all its fields.
-    """
+    """Return the report of one wall."""
     for name in NEEDED:
         if name not in ds.variables:
             raise InputError(
@@ -58,7 +43,7 @@ def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
         raise InputError(
             f"{origin}: does not say what wall it is of (it has no scene); a report needs one solved from it."
         )
-    scene = Scene.from_dict(tomllib.loads(ds.attrs["scene"]), source=f"{origin} scene")
+    scene = archived_scene(ds.attrs, f"{origin} scene")
     sections = [
         input_section(scene, given=given_of(ds)),
         Section("run", "What was run", [_run(ds, origin, written)]),
@@ -107,7 +92,7 @@ def _facts(ds: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
     if "deflection_ratio" in ds.variables and (share := float(ds["deflection_ratio"].values[-1])) > 0:
         movement += f" ({ratio(share)} of its length)"
     if "surface_movement" in ds.variables:
-        movement += f" under a surface movement of {length(float(ds['surface_movement'].values[-1]))}"
+        movement += f" under a {movement_words(ds)} of {length(float(ds['surface_movement'].values[-1]))}"
     facts = [
         ("Movement", movement),
         ("Damage", f"category {category} ({ds.attrs.get('damage_table', '')}, by the {measure_in_words(ds)})"),
@@ -162,13 +147,7 @@ def _run(ds: xr.Dataset, origin: str, written: str) -> Table:
 
 
 def damage_parts(ds: xr.Dataset) -> list[Part]:
-    """Return drawings and tables of the damage to one wall.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    """
+    """Return drawings and tables of the damage to one wall."""
     from damagepred import plotting
 
     parts: list[Part] = [wall_drawing(ds, "wall")]
@@ -225,24 +204,12 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
 def wall_drawing(
     ds: xr.Dataset, name: str, caption: str = "", walls: Mapping[str, xr.Dataset] | None = None
 ) -> Drawing:
-    """Return the drawing of a wall at the end of its path.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    name : str
-        Of the drawing.
-    caption : str
-        What to say before the rest.
-    walls : mapping of str to xarray.Dataset, optional
-        Walls that a reader can move in its place, by name; by default this one.
-    """
+    """Return the drawing of a wall at the end of its path."""
     from damagepred.plotting import draw_wall
 
     category = category_label(ds, int(ds["damage_category"].values[-1]))
     width = length(float(ds["crack_width_max"].values[-1]))
-    where = f"at a {movement_measure(ds).replace('_', ' ')} of {length(float(ds[movement_measure(ds)].values[-1]))}"
+    where = f"at a {movement_words(ds)} of {length(float(ds[movement_measure(ds)].values[-1]))}"
     caption += "The deformed wall at the end of its path; cracks are coloured by width, displacements exaggerated."
     return drawing(
         name,

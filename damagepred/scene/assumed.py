@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from functools import reduce
 
+from damagepred.scene.mound import LOCAL
+from damagepred.scene.movement import UP, Kind
 from damagepred.scene.scene import Scene
 from damagepred.scene.site import suction_depth
 from damagepred.scene.soil_log import Suction
@@ -15,7 +18,7 @@ def _ground_values(scene: Scene) -> dict[str, str]:
     if scene.movement.shape != "mound":
         return {}
     mound, soil, kind = scene.mound, scene.soil, scene.movement.kind
-    name = "y_s" if mound.shape in ("walsh", "mitchell") else "largest movement"
+    name = LOCAL.get(mound.shape, "y_s")
     values = {"mound.surface_movement": f"{name} = {1e3 * mound.surface_movement:g} mm"}
     if scene.soil_layer:  # y_s follows from these
         suction = scene.suction or Suction()
@@ -25,15 +28,43 @@ def _ground_values(scene: Scene) -> dict[str, str]:
             "suction.restraint": f"restraint {suction.restraint:g} - z / {suction.restraint_depth:g} m below it",
             "mound.suction_depth": f"H_s = {mound.suction_depth:g} m",
         }
-    by_depth = (mound.shape == "walsh" and kind == "doming" and mound.edge_distance is None) or (
-        mound.shape == "mitchell" and mound.exponent is None
-    )
-    if by_depth:
+    if "suction_depth" in mound.read_keys(scene.movement):
         values["mound.suction_depth"] = f"H_s = {mound.suction_depth:g} m"
-    stiffness = "soil.swelling_stiffness" if kind == "dishing" else "soil.shrinking_stiffness"
-    word = stiffness.removeprefix("soil.").removesuffix("_stiffness")
-    values[stiffness] = f"{word} soil of {soil.stiffness(kind) / 1e3:g} kPa/m"
+    key = soil.stiffness_key(kind)
+    values[f"soil.{key}"] = f"{key.removesuffix('_stiffness')} soil of {soil.stiffness(kind) / 1e3:g} kPa/m"
     return values
+
+
+def ground_cautions(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
+    """Cautions on given or sampled values that others override, or that the movement does not read."""
+    movement, mound, soil, found = scene.movement, scene.mound, scene.soil, []
+    if movement.shape == "mound" and mound.shape in LOCAL and mound.shape != "table" and not movement.local:
+        new: Kind = "heave" if movement.kind in UP else "settle"
+        read, other = (
+            f"soil.{soil.stiffness_key(kind)} = {soil.stiffness(kind) / 1e3:g} kPa/m" for kind in (movement.kind, new)
+        )
+        found.append(
+            f"movement.kind = '{movement.kind}' is read as in older files: the ground goes "
+            f"{'up' if new == 'heave' else 'down'} ({mound.shape}) on {read}; write '{new}', which reads {other}"
+        )
+    zone = scene.suction and scene.suction.climate_zone
+    if zone and "mound.suction_depth" not in sampled and mound.suction_depth != suction_depth(zone):
+        found.append(
+            f"mound.suction_depth = {mound.suction_depth:g} m counts, and not the {suction_depth(zone):g} m of "
+            f"suction.climate_zone = {zone}"
+        )
+    given = {*(scene.given or ()), *sampled}
+    swapped = {
+        f"mound.{key}" for key in mound.read_keys(replace(movement, kind=movement.other))
+    }  # given for both kinds
+    if f"soil.{soil.stiffness_key(movement.kind)}" in given:
+        swapped.add(f"soil.{soil.stiffness_key(movement.other)}")
+    if idle := sorted(scene.unread() & given - (swapped if movement.shape == "mound" else set())):
+        shape = f", mound.shape = '{mound.shape}'" if movement.shape == "mound" else ""
+        found.append(
+            f"{', '.join(idle)}: not read with movement.shape = '{movement.shape}', kind = '{movement.kind}'{shape}"
+        )
+    return found
 
 
 def _by_default(scene: Scene, values: Mapping[str, str], sampled: Collection[str]) -> list[str]:
@@ -48,26 +79,12 @@ def _by_default(scene: Scene, values: Mapping[str, str], sampled: Collection[str
 
 
 def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
-    """Return those of the numbers that shape the ground, in words, that are the defaults; see ``_ground_values``.
-
-    Parameters
-    ----------
-    scene : Scene
-        The wall.
-    sampled : Collection[str]
-        Places of the numbers that a study samples; these are left out.
-    """
+    """Numbers that shape the ground and are neither given nor sampled, in words."""
     return _by_default(scene, _ground_values(scene), sampled)
 
 
 def assumed_seasons(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
-    """Return those of the numbers that shape seasons, in words, that are the defaults.
-
-    Parameters
-    ----------
-    scene, sampled
-        See ``assumed_ground``.
-    """
+    """Numbers that shape seasons and are neither given nor sampled, in words."""
     seasons = scene.movement.seasons
     if seasons is None:
         return []
@@ -87,13 +104,7 @@ def assumed_seasons(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
 
 
 def assumed_slow_strains(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
-    """Return those of the numbers that shape slow strains over time, in words, that are the defaults.
-
-    Parameters
-    ----------
-    scene, sampled
-        See ``assumed_ground``.
-    """
+    """Numbers that shape slow strains and are neither given nor sampled, in words."""
     strain, creep, values = scene.strain, scene.creep, {}
     if strain is not None and strain.growth and scene.movement.stage:
         values["strain.growth_years"] = f"growth reached in {strain.growth_years:g} years"
@@ -104,13 +115,7 @@ def assumed_slow_strains(scene: Scene, sampled: Collection[str] = ()) -> list[st
 
 
 def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
-    """Return one sentence on the assumed properties of the ground; None if there are none.
-
-    Parameters
-    ----------
-    scene, sampled
-        See ``assumed_ground``.
-    """
+    """Sentence on the assumed properties of the ground; None if there are none."""
     assumed = assumed_ground(scene, sampled)
     zone = None if scene.suction is None else scene.suction.climate_zone
     if zone is not None and "mound.suction_depth" not in sampled and scene.mound.suction_depth == suction_depth(zone):

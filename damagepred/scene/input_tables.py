@@ -69,7 +69,8 @@ def _take_profile(found: dict[str, Any], key: str, size: str, path: Path) -> Non
                 f"'movement (mm)'; it reaches {np.abs(values).max():g}."
             )
     elif largest:
-        kind = movement.setdefault("kind", "doming" if largest > 0 else "dishing")
+        words = ("heave", "settle") if key == "mound" else ("doming", "dishing")
+        kind = movement.setdefault("kind", words[0] if largest > 0 else words[1])
         if SIDES.get(kind, largest) * largest < 0:
             raise InputError(f"{where}: movement.kind = '{kind}' contradicts it. Leave kind out, or mend the signs.")
         if not follows:

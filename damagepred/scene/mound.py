@@ -12,9 +12,16 @@ from pydantic import Field, model_validator
 from damagepred.arrays import FloatArray
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import through_points
+from damagepred.scene.movement import UP, Kind, Movement
 from damagepred.scene.quantity import Length, Pure
 
-Kind = Literal["dishing", "doming"]
+LOCAL = {
+    "tree": "ground movement at the tree",
+    "pipe": "ground movement at the pipe",
+    "tunnel": "ground movement over the tunnel",
+    "table": "largest ground movement",
+}
+"""Shapes whose ground goes down or up in one place, with the name of their ``surface_movement``."""
 
 
 @described
@@ -22,7 +29,8 @@ class Mound:
     """Free-field movement of the ground (``[mound]``), read with ``[movement] shape = "mound"``.
 
     ``walsh`` and ``mitchell`` are the mounds of reactive clay, whose middle stays. In doming the edges shrink and go
-    down by y_m, in dishing they swell and go up by y_m. The other shapes go down in dishing and up in doming.
+    down by y_m, in dishing they swell and go up by y_m. With the other shapes the ground goes down in one place
+    (``movement.kind = "settle"``) or up (``"heave"``); of older files "dishing" is read as down and "doming" as up.
 
     The movement runs through the mounds of growing ``surface_movement``: each state on the way is the mound of its own
     movement, and what joints have been through is kept. The edge distance of walsh follows the movement reached so
@@ -124,10 +132,27 @@ class Mound:
 
     def largest(self, kind: Kind) -> float:
         """Return the largest movement of the free surface (m): y_m for walsh and mitchell."""
-        if self.shape not in ("walsh", "mitchell"):
+        if self.shape in LOCAL:
             return self.surface_movement
         usual = 0.7 if kind == "doming" else 0.5
         return (usual if self.movement_ratio is None else self.movement_ratio) * self.surface_movement
+
+    def read_keys(self, movement: Movement) -> set[str]:
+        """Return the keys that the shape reads."""
+        found = {"shape", "surface_movement"}
+        if self.shape == "walsh":
+            doming = {"suction_depth", "doming_suction_divisor", "doming_movement_divisor"}
+            dishing = {"dishing_length_share", "dishing_edge_base", "dishing_movement_divisor"}
+            own = doming | dishing if movement.reverses else doming if movement.kind == "doming" else dishing
+            return found | {"movement_ratio", "edge_distance"} | (own if self.edge_distance is None else set())
+        if self.shape == "mitchell":
+            of_depth = {"suction_depth", "embedment", "exponent_factor"} if self.exponent is None else set()
+            return found | {"movement_ratio", "exponent"} | of_depth
+        if self.shape == "table":
+            return found | {"table"}
+        of_tunnel = {"tunnel_depth"} if self.reach else {"tunnel_depth", "trough_width"}
+        own = {"tree": {"exponent"}, "tunnel": of_tunnel}.get(self.shape, set())
+        return found | {"position", "reach"} | own
 
     def at(self, load_factor: float) -> Mound:
         """Return the mound of a part of the surface movement: a site whose movement grows passes through these."""
@@ -156,7 +181,7 @@ class Mound:
             Distance from the left end of the wall (m), any shape.
         length : float
             Length of the wall (m).
-        kind : {"dishing", "doming"}
+        kind : {"dishing", "doming", "settle", "heave"}
             Which way the ground moves.
 
         Returns
@@ -165,7 +190,7 @@ class Mound:
             Same shape.
         """
         x = np.asarray(x, dtype=np.float64)
-        size = self.largest(kind) if kind == "doming" else -self.largest(kind)
+        size = self.largest(kind) if kind in UP else -self.largest(kind)
         if size == 0.0:  # a Walsh mound may have no edge then
             return np.zeros_like(x)
         if self.shape == "walsh":
@@ -190,7 +215,7 @@ class Mound:
             Distance from the left end of the wall (m), any shape.
         length : float
             Length of the wall (m).
-        kind : {"dishing", "doming"}
+        kind : {"dishing", "doming", "settle", "heave"}
             Which way the ground moves.
 
         Returns
@@ -266,15 +291,6 @@ def walsh(x: FloatArray, length: float, edge: float) -> FloatArray:
     The method is that of Walsh (1978), Walsh and Walsh (1986) and AS 2870; its history is told by Payne and Cameron
     (2014), Australian Journal of Structural Engineering 15(2). The form is assumed.
 
-    Parameters
-    ----------
-    x : array of float
-        Distance from the left end (m).
-    length, edge : float
-        L and e, at most L / 2 (m).
-
-    Notes
-    -----
     (d / e)^2 with d the distance into the edge strip, level where it begins.
     """
     into = np.maximum(np.abs(x - length / 2.0) - (length / 2.0 - edge), 0.0)
@@ -286,13 +302,6 @@ def mitchell(x: FloatArray, length: float, exponent: float) -> FloatArray:
 
     Mitchell (1980), The structural analysis of footings on expansive soil; Mitchell (1984), A simple method of design
     of shallow footings on expansive soil, Fifth International Conference on Expansive Soils. The form is assumed.
-
-    Parameters
-    ----------
-    x : array of float
-        Distance from the left end (m).
-    length, exponent : float
-        L (m) and m (1).
     """
     return np.abs(2.0 * x / length - 1.0) ** exponent
 
@@ -302,15 +311,6 @@ def tree(away: FloatArray, reach: float, exponent: float = 2.0) -> FloatArray:
 
     The form is this project's choice. The reach is about the tree's height, more for rows and groups of trees (AS
     2870-2011, Appendix H; Cameron and Beal 2011, Australian Geomechanics 46(3); the figure is assumed).
-
-    Parameters
-    ----------
-    away : array of float
-        Distance from the tree (m), either sign.
-    reach : float
-        Distance at which nothing moves any more (m).
-    exponent : float
-        2: it ends level. 1: straight.
     """
     return np.maximum(1.0 - np.abs(away) / reach, 0.0) ** exponent
 
@@ -319,13 +319,6 @@ def bell(away: FloatArray, reach: float) -> FloatArray:
     """Wet patch about a leaking pipe: (1 + cos(pi d / reach)) / 2, level in the middle and at its rim.
 
     The form is this project's choice.
-
-    Parameters
-    ----------
-    away : array of float
-        Distance from the middle of the patch (m), either sign.
-    reach : float
-        Half width of the patch (m).
     """
     return 0.5 * (1.0 + np.cos(np.pi * np.minimum(np.abs(away) / reach, 1.0)))
 
@@ -335,12 +328,5 @@ def gaussian(away: FloatArray, inflection: float) -> FloatArray:
 
     Peck (1969), Deep excavations and tunneling in soft ground; i = K z_0 with K of 0.4 to 0.5 in clay (O'Reilly and New
     1982, Settlements above tunnels in the United Kingdom).
-
-    Parameters
-    ----------
-    away : array of float
-        Distance from the tunnel's axis (m), either sign.
-    inflection : float
-        Distance i of the inflection point from the axis (m), where the slope is largest.
     """
     return np.exp(-0.5 * (away / inflection) ** 2)

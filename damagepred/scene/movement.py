@@ -5,18 +5,22 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from damagepred.arrays import FloatArray, IntArray
+from damagepred.enumerations import SYNONYMS
 from damagepred.errors import InputError, require_count
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import arc, three_loads, through_points
 from damagepred.scene.quantity import Count, Length, Pure, Years
 from damagepred.scene.seasons import Seasons
+
+Kind = Annotated[Literal["dishing", "doming", "settle", "heave"], BeforeValidator(lambda w: SYNONYMS.get(str(w), w))]
+UP = ("doming", "heave")
 
 LEAST_IN_MIDDLE = 0.05
 """Least departure of the middle from the line through the ends, over the largest departure of a shape."""
@@ -28,8 +32,9 @@ class Stage:
 
     Attributes
     ----------
-    kind : {"dishing", "doming"}
-        Side to which the centre lies off the line through the ends when the stage ends.
+    kind : {"dishing", "doming", "settle", "heave"}
+        Side to which the centre lies off the line through the ends when the stage ends; where ``movement.kind`` is
+        settle or heave, whether the ground is then below or above its level.
     central_deflection : float or None
         Deflection of the centre when the stage ends (m), not negative; 0 is level ground. Not for mounds.
     surface_movement : float or None
@@ -52,7 +57,7 @@ class Stage:
     0.008
     """
 
-    kind: Literal["dishing", "doming"] = "dishing"
+    kind: Kind = "dishing"
     central_deflection: Length | None = Field(default=None, ge=0)
     surface_movement: Length | None = Field(default=None, ge=0)
     load_factor: Pure | None = Field(default=None, ge=-1, le=1)
@@ -93,8 +98,9 @@ class Movement:
 
     Attributes
     ----------
-    kind : {"dishing", "doming"}
-        Dishing: the centre goes down relative to the ends; doming: it goes up.
+    kind : {"dishing", "doming", "settle", "heave"}
+        Dishing (sagging): the centre goes down relative to the ends; doming (hogging): it goes up. At a tree, a pipe, a
+        tunnel and a table of ``[mound]``: the ground goes down (settle) or up (heave).
     central_deflection : float
         Final deflection of the centre relative to the ends (m), not negative; 0 leaves self weight alone. Not read
         on a mound, nor on jacks whose load is controlled; 0 in a test under loads.
@@ -137,7 +143,7 @@ class Movement:
     0.012
     """
 
-    kind: Literal["dishing", "doming"] = "dishing"
+    kind: Kind = "dishing"
     central_deflection: Length = Field(default=8e-3, ge=0)
     increments: Count = Field(default=20, ge=1)
     shape: Literal["three_loads", "parabola", "arc", "table", "jacks", "mound", "loads"] = "three_loads"
@@ -149,6 +155,12 @@ class Movement:
 
     @model_validator(mode="after")
     def _stages_fit(self) -> Movement:
+        if self.local:  # the same side in the words of the movement
+            words: dict[str, Kind] = {"dishing": "settle", "doming": "heave"}
+            stages = tuple(replace(s, kind=words.get(s.kind, s.kind)) for s in self.stage)
+            object.__setattr__(self, "stage", stages)
+        elif any(s.kind in ("settle", "heave") for s in self.stage):
+            raise ValueError(f"stage: settle and heave go with kind = 'settle' or 'heave'; here kind = '{self.kind}'")
         if self.shape == "loads":
             object.__setattr__(self, "central_deflection", 0.0)
             if self.seasons is not None:
@@ -183,11 +195,8 @@ class Movement:
     def _take_stages(self, seasons: Seasons) -> None:
         """Set the stages of seasons, and the largest deflection."""
         size = "surface_movement" if self.shape == "mound" else "central_deflection"
-        sides: tuple[Literal["dishing", "doming"], ...] = ("dishing", "doming")
         stages = tuple(
-            Stage(
-                kind=sides[(u >= 0) == (self.kind == "doming")], time=t, increments=seasons.increments, **{size: abs(u)}
-            )
+            Stage(kind=self.kind if u >= 0 else self.other, time=t, increments=seasons.increments, **{size: abs(u)})
             for u, t in zip(seasons.movements().tolist(), seasons.times.tolist())
         )
         object.__setattr__(self, "stage", stages)
@@ -294,8 +303,19 @@ class Movement:
 
     @property
     def sign(self) -> float:
-        """+1 for doming (up), -1 for dishing (down)."""
-        return 1.0 if self.kind == "doming" else -1.0
+        """+1 for doming and heave (up), -1 for dishing and settle (down)."""
+        return 1.0 if self.kind in UP else -1.0
+
+    @property
+    def local(self) -> bool:
+        """Whether the ground goes down or up in one place, and does not bend a site."""
+        return self.kind in ("settle", "heave")
+
+    @property
+    def other(self) -> Kind:
+        """The opposite kind."""
+        pairs: dict[str, Kind] = {"dishing": "doming", "doming": "dishing", "settle": "heave", "heave": "settle"}
+        return pairs[self.kind]
 
     def increments_of_history(self) -> History | None:
         """Return the increments of the stages; None without stages."""

@@ -1,75 +1,95 @@
-"""Numbers that a scene takes but that are unlikely in their unit, with what is likely meant."""
+"""Numbers that are unlikely or impossible in their unit, with the likely meaning."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
-from damagepred.scene.reading import plain
+from damagepred.errors import InputError
 from damagepred.scene.scene import Scene
 
-_TOO_SMALL = {
-    "tensile_strength": (100.0, "MPa"),
-    "cohesion": (100.0, "MPa"),
-    "compressive_strength": (1e4, "MPa"),
-    "normal_stiffness": (1e6, "N/mm3"),
-    "shear_stiffness": (1e6, "N/mm3"),
-    "swelling_stiffness": (1e5, "kPa/m"),
-    "shrinking_stiffness": (1e5, "kPa/m"),
-    "roof": (100.0, "kN"),
+_LEAST = {
+    "tensile_strength": (10.0, 100.0, "MPa"),
+    "cohesion": (10.0, 100.0, "MPa"),
+    "compressive_strength": (1e3, 1e4, "MPa"),
+    "steel_strength": (1e4, 1e6, "MPa"),
+    "normal_stiffness": (1e4, 1e6, "N/mm3"),
+    "shear_stiffness": (1e4, 1e6, "N/mm3"),
+    "swelling_stiffness": (1e4, 1e5, "kPa/m"),
+    "shrinking_stiffness": (1e4, 1e5, "kPa/m"),
+    "elastic_modulus": (1e5, 1e6, "MPa"),
+    "steel_modulus": (1e6, 1e8, "MPa"),
+    "density": (50.0, 200.0, ""),
+    "roof": (0.0, 100.0, "kN"),
 }
-"""Key, number (SI) below which it is unlikely, and the unit likely meant."""
+"""End of a key: numbers (SI) below which it is impossible and unlikely, and the unit likely meant. 0 is a choice.
 
-_TOO_LARGE = {"suction_depth": 30.0, "control_joint.width": 0.5, "dpc_threshold": 0.1, "group_distance": 50.0}
-"""Key, and length (m) above which millimetres are likely meant."""
+A thousandth of the weakest masonry or softest clay and less is impossible: a mortar of 10 kPa crumbles in the hand, and
+a strip footing sinks by metres into soil of 10 kPa/m.
+"""
+
+_MOST = {
+    "friction": (5.0, 5.0),
+    "density": (12e3, 9e3),
+    "suction_depth": (300.0, 30.0),
+    "control_joint.width": (5.0, 0.5),
+    "dpc_threshold": (1.0, 0.1),
+    "group_distance": (500.0, 50.0),
+}
+"""End of a key, or table and key: numbers (SI) above which it is impossible and unlikely.
+
+5 is the tangent of 79 degrees; rough stone reaches about 1.5. Nothing that walls are built of is denser than lead.
+"""
 
 
 def unlikely_values(scene: Scene, means: Mapping[str, float] | None = None) -> list[str]:
-    """Return numbers that are possible but unlikely, each in a sentence with what is likely meant.
-
-    Parameters
-    ----------
-    scene : Scene
-        The wall.
-    means : mapping of str to float, optional
-        Means of what a study samples, by place; they stand for the scene's own.
-    """
-    values = {place: value for place, value in _numbers(plain(scene)).items() if value} | dict(means or {})
+    """Return numbers that are possible but unlikely, each in a sentence with what is likely meant."""
     found = []
-    for place, value in values.items():
-        if meant := _meant(place, float(value)):
-            unit = Scene.unit_of(place)
-            shown = f"{value:g}" if unit == "1" else f"{value:g} {unit.replace('**', '')}"
-            found.append(f"{place} = {shown}: did you mean {meant}?")
+    for place, value in {**scene.numbers, **(means or {})}.items():
+        least, most = _limits(place, 1)
+        if value and not least <= value <= most:
+            found.append(f"{_shown(place, value)}: did you mean {_meant(place, value)}?")
     return found
 
 
-def _numbers(tables: Any, place: str = "") -> dict[str, float]:
-    """Return the numbers of nested tables by their place."""
-    if isinstance(tables, Mapping):
-        found: dict[str, float] = {}
-        for key, part in tables.items():
-            found |= _numbers(part, f"{place}.{key}" if place else str(key))
-        return found
-    if isinstance(tables, list):
-        return _numbers({str(i): part for i, part in enumerate(tables)}, place)
-    return {place: tables} if isinstance(tables, float) else {}
+def require_possible(scene: Scene, means: Mapping[str, float], source: str) -> None:
+    """Refuse numbers of a scene, or means of variables in their place, that no masonry and no soil has."""
+    found = []
+    for place, value in {**scene.numbers, **means}.items():
+        least, most = _limits(place, 0)
+        if value and not least <= value <= most:
+            unit = Scene.unit_of(place).replace("**", "").removesuffix("1")
+            bound = f"0, or at least {least:g}" if value < least else f"at most {most:g}"
+            where = f'[variables."{place}"]: mean of ' if place in means else ""
+            found.append(
+                f"{source}: {where}{_shown(place, value)}: must be {f'{bound} {unit}'.strip()}. "
+                f"Did you mean {_meant(place, value)}?"
+            )
+    if found:
+        raise InputError("\n".join(found))
+
+
+def _limits(place: str, which: int) -> tuple[float, float]:
+    """Least and most of a number: 0 possible, 1 likely."""
+    table, key = place.split(".")[0], place.split(".")[-1]
+    least = next((limits[which] for end, limits in _LEAST.items() if key.endswith(end)), -math.inf)
+    most = next((limits[which] for end, limits in _MOST.items() if f"{table}.{key}".endswith(end)), math.inf)
+    return float(least), most
+
+
+def _shown(place: str, value: float) -> str:
+    unit = Scene.unit_of(place).replace("**", "")
+    return f"{place} = {value:g}" + (f" {unit}" if unit != "1" else "")
 
 
 def _meant(place: str, value: float) -> str:
-    """Return what is likely meant by an unlikely number, nothing if it is likely or not known."""
-    table, key = place.split(".")[0], place.split(".")[-1]
-    least, unit = _TOO_SMALL.get(key, (0.0, ""))
-    if 0.0 < value < least:
-        return f"'{value:g} {unit}'"
-    if key == "elastic_modulus" and value < 1e6:
-        return f"'{value:g} {'GPa' if value < 1e3 else 'MPa'}'"
-    if key == "density" and (0.0 < value < 200.0 or value > 9e3):
+    """Likely meaning of an unlikely number."""
+    key = place.split(".")[-1]
+    if key == "density":
         factor = 1e3 if value < 10.0 else 1e3 / 9.81 if value < 200.0 else 1 / 9.81
         return f"'{value * factor:.0f} kg/m3'"
-    if key.endswith("friction") and value > 5.0:
+    if key.endswith("friction"):
         return f"{math.tan(math.radians(min(value, 89.0))):.2f}, the tangent of {value:g} degrees"
-    if value > _TOO_LARGE.get(key, _TOO_LARGE.get(f"{table}.{key}", math.inf)):
-        return f"'{value:g} mm'"
-    return ""
+    if key.endswith("modulus") and value < 1e3:
+        return f"'{value:g} GPa'"
+    return f"'{value:g} {next((unit for end, (*_, unit) in _LEAST.items() if key.endswith(end)), 'mm')}'"

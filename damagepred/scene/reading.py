@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -15,22 +15,7 @@ T = TypeVar("T")
 
 
 def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
-    """Make a described object of ``kind`` from nested mappings.
-
-    Parameters
-    ----------
-    kind : type[T]
-        Class of the object.
-    tables : Mapping[str, Any]
-        Its fields.
-    source : str
-        Name of the input, for messages.
-
-    Raises
-    ------
-    InputError
-        With one line for each thing that is wrong.
-    """
+    """Make a described object of ``kind`` from nested mappings."""
     if not isinstance(tables, Mapping):
         raise InputError(f"{source} = {shown(tables)}: must be a table with keys.")
     try:
@@ -40,17 +25,7 @@ def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
 
 
 def complaint(kind: type, error: ValidationError, source: str) -> InputError:
-    """Return the error for values that a described object of ``kind`` refuses, a line for each.
-
-    Parameters
-    ----------
-    kind : type
-        Class of the object.
-    error : ValidationError
-        As pydantic raised it.
-    source : str
-        Name of the input.
-    """
+    """Return the error for values that a described object of ``kind`` refuses, a line for each."""
     lines = list(dict.fromkeys(_line(kind, problem) for problem in _once_a_place(error.errors())))
     return InputError("\n".join(f"{source}: {line}" for line in lines))
 
@@ -157,6 +132,9 @@ def _inner(kind: Any) -> Any:
 
 def _follow(kind: Any, location: list[str]) -> Any:
     for step in location:
+        if get_origin(kind) is tuple:  # number or name of an item
+            kind = get_args(kind)[0]
+            continue
         if step.isdigit():
             continue
         holder = _inner(kind)
@@ -178,31 +156,13 @@ def _unit(kind: Any, location: list[str]) -> str:
 
 
 def unit_of(kind: Any, location: list[str]) -> str:
-    """Return the SI unit of the field at a location, ``"1"`` for a pure number or no number.
-
-    Parameters
-    ----------
-    kind : type
-        Described class.
-    location : list of str
-        Field names, with numbers for items of a list.
-    """
-    found = _follow(kind, location)
-    marks = _marks(found)
-    return next((mark.unit for mark in marks if isinstance(mark, Quantity)), "1")
+    """Return the SI unit of the field at a location, ``"1"`` for a pure number or no number."""
+    return next((mark.unit for mark in _marks(_follow(kind, location))), "1")
 
 
 def takes_number(kind: Any, location: list[str]) -> bool:
-    """Whether the field at a location is a real number, or may be one.
-
-    Parameters
-    ----------
-    kind : type
-        Described class.
-    location : list of str
-        Field names, with numbers for items of a list.
-    """
-    return any(isinstance(mark, Quantity) for mark in _marks(_follow(kind, location)))
+    """Whether the field at a location is a real number, or may be one."""
+    return bool(_marks(_follow(kind, location)))
 
 
 def _marks(annotation: Any) -> list[Any]:

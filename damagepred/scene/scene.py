@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, reduce
 from itertools import combinations
 from math import floor
 from pathlib import Path
@@ -17,15 +17,16 @@ from pydantic_core import ArgsKwargs
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, likely_unit, nearest
-from damagepred.input_files import read_toml
+from damagepred.input_files import parse_toml, read_toml
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.input_tables import with_input_tables
 from damagepred.scene.loading import Load, Loading, Support, check_loading
 from damagepred.scene.material_library import with_material
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
-from damagepred.scene.mound import Mound
+from damagepred.scene.mound import LOCAL, Mound
 from damagepred.scene.movement import Movement
+from damagepred.scene.quantity import to_si
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
 from damagepred.scene.soil import Soil
@@ -36,6 +37,9 @@ from damagepred.text import check_title
 
 STUDY_KEYS = ("scene", "study", "variables", "correlation")
 """Keys of a study file that no scene file has."""
+
+FOLLOWING = ("mound.surface_movement", "movement.central_deflection", "movement.seasons.swing")
+"""Numbers that a soil log or seasons give."""
 
 
 @described
@@ -166,6 +170,11 @@ class Scene:
             )
         if self.suction is not None and not self.soil_layer:
             raise ValueError("suction: only read with [[soil_layer]]")
+        if self.soil_layer and self.mound.shape == "tunnel":
+            raise ValueError("soil_layer: clay gives no movement over a tunnel, leave it out")
+        names = step_names(self.soil_layer)
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise ValueError(f"soil_layer: two layers have the name '{twice[0]}'; give each layer its own")
         if on_mound and (self.soil_layer or seasons is not None):
             if self.soil_layer:
                 found = surface_movement(self.soil_layer, self.suction or Suction(), self.mound.suction_depth)
@@ -236,6 +245,13 @@ class Scene:
                 "footing.concrete: zones of a footing stay elastic, so it cannot crack with solver.footing = "
                 "'deformable'; take footing = 'beam', or leave out [footing.concrete]"
             )
+        if self.movement.local and not (shape == "mound" and self.mound.shape in LOCAL):
+            raise ValueError(
+                f"movement.kind = '{self.movement.kind}': goes with movement.shape = 'mound' and mound.shape = "
+                f"{' or '.join(map(repr, LOCAL))}, where the ground moves in one place; here movement.shape = '{shape}'"
+                + (f" and mound.shape = '{self.mound.shape}'" if shape == "mound" else "")
+                + ". Take 'dishing' or 'doming'"
+            )
         if shape == "mound" and self.mound.largest(self.movement.kind) > 0.1 * self.wall.length:
             raise ValueError(
                 f"mound.surface_movement = {self.mound.surface_movement:g} m: it moves the ground by more than a tenth "
@@ -303,6 +319,32 @@ class Scene:
         return self.joint if self.head_joint is None else self.head_joint.joint(self.joint)
 
     @property
+    def bending(self) -> Literal["dishing", "doming"]:
+        """Side to which the ground bends the wall: where settle or heave takes its middle, off the line of the ends."""
+        kind, length = self.movement.kind, self.wall.length
+        if kind == "dishing" or kind == "doming":
+            return kind
+        left, middle, right = self.mound.profile(np.array([0.0, 0.5 * length, length]), length, kind)
+        return "doming" if middle > 0.5 * (left + right) else "dishing"
+
+    def unread(self) -> set[str]:
+        """Return the places of values that this movement does not read."""
+        movement, tables, found = self.movement, self.to_dict(), set()
+        for name, shape in (("rig", "jacks"), ("soil", "mound"), ("mound", "mound")):
+            if movement.shape != shape:
+                found |= {f"{name}.{key}" for key in tables[name]}
+        if movement.shape == "mound":
+            read = self.mound.read_keys(movement)
+            read |= {"suction_depth"} if self.soil_layer else set()
+            found |= {f"mound.{key}" for key in {*tables["mound"]} - read}
+            found.add(f"soil.{self.soil.stiffness_key(movement.other)}")
+        if movement.shape == "loads":  # the ground stays
+            found.add("movement.kind")
+        if movement.shape == "loads" or not self._deflection_is_given:
+            found.add("movement.central_deflection")
+        return found | ({"movement.increments"} if movement.stage else set())
+
+    @property
     def _deflection_is_given(self) -> bool:
         """Whether ``movement.central_deflection`` says how far the footing goes."""
         return self.movement.prescribed or (self.movement.shape == "jacks" and self.rig.control == "deflection")
@@ -353,11 +395,6 @@ class Scene:
         if scene.dynamics is not None:
             scene.dynamics.check_base()
         object.__setattr__(scene, "given", frozenset(_places(tables, "")))
-        own = tables.get("movement", {}).get("seasons", {}).get("swing")
-        if scene.soil_layer and own is not None and own != getattr(scene.movement.seasons, "swing", None):
-            raise InputError(
-                f"{source}: movement.seasons.swing = {own}: follows from [[soil_layer]]; give swing_share."
-            )
         return scene
 
     @classmethod
@@ -374,11 +411,24 @@ class Scene:
         Raises
         ------
         InputError
-            If a key or value is not acceptable.
+            If a key or value is not acceptable, contradicts another, or is physically impossible.
         """
+        from damagepred.scene.plausibility import require_possible
         from damagepred.scene.reading import build
 
-        return build(cls, tables, source)
+        scene = build(cls, tables, source)
+        require_possible(scene, {}, source)
+        log = bool(scene.soil_layer)
+        for place in FOLLOWING if log or scene.movement.seasons else ():
+            given: Any = tables
+            for key in place.split("."):
+                given = given.get(key) if isinstance(given, Mapping) else None
+            if given is not None and to_si(given, "m") != (value := scene.numbers[place]):
+                raise InputError(
+                    f"{source}: {place} = {given}: follows from {'[[soil_layer]]' if log else '[movement.seasons]'} "
+                    f"({1e3 * value:.3g} mm); {'give swing_share' if place.endswith('swing') else 'leave it out'}."
+                )
+        return scene
 
     def to_dict(self) -> dict[str, Any]:
         """Return nested dicts of plain values in SI, without None and empty values."""
@@ -395,20 +445,67 @@ class Scene:
             Path(path).write_text(text, encoding="utf-8")
         return text
 
-    def number_places(self) -> list[str]:
-        """Return the places of all real numbers in this scene, such as ``"joint.cohesion"``."""
-        return list(self._number_places)
-
-    @cached_property
-    def _number_places(self) -> dict[str, None]:
-        return {place: None for place, value in _walk(self, "") if isinstance(value, float)}
-
     @staticmethod
     def takes_number(place: str) -> bool:
         """Whether a scene can have a real number at a place, even if this one leaves it out."""
         from damagepred.scene.reading import takes_number
 
         return takes_number(Scene, place.split("."))
+
+    def free_tables(self) -> dict[str, Any]:
+        """Return ``to_dict`` without the numbers that a soil log or seasons give."""
+        tables = self.to_dict()
+        for place in FOLLOWING if self.soil_layer or self.movement.seasons else ():
+            *way, key = place.split(".")
+            reduce(lambda table, step: table.get(step, {}), way, tables).pop(key, None)
+        return tables
+
+    def number_places(self) -> list[str]:
+        """Return the places of all real numbers in this scene, such as ``"joint.cohesion"``; lists count from 1."""
+        return list(self.numbers)
+
+    @cached_property
+    def numbers(self) -> dict[str, float]:
+        """All real numbers of this scene by place."""
+        return {place: value for place, value in _walk(self, "") if isinstance(value, float)}
+
+    def place(self, text: str) -> str:
+        """Return the place of a number as ``number_places`` has it: a layer with a name by its name.
+
+        Raises
+        ------
+        InputError
+            If this scene has no such number, or no such item of a list.
+        """
+        return ".".join(step for step, _ in self._steps(text))
+
+    def _steps(self, text: str) -> list[tuple[str, Any]]:
+        """List the steps to a number: each as ``number_places`` names it, and its key in ``to_dict``."""
+        found: list[tuple[str, Any]] = []
+        value: Any = self
+        for step in text.split("."):
+            if not isinstance(value, tuple):
+                value = getattr(value, step, None)
+                found.append((step, step))
+                continue
+            names, where = step_names(value), ".".join(name for name, _ in found)
+            number = int(step) if step.isdecimal() else names.index(step) + 1 if step in names else -1
+            if not 1 <= number <= len(names):
+                own = [name for name in names if not name.isdecimal()]
+                count = (f"numbers count from 1, here to {len(names)}" if names else "the scene has none") + (
+                    f"; names are {', '.join(own)}" if own else ""
+                )
+                older = f" Older files counted from 0: {where}.0 is {where}.1." if number == 0 and names else ""
+                raise InputError(f"'{text}': the scene has no {where} '{step}'; {count}.{older}{nearest(step, own)}")
+            value = value[number - 1]
+            found.append((names[number - 1], number - 1))
+        if not isinstance(value, float):
+            raise InputError(
+                f"'{text}': the scene leaves this number out; give it a value there first."
+                if self.takes_number(text)
+                else f"'{text}': no such number in this scene." + nearest(text, self.number_places())
+            )
+        return found
 
     @staticmethod
     def unit_of(place: str) -> str:
@@ -423,21 +520,20 @@ class Scene:
         Parameters
         ----------
         values : mapping of str to float
-            Place, such as ``"joint.tensile_strength"`` or ``"opening.0.width"``, and SI value.
+            Place, such as ``"joint.tensile_strength"`` or ``"opening.1.width"``, and SI value.
 
         Raises
         ------
         InputError
             If a place does not exist or a value is not acceptable there.
         """
-        tables = self.to_dict()
+        from damagepred.scene.reading import build
+
+        values = {self.place(place): value for place, value in values.items()}
+        tables = self.free_tables()
         for place, value in values.items():
-            if place not in self._number_places:
-                raise InputError(f"'{place}': no such number in this scene." + nearest(place, self.number_places()))
-            target: Any = tables
-            *way, last = (int(step) if step.isdigit() else step for step in place.split("."))
-            for step in way:
-                target = target[step]
+            *way, last = (key for _, key in self._steps(place))
+            target: Any = reduce(lambda table, key: table[key], way, tables)
             target[last] = float(value)
         full = "mound.surface_movement" if self.movement.shape == "mound" else "movement.central_deflection"
         self._require_free(full, values)
@@ -445,7 +541,7 @@ class Scene:
             table, key = full.split(".")
             for stage in tables["movement"]["stage"]:
                 stage[key] = float(values[full]) * (stage[key] / getattr(getattr(self, table), key))
-        scene = Scene.from_dict(tables, source="sampled scene")
+        scene = build(Scene, tables, source="sampled scene")
         object.__setattr__(scene, "given", self.given)
         return scene
 
@@ -457,7 +553,8 @@ class Scene:
         if self.soil_layer:
             fixed += [place for place in values if place in (full, "movement.seasons.swing")]
         if fixed:
-            by = "soil_layer.0.shrink_swell_index" if self.soil_layer else "movement.seasons.swing"
+            layer = step_names(self.soil_layer)[:1]
+            by = f"soil_layer.{layer[0]}.shrink_swell_index" if layer else "movement.seasons.swing"
             raise InputError(f"'{fixed[0]}': follows from other keys; sample these, such as {by}.")
 
     def with_seed(self, *entropy: int) -> Scene:
@@ -482,12 +579,25 @@ class Scene:
         return scene
 
 
+def archived_scene(attributes: Mapping[str, Any], source: str = "the dataset's scene") -> Scene:
+    """Scene in the attributes of a result; none is refused as implausible."""
+    from damagepred.scene.reading import build
+
+    return build(Scene, parse_toml(str(attributes["scene"]), source), source)
+
+
+def step_names(items: Sequence[Any]) -> list[str]:
+    """Names of the items of a list in places: their own, or their number from 1."""
+    own = [item.get("name") if isinstance(item, Mapping) else getattr(item, "name", None) for item in items]
+    return [str(name or number) for number, name in enumerate(own, start=1)]
+
+
 def _places(tables: Any, place: str) -> list[str]:
     """List the places of all values in nested tables."""
     if isinstance(tables, Mapping):
         pairs = [(str(key), value) for key, value in tables.items()]
     elif isinstance(tables, list) and any(isinstance(item, Mapping) for item in tables):
-        pairs = [(str(number), item) for number, item in enumerate(tables)]
+        pairs = list(zip(step_names(tables), tables))
     else:
         return [place]
     return [found for key, value in pairs for found in _places(value, f"{place}.{key}" if place else key)]
@@ -498,7 +608,7 @@ def _walk(value: Any, place: str) -> list[tuple[str, Any]]:
     if dataclasses.is_dataclass(value):
         pairs = [(f.name, getattr(value, f.name)) for f in dataclasses.fields(value)]
     elif isinstance(value, tuple):
-        pairs = [(str(i), item) for i, item in enumerate(value)]
+        pairs = list(zip(step_names(value), value))
     else:
         return [(place, value)]
     return [found for name, item in pairs for found in _walk(item, f"{place}.{name}" if place else name)]

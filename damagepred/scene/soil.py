@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 from pydantic import Field
 
 from damagepred.scene.described import described
+from damagepred.scene.movement import Kind
 from damagepred.scene.quantity import Pure, Stiffness
 
 
@@ -17,13 +16,13 @@ class Soil:
     Attributes
     ----------
     swelling_stiffness : float
-        Pressure per displacement (Pa/m) of soil that swells, read in dishing, when the edges heave. AS 2870-2011 takes
-        100 / m times the mean pressure q on the soil, and at least 1000 kPa/m. (Secondary: manual of the design program
-        CORD, FMG Engineering.) Under strip footings of masonry q is about 40 kPa: 4000 kPa/m. The least value belongs
-        to a slab of about 10 kPa. A value too small is unsafe: the footing sinks into soft soil that swells, and the
-        wall is bent less (``studies/soil_movement``).
+        Pressure per displacement (Pa/m) of soil that swells, read in heave and in dishing, when the edges heave. AS
+        2870-2011 takes 100 / m times the mean pressure q on the soil, and at least 1000 kPa/m. (Secondary: manual of
+        the design program CORD, FMG Engineering.) Under strip footings of masonry q is about 40 kPa: 4000 kPa/m. The
+        least value belongs to a slab of about 10 kPa. A value too small is unsafe: the footing sinks into soft soil
+        that swells, and the wall is bent less (``studies/soil_movement``).
     shrinking_stiffness : float
-        The same of soil that shrinks, read in doming, when the edges dry; 5000 kPa/m (assumed).
+        The same of soil that shrinks, read in settle and in doming, when the edges dry; 5000 kPa/m (assumed).
     shear_stiffness : float or None
         Shear stress per displacement along the wall (Pa/m). None: as the normal stiffness.
     friction : float
@@ -41,10 +40,15 @@ class Soil:
     shear_stiffness: Stiffness | None = Field(default=None, gt=0)
     friction: Pure = Field(default=0.5, ge=0)
 
-    def stiffness(self, kind: Literal["dishing", "doming"]) -> float:
-        """Return the normal stiffness (Pa/m): of swelling soil for dishing, of shrinking soil for doming."""
-        return self.swelling_stiffness if kind == "dishing" else self.shrinking_stiffness
+    @staticmethod
+    def stiffness_key(kind: Kind) -> str:
+        """Return the key of the normal stiffness: of soil that swells as it gets wet, or shrinks as it dries."""
+        return "swelling_stiffness" if kind in ("dishing", "heave") else "shrinking_stiffness"
 
-    def stiffness_along(self, kind: Literal["dishing", "doming"]) -> float:
+    def stiffness(self, kind: Kind) -> float:
+        """Return the normal stiffness (Pa/m)."""
+        return float(getattr(self, self.stiffness_key(kind)))
+
+    def stiffness_along(self, kind: Kind) -> float:
         """Return the shear stiffness (Pa/m), by default the normal one."""
         return self.stiffness(kind) if self.shear_stiffness is None else self.shear_stiffness

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import replace
+from math import isclose
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import ArgsKwargs
 
+from damagepred.errors import InputError
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.scene.site import of_climatic_zone, suction_depth
 
+_KEYS = ("thickness", "shrink_swell_index", "name")
 ZONES = tuple("123456")
 """Climatic zones of AS 2870, the wettest first."""
 
@@ -29,6 +33,9 @@ class SoilLayer:
     shrink_swell_index : float
         I_ss: strain of the soil per unit of suction in pF (1), as the laboratory gives it in per cent: ``"4 %"``. 0 for
         sand and rock.
+    name : str or None
+        Name of the layer in the places of variables, such as ``soil_layer.clay.shrink_swell_index``; without one the
+        layer has its number, from 1.
 
     Examples
     --------
@@ -39,6 +46,16 @@ class SoilLayer:
 
     thickness: Length = Field(gt=0)
     shrink_swell_index: Pure = Field(ge=0, le=0.3)
+    name: str | None = None
+
+    @model_validator(mode="after")
+    def _is_named(self) -> SoilLayer:
+        if self.name is not None and (not self.name.replace("-", "_").isidentifier() or self.name in _KEYS):
+            raise ValueError(
+                f"name = '{self.name}': must be one word of letters, digits, - and _, no number and no key of the "
+                "layer, such as 'clay'"
+            )
+        return self
 
 
 @described
@@ -59,6 +76,9 @@ class Suction:
     restraint, restraint_depth : float
         In the cracked zone the soil moves by I_ss, and below it by alpha I_ss, as it is held on its sides. At depth z
         alpha = restraint - z / restraint_depth (1, m). Assumed: 2.0 and 5 m.
+    below_log : {"extend", "inert"} or None
+        Soil between the end of the log and ``mound.suction_depth``. ``extend``: as the last layer. ``inert``: nothing
+        moves there, as in rock. None: a log that ends early is refused if it matters.
 
     Examples
     --------
@@ -72,6 +92,7 @@ class Suction:
     cracked_share: Pure = Field(default=0.5, ge=0, le=1)
     restraint: Pure = Field(default=2.0, ge=1)
     restraint_depth: Length = Field(default=5.0, gt=0)
+    below_log: Literal["extend", "inert"] | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -84,13 +105,7 @@ class Suction:
 
 
 def with_climate_zone(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables of a scene with the suction depth of the climatic zone that they name; what they give wins.
-
-    Parameters
-    ----------
-    tables : mapping
-        Tables of the scene, or objects in their place, which stay as they are.
-    """
+    """Return the tables of a scene with the suction depth of the climatic zone that they name; what they give wins."""
     found, suction, mound = dict(tables), tables.get("suction"), tables.get("mound", {})
     if isinstance(mound, Mapping) and (zone := _zone(suction)) is not None:
         found["mound"] = {"suction_depth": suction_depth(zone), **mound}
@@ -109,11 +124,16 @@ def surface_movement(layers: Sequence[SoilLayer], suction: Suction, suction_dept
     Parameters
     ----------
     layers : sequence of SoilLayer
-        From the surface down; below the last nothing moves.
+        From the surface down.
     suction : Suction
-        Change of suction, and restraint.
+        Change of suction, restraint, and what lies below the log.
     suction_depth : float
         Depth to which the suction changes (m).
+
+    Raises
+    ------
+    InputError
+        If the log ends above the suction depth, and ``suction.below_log`` does not say what lies below.
 
     Examples
     --------
@@ -123,6 +143,19 @@ def surface_movement(layers: Sequence[SoilLayer], suction: Suction, suction_dept
     48
     """
     bottom = np.cumsum([layer.thickness for layer in layers])
+    if suction.below_log is None:
+        inert, extended = (
+            surface_movement(layers, replace(suction, below_log=below), suction_depth) for below in ("inert", "extend")
+        )
+        if not isclose(inert, extended, rel_tol=1e-9):
+            raise InputError(
+                f"soil_layer: the log ends at {bottom[-1]:g} m, and the suction changes to {suction_depth:g} m "
+                f"(mound.suction_depth): y_s = {1e3 * inert:.3g} mm if nothing moves below the log, "
+                f"{1e3 * extended:.3g} mm if its last layer goes on. Add the layers below, or give suction.below_log = "
+                "'inert' or 'extend'."
+            )
+    elif suction.below_log == "extend":
+        bottom[-1] = max(float(bottom[-1]), suction_depth)
     cracked = suction.cracked_share * suction_depth
     unstrained = suction.restraint * suction.restraint_depth  # alpha is 0 below
     kinks = [0.0, *bottom, cracked, unstrained, suction_depth]

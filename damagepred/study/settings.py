@@ -11,6 +11,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
 
+from damagepred.archive.schema import SCHEMA_VERSION
+from damagepred.archive.versions import COUNTS_FROM_1, from_0, from_1, inert_below_log
 from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable, load_table
 from damagepred.errors import InputError, nearest
@@ -21,7 +23,8 @@ from damagepred.scene import Scene
 from damagepred.scene.accuracy import PRESETS, preset
 from damagepred.scene.described import described
 from damagepred.scene.material_library import material
-from damagepred.scene.quantity import Count, Duration, Pure
+from damagepred.scene.plausibility import require_possible
+from damagepred.scene.quantity import Count, Duration, Pure, to_si
 from damagepred.scene.reading import build, plain
 from damagepred.solvers.options import SolverOptions
 from damagepred.text import check_title
@@ -38,6 +41,9 @@ def _stop(value: Any) -> Any:
         return value
     raise ValueError('must be the number of a category, 1 or more, or "none" to solve every path to its end')
 
+
+VERSION = "schema_version"
+"""Key of the frozen copy of a study; without it the study is of version 7 or older."""
 
 Stop = Annotated[Any, BeforeValidator(_stop)]
 """Category at which a path ends, ``"none"``, or None."""
@@ -160,14 +166,7 @@ class StudySettings:
             source = f"{file} [scene]"
             described_scene = Scene.from_file_tables(scene, file.parent, source)
         SolverOptions.of(described_scene.solver, source)  # refused with the name of the file
-        settings = (
-            build(cls, {**tables, "scene": described_scene}, str(file))
-            ._with_material_scatter()
-            ._with_sample_table(file.parent)
-            ._with_measured_values(file.parent)
-        )
-        settings.check(str(file))
-        return settings
+        return cls._checked({**tables, "scene": described_scene}, file.parent, str(file))
 
     @classmethod
     def from_dict(cls, tables: Mapping[str, Any], source: str = "study") -> StudySettings:
@@ -185,10 +184,55 @@ class StudySettings:
         InputError
             If a key or value is not acceptable.
         """
-        settings = build(cls, tables, source)._with_material_scatter()
-        settings = settings._with_sample_table(Path())._with_measured_values(Path())
+        scene = tables.get("scene")
+        if isinstance(scene, Mapping):
+            tables = {**tables, "scene": Scene.from_dict(scene, f"{source} [scene]")}
+        return cls._checked(tables, Path(), source)
+
+    @classmethod
+    def _checked(cls, tables: Mapping[str, Any], folder: Path, source: str) -> StudySettings:
+        """Return the settings of a user's tables, none of them physically impossible."""
+        settings = cls.of_tables(tables, folder, source)
+        require_possible(settings.scene, settings.means(), source)
+        return settings
+
+    @classmethod
+    def of_tables(cls, tables: Mapping[str, Any], folder: Path, source: str) -> StudySettings:
+        """Return the settings, with the values of the files in a folder that they name."""
+        tables = {key: value for key, value in tables.items() if key != VERSION}
+        settings = build(cls, tables, source)._with_places_of_scene(source)._with_material_scatter()
+        settings = settings._with_sample_table(folder)._with_measured_values(folder)
         settings.check(source)
         return settings
+
+    def _with_places_of_scene(self, source: str) -> StudySettings:
+        """Return the settings with each place as the scene names it: a layer by its name, if it has one."""
+
+        def named(place: str) -> str:
+            try:
+                return self.scene.place(place)
+            except InputError:
+                return place  # refused where it stands
+
+        variables: dict[str, Variable] = {}
+        for place, variable in self.variables.items():
+            try:
+                own = self.scene.place(place)
+            except InputError as error:
+                reason = str(error).removeprefix(f"'{place}': ")
+                raise InputError(f'{source}: [variables."{place}"]: {reason}') from None
+            if own in variables:
+                raise InputError(f'{source}: [variables."{place}"]: is the same number as "{own}"; leave one out.')
+            variables[own] = variable
+        how = dataclasses.replace(
+            self.study,
+            importance={named(place): value for place, value in self.study.importance.items()},
+            epistemic={n: {named(p): v for p, v in other.items()} for n, other in self.study.epistemic.items()},
+        )
+        correlation: dict[str, dict[str, float]] = {}
+        for a, b, rho in self._pairs():
+            correlation.setdefault(named(a), {})[named(b)] = rho
+        return dataclasses.replace(self, variables=variables, study=how, correlation=correlation)
 
     def _with_material_scatter(self) -> StudySettings:
         """Return the settings with the scatter of the library, where it is asked for, about the values of the scene."""
@@ -258,20 +302,13 @@ class StudySettings:
                 f"{source}: [scene.dynamics]: a study follows the movement of the ground without time, so that each "
                 "wall tells at which movement it reached a category; leave this table out, or run the walls one by one."
             )
-        places = self.scene.number_places()
         for place, variable in self.variables.items():
-            if place not in places:
-                raise InputError(
-                    f'{source}: [variables."{place}"]: the scene leaves this number out; give it a value there first.'
-                    if self.scene.takes_number(place)
-                    else f'{source}: [variables."{place}"]: the scene has no such number.' + nearest(place, places)
-                )
             if variable.field is not None and place.split(".")[0] not in ("joint", "head_joint", "dpc"):
                 raise InputError(
                     f'{source}: [variables."{place}"] field: only numbers of joint, head_joint and dpc vary from '
                     "joint to joint."
                 )
-        self._check_correlation(source, places)
+        self._check_correlation(source, self.scene.numbers)
         self._check_sampling(source)
         self._check_range(source)
         if self.study.coarse:
@@ -385,21 +422,35 @@ class StudySettings:
             method = solver.get("method", self.scene.solver.method)
             if method in PRESETS[solver["accuracy"]]:  # a preset, though all keys of the fine wall are given
                 changes["solver"] = {**preset(solver["accuracy"], method), **solver}
-        return Scene.from_dict(_merged(self.scene.to_dict(), changes), source=source)
+        return Scene.from_dict(merged(self.scene.free_tables(), changes), source=source)
 
     @one_blas_thread()
     def mean_wall(self) -> tuple[Scene, str]:
         """Return the scene with every variable at its mean, and a sentence that says so."""
         means = self.means()
-        shown = {place: quantity(value, Scene.unit_of(place)) for place, value in means.items()}
-        values = ", ".join(
-            f"{place} = {value}{'' if unit == '–' else f' {unit}'}" for place, (value, unit) in shown.items()
-        )
+        values = ", ".join(f"{place} = {_in_words(place, value)}" for place, value in means.items())
         movement = "" if any(p.split(".")[0] == "movement" for p in means) else ", the movement as given"
         return dataclasses.replace(self.scene.with_values(means), title=f"{self.title}: mean wall"), (
             f"{self.title}: its mean wall, with {values or 'nothing uncertain'}{movement} "
             "(arithmetic means, also of lognormals, above their medians; the same in every joint)"
         )
+
+    def other_means(self) -> list[str]:
+        """Return variables of which neither mean nor median is the scene's value, each in a sentence."""
+        marginals, found = self.design().marginals, []
+        for place, mean in self.means().items():
+            variable, own = self.variables.get(place), self.scene.numbers[place]
+            stated = [
+                to_si(v, Scene.unit_of(place)) for v in (variable and variable.mean, variable and variable.median) if v
+            ]
+            centres = [mean, *stated, *([float(marginals[place].ppf(0.5))] if place in marginals else [])]
+            if not any(math.isclose(own, centre, rel_tol=0.01) for centre in centres):
+                default = self.scene.given is not None and place not in self.scene.given
+                found.append(
+                    f"variable {place}: mean {_in_words(place, mean)}, the scene has {_in_words(place, own)}"
+                    f"{' by default' if default else ''}; walls follow the variable"
+                )
+        return found
 
     def means(self) -> dict[str, float]:
         """Return the mean of every variable, by place."""
@@ -445,7 +496,9 @@ class StudySettings:
         how = self.study
 
         def table() -> dict[str, FloatArray]:
-            return read_table(str(how.table), Scene.unit_of, self.scene.number_places())
+            columns = {from_0(place): place for place in how.table_columns}  # headers of older studies
+            found = read_table(str(how.table), Scene.unit_of, [*how.table_columns, *columns])
+            return found if {*found} == {*how.table_columns} else {columns[place]: v for place, v in found.items()}
 
         sampler = Sampler(
             how.sampler,
@@ -471,7 +524,7 @@ class StudySettings:
         """Return the study as TOML, its scene inside, complete with defaults."""
         import tomli_w
 
-        return tomli_w.dumps(self.to_dict())
+        return tomli_w.dumps({VERSION: SCHEMA_VERSION, **self.to_dict()})
 
     def with_samples(self, samples: int | None, seed: int | None) -> StudySettings:
         """Return the settings with another number of samples or another seed, where given.
@@ -496,24 +549,22 @@ class StudySettings:
         return dataclasses.replace(self, study=dataclasses.replace(self.study, **changes))
 
 
-def _merged(scene: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    merged = dict(scene)
+def _in_words(place: str, value: float) -> str:
+    shown, unit = quantity(value, Scene.unit_of(place))
+    return shown if unit == "–" else f"{shown} {unit}"
+
+
+def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Nested tables with changes; lists are replaced."""
+    both = dict(tables)
     for key, value in changes.items():
-        before = merged.get(key)
-        merged[key] = _merged(before or {}, value) if isinstance(value, Mapping) else value
-    return merged
+        old = both.get(key)
+        both[key] = merged(old if isinstance(old, Mapping) else {}, value) if isinstance(value, Mapping) else value
+    return both
 
 
 def differing_keys(first: Mapping[str, Any], second: Mapping[str, Any], place: str = "") -> list[str]:
-    """List the keys, dotted, in which two nested mappings differ.
-
-    Parameters
-    ----------
-    first, second : mapping
-        To compare.
-    place : str
-        Where they stand, for the dots.
-    """
+    """List the keys, dotted, in which two nested mappings differ."""
     found: list[str] = []
     for key in sorted({*first, *second}):
         here = f"{place}.{key}" if place else str(key)
@@ -531,4 +582,24 @@ def read_frozen(text: str) -> StudySettings:
     pairs = {frozenset((a, b)): (a, b, r) for a, row in tables.get("correlation", {}).items() for b, r in row.items()}
     if pairs:
         tables["correlation"] = {a: {d: r for c, d, r in pairs.values() if c == a} for a, *_ in pairs.values()}
-    return StudySettings.from_dict(tables, source="study.toml")
+    if tables.get(VERSION, 0) < COUNTS_FROM_1:
+        tables = _of_older(tables)
+    return StudySettings.of_tables(tables, Path(), "study.toml")
+
+
+def _of_older(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables of a frozen study whose places count from 0 and whose soil is inert below its log."""
+
+    def counted(values: Mapping[str, Any]) -> dict[str, Any]:
+        return {from_1(place): value for place, value in values.items()}
+
+    how = dict(tables.get("study", {}))
+    found = {**tables, "study": how, "variables": counted(tables.get("variables", {}))}
+    found["correlation"] = counted({a: counted(row) for a, row in tables.get("correlation", {}).items()})
+    how["importance"] = counted(how.get("importance", {}))
+    how["epistemic"] = {name: counted(other) for name, other in how.get("epistemic", {}).items()}
+    how["table_columns"] = [from_1(place) for place in how.get("table_columns", ())]
+    for holder, key in ((found, "scene"), (how, "fields_from")):
+        if key in holder:
+            holder[key] = inert_below_log(holder[key])
+    return found

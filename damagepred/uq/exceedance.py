@@ -47,7 +47,7 @@ from damagepred.uq.fragility.grouped_data import group_intervals
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
 from damagepred.uq.fragility.resampling import resample
-from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, shown_measure
+from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_words, shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
 from damagepred.uq.random_streams import Stream, generator
 
@@ -154,12 +154,12 @@ def wanted_movement(ds: xr.Dataset, at: float | str | MovementDistribution, meas
     """Movement that a study is asked for; refused if its measure differs, or walls have no ground of their own."""
     shown = shown_measure(measure, str(attributes(ds, measure)["units"]))
     wanted = as_distribution(at, str(attributes(ds, measure)["units"]))
-    wanted.require_measure(measure)
+    wanted.require_measure(ds, measure)
     ends = own_movements(ds, measure) if wanted.own and "damage_category" in ds else np.empty(0)
     if ends.size and not has_own_ground(ds, measure):
         same = f"{shown.factor * ends[0]:.6g} {shown.unit}"
         raise InputError(
-            f"at = site: all walls of this study have the same {shown.words}, {same}, and no ground of their own; "
+            f"at = site: all walls of this study have the same {movement_words(ds, measure)}, {same}, and no ground of their own; "
             f'give a movement, such as "{same}".'
         )
     return wanted

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ import xarray as xr
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
-from damagepred.scene.mound import Mound
+from damagepred.scene.mound import LOCAL, Mound
 
 MEASURES = (
     "surface_movement",
@@ -40,6 +41,9 @@ MEASURES = (
 Besides these, any variable of the dataset on (sample, increment) that grows with the movement.
 """
 
+OF_SITE = "surface movement"
+"""Words of the movement y_s by which sites are classed."""
+
 _MADE_OF = {
     "curvature": ("central_deflection", "deflection_ratio"),
     "footing_curvature": ("section_curvature",),
@@ -61,34 +65,13 @@ class ShownMeasure(NamedTuple):
 
 
 def shown_measure(name: str, units: str) -> ShownMeasure:
-    """Return how a measure is shown.
-
-    Parameters
-    ----------
-    name : str
-        Name of the measure.
-    units : str
-        Its SI units.
-    """
+    """Return how a measure is shown."""
     unit = "mm" if units == "m" else "mm/m" if name == "strain" else units
     return ShownMeasure(name.replace("_", " "), unit, 1e3 if unit.startswith("mm") else 1.0)
 
 
 def check_states(ds: xr.Dataset, name: str) -> None:
-    """Refuse to read paths of older versions in between, which scaled a Walsh mound of the final surface movement.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study of paths.
-    name : str
-        Measure of the movement.
-
-    Raises
-    ------
-    InputError
-        If the states on the way are not those of smaller surface movements.
-    """
+    """Refuse to read paths of older versions in between, which scaled a Walsh mound of the final surface movement."""
     if name not in ("surface_movement", "differential_movement") or "surface_movement" not in ds:
         return
     if "ground_states" in ds["surface_movement"].attrs:
@@ -108,11 +91,6 @@ def movement_measure(ds: xr.Dataset) -> str:
     """Return the measure that drives a study or a wall.
 
     On a mound ``surface_movement``, in a laboratory test ``load_displacement``, else the deflection.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of a wall or a study.
     """
     if "load_displacement" in ds.variables:
         return "load_displacement"
@@ -120,21 +98,24 @@ def movement_measure(ds: xr.Dataset) -> str:
     return "surface_movement" if on_ground else "central_deflection"
 
 
+def movement_words(ds: xr.Dataset, measure: str | None = None) -> str:
+    """Name in words of the movement of a wall, a study or results of one; only of a reactive site ``OF_SITE``."""
+    name = measure or str(ds.attrs.get("intensity_measure", "")) or movement_measure(ds)
+    if name != "surface_movement":
+        return name.replace("_", " ")
+    kept = [str(ds[coord].attrs.get("long_name")) for coord in ("intensity", "movement") if coord in ds.coords]
+    return next((words for words in kept if words in LOCAL.values()), _ground_words(str(ds.attrs.get("scene", ""))))
+
+
+@lru_cache(maxsize=8)
+def _ground_words(scene: str) -> str:
+    tables = tomllib.loads(scene)
+    on_mound = tables.get("movement", {}).get("shape") == "mound"
+    return LOCAL.get(tables.get("mound", {}).get("shape"), OF_SITE) if on_mound else OF_SITE
+
+
 def chosen_intensity(ds: xr.Dataset, intensity: str | None) -> str:
-    """Return the name of the measure of the movement, by default the study's own.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study.
-    intensity : str or None
-        Name of the measure.
-
-    Raises
-    ------
-    InputError
-        If the dataset does not have it.
-    """
+    """Return the name of the measure of the movement, by default the study's own."""
     name = intensity or movement_measure(ds)
     if _available(ds, name):
         return name
@@ -156,37 +137,18 @@ def _available(ds: xr.Dataset, name: str) -> bool:
 
 
 def attributes(ds: xr.Dataset, name: str) -> dict[str, str]:
-    """Return unit and name in words of a measure.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study.
-    name : str
-        Name of the measure.
-    """
+    """Return unit and name in words of a measure."""
     if name in ds.variables:
         known = ds[name].attrs
+        if name == "surface_movement" and (words := movement_words(ds, name)) != OF_SITE:
+            known = {**known, "long_name": words}
         return {"long_name": str(known.get("long_name", name)), "units": str(known.get("units", "1"))}
     units, words = _NAMES[name]
     return {"long_name": words, "units": units}
 
 
 def intensity_values(ds: xr.Dataset, name: str) -> FloatArray:
-    """Return a measure of the movement, array (sample, increment) or (sample,).
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study, or a part of one.
-    name : str
-        One of ``MEASURES``, or a variable of the dataset.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
+    """Return a measure of the movement, array (sample, increment) or (sample,)."""
     if name in ds.variables:
         values = np.asarray(ds[name].values, dtype=np.float64)
         # a test goes there and back, and bricks grow or shrink
@@ -213,7 +175,7 @@ def _movement_ratio(ds: xr.Dataset) -> FloatArray | float | None:
         return None
     scene: Mapping[str, Mapping[str, object]] = tomllib.loads(text)
     mound, kind = scene.get("mound"), scene.get("movement", {}).get("kind")
-    if not mound or kind not in ("dishing", "doming"):
+    if not mound or kind is None:
         return None
     known = {key: mound[key] for key in ("shape", "movement_ratio") if key in mound}
     known |= {"table": mound["table"]} if mound.get("shape") == "table" else {}

@@ -15,10 +15,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from damagepred.errors import InputError
 from damagepred.scene.quantity import to_si
 from damagepred.scene.site import SiteClass, site_classes
+from damagepred.uq.intensity import OF_SITE, movement_words
 from damagepred.uq.variable import Distribution
 
 MOUND = "surface_movement"
@@ -56,8 +58,13 @@ class MovementDistribution:
         if not (self.points and all(math.isfinite(point) and point > 0 for point in self.points)):
             raise InputError(f"at = {self.name}: must be greater than 0.")
 
-    def require_measure(self, measure: str) -> None:
-        """Refuse another measure of the movement than that of a site class."""
+    def require_measure(self, ds: xr.Dataset, measure: str) -> None:
+        """Refuse another measure of a study's movement than that of a site class, and ground that has none."""
+        if self.measure and self.measure == measure and (words := movement_words(ds, measure)) != OF_SITE:
+            raise InputError(
+                f"at = {self.name}: classes are of the movement y_s of reactive clay, and the {words} has none; "
+                'ask for a movement, such as "25 mm".'
+            )
         if self.measure and self.measure != measure:
             raise InputError(
                 f"at = {self.name}: is of the {self.measure.replace('_', ' ')}, and the study's movement is the "
@@ -125,15 +132,7 @@ def _is_number(text: str) -> bool:
 
 
 def as_distribution(at: float | str | MovementDistribution, unit: str = "m") -> MovementDistribution:
-    """Return a movement, its text or a distribution as a distribution.
-
-    Parameters
-    ----------
-    at : float, str or MovementDistribution
-        A number is one movement in SI units; a text is read by ``movement_distribution``.
-    unit : str
-        SI unit of the movement.
-    """
+    """Return a movement, its text or a distribution as a distribution."""
     if isinstance(at, MovementDistribution):
         return at
     return movement_distribution(at, unit) if isinstance(at, str) else MovementDistribution(f"{at:g}", (float(at),))

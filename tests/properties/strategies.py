@@ -11,6 +11,11 @@ def number(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(low, high, allow_nan=False, allow_infinity=False)
 
 
+def strength(high: float) -> st.SearchStrategy[float]:
+    """Any strength that a joint or a brick can have (Pa)."""
+    return st.just(0.0) | number(10.0, high)
+
+
 TITLES = st.text(st.characters(exclude_categories=["Cs", "Cc"]), max_size=30)
 
 
@@ -59,7 +64,7 @@ def _ground(draw: st.DrawFn, length: float) -> dict[str, Any]:
         "footing": {
             "depth": draw(number(0.2, 2.0)),
             "segment_length": draw(number(0.01, 1.0)),
-            "joint": {"cohesion": draw(number(0, 1e6)), "brittle_shear": draw(st.booleans())},
+            "joint": {"cohesion": draw(strength(1e6)), "brittle_shear": draw(st.booleans())},
             "concrete": {
                 "grade": draw(st.sampled_from(["N20", "N25", "N32"])),
                 "bottom": draw(st.sampled_from(["3-L8TM", "4-L12TM"])),
@@ -83,25 +88,25 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
         "bond": draw(st.sampled_from(["running", "stack"])),
     }
     block_friction = draw(number(0, 2))
-    friction, cohesion, strength = draw(number(0, 2)), draw(number(0, 1e6)), draw(number(0, 1e6))
+    friction, cohesion, tension = draw(number(0, 2)), draw(strength(1e6)), draw(strength(1e6))
     tables: dict[str, Any] = {
         "title": draw(TITLES),
         "wall": wall,
         "block": {
             "elastic_modulus": draw(number(1e6, 1e11)),
-            "density": draw(number(0, 1e4)),
-            "cohesion": draw(st.none() | number(0, 1e8)),
+            "density": draw(st.just(0.0) | number(50, 1e4)),
+            "cohesion": draw(st.none() | strength(1e8)),
             "friction": block_friction,
             "dilation": draw(number(0, block_friction)),
-            "tensile_strength": draw(st.none() | number(0, 1e8)),
+            "tensile_strength": draw(st.none() | strength(1e8)),
         },
         "joint": {
             "normal_stiffness": draw(number(1e6, 1e13)),
             "friction": friction,
             "cohesion": cohesion,
-            "tensile_strength": strength,
+            "tensile_strength": tension,
             "dilation": draw(number(0, friction)),
-            "residual_cohesion": draw(number(0, cohesion)),
+            "residual_cohesion": draw(st.just(0.0) | number(min(10.0, cohesion), cohesion)),
             "residual_friction": draw(st.none() | number(0, 2)),
             "brittle_shear": draw(st.booleans()),
             "fracture_energy": draw(st.none() | number(1e-3, 1e4)),
@@ -129,7 +134,7 @@ def scenes(draw: st.DrawFn) -> dict[str, Any]:
         tables["dpc"] = {
             "course": 1,
             "friction": draw(number(0, 2)),
-            "normal_stiffness": draw(st.none() | number(1, 1e12)),
+            "normal_stiffness": draw(st.none() | number(1e4, 1e12)),
         }
     if draw(st.booleans()):
         width, through = draw(number(0, 0.05)), draw(st.booleans())

@@ -56,6 +56,6 @@ def test_with_values_of_itself_is_itself(tables: dict):
     for place in scene.number_places():
         value = scene
         for step in place.split("."):
-            value = value[int(step)] if step.isdigit() else getattr(value, step)
+            value = value[int(step) - 1] if step.isdigit() else getattr(value, step)
         values[place] = value
     assert scene.with_values(values) == scene

@@ -224,7 +224,7 @@ def test_ground_in_words() -> None:
         ("walsh", "doming"): ["y_s = 45 mm", "H_s = 2.3 m", "shrinking soil of 7250 kPa/m"],
         ("walsh", "dishing"): ["y_s = 45 mm", "swelling soil of 2500 kPa/m"],
         ("mitchell", "dishing"): ["y_s = 45 mm", "H_s = 2.3 m", "swelling soil of 2500 kPa/m"],
-        ("tree", "doming"): ["largest movement = 45 mm", "shrinking soil of 7250 kPa/m"],
+        ("tree", "doming"): ["ground movement at the tree = 45 mm", "shrinking soil of 7250 kPa/m"],
     }
     for (shape, kind), words in expected.items():
         scene = Scene(movement=Movement(shape="mound", kind=kind), soil=Soil(**soil), mound=Mound(shape=shape, **mound))

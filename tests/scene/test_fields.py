@@ -168,7 +168,7 @@ ReinforcedConcrete
 Loads
   roof = 0 N [0 1e+12]
 Movement
-  kind = dishing | dishing doming
+  kind = dishing | dishing doming settle heave
   central_deflection = 0.008 m [0 10000]
   increments = 20 whole [1 max]
   shape = three_loads | three_loads parabola arc table jacks mound loads
@@ -178,7 +178,7 @@ Movement
   history = None
   seasons = None
 Stage
-  kind = dishing | dishing doming
+  kind = dishing | dishing doming settle heave
   central_deflection = None m [0 10000]
   surface_movement = None m [0 10000]
   load_factor = None 1 [-1 1]
@@ -205,12 +205,14 @@ SeasonStep
 SoilLayer
   thickness = required m (0 10000]
   shrink_swell_index = required 1 [0 0.3]
+  name = None
 Suction
   climate_zone = None whole [1 6]
   change = 1.2 1 (0 5]
   cracked_share = 0.5 1 [0 1]
   restraint = 2 1 [1 1e+15]
   restraint_depth = 5 m (0 10000]
+  below_log = None | extend inert
 Rig
   supports = () m [-10000 10000]
   jacks = () m [-10000 10000]

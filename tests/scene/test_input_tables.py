@@ -103,7 +103,7 @@ def test_a_form_without_unit_takes_kind_and_size_of_the_scene(tmp_path: Path) ->
 def test_the_movement_of_a_mound_has_sign_and_size(tmp_path: Path) -> None:
     text = "x (m),movement (mm)\n0,-30\n1,-12\n4,2\n"
     found = scene(tmp_path, text, table="mound")
-    assert (found.movement.kind, found.mound.surface_movement) == ("dishing", pytest.approx(0.03))
+    assert (found.movement.kind, found.mound.surface_movement) == ("settle", pytest.approx(0.03))
     x = np.array([0.0, 1.0, 4.0])
     np.testing.assert_allclose(found.mound.profile(x, 4.0, "dishing"), [-0.03, -0.012, 0.002], rtol=1e-12)
     up = scene(tmp_path, text.replace("-", ""), table="mound")

@@ -268,10 +268,10 @@ def house() -> Scene:
     ("place", "value", "look"),
     [
         ("joint.cohesion", 0.2e6, lambda s: s.joint.cohesion),
-        ("opening.0.width", 0.7, lambda s: s.opening[0].width),
-        ("opening.1.x", 4.2, lambda s: s.opening[1].x),
+        ("opening.1.width", 0.7, lambda s: s.opening[0].width),
+        ("opening.2.x", 4.2, lambda s: s.opening[1].x),
         ("movement.central_deflection", 0.03, lambda s: s.movement.central_deflection),
-        ("movement.table.1.1", 0.7, lambda s: s.movement.table[1][1]),
+        ("movement.table.2.2", 0.7, lambda s: s.movement.table[1][1]),
         ("dpc.friction", 0.4, lambda s: s.dpc.friction),
         ("damage.group_distance", 2.0, lambda s: s.damage.group_distance),
     ],
@@ -288,12 +288,12 @@ def test_with_values_changes_that_number_and_no_other(house: Scene, place: str, 
 def _at(scene: Scene, place: str):
     value = scene
     for step in place.split("."):
-        value = value[int(step)] if step.isdigit() else getattr(value, step)
+        value = value[int(step) - 1] if step.isdigit() else getattr(value, step)
     return value
 
 
 def test_with_values_at_once(house: Scene):
-    changed = house.with_values({"joint.cohesion": 0.8e6, "joint.tensile_strength": 0.9e6, "opening.1.width": 0.5})
+    changed = house.with_values({"joint.cohesion": 0.8e6, "joint.tensile_strength": 0.9e6, "opening.2.width": 0.5})
     assert (changed.joint.cohesion, changed.joint.tensile_strength) == (0.8e6, 0.9e6)
     assert changed.opening[1].width == 0.5
     assert house.with_values({}) == house
@@ -309,8 +309,7 @@ def test_every_number_place_can_be_set(house: Scene):
     [
         ("joint.cohesoin", "joint.cohesion"),
         ("joint.tensile_strenght", "joint.tensile_strength"),
-        ("opening.0.widht", "opening.0.width"),
-        ("opening.2.width", "opening.1.width"),  # there are two
+        ("opening.1.widht", "opening.1.width"),
     ],
 )
 def test_unknown_place_tells_the_nearest(house: Scene, place: str, hint: str):
@@ -318,10 +317,32 @@ def test_unknown_place_tells_the_nearest(house: Scene, place: str, hint: str):
         house.with_values({place: 1.0})
     assert place in str(caught.value)
     assert "Did you mean" in str(caught.value)
-    assert any(found in str(caught.value) for found in (hint, hint.replace("1", "0")))
+    assert any(found in str(caught.value) for found in (hint, hint.replace("1", "2")))
 
 
-@pytest.mark.parametrize("place", ["movement.increments", "wall.bond", "joint", "wall", "opening.0", "", "dpc.course"])
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        (
+            "opening.0.width",
+            "no opening '0'; numbers count from 1, here to 2. Older files counted from 0: opening.0 is",
+        ),
+        ("opening.3.width", "no opening '3'; numbers count from 1, here to 2"),
+        ("opening.-1.width", "no opening '-1'; numbers count from 1, here to 2"),
+        ("opening.door.width", "no opening 'door'; numbers count from 1, here to 2"),
+        ("movement.table.0.1", "no movement.table '0'; numbers count from 1, here to 4"),
+        ("movement.table.1.3", "no movement.table.1 '3'; numbers count from 1, here to 2"),
+        ("control_joint.1.x", "no control_joint '1'; the scene has none"),
+        ("movement.stage.1.central_deflection", "no movement.stage '1'; the scene has none"),
+    ],
+)
+def test_items_of_lists_count_from_1(house: Scene, place: str, words: str):
+    with pytest.raises(InputError) as caught:
+        house.with_values({place: 1.0})
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("place", ["movement.increments", "wall.bond", "joint", "wall", "opening.1", "", "dpc.course"])
 def test_what_is_no_real_number_is_no_place(house: Scene, place: str):
     with pytest.raises(InputError, match="no such number"):
         house.with_values({place: 1.0})
@@ -408,7 +429,10 @@ def test_python_users_get_the_same_checks():
         (lambda: Wall(length=-1.0), r"^Wall: length = -1\.0: must be greater than 0 m\.$"),
         (lambda: Wall(lenght=1.0), r"^Wall: unknown key lenght.*Did you mean 'length'\?$"),
         (lambda: Scene(wall={"length": "6 kg"}), r"^Scene: \[wall\] length = '6 kg': has the wrong kind of unit"),
-        (lambda: Scene(movement=Movement(kind="dish")), r"^Movement: kind = 'dish': must be 'dishing' or 'doming'"),
+        (
+            lambda: Scene(movement=Movement(kind="dish")),
+            r"^Movement: kind = 'dish': must be 'dishing', 'doming', 'settle' or 'heave'",
+        ),
         (lambda: Scene(dpc=Dpc(course=200)), r"^Scene: dpc\.course = 200: the wall has 32 courses"),
         (lambda: Opening(x=1.0), r"^Opening: width: is missing; .*\nOpening: height: is missing"),
         (lambda: dataclasses.replace(Scene(), loads=3), r"^Scene: loads = 3: must be a table"),

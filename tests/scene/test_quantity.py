@@ -201,7 +201,7 @@ def test_every_number_of_a_scene_accepts_its_own_unit():
     for place in scene.number_places():
         unit, value = Scene.unit_of(place), scene
         for step in place.split("."):
-            value = value[int(step)] if step.isdigit() else getattr(value, step)
+            value = value[int(step) - 1] if step.isdigit() else getattr(value, step)
         assert to_si(f"{value!r} {unit if unit != '1' else ''}", unit) == value, place
 
 

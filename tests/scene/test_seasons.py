@@ -91,7 +91,7 @@ def test_constants_can_be_sampled() -> None:
     scene = Scene.from_dict({**SMALL, "movement": {"seasons": {"years": 2, "swing_cov": 0}}})
     other = scene.with_values({"movement.seasons.swing": 0.02, "movement.seasons.trend": 0.004})
     assert other.movement.stage[0].central_deflection == pytest.approx(0.01 + 0.001)
-    for place in ("movement.central_deflection", "movement.stage.0.central_deflection"):
+    for place in ("movement.central_deflection", "movement.stage.1.central_deflection"):
         with pytest.raises(InputError, match="follows from other keys"):
             scene.with_values({place: 0.01})
 

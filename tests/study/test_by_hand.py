@@ -283,7 +283,7 @@ def test_settings_that_follow_from_others() -> None:
     coarse = settings(coarse={"wall": {"block_length": "480 mm"}, "dpc": {"course": 1}}).coarse_scene()
     assert (coarse.wall.block_length, coarse.wall.length, coarse.dpc.course) == (0.48, 1.44, 1)  # type: ignore[union-attr]
     assert not plain.shape_varies
-    for place, low in (("wall.length", 1.3), ("control_joint.0.x", 0.6)):
+    for place, low in (("wall.length", 1.3), ("control_joint.1.x", 0.6)):
         tables = {"variables": {place: {"distribution": "uniform", "lower": low, "upper": 2 * low}}, "correlation": {}}
         tables["scene"] = {"wall": {"length": 3.0}, "control_joint": [{"x": 0.72}]}
         assert settings(tables).shape_varies

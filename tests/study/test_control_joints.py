@@ -25,8 +25,8 @@ def test_a_study_stores_openings_of_control_joints(tmp_path: Path):
                 "cov": 0.3,
                 "field": {"course_correlation": 0.4},
             },
-            "control_joint.0.x": {"distribution": "uniform", "lower": 0.6, "upper": 1.8},
-            "control_joint.0.width": {"distribution": "uniform", "lower": 5e-3, "upper": 15e-3},
+            "control_joint.1.x": {"distribution": "uniform", "lower": 0.6, "upper": 1.8},
+            "control_joint.1.width": {"distribution": "uniform", "lower": 5e-3, "upper": 15e-3},
         },
     }
     settings = StudySettings.from_dict(tables)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import itertools
 import time
-import tomllib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -39,7 +38,7 @@ from damagepred.study.campaign.campaign import Campaign, Progress
 from damagepred.study.campaign.dispatch import sample_timeout
 from damagepred.study.campaign.warm_up import warm_up
 from damagepred.study.campaign.workers import SharedPool
-from damagepred.study.settings import StudySettings
+from damagepred.study.settings import StudySettings, merged
 from damagepred.uq.exceedance import category_capacities, known_hits, wanted_movement
 from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.movement_distribution import movement_distribution
@@ -315,9 +314,9 @@ def damaged(ds: xr.Dataset, category: int, movement: str, unfollowed: float = 1.
 
 
 def _settings_of(base: StudySettings, chosen: tuple[Option, ...], most: int, name: str) -> StudySettings:
-    tables: dict[str, Any] = tomllib.loads(base.scene.to_toml())
+    tables = base.scene.free_tables()
     for option in chosen:
-        tables = _merged(tables, option.scene)
+        tables = merged(tables, option.scene)
     scene = Scene.from_dict(tables)
     how = replace(base.study, samples=most, sampler="random", replicates=1, stop_when=None, title=None)
     drawn_on_joints = any(variable.field is not None for variable in base.variables.values())
@@ -326,15 +325,6 @@ def _settings_of(base: StudySettings, chosen: tuple[Option, ...], most: int, nam
     settings = replace(base, scene=scene, study=how)
     settings.check(name)
     return settings
-
-
-def _merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return nested tables with changes; lists are replaced."""
-    both = dict(tables)
-    for key, value in changes.items():
-        old = both.get(key)
-        both[key] = _merged(old, value) if isinstance(value, Mapping) and isinstance(old, Mapping) else value
-    return both
 
 
 def _values_of_measures(

@@ -17,7 +17,7 @@ from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.uq.capacity import highest_category, sample_weights
 from damagepred.uq.estimate import Estimate, probability
 from damagepred.uq.exceedance import exceedance
-from damagepred.uq.intensity import chosen_intensity, intensity_values, shown_measure
+from damagepred.uq.intensity import chosen_intensity, intensity_values, movement_words, shown_measure
 
 
 def beyond_mean_wall(wall: xr.Dataset, settings: StudySettings, file: Path) -> str:
@@ -51,7 +51,9 @@ def _share(ds: xr.Dataset, wall: xr.Dataset, category: int) -> tuple[Estimate, s
     moved = intensity_values(ds, measure)[good].reshape(int(good.sum()), -1)
     if measure in wall and np.isfinite(moved).all() and np.ptp(moved[:, -1]) <= 1e-9 * moved.max(initial=0.0):
         at, shown = float(np.nanmax(wall[measure].values)), shown_measure(measure, str(wall[measure].attrs["units"]))
-        return exceedance(ds, category, at).estimate, f"by {shown.factor * at:.3g} {shown.unit} of {shown.words}"
+        return exceedance(
+            ds, category, at
+        ).estimate, f"by {shown.factor * at:.3g} {shown.unit} of {movement_words(ds, measure)}"
     worst = ds["damage_category"].values[good].reshape(int(good.sum()), -1).max(axis=1, initial=-1)
     weight = sample_weights(ds)[good] if "weight" in ds else None
     return probability(worst >= category, weight=weight), "by the end of its own movement"

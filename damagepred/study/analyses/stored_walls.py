@@ -107,7 +107,7 @@ class StoredWalls:
         if movement is None:
             share = np.diff(self.edges, axis=1) / np.maximum(np.ptp(self.edges, axis=1), 1e-300)[:, None]
         else:
-            movement.require_measure(self.measure)
+            movement.require_measure(self.ds, self.measure)
             points = np.asarray(movement.points)
             if beyond := float(np.mean(points > self.largest)):
                 raise InputError(

@@ -6,6 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from damagepred.scene import Scene, SoilLayer, Suction, site_class, site_classes, surface_movement
+from damagepred.scene.mound import LOCAL
+from damagepred.scene.scene import step_names
 from damagepred.study.settings import StudySettings
 
 DRAWN = 1024
@@ -13,15 +15,7 @@ DRAWN = 1024
 
 
 def surface_movements(settings: StudySettings, samples: int) -> list[float]:
-    """Return the characteristic surface movement y_s of each sample of a study with a soil log (m).
-
-    Parameters
-    ----------
-    settings : StudySettings
-        The study; its variables of ``soil_layer``, ``suction`` and ``mound.suction_depth`` count.
-    samples : int
-        How many samples.
-    """
+    """Return the characteristic surface movement y_s of each sample of a study with a soil log (m)."""
     scene, values = settings.scene, settings.design().wall_values(samples)
 
     def drawn(table: str, field: str, given: float, sample: int) -> float:
@@ -33,7 +27,7 @@ def surface_movements(settings: StudySettings, samples: int) -> list[float]:
                 thickness=drawn(f"soil_layer.{n}", "thickness", layer.thickness, i),
                 shrink_swell_index=drawn(f"soil_layer.{n}", "shrink_swell_index", layer.shrink_swell_index, i),
             )
-            for n, layer in enumerate(scene.soil_layer)
+            for n, layer in zip(step_names(scene.soil_layer), scene.soil_layer)
         ]
         given = scene.suction or Suction()
         names = ("change", "cracked_share", "restraint", "restraint_depth")
@@ -45,24 +39,22 @@ def surface_movements(settings: StudySettings, samples: int) -> list[float]:
 
 
 def site_line(scene: Scene, settings: StudySettings | None = None) -> str | None:
-    """Return y_s and the site class of a soil log in a sentence, and the probability of each class; None without a log.
-
-    Parameters
-    ----------
-    scene : Scene
-        The wall, its variables at their means.
-    settings : StudySettings, optional
-        The study, if it is one.
-    """
+    """Return y_s, site class and probability of each class of a soil log in a sentence; None without a log."""
     if not scene.soil_layer:
         return None
-    y_s = surface_movement(scene.soil_layer, scene.suction or Suction(), scene.mound.suction_depth)
-    line = f"soil log: y_s = {1e3 * y_s:.0f} mm, site class {site_class(y_s).name}"
+    suction, depth = scene.suction or Suction(), scene.mound.suction_depth
+    y_s = surface_movement(scene.soil_layer, suction, depth)
+    at_tree = scene.mound.shape in ("tree", "pipe")  # these make no class
+    line = f"soil log: {LOCAL[scene.mound.shape] if at_tree else 'y_s'} = {1e3 * y_s:.0f} mm"
+    line += "" if at_tree else f", site class {site_class(y_s).name}"
+    if suction.below_log and (end := sum(layer.thickness for layer in scene.soil_layer)) < depth:
+        below = "the last layer goes on" if suction.below_log == "extend" else "nothing moves"
+        line += f"; below the log, from {end:g} to {depth:g} m, {below} (suction.below_log)"
     uncertain = settings is not None and any(
         place.split(".")[0] in ("soil_layer", "suction") or place == "mound.suction_depth"
         for place in settings.variables
     )
-    if settings is None or not uncertain:
+    if settings is None or not uncertain or at_tree:
         return line
     samples = max(settings.study.samples, DRAWN)
     found = [site_class(y).name for y in surface_movements(settings, samples)]

@@ -59,7 +59,7 @@ CAUSES = {
     "correlation along a course (0, 0.4 or 0.8)": (STUDIES,),
     "friction and stiffness of the mortar": ("joint.friction", "joint.normal_stiffness"),
     "brick": ("block.elastic_modulus",),
-    "supports and places of the loads": ("loading.bearing_friction", "load.0.at", "load.1.at"),
+    "supports and places of the loads": ("loading.bearing_friction", "load.1.at", "load.2.at"),
 }
 CORRELATIONS = (0.0, 0.4, 0.8)
 
