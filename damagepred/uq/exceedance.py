@@ -159,8 +159,8 @@ def wanted_movement(ds: xr.Dataset, at: float | str | MovementDistribution, meas
     if ends.size and not has_own_ground(ds, measure):
         same = f"{shown.factor * ends[0]:.6g} {shown.unit}"
         raise InputError(
-            f"at = site: all walls of this study have the same {movement_words(ds, measure)}, {same}, and no ground of their own; "
-            f'give a movement, such as "{same}".'
+            f"at = site: all walls of this study have the same {movement_words(ds, measure)}, {same}, and no ground of "
+            f'their own; give a movement, such as "{same}".'
         )
     return wanted
 
