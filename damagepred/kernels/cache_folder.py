@@ -85,8 +85,3 @@ def _make_own(level: Path) -> bool:
     level.mkdir(mode=0o700, exist_ok=True)
     found = os.lstat(level)
     return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & OTHERS_MAY_WRITE
-
-
-def holds_kernels(folder: Path | None) -> bool:
-    """Return whether a cache folder holds compiled kernels, so that the next solve need not compile all."""
-    return folder is not None and next(folder.rglob("*.nbi"), None) is not None

@@ -45,7 +45,7 @@ class ProcessCache:
         with self._locked():
             self._known = {file.relative_to(shared): _identity(file) for file in _files(shared)}
             for name in self._known:
-                _link(shared / name, self.folder / name)
+                link(shared / name, self.folder / name)
 
     def publish(self) -> None:
         """Add the kernels compiled here to the shared ones; kernels that another process has added meanwhile stay."""
@@ -56,7 +56,7 @@ class ProcessCache:
                 if _identity(index) == known or _identity(target) != known:
                     continue
                 for file in (*index.parent.glob(f"{index.stem}.*.nbc"), index):  # the index last
-                    _link(file, self._shared / file.relative_to(self.folder))
+                    link(file, self._shared / file.relative_to(self.folder))
                 self._known[name] = _identity(target)
 
     def close(self) -> None:
@@ -104,12 +104,14 @@ def _identity(file: Path) -> tuple[int, int] | None:
     return found.st_ino, found.st_mtime_ns
 
 
-def _link(file: Path, target: Path) -> None:
+def link(file: Path, target: Path) -> None:
     """Put a file in the place of another, in one step; a copy where links are impossible."""
     target.parent.mkdir(mode=0o700, exist_ok=True)
     temporary = target.with_name(f"{target.name}.{os.getpid()}")
+    temporary.unlink(missing_ok=True)
     try:
         os.link(file, temporary)
     except OSError:
         shutil.copy2(file, temporary)
     os.replace(temporary, target)
+    temporary.unlink(missing_ok=True)  # POSIX: replacing a link by another link to the same file leaves both
