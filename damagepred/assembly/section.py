@@ -230,7 +230,7 @@ def concrete_sections(
         "exponent": concrete.branson_exponent,
         "earlier_moment": concrete.earlier_moment,
     }
-    columns = {name: np.array(np.broadcast_to(value, (number, *np.shape(value)))) for name, value in values.items()}
+    columns = {name: np.tile(value, (number, *[1] * np.ndim(value))) for name, value in values.items()}
     return Sections(
         interface=np.asarray(interface, np.int64),
         length=np.array(np.broadcast_to(np.asarray(length, float), number)),
