@@ -102,15 +102,16 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
         start = 1e-4 * rng.normal(size=len(model.supports.prescribed))
         displacement[model.supports.prescribed] = start + progress * model.supports.prescribed_displacement
         motion = explicit.Motion(
-            load,
-            live,
-            np.zeros(size),
-            np.zeros(size),
-            displacement.copy(),
-            np.zeros(size),
-            model.supports.prescribed,
-            model.supports.prescribed_displacement,
-            start,
+            load=load,
+            live_load=live,
+            inverse_mass=np.zeros(size),
+            drift=np.zeros(size),
+            velocity=np.zeros(size),
+            displacement=displacement.copy(),
+            force=np.zeros(size),
+            prescribed=model.supports.prescribed,
+            prescribed_displacement=model.supports.prescribed_displacement,
+            start=start,
         )
         run_cycles(joints, special, softening, None, None, None, motion, 0.8, 0.25, progress, 0.0, 1)
         expected = 0.25 * load + progress * live + forces_by_contacts(model, history, displacement, progress)
@@ -156,14 +157,27 @@ def test_packing_keeps_every_value_in_its_place():
     assert joints.position.size == 2 * face.block_a.size
 
 
-def test_local_damping_opposes_the_velocity_and_is_zero_at_rest():
-    force = np.array([1.0, 1.0, 1.0, -2.0, 3.0])
-    velocity = np.array([1.0, -1.0, 0.0, 1.0, 0.0])
-    displacement = np.zeros(5)
-    inverse_mass = np.array([1.0, 1.0, 1.0, 0.5, 0.0])
-    move(force, inverse_mass, 0.8, velocity, displacement, 0, force.size)
-    np.testing.assert_allclose(velocity, [1.2, 0.8, 1.0, 1.0 - 1.8, 0.0], rtol=1e-15)
-    np.testing.assert_array_equal(displacement, velocity)
+def test_local_damping_opposes_the_velocity_beyond_the_drift_and_turns_with_it():
+    """A velocity that turns within the step meets (1 + α) times the force before, and (1 - α) times it after."""
+    force = np.array([1.0, 1.0, 1.0, -2.0, 3.0, 1.0])
+    relative = np.array([1.0, -1.0, 0.0, 1.0, 0.0, 1.0])
+    nothing, empty = np.zeros(6), np.empty(0)
+    drift = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 5.0])
+    motion = explicit.Motion(
+        load=nothing,
+        live_load=nothing,
+        inverse_mass=np.array([1.0, 1.0, 1.0, 0.5, 0.0, 1.0]),
+        drift=drift,
+        velocity=relative + drift,
+        displacement=np.zeros(6),
+        force=force,
+        prescribed=np.empty(0, dtype=np.int64),
+        prescribed_displacement=empty,
+        start=empty,
+    )
+    move(motion, 0.8, 0, force.size)
+    np.testing.assert_allclose(motion.velocity, [1.2, 0.8 / 9, 0.2, -0.8 / 9, 0.0, 6.2], rtol=1e-14)
+    np.testing.assert_array_equal(motion.displacement, motion.velocity)
 
 
 @pytest.mark.slow
