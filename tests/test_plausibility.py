@@ -96,6 +96,7 @@ def test_an_impossible_number_is_refused(name: str) -> None:
 
 
 EXTREMES = [
+    {"head_joint": {"factor": {"tensile_strength": 0.5, "normal_stiffness": 0.1, "compressive_strength": 2.0}}},
     {"joint": {"tensile_strength": 0.0, "cohesion": 0.0}},
     {"joint": {"normal_stiffness": 1e18, "shear_stiffness": 1e18}, "block": {"elastic_modulus": 1e16, "density": 0.0}},
     {"joint": {"tensile_strength": 1e9, "cohesion": 1e9, "friction": 0.0}},

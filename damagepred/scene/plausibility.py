@@ -72,7 +72,8 @@ def require_possible(scene: Scene, means: Mapping[str, float], source: str) -> N
 def _limits(place: str, which: int) -> tuple[float, float]:
     """Least and most of a number: 0 possible, 1 likely."""
     table, key = place.split(".")[0], place.split(".")[-1]
-    least = next((limits[which] for end, limits in _LEAST.items() if key.endswith(end)), -math.inf)
+    ends = _LEAST if Scene.unit_of(place) != "1" else {}  # a factor on a strength has no unit
+    least = next((limits[which] for end, limits in ends.items() if key.endswith(end)), -math.inf)
     most = next((limits[which] for end, limits in _MOST.items() if f"{table}.{key}".endswith(end)), math.inf)
     return float(least), most
 
