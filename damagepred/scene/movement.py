@@ -33,8 +33,8 @@ class Stage:
     Attributes
     ----------
     kind : {"dishing", "doming", "settle", "heave"}
-        Side to which the centre lies off the line through the ends when the stage ends; where ``movement.kind`` is
-        settle or heave, whether the ground is then below or above its level.
+        Side to which the centre lies off the line through the ends when the stage ends. Where ``movement.kind`` is
+        settle or heave: whether the ground is then below or above its level.
     central_deflection : float or None
         Deflection of the centre when the stage ends (m), not negative; 0 is level ground. Not for mounds.
     surface_movement : float or None
