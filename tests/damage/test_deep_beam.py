@@ -37,6 +37,12 @@ def test_bending_takes_over_where_the_closed_form_says(kind: str, crossover: flo
     np.testing.assert_array_equal(strain.largest, np.maximum(strain.bending, strain.diagonal))
 
 
+@pytest.mark.parametrize(("word", "kind"), [("sagging", "dishing"), ("hogging", "doming")])
+def test_sagging_and_hogging_are_dishing_and_doming(word: str, kind: str):
+    assert deflection_over_strain(6.0, 2.4, word, 2.6) == deflection_over_strain(6.0, 2.4, kind, 2.6)
+    assert beam_strain(1e-3, 6.0, 2.4, word, 2.6) == beam_strain(1e-3, 6.0, 2.4, kind, 2.6)
+
+
 def test_hogging_is_sagging_of_a_wall_twice_as_high():
     length = np.array([1.0, 6.0, 20.0])
     np.testing.assert_allclose(
@@ -141,7 +147,7 @@ def test_arrays_broadcast_and_the_sign_of_the_movement_does_not_count():
         ({"length": 0.0}, r"length = 0: must be .* greater than 0 m\."),
         ({"height": [2.4, -1.0]}, r"height = -1"),
         ({"modulus_ratio": np.nan}, r"modulus_ratio = nan: must be a finite number greater than 0\."),
-        ({"kind": "sagging"}, r"kind = 'sagging': must be 'dishing' \(sagging\)"),
+        ({"kind": "settle"}, r"kind = 'settle': must be 'dishing' \(sagging\)"),
     ],
 )
 def test_what_is_not_a_wall_is_refused(wrong: dict, message: str):

@@ -198,7 +198,7 @@ def test_settings_go_through_toml() -> None:
     assert scene.dynamics is not None
     assert scene.dynamics.duration == 1.5
     assert Scene.from_dict(scene.to_dict()) == scene
-    assert "dynamics.base.0.acceleration" in scene.number_places()
+    assert "dynamics.base.1.acceleration" in scene.number_places()
 
 
 def test_scenes_that_cannot_be_run_in_time_are_refused(tmp_path: Path) -> None:
