@@ -17,7 +17,7 @@ from damagepred.report.inputs import input_section
 from damagepred.study.settings import StudySettings
 
 PACKAGE = Path(__file__).resolve().parent.parent / "damagepred"
-RETIRED = re.compile(r"from memory|remembered from|\((seed|read|memory|inferred)\)|\b(not looked up)\b")
+RETIRED = re.compile(r"from memory|remembered from|(?<!\w)\((seed|read|memory|inferred)\)|\b(not looked up)\b")
 FILES = sorted(
     p.relative_to(data_folder()).as_posix() for p in data_folder().rglob("*.toml") if p.parent.name != "data"
 )

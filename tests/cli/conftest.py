@@ -1,3 +1,6 @@
+import math
+import re
+import subprocess
 import sys
 from collections.abc import Callable
 from typing import NamedTuple
@@ -17,6 +20,11 @@ class Result(NamedTuple):
 Run = Callable[..., Result]
 
 
+def messages(run: subprocess.CompletedProcess[str]) -> str:
+    """Error stream of a process without the lines that a slow machine adds while the process works."""
+    return re.sub(r"^.+, \d+ s so far\n", "", run.stderr, flags=re.MULTILINE)
+
+
 @pytest.fixture
 def command(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Run:
     """Run a command in this process and return its exit code and what it printed."""
@@ -24,6 +32,7 @@ def command(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) 
     def run(*arguments: object) -> Result:
         monkeypatch.setattr(sys, "argv", ["damagepred", *map(str, arguments)])
         monkeypatch.setattr(screen, "FORM", screen.Form())
+        monkeypatch.setattr(screen.Wait, "FIRST", math.inf)  # no line that a slow machine alone would print
         capfd.readouterr()
         try:
             main()

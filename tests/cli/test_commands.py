@@ -184,8 +184,9 @@ def test_memory_of_the_full_scale_wall_is_what_its_matrices_take(
     told = matrix_bytes(model, solver)
     assert f"{told / 1e6:.2g}" == megabytes
     half = reduce_by_symmetry(model) if symmetric else None
-    arrays = Equilibrium(half or model, 1e-6).equations.arrays
-    assert told == sum(arrays[n].nbytes for n in ("inverses", "coupling", "upper", "complements", "complements"))
+    factors = Equilibrium(half or model, 1e-6).equations.factors
+    arrays = (factors.inverses, factors.coupling, factors.upper, factors.complements, factors.complements)
+    assert told == sum(array.nbytes for array in arrays)
 
 
 def test_fragility_by_time_writes_the_table_of_years(command: Run, tmp_path: Path) -> None:

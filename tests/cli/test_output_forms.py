@@ -162,8 +162,12 @@ def test_export_is_a_command(command: Run, tmp_path: Path) -> None:
     assert command("fragility", house, "--categories", 1, "--bootstrap", 20, "--goodness", 0, "-o", curves).code == 0
     assert command("export", curves, "curves", "-o", tmp_path / "mine.csv").code == 0
     assert (tmp_path / "mine.csv").read_text().startswith("category,intensity,")
-    assert command("export", curves, "curves", "-o", tmp_path / "mine.nc").code == 0  # beside it, under its name
-    assert (tmp_path / "mine_curves.csv").read_bytes() == (tmp_path / "mine.csv").read_bytes()
+    assert command("export", curves, "curves").code == 0  # beside it, under its name
+    assert (tmp_path / "curves_curves.csv").read_bytes() == (tmp_path / "mine.csv").read_bytes()
+    refused = command("export", curves, "curves", "-o", tmp_path / "mine.nc")
+    assert (refused.code, refused.out) == (2, "")
+    assert f"mine.nc: the name must end in .csv or .xml; write {tmp_path / 'mine.csv'}." in refused.err
+    assert not (tmp_path / "mine.nc").exists()
     assert command("export", curves, "openquake", "-o", tmp_path / "model.xml").code == 0
     assert (tmp_path / "model.xml").stat().st_size
 

@@ -19,6 +19,7 @@ from damagepred.errors import InputError
 from damagepred.exports import write_csv
 from damagepred.plotting.sheet import new_figure, set_title, title_of
 from damagepred.scene import Scene
+from tests.cli.conftest import messages
 
 SCENE = """
 title = "TITLE"
@@ -51,7 +52,7 @@ def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
 
 def test_a_reader_that_goes_away_is_no_error(scene: Path, tmp_path: Path) -> None:
     done = shell("set -o pipefail; damagepred solve small.toml -o x.nc | head -c 1", tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, messages(done)) == (0, "")
     assert read_dataset(tmp_path / "x.nc").attrs["status"] == "complete"
 
 
@@ -59,7 +60,7 @@ def test_a_reader_that_goes_away_is_no_error(scene: Path, tmp_path: Path) -> Non
 def test_a_full_disk_below_the_output_loses_no_wall(scene: Path, tmp_path: Path) -> None:
     done = shell("damagepred solve small.toml -o x.nc > /dev/full", tmp_path)
     assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
+    assert messages(done).count("\n") == 1
     assert "No space left" in done.stderr
     assert read_dataset(tmp_path / "x.nc").attrs["status"] == "complete"
 

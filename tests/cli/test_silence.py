@@ -73,15 +73,20 @@ def test_an_interrupt_while_waiting() -> None:
 
 
 def test_activities_follow_each_other(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    def until_it_is_said(activity: str) -> None:
+        while screen._WAIT._said != activity:
+            time.sleep(0.01)
+
     monkeypatch.setattr(screen.Wait, "FIRST", 0.3)
     with screen.doing("reading"):
-        time.sleep(0.8)
+        until_it_is_said("reading")
         with screen.doing("fitting") as activity:
-            time.sleep(0.8)
+            until_it_is_said("fitting")
             activity[0] = "drawing"
-            time.sleep(0.8)
+            until_it_is_said("drawing")
+        monkeypatch.setattr(screen.Wait, "FIRST", 60.0)
         with screen.doing("too quick to be named"):
-            time.sleep(0.05)
+            time.sleep(2 * screen.Wait.TICK)
     words = [line.partition(",")[0] for line in capfd.readouterr().err.splitlines()]
     assert words == ["reading", "fitting", "drawing"]
 

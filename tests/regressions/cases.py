@@ -109,8 +109,8 @@ def factorisation(folder: Path) -> Ready:
     force = np.ones(3 * (model.n_blocks + 1))
 
     def work() -> None:
-        equations.arrays["stale"][:] = True
-        equations.tangent["any_stale"] = 1
+        equations.solver.stale[:] = True
+        equations.solver.must_factorise[0] = True
         equations.solve(force)
 
     return Ready(work, 1e-3)

@@ -189,12 +189,14 @@ def test_the_known_part_of_a_failed_wall_counts() -> None:
     assert medians[1] > 1.05 * lost
 
 
-def test_the_median_that_a_study_stops_at_is_that_of_the_curve() -> None:
-    ds = made_up("both", 5, 200)
+@pytest.mark.parametrize(("situation", "value"), [("10 % failed", "median"), ("both", "median_lower_bound")])
+def test_the_median_that_a_study_stops_at_is_that_of_the_curve(situation: str, value: str) -> None:
+    ds = made_up(situation, 5, 200)
     curve = fit_fragility(ds, categories=[1], bootstrap=400).isel(category=0)
     found = median_movement(ds, 1)
-    assert found.value == pytest.approx(float(curve["median"]), rel=1e-9)
-    assert found.half_width == pytest.approx(float(curve["median_upper"] - curve["median_lower"]) / 2, rel=0.35)
+    assert found.value == pytest.approx(float(curve[value]), rel=1e-9)
+    assert found.lower == pytest.approx(float(curve["median_lower"]), rel=0.05)
+    assert found.upper == pytest.approx(float(curve["median_upper"]), rel=0.05)
 
 
 def test_a_wall_that_failed_beyond_a_movement_is_known_at_it() -> None:
@@ -206,8 +208,12 @@ def test_a_wall_that_failed_beyond_a_movement_is_known_at_it() -> None:
     assert found.failed == 2
     assert found.estimate.value == pytest.approx(4 / 8)
     assert (found.failed_undamaged, found.failed_damaged) == pytest.approx((4 / 10, 6 / 10))
-    assert exceedance(ds, 1, 10.0).failed == 6
-    assert exceedance(ds, 1, 10.0).estimate.value == 1.0
+    # no wall without damage was followed beyond 8 mm
+    beyond = exceedance(ds, 1, 10.0)
+    assert beyond.failed == 6
+    assert np.isnan(beyond.estimate.value)
+    assert (beyond.failed_undamaged, beyond.failed_damaged) == pytest.approx((4 / 10, 1.0))
+    assert (beyond.estimate.lower, beyond.estimate.upper) == (exceedance(ds, 1, 7.0).estimate.lower, 1.0)
 
 
 def test_weighted_walls_drawn_again_scatter_about_their_own_fit() -> None:

@@ -7,7 +7,7 @@ import xarray as xr
 from damagepred.errors import InputError
 from damagepred.plotting.study import quantile
 from damagepred.rejudge import shares as category_shares
-from damagepred.report.typical import _median_place
+from damagepred.report.typical import typical_and_worst
 from damagepred.study.analyses.epistemic import Alternative, lines
 from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import fit_surface, stripes
@@ -113,5 +113,10 @@ def test_shares_and_quantiles_are_weighted() -> None:
     assert quantile(width, 0.5)[0] == 2.5
     assert quantile(width, 0.5, np.array([1.0, 1.0, 4.0, 1.0]))[0] == pytest.approx(2.8)
     assert quantile(width[:3], 0.3, np.full(3, 3.0)) == pytest.approx(quantile(width[:3], 0.3))
-    assert _median_place(CAPACITY, None) == 1
-    assert _median_place(CAPACITY, np.array([0.1, 0.1, 0.1, 1.0])) == 3
+
+
+@pytest.mark.parametrize(("weight", "typical"), [([1.0] * 4, 1), ([0.1, 0.1, 0.1, 1.0], 3), ([3.0, 0.1, 0.1, 0.1], 0)])
+def test_the_typical_wall_is_the_weighted_median(weight: list[float], typical: int) -> None:
+    ds = study(CAPACITY, weight=np.array(weight), highest_category=2)
+    ds["crack_width_max"] = ds["central_deflection"] * xr.DataArray([0.1, 0.2, 0.3, 0.4], dims="sample")
+    assert typical_and_worst(ds).typical == typical
