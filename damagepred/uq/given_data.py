@@ -123,7 +123,7 @@ def _checked(
         raise InputError("inputs: none of them varies.")
     if walls < fewest or not (scores := _scores(y, w)).size or np.ptp(scores) == 0:
         raise InputError(
-            f"the output: has {walls} values, from {y.min(initial=np.inf):g} to {y.max(initial=-np.inf):g}; "
+            f"the output: has {walls} values, from {known.min():g} to {known.max():g}; "
             f"sensitivity takes at least {fewest} walls that differ."
         )
     return list(varying), np.array(list(varying.values())), y, w

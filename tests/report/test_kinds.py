@@ -71,13 +71,15 @@ def test_a_study_that_keeps_ends_alone_has_a_page(tmp_path: Path) -> None:
 def test_a_study_on_mounds_has_curves_against_the_ground_and_limits_of_the_footing(tmp_path: Path) -> None:
     text = SMALL_STUDY.replace(
         '[scene.movement]\nkind = "doming"\ncentral_deflection = "6 mm"\nincrements = 6',
-        '[scene.movement]\nkind = "doming"\nshape = "mound"\nincrements = 3\n[scene.mound]\nsurface_movement = "20 mm"',
+        '[scene.movement]\nkind = "doming"\nshape = "mound"\nincrements = 3\n[scene.mound]\nsurface_movement = "0.1 m"',
     ).replace('[variables."movement.central_deflection"]', '[variables."mound.surface_movement"]')
-    text = text.replace('lower = "6 mm"\nupper = "9 mm"', 'lower = "15 mm"\nupper = "25 mm"')
+    text = text.replace('lower = "6 mm"\nupper = "9 mm"', 'lower = "100 mm"\nupper = "120 mm"')
+    text = text.replace("length = 1.44", "length = 9.6")  # so that footings deflect by the least limit, 4.8 mm
     study = Study(StudySettings.from_dict(tomllib.loads(text)))
     _run(study, tmp_path / "mound.dp", 4)
     root = check_page(write_report(tmp_path / "mound.dp", bootstrap=20).read_text(encoding="utf-8"))
     shown = "".join(root.itertext())
     assert "median surface movement" in shown
     assert "Probability from the fitted curves" in shown
+    assert "Counted among the walls" in shown
     assert "bit for bit what the study holds" in shown
