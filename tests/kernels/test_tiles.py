@@ -192,7 +192,7 @@ def test_the_law_is_vectorised(special, softening, monkeypatch):
     @jit.kernel
     def forces(tiles):
         for t in range(tiles.size):
-            contact_forces(tiles[t], None, special, softening, 0.0)
+            contact_forces(tiles[t], None, special, softening, None, 0.0)
 
     forces(pack_joints(brick_wall(PLAIN)).tiles)
     (assembly,) = forces.inspect_asm().values()
