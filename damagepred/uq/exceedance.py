@@ -241,7 +241,7 @@ class _Redistribution:
         known[short] += 1.0 / after[first[short] - 1]
         undamaged = np.where(short, 0.0, 1.0 - probability_reached(self.lower, self.upper, at))
         total, raised = self.weight.sum() + 2.0 * prior, float(np.prod(before / after))
-        survival = raised * (self.weight @ undamaged + prior) / total
+        survival = raised * ((self.weight * undamaged).sum() + prior) / total
         hit = 1.0 - raised * undamaged - total * survival * known
         added = 1.0 - raised * np.array([0.0, 1.0]) - total * survival * risk[-1]
         for sure in (0.0, 1.0) if count else ():

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -100,28 +98,3 @@ def test_two_judgements_side_by_side_fit(every_column: xr.Dataset, on_80_columns
     screen.judged_again(every_column, after)
     rows = [row for row in cells(on_80_columns.readouterr().out) if row[0] == "25"]
     assert rows[0][-2:] == ["1 very slight", "1 very slight"]
-
-
-@pytest.mark.parametrize(("compiled", "words"), [(False, "once after each installation"), (True, "")])
-def test_the_first_solve_says_what_it_waits_for(
-    compiled: bool, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    if compiled:
-        (tmp_path / "joint_forces.nbi").touch()
-    terminal = Console(file=io.StringIO(), force_terminal=True, highlight=False, width=80)
-    monkeypatch.setattr(screen, "_err", terminal)
-    monkeypatch.setattr("damagepred.kernels.jit.CACHE_FOLDER", tmp_path)
-    with screen.Bar("solving", 3):
-        pass
-    said = terminal.file.getvalue()
-    assert ("compiling" in said) == bool(words)
-    assert words in said
-
-
-def test_without_a_folder_for_them_kernels_are_compiled_at_each_start(monkeypatch: pytest.MonkeyPatch) -> None:
-    terminal = Console(file=io.StringIO(), force_terminal=True, highlight=False, width=80)
-    monkeypatch.setattr(screen, "_err", terminal)
-    monkeypatch.setattr("damagepred.kernels.jit.CACHE_FOLDER", None)
-    with screen.Bar("solving", 3):
-        pass
-    assert "at each start" in terminal.file.getvalue()
