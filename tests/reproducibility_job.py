@@ -77,7 +77,12 @@ class Digests:
 
 def job() -> dict[str, str]:
     """Return the digests of the job's results."""
+    import numpy as np
+    from scipy import stats
+
     import damagepred
+    from damagepred.one_thread import one_blas_thread
+    from damagepred.uq.correlation import cholesky, independent_normals, lower_factor
 
     found = Digests()
     for name, scene in SCENES.items():
@@ -88,6 +93,17 @@ def job() -> dict[str, str]:
     with TemporaryDirectory() as folder:
         _study(Path(folder), found)
         _curves(Path(folder), found)
+    with one_blas_thread():
+        correlation = np.array([[1.0, 0.5, 1.0], [0.5, 1.0, 0.5], [1.0, 0.5, 1.0]])  # the third follows from the first
+        factor = lower_factor(correlation)
+        normal = independent_normals(np.array([[0.3, -0.2]]) @ factor[:, :2].T, factor)
+        independent_normals(normal, factor[:2, :2])
+        try:
+            pairs = {frozenset("ab"): 0.9, frozenset("ac"): 0.9, frozenset("bc"): -0.9}
+            cholesky("abc", dict.fromkeys("abc", stats.norm(1.0, 0.1)), pairs)
+        except damagepred.InputError as error:
+            found.found["contradiction"] = str(error)
+    found.found["singular correlation"] = repr((factor.tolist(), normal.tolist()))
     found.found["subset"] = repr(damagepred.subset_simulation(lambda z, _: 3.0 - z.sum(axis=1), 400, samples=100))
     return found.found
 
