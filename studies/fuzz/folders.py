@@ -274,8 +274,11 @@ def mended(place: Path, honest: xr.Dataset) -> str:
 @contextlib.contextmanager
 def studies() -> Iterator[tuple[Path, Path]]:
     """Make a study with its file and a solved wall, and another of equal size; yield both places."""
-    in_here = lambda where, *more: GivenExecutor(where, ThreadPoolExecutor(1))  # noqa: E731 - instead of processes
-    with mock.patch.object(study_module, "LocalPool", in_here), tempfile.TemporaryDirectory() as name:
+
+    def in_this_process(where: str, *_: object, **__: object) -> GivenExecutor:
+        return GivenExecutor(where, ThreadPoolExecutor(1))
+
+    with mock.patch.object(study_module, "LocalPool", in_this_process), tempfile.TemporaryDirectory() as name:
         places = Path(name) / "one", Path(name) / "other"
         for seed, place in enumerate(places):
             place.mkdir()
