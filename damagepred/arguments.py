@@ -146,18 +146,7 @@ _PLAIN: dict[Any, _Kind] = {
 
 
 def require_alike(**arrays: Any) -> None:
-    """Check that arrays have the same shape; None has any.
-
-    Parameters
-    ----------
-    arrays
-        By name.
-
-    Raises
-    ------
-    InputError
-        If they have not.
-    """
+    """Check that arrays have the same shape; None has any."""
     shapes = {name: np.shape(values) for name, values in arrays.items() if values is not None}
     if len(set(shapes.values())) > 1:
         raise InputError(f"{', '.join(shapes)}: must have the same shape, have {', '.join(map(str, shapes.values()))}.")

@@ -24,18 +24,7 @@ def data_folder() -> Path:
 
 
 def data_file(*parts: str) -> Path:
-    """Return the path of one shipped file.
-
-    Parameters
-    ----------
-    *parts : str
-        Path below the data folder, for instance ``"damage", "as2870.toml"``.
-
-    Raises
-    ------
-    InputError
-        If there is no such file; the message lists its neighbours.
-    """
+    """Return the path of one shipped file."""
     path = data_folder().joinpath(*parts)
     if not path.is_file():
         siblings = sorted(p.name for p in path.parent.glob("*")) if path.parent.is_dir() else []

@@ -111,43 +111,13 @@ def _rebuild_solver_error(kind: type[SolverError], message: str, increment: int,
 
 
 def require_count(name: str, value: object, least: int = 1) -> None:
-    """Check that a value is a whole number.
-
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    value : object
-        The value.
-    least : int
-        Smallest number allowed.
-
-    Raises
-    ------
-    InputError
-        If it is something else, or less.
-    """
+    """Check that a value is a whole number."""
     if not isinstance(value, Integral) or isinstance(value, bool) or int(value) < least:
         raise InputError(f"{name} = {shown(value)}: must be a whole number, {least} or more.")
 
 
 def require_one_of(name: str, value: object, allowed: Collection[str]) -> None:
-    """Check that a value is one of some words.
-
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    value : object
-        The value.
-    allowed : collection of str
-        What is accepted.
-
-    Raises
-    ------
-    InputError
-        If it is something else.
-    """
+    """Check that a value is one of some words."""
     if not isinstance(value, str) or value not in allowed:
         hint = nearest(value, allowed) if isinstance(value, str) else ""
         raise InputError(f"{name} = {shown(value)}: must be one of {', '.join(allowed)}.{hint}")
@@ -156,26 +126,7 @@ def require_one_of(name: str, value: object, allowed: Collection[str]) -> None:
 def require_number(
     name: str, value: object, low: float = -inf, high: float = inf, *, unit: str = "", open_low: bool = False
 ) -> float:
-    """Return a value as a finite number within bounds.
-
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    value : object
-        The value.
-    low, high : float
-        Bounds.
-    unit : str
-        Of the value and the bounds.
-    open_low : bool
-        Whether the lower bound itself is not accepted.
-
-    Raises
-    ------
-    InputError
-        If it is no number, not finite, or out of bounds.
-    """
+    """Return a value as a finite number within bounds."""
     try:
         number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else nan
     except OverflowError:  # a whole number may have any number of digits
@@ -211,17 +162,7 @@ def nearest(word: str, allowed: Iterable[str]) -> str:
 
 
 def likely_unit(value: object, most: float, unit: str) -> str:
-    """Return a ' Did you mean ...?' hint for a number too large in its unit that fits in mm or per cent, or ''.
-
-    Parameters
-    ----------
-    value : object
-        What the user wrote.
-    most : float
-        Largest number accepted.
-    unit : str
-        SI unit; a hint is given for "m" and "1".
-    """
+    """Return a ' Did you mean ...?' hint for a number too large in its unit that fits in mm or per cent, or ''."""
     factor, smaller = {"m": (1e3, "mm"), "1": (1e2, "%")}.get(unit, (1.0, ""))
     fits = isinstance(value, float | int) and 3.0 * most <= value <= factor * most  # a little too much is no other unit
     return f" Did you mean '{value:g} {smaller}'?" if fits else ""

@@ -25,15 +25,7 @@ _FIXED = {
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Return a number with a few significant figures, without an exponent where that is legible.
-
-    Parameters
-    ----------
-    value : float
-        Any.
-    digits : int
-        Significant figures.
-    """
+    """Return a number with a few significant figures, without an exponent where that is legible."""
     if not math.isfinite(value):
         return "–" if math.isnan(value) else "∞"
     text = f"{value:.{digits}g}"
@@ -43,17 +35,7 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def quantity(value: float, unit: str, digits: int = 4) -> tuple[str, str]:
-    """Return a number in SI and its unit as engineers write both.
-
-    Parameters
-    ----------
-    value : float
-        In SI.
-    unit : str
-        SI unit as the scene's fields bear it.
-    digits : int
-        Significant figures.
-    """
+    """Return a number in SI and its unit as engineers write both."""
     if unit in _FIXED:
         factor, shown = _FIXED[unit]
         return number(value / factor, digits), shown
@@ -63,15 +45,7 @@ def quantity(value: float, unit: str, digits: int = 4) -> tuple[str, str]:
 
 
 def length(value: float, digits: int = 3) -> str:
-    """Return a movement or width (m) in mm with its unit.
-
-    Parameters
-    ----------
-    value : float
-        In m.
-    digits : int
-        Significant figures.
-    """
+    """Return a movement or width (m) in mm with its unit."""
     return f"{number(1e3 * value, digits)} mm" if math.isfinite(value) else "–"
 
 
@@ -92,15 +66,7 @@ def chance(value: float) -> str:
 
 
 def with_band(value: str, low: str, high: str, between: str = " ") -> str:
-    """Return a number with its confidence interval, if there is one that tells more.
-
-    Parameters
-    ----------
-    value, low, high : str
-        The number and the ends, as they are shown.
-    between : str
-        What parts them: a space or a line break.
-    """
+    """Return a number with its confidence interval, if there is one that tells more."""
     if "–" in (value, low, high) or value == low == high:
         return value
     band = f"({low} to {high})"

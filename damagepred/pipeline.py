@@ -104,26 +104,7 @@ def joint_map(model: Model) -> JointMap:
 def follow(
     model: Model, solver: Solver, damage: Damage, increments: int, run: Iterable[Increment] | None = None
 ) -> Iterator[Step]:
-    """Follow the movement and judge each increment; stop taking steps to stop the solver.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    solver : Solver
-        How to solve.
-    damage : Damage
-        How to judge.
-    increments : int
-        Number of equal steps of the movement.
-    run : iterable of Increment, optional
-        To be followed instead: a dynamic run.
-
-    Raises
-    ------
-    SolverError
-        If an increment cannot be solved.
-    """
+    """Follow the movement and judge each increment; stop taking steps to stop the solver."""
     joints = gauges(model).joints
     rules = Rules.from_settings(**asdict(damage))
     for increment in solve_path(model, solver, increments) if run is None else run:
@@ -136,17 +117,7 @@ def follow(
 
 @one_blas_thread()
 def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, increments: int | None = None) -> Model:
-    """Return the model of a scene; with ``blocks = "auto"`` those blocks are deformable that need it.
-
-    Parameters
-    ----------
-    scene : Scene
-        The wall.
-    fields : mapping, optional
-        See ``damagepred.assembly.wall_model``.
-    increments : int, optional
-        Of the movement; by default the scene's.
-    """
+    """Return the model of a scene; with ``blocks = "auto"`` those blocks are deformable that need it."""
 
     def build(solver: Solver, chosen: frozenset[int] | None) -> Model:
         return wall_model(replace(scene, solver=solver), fields, chosen)
@@ -157,17 +128,7 @@ def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, incre
 
 @one_blas_thread()
 def assembled(build: Callable[[Solver, frozenset[int] | None], Model], settings: Solver, increments: int) -> Model:
-    """Build a model; with ``blocks = "auto"`` select the deformable blocks first, by a rigid run.
-
-    Parameters
-    ----------
-    build : callable
-        Settings, and the deformable blocks (None: as the settings say) -> model.
-    settings : Solver
-        The solver's settings.
-    increments : int
-        Of the movement.
-    """
+    """Build a model; with ``blocks = "auto"`` select the deformable blocks first, by a rigid run."""
     SolverOptions.of(settings)  # refused before anything is solved
     if settings.blocks != "auto":
         return build(settings, None)
@@ -331,22 +292,7 @@ def _solve(
 
 
 def dynamic_run(model: Model, settings: Solver, dynamics: Dynamics) -> DynamicRun:
-    """Prepare a run in physical time from the static equilibrium under dead load, unless that is not wanted.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    settings : Solver
-        Settings of the quasi-static solver.
-    dynamics : Dynamics
-        Time, damping, base motion, start.
-
-    Raises
-    ------
-    InputError
-        If the model cannot be run in time.
-    """
+    """Prepare a run in physical time from the static equilibrium under dead load, unless that is not wanted."""
     from damagepred.solvers.dynamics.run import DynamicRun, require_supported
     from damagepred.solvers.quasi_static.static_equilibrium import static_equilibrium
 
@@ -365,13 +311,6 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     """Return what is known of each increment as a whole: arrays (increments,), (increments, openings or groups).
 
     Of all there is ``group_count`` alone, the coordinate of ``crack_group_width``, does not begin with increments.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    steps : list of Step
-        Its path.
     """
     joints, lines, frames = gauges(model)
     moved = _stacked(steps, "displacement")
@@ -419,15 +358,7 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
 
 
 def history_values(history: History, count: int) -> dict[str, FloatArray | IntArray]:
-    """Return stage and, where they are known, time and strain of the first increments of a history.
-
-    Parameters
-    ----------
-    history : History
-        Of the movement.
-    count : int
-        Number of increments.
-    """
+    """Return stage and, where they are known, time and strain of the first increments of a history."""
     columns = {name: getattr(history, name) for name in ("stage", "time", "strain")}
     return {name: column[:count] for name, column in columns.items() if column is not None}
 
@@ -449,15 +380,7 @@ def _diagnostics(steps: list[Step], in_time: bool) -> dict[str, FloatArray]:
 
 
 def matrix_bytes(model: Model, solver: Solver) -> int:
-    """Return what the matrices of the quasi-static solver take (bytes): those of all fronts, dense.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    solver : Solver
-        Its settings; the explicit solver has no matrices.
-    """
+    """Return what the matrices of the quasi-static solver take (bytes): those of all fronts, dense."""
     if solver.method != "quasi_static":
         return 0
     from damagepred.solvers.quasi_static.elimination_tree import EliminationTree
@@ -478,13 +401,6 @@ def shares_of_size(model: Model, steps: list[Step]) -> dict[str, float]:
 
     Increments in which the wall has collapsed do not count; a run in time, in which blocks may move as far as they
     like, has neither: then they are NaN.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    steps : list of Step
-        Its path.
     """
     standing = [s for s in steps if not s.increment.collapsed]
     if not standing or np.isfinite(standing[0].increment.time):

@@ -408,11 +408,6 @@ def shares(ds: xr.Dataset) -> dict[int, Share]:
     """Return the number of walls whose worst category is each one; -1: unknown.
 
     Of a wall that failed on its way it is known only if it has reached the highest category before.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study, or one wall.
     """
     category = ds["damage_category"].values
     rows = category.shape[0] if "sample" in ds["damage_category"].dims else 1
@@ -433,13 +428,7 @@ def has_dpc(ds: xr.Dataset) -> bool:
 
 
 def shown_gaps(ds: xr.Dataset) -> list[str]:
-    """Return which gaps below the wall proper tables and pictures of one wall show: ``dpc``, ``footing``.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall. The bed on the footing is shown where it has opened visibly, and where there is no dpc.
-    """
+    """Return which gaps below the wall proper tables and pictures of one wall show: ``dpc``, ``footing``."""
     dpc = has_dpc(ds)
     opened = "footing_opening_max" in ds and float(ds["footing_opening_max"].max()) > HAIRLINE
     known = "footing_opening_max" in ds and ContactKind.FOOTING_INTERFACE in ds["contact_kind"].values
@@ -447,13 +436,7 @@ def shown_gaps(ds: xr.Dataset) -> list[str]:
 
 
 def footing_gap_note(ds: xr.Dataset) -> str:
-    """Say where a gap along the footing bed that does not count would make a higher category; nothing if nowhere.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall, or a study.
-    """
+    """Say where a gap along the footing bed that does not count would make a higher category; nothing if nowhere."""
     if "footing_opening_max" not in ds or has_dpc(ds):
         return ""
     rules = _archived_rules(ds)

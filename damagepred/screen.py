@@ -36,13 +36,7 @@ if TYPE_CHECKING:
 
 
 class _Stream:
-    """Standard output or standard error. After a failed write, kept in ``error``, text is dropped and the work goes on.
-
-    Parameters
-    ----------
-    name : str
-        Its name in ``sys``, looked up at each use.
-    """
+    """Standard output or standard error; after a failed write, kept in ``error``, text is dropped."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -407,15 +401,7 @@ class _Progress:
 
 
 class Bar(_Progress):
-    """Progress of one wall, increment by increment; shown only on a terminal.
-
-    Parameters
-    ----------
-    label : str
-        What is going on.
-    total : int, optional
-        Number of increments.
-    """
+    """Progress of one wall, increment by increment; shown only on a terminal."""
 
     def __init__(self, label: str, total: int | None = None) -> None:
         super().__init__("{task.description}", transient=True)
@@ -463,13 +449,7 @@ class StudyBar(_Progress):
 
 
 class ReplayBar(_Progress):
-    """Progress of replays and of new walls, with the time that is left.
-
-    Parameters
-    ----------
-    label : str
-        What is counted.
-    """
+    """Progress of replays and of new walls, with the time that is left."""
 
     def __init__(self, label: str = "replays") -> None:
         super().__init__(label, "{task.fields[left]}", transient=True)

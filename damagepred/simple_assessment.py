@@ -51,12 +51,6 @@ def simple_category(
     The methods of Burland and Wroth (1974) and, with a ground strain, Boscardin and Cording (1989); see
     ``damagepred.damage.deep_beam``. Of the scene they read the wall's length and height, the movement, and of the
     bricks Poisson's ratio; openings, joints and dpc do not count.
-
-    Examples
-    --------
-    >>> wall = Scene.from_dict({"wall": {"length": 6.0, "height": 2.4}})
-    >>> simple_category(wall, [1 / 3000, 1 / 2000, 1 / 800, 1 / 300]).category.tolist()
-    [1, 2, 3, 4]
     """
     ratio = _own_ratio(scene) if deflection_ratio is None else deflection_ratio
     nu = scene.block.poisson_ratio

@@ -63,13 +63,7 @@ class Column:
 
 
 def path_columns(ds: xr.Dataset) -> list[Column]:
-    """Return movement, cracks, category and gaps of a wall, a row an increment.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    """
+    """Return movement, cracks, category and gaps of a wall, a row an increment."""
 
     def shown(name: str, digits: str, factor: float = MM) -> list[str]:
         return [f"{factor * float(v):{digits}}" for v in ds[name].values]
@@ -128,15 +122,7 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
 
 
 def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
-    """Return number, part, width, length, course and origin of cracks, a row a crack.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        Of one increment, as ``crack_frame`` returns it.
-    in_time : bool
-        Whether the wall was run in time: cracks then begin at no deflection.
-    """
+    """Return number, part, width, length, course and origin of cracks, a row a crack."""
     runs, brief = [], []
     for one in frame.to_dict("records"):
         name = str(one["crack_orientation"])
@@ -175,13 +161,7 @@ def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
 
 
 def worst_category_columns(judged: Mapping[str, xr.Dataset]) -> list[Column]:
-    """Return how many walls of a study are in each category at worst, a row a category, and their share.
-
-    Parameters
-    ----------
-    judged : mapping of str to xarray.Dataset
-        The study by one or more judgements, by the head of its column.
-    """
+    """Return how many walls of a study are in each category at worst, a row a category, and their share."""
     found = {head: shares(ds) for head, ds in judged.items()}
     categories = sorted({c for one in found.values() for c in one}, key=lambda c: (c < 0, c))
     # a category beyond a judgement's own has the name that another one gives it
@@ -200,13 +180,7 @@ def worst_category_columns(judged: Mapping[str, xr.Dataset]) -> list[Column]:
 
 
 def worst_so_far(ds: xr.Dataset) -> IntArray:
-    """Return the worst category so far of each increment; older archives hold the present one alone.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of a wall or a study.
-    """
+    """Return the worst category so far of each increment; older archives hold the present one alone."""
     name = WORST_CATEGORY if WORST_CATEGORY in ds else "damage_category"
     return np.asarray(np.maximum.accumulate(ds[name].values, axis=-1))  # -1 where a wall was not followed
 
@@ -215,15 +189,7 @@ def worst_so_far(ds: xr.Dataset) -> IntArray:
 
 
 def known(ds: xr.Dataset, name: str) -> bool:
-    """Return whether a dataset has any value of a variable.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of a wall or a study.
-    name : str
-        Name of the variable.
-    """
+    """Return whether a dataset has any value of a variable."""
     return name in ds and bool(np.isfinite(np.asarray(ds[name].values, dtype=np.float64)).any())
 
 
@@ -269,13 +235,7 @@ def energy_rows(ds: xr.Dataset) -> list[list[str]]:
 
 
 def curve_columns(curves: xr.Dataset) -> list[Column]:
-    """Return the parameters of fragility curves with their bands, a row a category.
-
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        As ``fit_fragility`` returns it.
-    """
+    """Return the parameters of fragility curves with their bands, a row a category."""
     from damagepred.uq.fragility.describe import median_lower_bound  # slow to import, and a wall needs none of it
 
     units, measure = str(curves["intensity"].attrs["units"]), movement_words(curves)
@@ -318,32 +278,14 @@ def curve_columns(curves: xr.Dataset) -> list[Column]:
 
 
 def banded(one: xr.Dataset, name: str, form: str = ".2f", between: str = " ") -> str:
-    """Return a value with its confidence interval.
-
-    Parameters
-    ----------
-    one : xarray.Dataset
-        With scalars ``name``, ``name_lower`` and ``name_upper``.
-    name : str
-        Name of the value.
-    form : str
-        Format of the three numbers.
-    between : str
-        What parts value and interval: a space or a line break.
-    """
+    """Return a value with its confidence interval."""
     values = (float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
     value, low, high = (f"{v:{form}}" if np.isfinite(v) else number(v) for v in values)
     return with_band(value, low, high, between)
 
 
 def curve_notes(curves: xr.Dataset) -> list[str]:
-    """Return what a reader of fragility curves must know of their fit, a sentence each.
-
-    Parameters
-    ----------
-    curves : xarray.Dataset
-        As ``fit_fragility`` returns it.
-    """
+    """Return what a reader of fragility curves must know of their fit, a sentence each."""
     said = []
     if failed := int(curves.attrs.get("samples_failed", 0)):
         said.append(
@@ -384,26 +326,14 @@ GROUPS = {"wall": "inputs with one value a wall", "joints": "inputs with one val
 
 
 def sensitivity_columns(found: xr.Dataset) -> list[Column]:
-    """Return how damage depends on each input, a row an input.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        As ``study_sensitivity`` returns it.
-    """
+    """Return how damage depends on each input, a row an input."""
     inputs = [str(v) for v in found["variable"].values]
     kinds = {"spearman": "rank correlation", "partial": "partial", "first_order": "share of variance"}
     return [Column("input", inputs, short="input", words=True), *_intervals(found, "variable", kinds)]
 
 
 def group_columns(found: xr.Dataset) -> list[Column]:
-    """Return the shares of variance of the groups of a crossed study, a row a group.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        As ``study_sensitivity`` returns it.
-    """
+    """Return the shares of variance of the groups of a crossed study, a row a group."""
     groups = [GROUPS[str(g)] for g in found["group"].values]
     kinds = {"group_first_order": "by itself", "group_total": "with the interaction"}
     return [Column("group", groups, short="group", words=True), *_intervals(found, "group", kinds)]

@@ -31,13 +31,7 @@ def controls_escaped(text: str) -> str:
 
 
 def check_title(text: str) -> str:
-    """Return a title as it is.
-
-    Raises
-    ------
-    ValueError
-        If it has control characters or is too long.
-    """
+    """Return a title as it is."""
     if any(map(is_control, text)):
         raise ValueError(f"{controls_escaped(text)[:80]!r} has control characters; a title is one line of plain text")
     if len(text) > LONGEST_TITLE:
@@ -46,11 +40,5 @@ def check_title(text: str) -> str:
 
 
 def csv_safe(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a table whose texts no spreadsheet runs as formulas: an apostrophe stands before them.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        Numbers are left as they are.
-    """
+    """Return a table whose texts no spreadsheet runs as formulas: an apostrophe stands before them."""
     return frame.map(lambda cell: f"'{cell}" if isinstance(cell, str) and cell.startswith(FORMULA) else cell)

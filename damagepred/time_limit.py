@@ -15,13 +15,7 @@ _LIMIT: ContextVar[tuple[float, float] | None] = ContextVar("time limit", defaul
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Limit the time of what is solved inside; a limit that is already there and ends earlier stays.
-
-    Parameters
-    ----------
-    seconds : float
-        How long it may take; infinite for no limit.
-    """
+    """Limit the time of what is solved inside; a limit that is already there and ends earlier stays."""
     outer, end = _LIMIT.get(), time.monotonic() + seconds
     token = _LIMIT.set(outer if outer is not None and outer[0] <= end else (end, seconds))
     try:
@@ -31,13 +25,7 @@ def time_limit(seconds: float) -> Iterator[None]:
 
 
 def check_time() -> None:
-    """Check that there is time left.
-
-    Raises
-    ------
-    TimeLimitError
-        If there is not.
-    """
+    """Check that there is time left."""
     limit = _LIMIT.get()
     if limit is not None and time.monotonic() > limit[0]:
         raise TimeLimitError(

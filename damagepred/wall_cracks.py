@@ -140,15 +140,7 @@ def crack_profile(ds: xr.Dataset, increment: int = -1, *, hairline: float = HAIR
 
 
 class WallCracks:
-    """Follows the cracks of one wall once, for all that is to be read from them.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    hairline : float
-        See ``cracks``.
-    """
+    """Follows the cracks of one wall once, for all that is to be read from them."""
 
     def __init__(self, ds: xr.Dataset, hairline: float = HAIRLINE) -> None:
         if "contact_opening" not in ds or "increment" not in ds["contact_opening"].dims:

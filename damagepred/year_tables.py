@@ -24,13 +24,6 @@ def year_frame(ds: xr.Dataset, confidence: float = 0.9) -> pd.DataFrame:
     """Return the probability of each category by the worst so far, and by now, a row for each category and year.
 
     That by now is NaN where some walls were not followed as far; that so far counts what these reached before.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study of a movement whose stages have times.
-    confidence : float
-        Of the intervals.
     """
     import pandas as pd
 
@@ -55,15 +48,7 @@ def year_frame(ds: xr.Dataset, confidence: float = 0.9) -> pd.DataFrame:
 
 
 def year_columns(ds: xr.Dataset, confidence: float = 0.9) -> list[Column]:
-    """Return the table of ``year_frame`` as columns of text, a row a year.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study of a movement whose stages have times.
-    confidence : float
-        Of the intervals.
-    """
+    """Return the table of ``year_frame`` as columns of text, a row a year."""
     frame = year_frame(ds, confidence)
     years = frame.index.unique("year")
     columns = [Column("year", [f"{year:g}" for year in years], short="year")]

@@ -28,28 +28,12 @@ def table_of(ds: xr.Dataset) -> DamageTable:
 
 
 def name_of(ds: xr.Dataset, category: int) -> str:
-    """Return a category's name from the flag meanings of ``damage_category``.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of a wall or a study.
-    category : int
-        Its number.
-    """
+    """Return a category's name from the flag meanings of ``damage_category``."""
     return verbatim(flag_name(ds, category))
 
 
 def shade_bands(ax: Axes, table: DamageTable) -> None:
-    """Shade the range of widths of each category on the vertical axis, and number the bands at the right edge.
-
-    Parameters
-    ----------
-    ax : Axes
-        Its vertical axis, in mm, must have its final limits.
-    table : DamageTable
-        Limits and names of the categories.
-    """
+    """Shade the range of widths of each category on the vertical axis, and number the bands at the right edge."""
     low, high = ax.get_ylim()
     edges = [0.0, *(limit * MM for limit in table.limits), np.inf]
     for category, (lower, upper) in enumerate(pairwise(edges)):
@@ -77,19 +61,7 @@ def _middle(ax: Axes, bottom: float, top: float) -> float:
 
 
 def width_scale(ax: Axes, widths: Sequence[float] | FloatArray, table: DamageTable, what: str) -> None:
-    """Scale and name the vertical axis for widths of many mm: linear to the first limit, logarithmic above.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where.
-    widths : array
-        All widths drawn (mm).
-    table : DamageTable
-        Its limits are marked.
-    what : str
-        Name of the widths.
-    """
+    """Scale and name the vertical axis for widths of many mm: linear to the first limit, logarithmic above."""
     limits = [limit * MM for limit in table.limits]
     values = np.asarray(widths, dtype=np.float64)
     largest = float(np.max(values[np.isfinite(values)], initial=0.0))
@@ -106,15 +78,7 @@ def width_scale(ax: Axes, widths: Sequence[float] | FloatArray, table: DamageTab
 
 
 def not_reached(ds: xr.Dataset, reached: int) -> str:
-    """Return in words which categories lie above the highest reached, nothing if none does.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of a wall or a study.
-    reached : int
-        Highest category reached.
-    """
+    """Return in words which categories lie above the highest reached, nothing if none does."""
     highest = highest_of(ds)
     if reached >= highest:
         return ""

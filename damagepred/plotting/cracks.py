@@ -140,13 +140,7 @@ def _draw_bricks(ax: Axes, ds: xr.Dataset, points: FloatArray, block: IntArray) 
 
 
 def widest_of_each_part(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of the cracks that are numbered on the drawing.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        Of one increment, as ``crack_frame`` returns it.
-    """
+    """Return the rows of the cracks that are numbered on the drawing."""
     rank = frame.groupby("crack_part").cumcount()
     return frame[rank < frame["crack_part"].map(SHOWN)]
 
@@ -191,15 +185,7 @@ def _finish(ax: Axes, ds: xr.Dataset, increment: int, handles: list[Line2D], hai
 
 
 def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
-    """Draw the cracks of a wall over a table of the widest.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall, as ``damagepred.solve`` returns it.
-    increment : int
-        Position of the increment, -1 for the last.
-    """
+    """Draw the cracks of a wall over a table of the widest."""
     known = WallCracks(ds)
     frame = crack_frame(known.dataset(), increment)
     rows = [_row(one) for one in widest_of_each_part(frame).to_dict("records")]

@@ -98,22 +98,7 @@ class Deformed:
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int, exaggeration: float | None) -> Deformed:
-        """Read a wall at an increment; see ``draw_stress`` for the arguments.
-
-        Parameters
-        ----------
-        ds : xarray.Dataset
-            Of one wall.
-        increment : int
-            Position of the increment.
-        exaggeration : float or None
-            Factor on displacements; None: a round one.
-
-        Raises
-        ------
-        InputError
-            If the dataset is not of one wall, or has no such increment, or the factor is none.
-        """
+        """Read a wall at an increment; see ``draw_stress`` for the arguments."""
         require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
         steps = ds.sizes["increment"]
         if not -steps <= increment < steps:
@@ -202,15 +187,7 @@ class Deformed:
         return height_to_scale(self.shape, room)
 
     def draw_rigid(self, ax: Axes, colours: Any) -> None:
-        """Fill the rigid blocks with a colour, or with one each; segments of a footing are grey.
-
-        Parameters
-        ----------
-        ax : Axes
-            Where to draw.
-        colours : object
-            One colour, or one a rigid block.
-        """
+        """Fill the rigid blocks with a colour, or with one each; segments of a footing are grey."""
         segments = [self.outlines[i] for i in np.flatnonzero(self.rigid & self.footing)]
         if segments:
             ax.add_collection(

@@ -45,34 +45,13 @@ class Motion:
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int) -> Motion:
-        """Read the motion from a one-wall dataset at the increment with that position.
-
-        Parameters
-        ----------
-        ds : xarray.Dataset
-            Of one wall.
-        increment : int
-            Position of the increment.
-        """
+        """Read the motion from a one-wall dataset at the increment with that position."""
         step = ds.isel(increment=increment)
         moved = np.column_stack((step["block_displacement_x"].values, step["block_displacement_y"].values))
         return cls(ds["block_x"].values, ds["block_y"].values, moved, step["block_rotation"].values)
 
     def at(self, block: IntArray, points: FloatArray) -> FloatArray:
-        """Return the displacement of points that move with blocks.
-
-        Parameters
-        ----------
-        block : array of int (p,)
-            Block each belongs to.
-        points : array (p, 2)
-            Where they are before (m).
-
-        Returns
-        -------
-        array (p, 2)
-            Displacement (m); of small rotations to first order, so that it can be exaggerated.
-        """
+        """Return the displacement of points that move with blocks."""
         turn = self.rotation[block]
         arm_x, arm_y = points[:, 0] - self.x[block], points[:, 1] - self.y[block]
         large = np.abs(turn) > FINITE_ROTATION
@@ -88,15 +67,7 @@ def corners(ds: xr.Dataset) -> tuple[FloatArray, IntArray]:
 
 
 def polygons(points: FloatArray, block: IntArray) -> list[FloatArray]:
-    """Split corners into one polygon a block, in the order of the blocks.
-
-    Parameters
-    ----------
-    points : array (v, 2)
-        Corners (m), those of a block one after the other.
-    block : array of int (v,)
-        Block each belongs to.
-    """
+    """Split corners into one polygon a block, in the order of the blocks."""
     return np.split(points, np.flatnonzero(np.diff(block)) + 1)
 
 
@@ -130,15 +101,7 @@ class Faces:
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int) -> Faces:
-        """Gather the contacts of a one-wall dataset by interface, at the increment with that position.
-
-        Parameters
-        ----------
-        ds : xarray.Dataset
-            Of one wall.
-        increment : int
-            Position of the increment.
-        """
+        """Gather the contacts of a one-wall dataset by interface, at the increment with that position."""
         joints = JointMap.from_dataset(ds)
         shape = joints.contact_x.shape
 
@@ -184,32 +147,14 @@ class Faces:
         return Faces(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
 
     def neighbours(self, points: FloatArray, block: IntArray) -> tuple[IntArray, IntArray]:
-        """Return the blocks a and b on either side, each (m,), -1 for the ground.
-
-        Parameters
-        ----------
-        points : array (v, 2)
-            Corners of all blocks (m), counter-clockwise, those of a block one after the other.
-        block : array of int (v,)
-            Block each belongs to.
-        """
+        """Return the blocks a and b on either side, each (m,), -1 for the ground."""
         middle = (self.start + self.end) / 2
         step = self.normal * 1e-3 * np.hypot(*(self.end - self.start).T)[:, None]
         return block_at(middle - step, points, block), block_at(middle + step, points, block)
 
 
 def block_at(places: FloatArray, points: FloatArray, block: IntArray) -> IntArray:
-    """Return the convex block that each place lies in, -1 where there is none.
-
-    Parameters
-    ----------
-    places : array (p, 2)
-        Places (m).
-    points : array (v, 2)
-        Corners of all blocks (m), counter-clockwise, those of a block one after the other.
-    block : array of int (v,)
-        Block each belongs to.
-    """
+    """Return the convex block that each place lies in, -1 where there is none."""
     first = np.concatenate(([0], np.flatnonzero(np.diff(block)) + 1))
     following = np.arange(1, len(points) + 1)
     following[np.append(first[1:], len(points)) - 1] = first
@@ -241,15 +186,6 @@ def ground_profile(
 
     The ground is the underside of the wall less the opening of the footing's interface; of soil, which
     gives under a footing, it is the surface as it would be without the footing.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    increment : int
-        Position of the increment.
-    kind : int
-        ContactKind.FOOTING_INTERFACE for what is right under the wall, ContactKind.SOIL for what is under the footing.
     """
     footing = np.flatnonzero(ds["contact_kind"].values == kind)
     if not footing.size:
@@ -270,17 +206,7 @@ def ground_profile(
 
 
 def soil_surface(ds: xr.Dataset, increment: int, footing: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the surface of soil under a footing, pressed down where this rests on it; see ``ground_profile``.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    increment : int
-        Position of the increment.
-    footing : array of bool (n,)
-        Blocks of the footing.
-    """
+    """Return the surface of soil under a footing, pressed down where this rests on it; see ``ground_profile``."""
     x, height, rise = ground_profile(ds, increment, ContactKind.SOIL)
     if not len(x):
         return x, height, rise
@@ -295,15 +221,7 @@ def settlement(ds: xr.Dataset) -> float | None:
 
 
 def round_exaggeration(displacement: FloatArray, length: float) -> float:
-    """Return the round number that shows the largest displacement as about 4.5 % of the wall's length.
-
-    Parameters
-    ----------
-    displacement : array (..., 2)
-        Displacements (m).
-    length : float
-        Of the wall (m).
-    """
+    """Return the round number that shows the largest displacement as about 4.5 % of the wall's length."""
     largest = float(np.hypot(displacement[..., 0], displacement[..., 1]).max(initial=0.0))
     if not np.isfinite(largest) or largest <= 0.0:
         return 1.0
@@ -313,17 +231,7 @@ def round_exaggeration(displacement: FloatArray, length: float) -> float:
 
 
 def footing_rise(ds: xr.Dataset, increment: int, chosen: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return places along a footing (m), left to right, and how far it has gone up there (m).
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    increment : int
-        Position of the increment.
-    chosen : array of bool (n,)
-        Blocks of the footing.
-    """
+    """Return places along a footing (m), left to right, and how far it has gone up there (m)."""
     if "gridpoint_x" in ds.variables and np.isin(np.flatnonzero(chosen), ds["gridpoint_block"].values).any():
         own = np.flatnonzero(chosen[ds["gridpoint_block"].values])
         y = ds["gridpoint_y"].values[own]

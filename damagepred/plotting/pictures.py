@@ -110,17 +110,7 @@ def half_way(ds: xr.Dataset) -> int:
 
 
 def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]], levels: FloatArray | None = None) -> Figure:
-    """Draw stresses one under the other, the same one at several increments in the same colours.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    panels : list of (str, int)
-        Component, as ``draw_stress`` knows it, and position of the increment.
-    levels : array, optional
-        Limits of the bands of colour (MPa); by default those of ``stress_levels``.
-    """
+    """Draw stresses one under the other, the same one at several increments in the same colours."""
     walls = [Deformed.of(ds, increment, None) for _, increment in panels]
     figure = new_figure(10.0, sum(wall.sheet_height(1.4) for wall in walls))
     factor = walls[-1].factor

@@ -22,15 +22,7 @@ from damagepred.uq.fragility.fit import EXTRAPOLATED
 
 
 def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
-    """Return limits of the model of one wall, and assumptions of the ground that are not ``sampled``.
-
-    Parameters
-    ----------
-    scene : Scene
-        The wall.
-    sampled : Collection[str]
-        Places of the inputs that a study samples.
-    """
+    """Return limits of the model of one wall, and assumptions of the ground that are not ``sampled``."""
     said = [
         "One straight wall in its own plane. Return walls, floors, roof and foundations that tie it in, movement out "
         "of its plane, and torsion of the house are not in the model.",
@@ -84,15 +76,7 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
 
 
 def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
-    """Return the caveats of one wall.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        The wall.
-    scene : Scene
-        What it was made from.
-    """
+    """Return the caveats of one wall."""
     said = []
     if ds.attrs.get("status", PathStatus.COMPLETE) != PathStatus.COMPLETE:
         said.append(f"The path ended early: {ds.attrs.get('status_message', ds.attrs['status'])}.")
@@ -112,19 +96,7 @@ def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
 
 
 def study_caveats(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings, moved: float) -> Section:
-    """Return the caveats of a study.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        The study.
-    curves : xarray.Dataset
-        Its curves.
-    settings : StudySettings
-        What was asked.
-    moved : float
-        Movement (m) to which every wall was moved.
-    """
+    """Return the caveats of a study."""
     said = [
         "Bands and intervals tell the error of the number of walls alone, not whether the model and the inputs are "
         "right; `damagepred estimate` with [study.epistemic] weighs the inputs."

@@ -48,17 +48,7 @@ _OF_ZONES = ("cohesion", "friction", "dilation", "tensile_strength")
 
 
 def input_section(scene: Scene, settings: StudySettings | None = None, given: Collection[str] | None = None) -> Section:
-    """Return the section of inputs.
-
-    Parameters
-    ----------
-    scene : Scene
-        The wall.
-    settings : StudySettings, optional
-        What is uncertain about it.
-    given : Collection[str], optional
-        Places of the values that the user gave, where that is known.
-    """
+    """Return the section of inputs."""
     uncertain = set(settings.variables) if settings is not None else set()
     rows = [row for table, values in _tables(scene) for row in _rows(table, values, uncertain, given, scene.material)]
     what = "The wall; what varies from sample to sample is in the next table" if uncertain else "The wall"

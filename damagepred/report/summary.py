@@ -53,18 +53,7 @@ def asked_movement(ds: xr.Dataset, at: float | str | MovementDistribution | None
 def answers(
     ds: xr.Dataset, at: float | str | MovementDistribution | None = None, confidence: float = 0.9
 ) -> tuple[str, dict[int, Estimate]]:
-    """Return for which movement a study answers, in words, and the probability of each category or worse.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study.
-    at : float, str or MovementDistribution, optional
-        Movement (m), site class, distribution or "site"; by default the largest movement of the study, and
-        the end of each wall's own movement where that differs from wall to wall.
-    confidence : float
-        Of the intervals.
-    """
+    """Return for which movement a study answers, in words, and the probability of each category or worse."""
     measure = movement_measure(ds)
     wanted = asked_movement(ds, at)
     found = {c: exceedance(ds, c, wanted, confidence=confidence).estimate for c, _ in categories(ds)}
