@@ -19,20 +19,25 @@ from importlib.abc import MetaPathFinder
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from damagepred.version import __version__
+from damagepred.runtime.version import __version__
 
 if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec
     from types import ModuleType
 
     from damagepred import assembly, damage, exports, plotting, report, scene, study, uq
+    from damagepred.analyses.back_analysis import infer
+    from damagepred.analyses.design_search import search_design
+    from damagepred.analyses.variance_shares import study_sensitivity
     from damagepred.assembly import NO_LIMITS, Assembly, Limits
     from damagepred.damage import construction_limits
     from damagepred.errors import DamagepredError, InputError, SolverError, StudyError
     from damagepred.exports import curves_frame, frame, to_arviz, walls_frame
-    from damagepred.pipeline import solve
-    from damagepred.rejudge import judge_again
-    from damagepred.scales import compare_scales
+    from damagepred.one_wall.solve import solve
+    from damagepred.results.rejudge import judge_again
+    from damagepred.results.scales import compare_scales
+    from damagepred.results.simple_assessment import simple_categories, simple_methods
+    from damagepred.results.wall_cracks import crack_frame, crack_profile, cracks
     from damagepred.scene import (
         BaseMotion,
         BlockMaterial,
@@ -54,16 +59,11 @@ if TYPE_CHECKING:
         Solver,
         Wall,
     )
-    from damagepred.simple_assessment import simple_categories, simple_methods
     from damagepred.study import Study, StudyFunction, open_study
-    from damagepred.study.analyses.back_analysis import infer
-    from damagepred.study.analyses.design_search import search_design
-    from damagepred.study.analyses.variance_shares import study_sensitivity
     from damagepred.uq.comparison import compare
     from damagepred.uq.exceedance import exceedance
     from damagepred.uq.fragility import fit_fragility, fit_surface
     from damagepred.uq.subset import subset_simulation
-    from damagepred.wall_cracks import crack_frame, crack_profile, cracks
 
 _MODULES = ("assembly", "damage", "exports", "plotting", "report", "scene", "study", "uq")
 
@@ -74,21 +74,21 @@ _HOMES = {
         "damage": "construction_limits",
         "errors": "DamagepredError InputError SolverError StudyError",
         "exports": "curves_frame frame to_arviz walls_frame",
-        "pipeline": "solve",
-        "rejudge": "judge_again",
-        "scales": "compare_scales",
+        "one_wall.solve": "solve",
+        "results.rejudge": "judge_again",
+        "results.scales": "compare_scales",
         "scene": "BaseMotion BlockMaterial ControlJoint Damage Dpc Dynamics Footing HeadJoint Joint Loads Mound "
         "Movement Opening ReinforcedConcrete Rig Scene Soil Solver Wall",
-        "simple_assessment": "simple_categories simple_methods",
+        "results.simple_assessment": "simple_categories simple_methods",
         "study": "Study StudyFunction open_study",
-        "study.analyses.back_analysis": "infer",
-        "study.analyses.design_search": "search_design",
-        "study.analyses.variance_shares": "study_sensitivity",
+        "analyses.back_analysis": "infer",
+        "analyses.design_search": "search_design",
+        "analyses.variance_shares": "study_sensitivity",
         "uq.comparison": "compare",
         "uq.exceedance": "exceedance",
         "uq.fragility": "fit_fragility fit_surface",
         "uq.subset": "subset_simulation",
-        "wall_cracks": "crack_frame crack_profile cracks",
+        "results.wall_cracks": "crack_frame crack_profile cracks",
     }.items()
     for name in names.split()
 }
@@ -118,14 +118,14 @@ class _WhenXarrayIsImported(MetaPathFinder):
 
         def execute_and_register(module: ModuleType) -> None:
             execute(module)
-            import_module("damagepred.accessor")
+            import_module("damagepred.results.accessor")
 
         spec.loader.exec_module = execute_and_register  # type: ignore[method-assign]
         return spec
 
 
 if "xarray" in sys.modules:
-    import_module("damagepred.accessor")
+    import_module("damagepred.results.accessor")
 else:
     sys.meta_path.insert(0, _WhenXarrayIsImported())
 

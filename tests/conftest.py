@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from damagepred import screen
+from damagepred.cli import terminal
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -74,5 +74,5 @@ def small_study_file(tmp_path: Path) -> Path:
 @pytest.fixture(autouse=True)
 def _form_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     """Give each test the form of the output that a new process has, and no words on silence, which take time alone."""
-    monkeypatch.setattr(screen, "FORM", screen.Form())
-    monkeypatch.setattr(screen.Wait, "FIRST", math.inf)
+    monkeypatch.setattr(terminal, "FORM", terminal.Form())
+    monkeypatch.setattr(terminal.Wait, "FIRST", math.inf)

@@ -81,7 +81,7 @@ def job() -> dict[str, str]:
     from scipy import stats
 
     import damagepred
-    from damagepred.one_thread import one_blas_thread
+    from damagepred.runtime.one_thread import one_blas_thread
     from damagepred.uq.correlation import cholesky, independent_normals, lower_factor
 
     found = Digests()
@@ -114,8 +114,8 @@ def _study(folder: Path, found: Digests) -> None:
 
     import damagepred
     from damagepred.archive.files import read_dataset
-    from damagepred.study.campaign.replay import replay
-    from damagepred.study.settings import StudySettings
+    from damagepred.campaign.replay import replay
+    from damagepred.campaign.settings import StudySettings
     from damagepred.uq.observations import CrackObservation, Observations
     from tests.conftest import SMALL_STUDY
 
@@ -144,9 +144,9 @@ def _curves(folder: Path, found: Digests) -> None:
     import re
 
     import damagepred
+    from damagepred.analyses.variance_shares import study_sensitivity
     from damagepred.archive.provenance import package_commit
     from damagepred.report.writing import write_report
-    from damagepred.study.analyses.variance_shares import study_sensitivity
     from damagepred.uq.exceedance import exceedance
     from damagepred.uq.fragility import fit_surface
     from tests.synthetic_studies import synthetic_study
@@ -211,7 +211,7 @@ class Watch:
         """Note one line."""
         file = frame.f_code.co_filename
         if event == "line" and frame.f_lineno in self.lines[file]:
-            from damagepred.one_thread import has_one_blas_thread
+            from damagepred.runtime.one_thread import has_one_blas_thread
 
             place = f"{Path(file).relative_to(ROOT)}:{frame.f_lineno}"
             (self.held if has_one_blas_thread() else self.free).add(place)

@@ -11,10 +11,10 @@ from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import study_dims
 from damagepred.archive.schema import VARIABLES, dataset, name_categories
+from damagepred.campaign.settings import StudySettings
 from damagepred.damage import Rules
 from damagepred.enumerations import SampleStatus
 from damagepred.study import Study
-from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
 
 COMPLETE, COLLAPSED, FAILED, MISSING = SampleStatus

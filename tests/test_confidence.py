@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from damagepred import Scene
+from damagepred.campaign.settings import StudySettings
 from damagepred.damage.limits import load_movement_limits
-from damagepred.data_files import CONFIDENCE, data_folder
+from damagepred.inputs.data_files import CONFIDENCE, data_folder
 from damagepred.report.inputs import input_section
-from damagepred.study.settings import StudySettings
 
 PACKAGE = Path(__file__).resolve().parent.parent / "damagepred"
 RETIRED = re.compile(r"from memory|remembered from|(?<!\w)\((seed|read|memory|inferred)\)|\b(not looked up)\b")

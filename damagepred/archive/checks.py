@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from damagepred.archive.schema import CATEGORIES, FLAG_FILL, VARIABLES
 from damagepred.enumerations import SOLVED
 from damagepred.errors import DamagedError, InputError
-from damagepred.input_files import parse_toml
+from damagepred.inputs.input_files import parse_toml
 
 NOT_NEGATIVE = (
     "crack_width_max",

@@ -17,7 +17,7 @@ from typing import Any
 
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import DamagedError
-from damagepred.input_files import opened, parse_json, read_bytes
+from damagepred.inputs.input_files import opened, parse_json, read_bytes
 
 SINCE = 4
 """Schema version from which on files of a study have digests."""

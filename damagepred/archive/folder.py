@@ -37,10 +37,10 @@ from damagepred.archive.files import check_output, read_dataset, write_dataset, 
 from damagepred.archive.parts import Column, Columns, columns_of, read_part
 from damagepred.archive.provenance import Environment, as_table, from_table, provenance
 from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, dataset, with_shared_movement
-from damagepred.arguments import checked
 from damagepred.enumerations import UNSOLVED, FailureKind, SampleStatus
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, NewerError, StudyError
-from damagepred.input_files import as_text, read_bytes, read_text
+from damagepred.inputs.arguments import checked
+from damagepred.inputs.input_files import as_text, read_bytes, read_text
 
 _BEGUN = (".lock", ".writer", ".stop", "parts", "failures", "manifest.json", "design.nc")
 """What may stand in a folder before a study does."""

@@ -21,7 +21,7 @@ from damagepred.archive.files import READER_ERRORS, read_dataset, write_whole
 from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES
 from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import DamagedError, InputError
-from damagepred.input_files import LARGEST_TABLE, read_bytes
+from damagepred.inputs.input_files import LARGEST_TABLE, read_bytes
 
 CLASSIC = b"CDF"
 """First bytes of a file in the classic format."""

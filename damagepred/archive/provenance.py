@@ -17,8 +17,8 @@ import xarray as xr
 
 from damagepred.enumerations import SOLVED
 from damagepred.errors import DamagedError
-from damagepred.one_thread import blas_libraries
-from damagepred.version import __version__, kernel_hash
+from damagepred.runtime.one_thread import blas_libraries
+from damagepred.runtime.version import __version__, kernel_hash
 
 Environment = Mapping[str, str]
 

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.assembly.elastic_blocks import elastic_blocks
 from damagepred.assembly.geometry import SharedEdges, convex_polygon, mass_properties, refuse_overlaps, shared_edges
@@ -38,7 +37,8 @@ from damagepred.assembly.properties import (
 )
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError, require_number
-from damagepred.one_thread import one_blas_thread
+from damagepred.inputs.arguments import checked
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import BlockMaterial, Joint, Solver
 
 GRAVITY = 9.81

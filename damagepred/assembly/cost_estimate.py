@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from damagepred.arguments import checked
 from damagepred.assembly.bond import courses_and_halves
 from damagepred.assembly.footing_beam import foundation
 from damagepred.assembly.properties import no_tension_joint
 from damagepred.errors import InputError
+from damagepred.inputs.arguments import checked
 from damagepred.scene import Scene
 
 

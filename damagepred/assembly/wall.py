@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly.assembly import GRAVITY, NO_JAMBS, Assembly, rectangle
 from damagepred.assembly.bond import Brick, gauge, lay_bricks, parted
@@ -49,7 +48,8 @@ from damagepred.assembly.properties import (
 )
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.one_thread import one_blas_thread
+from damagepred.inputs.arguments import checked
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import (
     BlockMaterial,
     ControlJoint,

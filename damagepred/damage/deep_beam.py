@@ -22,10 +22,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import SYNONYMS
 from damagepred.errors import InputError
+from damagepred.inputs.arguments import checked
 
 Kind = Literal["dishing", "doming"]
 

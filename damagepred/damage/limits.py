@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from damagepred.arrays import Int8Array
 from damagepred.damage.levels import level_of
-from damagepred.data_files import data_file
+from damagepred.inputs.data_files import data_file
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, Int8Array
 from damagepred.damage.levels import level_of
-from damagepred.data_files import data_file
 from damagepred.errors import InputError, nearest, require_count, require_number
-from damagepred.input_files import read_toml
-from damagepred.text import check_title
+from damagepred.inputs.arguments import checked
+from damagepred.inputs.data_files import data_file
+from damagepred.inputs.input_files import read_toml
+from damagepred.inputs.text import check_title
 
 TABLES = ("as2870", "bre251")
 """Damage tables that come with the package."""
@@ -154,7 +154,7 @@ def read_table(path: str | Path) -> DamageTable:
     Examples
     --------
     >>> import damagepred
-    >>> from damagepred.data_files import data_file
+    >>> from damagepred.inputs.data_files import data_file
     >>> table = damagepred.damage.read_table(data_file("damage", "as2870.toml"))
     >>> table.name, table.limits
     ('AS 2870-2011 Table C1', (0.0001, 0.001, 0.005, 0.015))

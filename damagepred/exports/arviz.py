@@ -7,9 +7,9 @@ from typing import Any
 import xarray as xr
 
 from damagepred.archive.schema import VARIABLES
-from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.exports.frames import require_results
+from damagepred.inputs.arguments import checked
 
 
 @checked

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Literal
 import xarray as xr
 
 from damagepred.archive.files import check_output, write_whole
-from damagepred.arguments import checked
 from damagepred.errors import InputError, nearest
 from damagepred.exports.openquake import openquake_xml
 from damagepred.exports.pelicun import pelicun_config, pelicun_frame
-from damagepred.text import csv_safe
+from damagepred.inputs.arguments import checked
+from damagepred.inputs.text import csv_safe
 
 if TYPE_CHECKING:
     import pandas as pd

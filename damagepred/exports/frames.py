@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.schema import CATEGORY_VARIABLES
-from damagepred.arguments import checked
 from damagepred.enumerations import SampleStatus, flag_meanings
 from damagepred.errors import InputError
+from damagepred.inputs.arguments import checked
 
 if TYPE_CHECKING:
     import pandas as pd

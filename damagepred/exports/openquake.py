@@ -15,10 +15,10 @@ import numpy as np
 import xarray as xr
 from scipy import special
 
-from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.exports.states import LimitStates, limit_states, require_order
-from damagepred.text import without_controls
+from damagepred.inputs.arguments import checked
+from damagepred.inputs.text import without_controls
 
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 INTENSITY = "PGD"

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import xarray as xr
 
-from damagepred.arguments import checked
 from damagepred.errors import InputError
 from damagepred.exports.states import limit_states, require_order
+from damagepred.inputs.arguments import checked
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -17,10 +17,10 @@ from pydantic_core import PydanticUndefined
 
 from damagepred.archive.schema import VARIABLES
 from damagepred.archive.schema import Variable as ArchiveVariable
+from damagepred.campaign.settings import Sampling
 from damagepred.scene import Scene
 from damagepred.scene.quantity import Quantity
 from damagepred.solvers.options import option_classes
-from damagepred.study.settings import Sampling
 from damagepred.uq.importance import Proposal
 from damagepred.uq.stopping import StopWhen
 from damagepred.uq.variable import Component, JointField, Variable

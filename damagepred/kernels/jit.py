@@ -18,7 +18,7 @@ from numba.extending import register_jitable
 
 from damagepred.kernels.cache_folder import cache_folder
 from damagepred.kernels.process_cache import ProcessCache
-from damagepred.version import kernel_hash
+from damagepred.runtime.version import kernel_hash
 
 _shared = cache_folder(f"kernels-{kernel_hash()}")
 CACHE = None if _shared is None else ProcessCache(_shared)

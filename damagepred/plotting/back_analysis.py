@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from damagepred.arguments import checked
+from damagepred.analyses.posterior_tables import measures, odds_in_words
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import CURVE_STYLES, OPENING_STYLES
 from damagepred.plotting.sheet import MM, legend_below, plain_number, require, set_title, several_or_new, verbatim
-from damagepred.study.analyses.posterior_tables import measures, odds_in_words
 
 _LABEL = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
 """Ground of the labels of observed cracks."""

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from damagepred.archive.schema import flag_name
-from damagepred.arguments import checked
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import CURVE_STYLES, OPENING_STYLES
 from damagepred.plotting.sheet import MM, label_movement, legend_below, require, set_title, several_or_new, verbatim
 from damagepred.uq.capacity import category_number

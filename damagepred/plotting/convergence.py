@@ -5,8 +5,8 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.axes import Axes
 
-from damagepred.arguments import checked
 from damagepred.errors import InputError
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.categories import highest_of, name_of
 from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES
 from damagepred.plotting.sheet import MM, axes_or_new, grid, legend_below, plain_number, require, set_title, title_of

@@ -12,9 +12,9 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.growth import DPC_OPENING, DPC_SLIP
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.categories import table_of
 from damagepred.plotting.colours import BRICK_COLOURS, BRICK_EDGE, CATEGORY_COLOURS, DPC_COLOUR, SLIP_COLOUR
 from damagepred.plotting.geometry import corners, footing_blocks, polygons
@@ -32,7 +32,7 @@ from damagepred.plotting.sheet import (
     small,
     title_of,
 )
-from damagepred.wall_cracks import WallCracks, crack_frame
+from damagepred.results.wall_cracks import WallCracks, crack_frame
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from damagepred.arguments import checked
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import OPENING_STYLES
 from damagepred.plotting.sheet import require, set_title, several_or_new, verbatim
 

@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.joints import JointMap
 from damagepred.enumerations import ContactKind
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import movement_bar
 from damagepred.plotting.sheet import (
     MM,

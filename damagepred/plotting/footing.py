@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import ContactKind
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import JACK_COLOUR, SOIL_COLOUR, SUPPORT_COLOUR, movement_bar
 from damagepred.plotting.geometry import footing_blocks, footing_rise, ground_profile, settlement
 from damagepred.plotting.sheet import (

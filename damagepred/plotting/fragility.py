@@ -11,9 +11,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter
 
 from damagepred.archive.schema import flag_name
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.formatting import ratio
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES
 from damagepred.plotting.sheet import (
     MM,

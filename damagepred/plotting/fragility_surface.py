@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from damagepred.arguments import checked
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.fragility import label_intensity
 from damagepred.plotting.sheet import (
     MM,

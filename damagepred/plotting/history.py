@@ -9,9 +9,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from damagepred.archive.schema import is_dynamic
-from damagepred.arguments import checked
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import ContactKind
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.categories import not_reached, shade_bands, table_of, width_scale
 from damagepred.plotting.colours import CATEGORY_COLOURS, DPC_COLOUR, FOOTING_GAP_COLOUR
 from damagepred.plotting.sheet import (
@@ -26,7 +26,7 @@ from damagepred.plotting.sheet import (
     set_title,
     title_of,
 )
-from damagepred.rejudge import shown_gaps
+from damagepred.results.rejudge import shown_gaps
 from damagepred.uq.intensity import movement_measure, movement_words
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from damagepred.arguments import checked
 from damagepred.errors import InputError
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import OPENING_STYLES
 from damagepred.plotting.sheet import MM, axes_or_new, require, say_nothing_to_draw, set_title, small, title_of
 

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from damagepred.archive.files import PICTURES, check_output, write_whole
 from damagepred.archive.schema import is_dynamic
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import ContactKind
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.back_analysis import draw_back_analysis
 from damagepred.plotting.comparison import draw_comparison
 from damagepred.plotting.cracks import cracks_sheet
@@ -32,7 +32,7 @@ from damagepred.plotting.study import draw_category_shares, draw_crack_widths
 from damagepred.plotting.wall import draw_wall
 from damagepred.plotting.zone_geometry import has_zones
 from damagepred.plotting.zones import draw_zone_states
-from damagepred.rejudge import shown_gaps
+from damagepred.results.rejudge import shown_gaps
 
 
 @checked
@@ -182,7 +182,7 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     ----------
     curves : xarray.Dataset
         As ``damagepred.fit_fragility``, ``damagepred.fit_surface``, ``damagepred.compare``, ``damagepred.infer`` or
-        ``damagepred.study.analyses.variance_shares.study_sensitivity`` returns it.
+        ``damagepred.analyses.variance_shares.study_sensitivity`` returns it.
     path : str or Path
         Ending in .png, .pdf or .svg; its folder is made if it does not exist.
 

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from damagepred.arguments import checked
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.sheet import axes_or_new, require, set_title, small, title_of, verbatim
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from damagepred.arguments import checked
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import RANK_COLOURS, SHARE_COLOURS
 from damagepred.plotting.sheet import (
     grid,
@@ -18,7 +18,7 @@ from damagepred.plotting.sheet import (
     several_or_new,
     title_of,
 )
-from damagepred.tables import GROUPS
+from damagepred.results.tables import GROUPS
 
 
 @checked
@@ -28,7 +28,7 @@ def draw_sensitivity(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> l
     Parameters
     ----------
     found : xarray.Dataset
-        As ``damagepred.study.analyses.variance_shares.study_sensitivity`` returns it.
+        As ``damagepred.analyses.variance_shares.study_sensitivity`` returns it.
     axes : sequence of 2 Axes, optional
         Where to draw; by default one above the other on a new figure.
 

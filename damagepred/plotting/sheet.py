@@ -17,7 +17,7 @@ from matplotlib.transforms import ScaledTranslation, Transform
 from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
-from damagepred.text import without_controls
+from damagepred.inputs.text import without_controls
 from damagepred.uq.intensity import OF_SITE, movement_measure, movement_words
 
 DPI = 150

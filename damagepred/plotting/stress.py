@@ -14,9 +14,9 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 
 from damagepred.archive.schema import is_dynamic
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import band_colours
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, corners, polygons

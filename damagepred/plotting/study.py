@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.categories import highest_of, name_of, not_reached, shade_bands, table_of, width_scale
 from damagepred.plotting.colours import CATEGORY_COLOURS, FOOTING_GAP_COLOUR
 from damagepred.plotting.sheet import (

@@ -12,11 +12,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy.interpolate import PchipInterpolator
 
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import ContactKind, PathStatus
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.categories import name_of, table_of
 from damagepred.plotting.colours import (
     BRICK_COLOURS,

@@ -9,7 +9,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba_array
 from matplotlib.patches import Patch
 
-from damagepred.arguments import checked
+from damagepred.inputs.arguments import checked
 from damagepred.plotting.colours import ZONE_STATES
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.sheet import axes_or_new, legend_below, require, set_title

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from damagepred.analyses.posterior_tables import odds_in_words, posterior_tables, sentences
+from damagepred.analyses.stored_walls import study_name
 from damagepred.archive.files import read_dataset
 from damagepred.errors import InputError, nearest
 from damagepred.report.parts import Part, Section, Table, Text, drawing
-from damagepred.study.analyses.posterior_tables import odds_in_words, posterior_tables, sentences
-from damagepred.study.analyses.stored_walls import study_name
 from damagepred.uq.observations import ANOTHER
 
 

@@ -8,14 +8,14 @@ import numpy as np
 import xarray as xr
 
 from damagepred.archive.cautions import study_cautions, wall_cautions
+from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import PathStatus
 from damagepred.formatting import length, number
 from damagepred.report.inputs import unsure
 from damagepred.report.parts import Section, Text
+from damagepred.results.tables import curve_notes
 from damagepred.scene import Scene
 from damagepred.scene.assumed import assumed_ground, assumed_seasons, assumed_slow_strains
-from damagepred.study.settings import StudySettings
-from damagepred.tables import curve_notes
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.fragility.describe import median_lower_bound
 from damagepred.uq.fragility.fit import EXTRAPOLATED

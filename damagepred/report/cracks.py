@@ -8,8 +8,8 @@ from damagepred.archive.schema import is_dynamic
 from damagepred.damage import HAIRLINE
 from damagepred.formatting import length
 from damagepred.report.parts import Part, Table, Text, drawing
-from damagepred.tables import crack_columns
-from damagepred.wall_cracks import WallCracks, crack_frame
+from damagepred.results.tables import crack_columns
+from damagepred.results.wall_cracks import WallCracks, crack_frame
 
 MAX_CRACKS = 25
 """Cracks that are listed."""

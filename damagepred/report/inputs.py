@@ -8,8 +8,9 @@ from typing import Any
 import xarray as xr
 
 from damagepred.archive.provenance import GIVEN as GIVEN_PLACES
-from damagepred.data_files import CONFIDENCE
+from damagepred.campaign.settings import StudySettings
 from damagepred.formatting import named, number, plain, quantity
+from damagepred.inputs.data_files import CONFIDENCE
 from damagepred.report.parts import Part, Section, Table, Text
 from damagepred.report.sources import (
     GIVEN,
@@ -22,7 +23,6 @@ from damagepred.report.sources import (
 from damagepred.scene import Scene
 from damagepred.scene.quantity import to_si
 from damagepred.scene.scene import step_names
-from damagepred.study.settings import StudySettings
 from damagepred.uq.variable import Variable
 
 HEADS = {

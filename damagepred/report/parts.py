@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
-from damagepred.tables import Column
+from damagepred.results.tables import Column
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,7 +10,7 @@ from damagepred.diagnostics import Residuals, described
 from damagepred.enumerations import SOLVED
 from damagepred.formatting import chance, length, number, with_band
 from damagepred.report.parts import Part, Table, drawing
-from damagepred.tables import energy_rows, energy_shares, known, quality_rows
+from damagepred.results.tables import energy_rows, energy_shares, known, quality_rows
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.exceedance import category_capacities, estimate_exceedance, exceedance
 from damagepred.uq.intensity import movement_measure, movement_words

@@ -8,8 +8,8 @@ from collections.abc import Collection
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from damagepred.data_files import data_file
 from damagepred.errors import InputError
+from damagepred.inputs.data_files import data_file
 from damagepred.scene import Scene, masonry_library
 from damagepred.uq.variable import Variable
 

@@ -14,10 +14,10 @@ import xarray as xr
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
+from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import DamagepredError, InputError
 from damagepred.formatting import duration, named, number
-from damagepred.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
 from damagepred.report.back_analysis import back_analysis_section
 from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
@@ -28,15 +28,15 @@ from damagepred.report.quality import common_movement, monte_carlo, study_qualit
 from damagepred.report.summary import answers, asked_movement, influences, study_summary
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
-from damagepred.study.settings import StudySettings, read_frozen
-from damagepred.tables import curve_columns, worst_category_columns
+from damagepred.results.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
+from damagepred.results.tables import curve_columns, worst_category_columns
+from damagepred.results.year_tables import year_columns
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.options import DEFAULT
 from damagepred.uq.intensity import movement_words
-from damagepred.year_tables import year_columns
 
 if TYPE_CHECKING:
-    from damagepred.pipeline import Step
+    from damagepred.one_wall.judged_path import Step
     from damagepred.uq.movement_distribution import MovementDistribution
 
 GOODNESS = 100
@@ -259,7 +259,7 @@ def _damage(
         f"{chosen.why_worst}."
     )
     if replay:
-        from damagepred.study.campaign.replay import replay as solve_again
+        from damagepred.campaign.replay import replay as solve_again
 
         try:
             wall, comparison = solve_again(folder.path, chosen.typical, on_step)

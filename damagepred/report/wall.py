@@ -12,7 +12,6 @@ from damagepred.archive.schema import category_label, is_dynamic
 from damagepred.enumerations import ContactKind, PathStatus
 from damagepred.errors import InputError
 from damagepred.formatting import length, number, ratio
-from damagepred.rejudge import footing_gap_note, measure_in_words, shown_gaps
 from damagepred.report.caveats import wall_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import given_of, input_section
@@ -20,9 +19,10 @@ from damagepred.report.limits import wall_limits
 from damagepred.report.parts import Drawing, Listing, Page, Part, Section, Table, drawing
 from damagepred.report.quality import wall_quality
 from damagepred.report.summary import wall_summary
+from damagepred.results.rejudge import footing_gap_note, measure_in_words, shown_gaps
+from damagepred.results.tables import path_columns
 from damagepred.scene import Scene
 from damagepred.scene.scene import archived_scene
-from damagepred.tables import path_columns
 from damagepred.uq.intensity import movement_measure, movement_words
 
 MOST_ROWS = 60

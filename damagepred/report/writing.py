@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 from damagepred.archive.files import check_output, read_dataset, write_whole
 from damagepred.archive.folder import StudyFolder
-from damagepred.arguments import checked
 from damagepred.errors import InputError
+from damagepred.inputs.arguments import checked
 from damagepred.report.page import page_html
 
 if TYPE_CHECKING:
-    from damagepred.pipeline import Step
+    from damagepred.one_wall.judged_path import Step
     from damagepred.uq.movement_distribution import MovementDistribution
 
 

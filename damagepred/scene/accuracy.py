@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
 
-from damagepred.data_files import data_file
+from damagepred.inputs.data_files import data_file
 
 Accuracy = Literal["draft", "standard", "fine", "reference"]
 """Names of the presets."""

@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from damagepred.data_files import data_file
 from damagepred.errors import nearest
+from damagepred.inputs.data_files import data_file
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Length, Moment, Pressure, Pure
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from damagepred.data_files import data_file
 from damagepred.errors import InputError, nearest
+from damagepred.inputs.data_files import data_file
 
 
 class MaterialValue(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
-from damagepred.input_files import LARGEST_DESCRIPTION, LARGEST_TABLE, as_text, read_bytes
+from damagepred.inputs.input_files import LARGEST_DESCRIPTION, LARGEST_TABLE, as_text, read_bytes
 from damagepred.scene.quantity import COMMON, LARGEST, to_si
 
 if TYPE_CHECKING:

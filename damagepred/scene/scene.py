@@ -17,7 +17,8 @@ from pydantic_core import ArgsKwargs
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, likely_unit, nearest
-from damagepred.input_files import parse_toml, read_toml
+from damagepred.inputs.input_files import parse_toml, read_toml
+from damagepred.inputs.text import check_title
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
 from damagepred.scene.input_tables import with_input_tables
@@ -33,7 +34,6 @@ from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement, with_climate_zone
 from damagepred.scene.strain import Creep, Strain
 from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall
-from damagepred.text import check_title
 
 STUDY_KEYS = ("scene", "study", "variables", "correlation")
 """Keys of a study file that no scene file has."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from damagepred.arguments import checked
-from damagepred.data_files import data_file
 from damagepred.errors import InputError, nearest
+from damagepred.inputs.arguments import checked
+from damagepred.inputs.data_files import data_file
 
 
 @dataclass(frozen=True)

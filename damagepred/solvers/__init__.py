@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from damagepred.assembly import Model
 from damagepred.errors import SolverError
-from damagepred.one_thread import each_with_one_blas_thread
+from damagepred.runtime.one_thread import each_with_one_blas_thread
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions, SymmetryOptions
 from damagepred.solvers.state.increment import Increment

@@ -18,6 +18,7 @@ from damagepred.scene.quantity import Count, Pressure, Pure
 from damagepred.scene.reading import build, plain
 from damagepred.solvers.dynamics.options import DynamicsOptions
 from damagepred.solvers.explicit.options import ExplicitOptions
+from damagepred.solvers.explicit.scheme_options import JackServoOptions, MechanismOptions, TimeSteppingOptions
 from damagepred.solvers.quasi_static.options import (
     ContinuationOptions,
     CoulombOptions,
@@ -31,7 +32,6 @@ from damagepred.solvers.quasi_static.options import (
     ReturnMappingOptions,
 )
 from damagepred.solvers.system.options import CreepOptions, ElasticSolutionOptions
-from damagepred.solvers.time_stepping.options import JackServoOptions, MechanismOptions, TimeSteppingOptions
 
 
 @described

@@ -24,10 +24,10 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from damagepred.arguments import checked
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import InputError, nearest
+from damagepred.inputs.arguments import checked
 from damagepred.uq.intensity import check_states, intensity_values
 
 ROUNDING = 1e-9

@@ -24,7 +24,7 @@ import xarray as xr
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.capacity import category_number, censored_before, highest_category
 from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate, student_factor
 from damagepred.uq.exceedance import (

@@ -13,7 +13,7 @@ from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.errors import InputError
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.marginals import Marginal, breaks, from_normal
 
 _TERMS = 300

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.formatting import options_text
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.random_streams import Stream, generator
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.correlation import cholesky, gaussian_correlation
 from damagepred.uq.fields import course_autoregression, innovation_factor
 from damagepred.uq.importance import Drawn, Proposal, draw

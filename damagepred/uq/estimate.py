@@ -16,7 +16,7 @@ import numpy as np
 from scipy import special
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 
 ENOUGH_REPLICATES = 4
 """Replicates from which the standard error is that of their means."""

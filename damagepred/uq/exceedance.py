@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.enumerations import SOLVED
 from damagepred.errors import InputError
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.capacity import (
     ROUNDING,
     category_number,

@@ -19,7 +19,7 @@ import xarray as xr
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.formatting import options_text
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor
 from damagepred.uq.random_streams import Stream, generator
 from damagepred.uq.ranks import interval_ranks, ranks

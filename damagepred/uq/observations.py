@@ -22,9 +22,9 @@ from pydantic import Field
 from scipy import special
 
 from damagepred.arrays import FloatArray
-from damagepred.data_files import data_file
 from damagepred.errors import InputError
-from damagepred.input_files import read_toml
+from damagepred.inputs.data_files import data_file
+from damagepred.inputs.input_files import read_toml
 from damagepred.scene import Scene
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure

@@ -22,7 +22,7 @@ from scipy import special
 
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
 from damagepred.uq.estimate import Estimate

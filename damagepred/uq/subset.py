@@ -18,10 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damagepred.arguments import checked
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError, require_count, require_number
-from damagepred.one_thread import one_blas_thread
+from damagepred.inputs.arguments import checked
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.estimate import normal_factor, student_factor, wilson
 from damagepred.uq.random_streams import Stream, generator
 

@@ -16,7 +16,7 @@ from scipy import linalg
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
 from damagepred.errors import InputError
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.correlation import NatafCurve, lower_factor, varying
 from damagepred.uq.marginals import Marginal
 from damagepred.uq.variable import JointField

@@ -25,11 +25,11 @@ from cases import bent_before, further, on_jacks, read_case, results_of_the_test
 from judging import write_page  # noqa: E402
 
 from damagepred import infer, plotting  # noqa: E402
-from damagepred.input_files import read_toml  # noqa: E402
+from damagepred.analyses.posterior_tables import posterior_tables, sentences  # noqa: E402
+from damagepred.campaign.settings import StudySettings  # noqa: E402
+from damagepred.inputs.input_files import read_toml  # noqa: E402
 from damagepred.plotting.sheet import figure_of  # noqa: E402
 from damagepred.study import Study  # noqa: E402
-from damagepred.study.analyses.posterior_tables import posterior_tables, sentences  # noqa: E402
-from damagepred.study.settings import StudySettings  # noqa: E402
 from damagepred.uq.observations import CrackObservation, Observations, WindowObservation  # noqa: E402
 
 LARGEST, INCREMENTS = 12e-3, 12

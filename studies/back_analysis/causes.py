@@ -23,9 +23,9 @@ sys.path.insert(0, str(HERE))
 
 from synthetic import Case, Survey, archives, area, infer_cases, promised_area, write_page  # noqa: E402
 
+from damagepred.analyses.back_analysis import InferenceOptions  # noqa: E402
 from damagepred.arrays import FloatArray  # noqa: E402
 from damagepred.scene import Movement  # noqa: E402
-from damagepred.study.analyses.back_analysis import InferenceOptions  # noqa: E402
 
 LARGEST = 10e-3
 """Largest movement of the ground under the wall at the end of each study (m)."""

@@ -26,7 +26,7 @@ sys.path.insert(0, str(HERE))
 
 from synthetic import Case, Survey, archives, area, infer_cases, promised_area, write_page  # noqa: E402
 
-from damagepred.study.analyses.back_analysis import InferenceOptions  # noqa: E402
+from damagepred.analyses.back_analysis import InferenceOptions  # noqa: E402
 
 KINDS = {kind: {"kind": kind} for kind in ("dishing", "doming")}
 PLACES = ((0.2, 0.1), (0.96, 0.1), (1.7, 0.1), (0.96, 0.5))

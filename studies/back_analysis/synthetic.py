@@ -16,12 +16,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "validation"))
 
 from judging import write_page as write_page
 
+from damagepred.analyses.back_analysis import InferenceOptions, movement_cdf, posterior
+from damagepred.analyses.stored_walls import StoredWalls
 from damagepred.arrays import FloatArray
-from damagepred.input_files import read_toml
+from damagepred.campaign.settings import StudySettings
+from damagepred.inputs.input_files import read_toml
 from damagepred.study import Study
-from damagepred.study.analyses.back_analysis import InferenceOptions, movement_cdf, posterior
-from damagepred.study.analyses.stored_walls import StoredWalls
-from damagepred.study.settings import StudySettings
 from damagepred.uq.observations import CrackObservation, Discrepancy, LevelObservation, Observations
 
 Point = tuple[float, float]

@@ -21,7 +21,7 @@ sys.path[:0] = [str(ROOT), str(HERE.parent / "validation")]
 
 from judging import write_page  # noqa: E402
 
-from damagepred.study.analyses.back_analysis import InferenceOptions, infer  # noqa: E402
+from damagepred.analyses.back_analysis import InferenceOptions, infer  # noqa: E402
 from damagepred.uq.observations import CrackObservation, Observations  # noqa: E402
 from tests.synthetic_studies import synthetic_study  # noqa: E402
 

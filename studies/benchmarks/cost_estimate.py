@@ -19,7 +19,7 @@ import pandas as pd
 
 from damagepred import Scene, solve
 from damagepred.assembly import CostOptions, wall_cost, wall_model
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 
 SMALL = {"wall": {"length": 3.0, "height": 1.2}, "dpc": {}, "movement": {"increments": 5}}
 WALLS: dict[str, dict[str, Any]] = {

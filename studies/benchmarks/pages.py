@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from damagepred.archive.files import write_whole
-from damagepred.version import __version__
+from damagepred.runtime.version import __version__
 
 HERE = Path(__file__).resolve().parent
 BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"

@@ -18,9 +18,9 @@ import numpy as np
 import xarray as xr
 
 from damagepred import Study, compare, fit_fragility, open_study
+from damagepred.campaign.replay import replay
+from damagepred.campaign.settings import StudySettings
 from damagepred.plotting import draw_fragility
-from damagepred.study.campaign.replay import replay
-from damagepred.study.settings import StudySettings
 
 HERE = Path(__file__).resolve().parent
 STUDY = HERE.parents[1] / "data" / "bryant_study.toml"

@@ -16,8 +16,8 @@ import matplotlib.pyplot as plt
 import xarray as xr
 
 from damagepred import search_design
+from damagepred.analyses.design_search import price_of_search
 from damagepred.plotting import draw_design_search
-from damagepred.study.analyses.design_search import price_of_search
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "validation"))

@@ -30,12 +30,12 @@ import tomli_w
 
 from damagepred import Limits, Scene, Study, solve
 from damagepred.assembly import wall_cost
+from damagepred.campaign.sample import solve_sample
 from damagepred.damage import read_table
-from damagepred.data_files import data_file
 from damagepred.errors import LONGEST_MESSAGE, DamagepredError, InputError, SolverError
-from damagepred.pipeline import model_of
-from damagepred.study.campaign.sample import solve_sample
-from damagepred.text import controls_escaped
+from damagepred.inputs.data_files import data_file
+from damagepred.inputs.text import controls_escaped
+from damagepred.one_wall.judged_path import model_of
 
 GOOD = ("solved", "refused", "failed by name", "accepted")
 """Correct outcomes; all others are defects."""

@@ -32,13 +32,13 @@ import xarray as xr
 
 from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.campaign import campaign as study_module
+from damagepred.campaign.dispatch import GivenExecutor
+from damagepred.campaign.replay import replay
+from damagepred.campaign.settings import StudySettings
 from damagepred.cli import main as command_line
 from damagepred.errors import ArchiveWarning, InputError
 from damagepred.study import Study
-from damagepred.study.campaign import campaign as study_module
-from damagepred.study.campaign.dispatch import GivenExecutor
-from damagepred.study.campaign.replay import replay
-from damagepred.study.settings import StudySettings
 
 STUDY = """
 [study]

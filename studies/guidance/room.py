@@ -20,12 +20,11 @@ from drawing import draw
 from tables import Case, markdown, put_in, rows_of, write_table
 
 from damagepred import open_study
+from damagepred.campaign.settings import StudySettings
 from damagepred.damage.limits import construction_limits
 from damagepred.enumerations import SampleStatus
-from damagepred.input_files import read_toml
-from damagepred.study import Study
-from damagepred.study.settings import StudySettings
-from damagepred.study.study import RunSummary
+from damagepred.inputs.input_files import read_toml
+from damagepred.study import RunSummary, Study
 
 ROOM = Path(__file__).resolve().parent
 KINDS = ("dishing", "doming")

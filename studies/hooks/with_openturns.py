@@ -12,7 +12,7 @@ import numpy as np
 import openturns as ot
 
 import damagepred
-from damagepred.study.analyses.function import StudyFunction
+from damagepred.analyses.function import StudyFunction
 
 STUDY = Path(__file__).with_name("house.toml")
 OUTPUT = "dpc_opening_max"

@@ -9,7 +9,7 @@ import numpy as np
 from explicit import FAST, SLOW, note, path_of
 from walls import DATA, Case, brittle_case
 
-from damagepred.pipeline import gauges
+from damagepred.one_wall.judged_path import gauges
 from damagepred.scene import Scene, Solver
 
 WALLS = ("bryant_window_dishing", "bryant_window_doming")

@@ -14,7 +14,7 @@ from pebble import ProcessPool
 from walls import Case, fingerprint
 
 from damagepred.errors import SolverError
-from damagepred.pipeline import follow
+from damagepred.one_wall.judged_path import follow
 from damagepred.scene import Solver
 
 # the reference skips no computation

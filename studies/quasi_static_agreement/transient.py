@@ -13,9 +13,9 @@ from damagepred.assembly import Model
 from damagepred.enumerations import ContactState
 from damagepred.scene import Solver
 from damagepred.solvers import Increment, solve_path
+from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.state.joint_history import JointHistory, fields_of
 from damagepred.solvers.state.wall_state import State
-from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
 INCREMENTS, CYCLES = 400, 1000
 """Steps of the movement, small enough to separate breaks; cycles to equilibrium."""

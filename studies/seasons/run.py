@@ -18,9 +18,9 @@ import xarray as xr
 
 from damagepred import Study, fit_fragility, open_study
 from damagepred.arrays import FloatArray
+from damagepred.campaign.settings import StudySettings
 from damagepred.plotting import draw_fragility
 from damagepred.scene import site_classes
-from damagepred.study.settings import StudySettings
 
 HERE = Path(__file__).resolve().parent
 SWING, TREND = 0.8, 0.4

@@ -30,7 +30,7 @@ from damagepred.damage import load_strain_table, load_table
 from damagepred.enumerations import ContactKind
 from damagepred.errors import SolverError
 from damagepred.plotting.sheet import DPI
-from damagepred.simple_assessment import simple_category
+from damagepred.results.simple_assessment import simple_category
 
 HERE = Path(__file__).resolve().parent
 

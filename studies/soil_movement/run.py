@@ -23,14 +23,14 @@ from stripes import by_thirds, read_at, shares
 
 from damagepred import fit_fragility, open_study
 from damagepred.archive.files import write_whole
+from damagepred.campaign.replay import replay
+from damagepred.campaign.settings import StudySettings
 from damagepred.plotting.colours import CATEGORY_COLOURS
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.sheet import DPI, new_figure, set_title
 from damagepred.plotting.wall import draw_wall
 from damagepred.scene.site import site_class, standard_footing
 from damagepred.study import Study
-from damagepred.study.campaign.replay import replay
-from damagepred.study.settings import StudySettings
 
 HERE = Path(__file__).resolve().parent
 FOOTINGS = {"light": "clad_frame", "veneer": "masonry_veneer", "full_masonry": "full_masonry"}

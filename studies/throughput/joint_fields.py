@@ -13,9 +13,9 @@ from typing import Any
 
 import pandas as pd
 
+from damagepred.campaign.sample import joint_places
+from damagepred.campaign.settings import StudySettings
 from damagepred.scene import Scene
-from damagepred.study.campaign.sample import joint_places
-from damagepred.study.settings import StudySettings
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE.parents[1] / "data"

@@ -20,9 +20,9 @@ from run import solid_wall_study
 from damagepred.archive.digest import signature
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import joined, read_part, write_part
+from damagepred.campaign.dispatch import DispatchOptions
+from damagepred.campaign.status import study_status
 from damagepred.study import Study
-from damagepred.study.campaign.dispatch import DispatchOptions
-from damagepred.study.campaign.status import study_status
 
 
 def timed(what: str, do: Callable[[], object]) -> None:

@@ -26,13 +26,13 @@ from unittest.mock import patch
 
 import numpy as np
 
-from damagepred import pipeline
 from damagepred.archive.folder import StudyFolder
+from damagepred.campaign import sample
+from damagepred.campaign.settings import StudySettings
+from damagepred.campaign.warm_up import warm_up
+from damagepred.one_wall import judged_path
 from damagepred.solvers.quasi_static import stepper
 from damagepred.study import Study, open_study
-from damagepred.study.campaign import sample
-from damagepred.study.campaign.warm_up import warm_up
-from damagepred.study.settings import StudySettings
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE.parents[1] / "data"
@@ -182,8 +182,8 @@ def split(walls: int, folder: Path, batch: int = 20) -> dict[str, float]:
         (sample, "sampled_wall", "inputs", split.function),
         (sample, "model_of", "model", split.function),
         (stepper, "Continuation", "set-up of the solver", split.function),
-        (pipeline, "solve_path", "path", split.generator),
-        (pipeline, "judge", "judging", split.function),
+        (judged_path, "solve_path", "path", split.generator),
+        (judged_path, "judge", "judging", split.function),
         (sample, "_row", "row of results", split.function),
         (sample, "write_part", "part", split.function),
     )

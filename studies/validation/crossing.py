@@ -18,9 +18,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from damagepred.analyses.function import StudyFunction, as_function
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.study.analyses.function import StudyFunction, as_function
-from damagepred.study.settings import StudySettings
+from damagepred.campaign.settings import StudySettings
 from damagepred.uq.samplers import unit_points
 from damagepred.uq.sensitivity import saltelli_rows, sobol_indices
 

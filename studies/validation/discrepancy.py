@@ -30,7 +30,7 @@ sys.path.insert(0, str(HERE))
 from judging import write_page  # noqa: E402
 
 from damagepred.arrays import FloatArray  # noqa: E402
-from damagepred.data_files import data_file  # noqa: E402
+from damagepred.inputs.data_files import data_file  # noqa: E402
 from damagepred.uq.observations import CrackObservation, CrackPrediction, Discrepancy, crack_fit  # noqa: E402
 
 MARKS = "<!-- written by discrepancy.py -->", "<!-- end of discrepancy -->"

@@ -13,7 +13,7 @@ import xarray as xr
 
 from damagepred import Study, open_study
 from damagepred.arrays import FloatArray
-from damagepred.study.settings import StudySettings
+from damagepred.campaign.settings import StudySettings
 from damagepred.uq.scores import cov_interval, coverage, crps, pit
 
 HERE = Path(__file__).resolve().parent

@@ -23,10 +23,10 @@ import pandas as pd
 import xarray as xr
 from scipy import stats
 
+from damagepred.analyses.two_level import levels
 from damagepred.arrays import FloatArray, IntArray
+from damagepred.campaign.settings import StudySettings
 from damagepred.study import Study, open_study
-from damagepred.study.analyses.two_level import levels
-from damagepred.study.settings import StudySettings
 from damagepred.uq.capacity import probability_reached
 from damagepred.uq.control_variate import read_pilot
 from damagepred.uq.exceedance import category_capacities

@@ -17,7 +17,7 @@ import numpy as np
 
 from damagepred import Scene
 from damagepred.enumerations import ContactKind
-from damagepred.pipeline import model_of
+from damagepred.one_wall.judged_path import model_of
 from damagepred.solvers import solve_path
 
 DATA = Path(__file__).resolve().parents[2] / "data"

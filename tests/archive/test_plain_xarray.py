@@ -15,7 +15,7 @@ from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.schema import VARIABLES, with_shared_movement
 from damagepred.archive.versions import brought_up_to_date
-from damagepred.study.settings import StudySettings
+from damagepred.campaign.settings import StudySettings
 from tests.conftest import SMALL_STUDY
 from tests.synthetic_studies import synthetic_study
 

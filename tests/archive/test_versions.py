@@ -13,9 +13,9 @@ from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.archive.parts import read_part
 from damagepred.archive.schema import SCHEMA_VERSION
 from damagepred.archive.versions import MIGRATIONS, brought_up_to_date
+from damagepred.campaign.status import study_status
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study
-from damagepred.study.campaign.status import study_status
 
 OLD = Path(__file__).parent / "version_1"
 """Written by version 1: two solved samples, and one that took too long."""

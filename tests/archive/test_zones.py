@@ -12,7 +12,8 @@ from damagepred.archive.files import read_dataset, write_dataset
 from damagepred.archive.schema import MESH, VARIABLES
 from damagepred.assembly import wall_model
 from damagepred.enumerations import ZoneState
-from damagepred.pipeline import follow, path_values
+from damagepred.one_wall.dataset import path_values
+from damagepred.one_wall.judged_path import follow
 from damagepred.scene import BlockMaterial, Damage, Dpc, Loads, Movement, Scene, Solver, Wall
 
 EXPLICIT = Solver(method="explicit", below_dpc="deformable", zone_size=0.08, tolerance=1e-2)

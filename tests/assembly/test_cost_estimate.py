@@ -8,9 +8,9 @@ import pytest
 
 from damagepred import NO_LIMITS, Limits, Scene, solve
 from damagepred.assembly import wall_cost, wall_model
+from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError, TimeLimitError
 from damagepred.study import Study
-from damagepred.study.settings import StudySettings
 
 WALLS = {
     "solid": {},

@@ -9,9 +9,9 @@ import pytest
 
 from damagepred import InputError, Scene
 from damagepred.assembly.wall import wall_model
+from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import ContactKind
 from damagepred.scene import HeadJoint, Joint
-from damagepred.study.settings import StudySettings
 
 
 def scene(**tables: Any) -> Scene:

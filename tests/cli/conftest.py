@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import pytest
 
-from damagepred import screen
-from damagepred.cli import main
+from damagepred.cli import main, terminal
 
 
 class Result(NamedTuple):
@@ -31,8 +30,8 @@ def command(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) 
 
     def run(*arguments: object) -> Result:
         monkeypatch.setattr(sys, "argv", ["damagepred", *map(str, arguments)])
-        monkeypatch.setattr(screen, "FORM", screen.Form())
-        monkeypatch.setattr(screen.Wait, "FIRST", math.inf)  # no line that a slow machine alone would print
+        monkeypatch.setattr(terminal, "FORM", terminal.Form())
+        monkeypatch.setattr(terminal.Wait, "FIRST", math.inf)  # no line that a slow machine alone would print
         capfd.readouterr()
         try:
             main()

@@ -9,8 +9,8 @@ import xarray as xr
 from damagepred.archive.cautions import energy_error_share, snap_through_share, study_cautions, wall_cautions
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import open_study
+from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import ContactKind, ContactState
-from damagepred.study.settings import StudySettings
 from tests.cli.conftest import Run
 
 SCENE = """

@@ -15,9 +15,9 @@ import pytest
 
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.campaign.settings import StudySettings
+from damagepred.campaign.template import Template
 from damagepred.solvers.symmetry import reduce_by_symmetry
-from damagepred.study.campaign.template import Template
-from damagepred.study.settings import StudySettings
 from tests.cli.conftest import Run
 from tests.synthetic_studies import synthetic_study
 
@@ -117,7 +117,7 @@ def test_check_solve_study_and_report_say_what_is_assumed_of_the_ground(command:
 
 
 def test_the_template_is_valid_and_never_overwrites(command: Run, tmp_path: Path) -> None:
-    from damagepred.study.settings import StudySettings
+    from damagepred.campaign.settings import StudySettings
 
     assert command("new", tmp_path / "house.toml").code == 0
     settings = StudySettings.from_toml(tmp_path / "house.toml")
@@ -131,7 +131,7 @@ def test_the_template_is_valid_and_never_overwrites(command: Run, tmp_path: Path
 
 @pytest.mark.parametrize("name", get_args(Template))
 def test_each_template_describes_a_wall_that_can_be_built(command: Run, tmp_path: Path, name: str) -> None:
-    from damagepred.pipeline import model_of
+    from damagepred.one_wall.judged_path import model_of
     from damagepred.study import Study
 
     assert command("new", tmp_path / "house.toml", "--template", name).code == 0
@@ -176,7 +176,7 @@ def test_memory_of_the_full_scale_wall_is_what_its_matrices_take(
     symmetric: bool, megabytes: str, data_folder: Path
 ) -> None:
     from damagepred.assembly import wall_model
-    from damagepred.pipeline import matrix_bytes
+    from damagepred.one_wall.judged_path import matrix_bytes
     from damagepred.scene import Scene, Solver
     from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 

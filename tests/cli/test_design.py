@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from damagepred import InputError, open_study
-from damagepred.study.analyses.design_search import Target, damaged, loss, search_design
+from damagepred.analyses.design_search import Target, damaged, loss, search_design
 from tests.cli.conftest import Run
 from tests.synthetic_studies import synthetic_study
 

@@ -7,8 +7,8 @@ import pytest
 from damagepred.errors import InputError
 from damagepred.scene import Scene
 from damagepred.study import Study
+from tests.campaign.test_run import settings
 from tests.cli.conftest import Run
-from tests.study.test_run import settings
 
 SCENES = {
     "millimetres for metres": ("[wall]\nlength = 6000\n", "length = 6000.0: must be at most 1000 m"),

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from damagepred.analyses.design_search import damaged
 from damagepred.archive.folder import open_study
 from damagepred.report.quality import common_movement, telling_movement
 from damagepred.report.summary import answers
-from damagepred.study.analyses.design_search import damaged
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.describe import probability_at

@@ -9,10 +9,10 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from damagepred import __version__, compare, open_study
+from damagepred.analyses.epistemic import alternatives
+from damagepred.campaign.settings import StudySettings
+from damagepred.campaign.status import study_status
 from damagepred.cli import app
-from damagepred.study.analyses.epistemic import alternatives
-from damagepred.study.campaign.status import study_status
-from damagepred.study.settings import StudySettings
 from tests.cli.conftest import Run
 from tests.cli.test_commands import SMALL_SCENE
 from tests.synthetic_studies import synthetic_study

@@ -10,13 +10,13 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from damagepred import screen
 from damagepred.archive.files import read_dataset, write_dataset
 from damagepred.archive.schema import SCHEMA_VERSION, name_categories
+from damagepred.cli import terminal
 from damagepred.damage.table import read_table
-from damagepred.data_files import data_file
 from damagepred.errors import InputError
 from damagepred.exports import write_csv
+from damagepred.inputs.data_files import data_file
 from damagepred.plotting.sheet import new_figure, set_title, title_of
 from damagepred.scene import Scene
 from tests.cli.conftest import messages
@@ -82,8 +82,8 @@ def test_titles_that_are_no_line_of_text_are_refused(title: str) -> None:
 
 
 def test_control_characters_reach_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
-    screen.say("a\x1b[2Jb\nc")
-    screen.table("\x1b]0;t\x07", ["[red]\x9b"], [["[/]\x1b"]])
+    terminal.say("a\x1b[2Jb\nc")
+    terminal.table("\x1b]0;t\x07", ["[red]\x9b"], [["[/]\x1b"]])
     said = capsys.readouterr().out
     assert r"a\x1b[2Jb" in said
     assert r"[/]\x1b" in said

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.files import write_dataset
-from damagepred.pipeline import solve
+from damagepred.one_wall.solve import solve
 from damagepred.scene import Scene
 from tests.cli.conftest import Run
 from tests.report.conftest import WALL

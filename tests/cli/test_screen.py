@@ -10,8 +10,8 @@ import xarray as xr
 from rich.console import Console
 
 import damagepred
-from damagepred import screen
-from damagepred.rejudge import judge_again
+from damagepred.cli import terminal
+from damagepred.results.rejudge import judge_again
 from damagepred.scene import Damage, Dpc, Movement, Opening, Scene, Wall
 
 
@@ -43,7 +43,7 @@ def every_column() -> xr.Dataset:
 
 @pytest.fixture
 def on_80_columns(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> pytest.CaptureFixture[str]:
-    monkeypatch.setattr(screen, "_out", Console(soft_wrap=True, highlight=False, width=80))
+    monkeypatch.setattr(terminal, "_out", Console(soft_wrap=True, highlight=False, width=80))
     return capsys
 
 
@@ -54,7 +54,7 @@ def cells(text: str) -> list[list[str]]:
 def test_the_table_of_a_wall_with_every_column_fits(
     every_column: xr.Dataset, on_80_columns: pytest.CaptureFixture[str]
 ):
-    screen.wall_table(every_column)
+    terminal.wall_table(every_column)
     text = on_80_columns.readouterr().out
     table = [line for line in text.splitlines() if line[:1] in "┏┡└│┃"]
     assert max(map(len, table)) <= 80
@@ -81,7 +81,7 @@ def test_a_usual_wall_is_one_table(every_column: xr.Dataset, on_80_columns: pyte
     for name in ("crack_width_max", "crack_band_width_max"):
         ds[name] = 0.1 * ds[name]
     ds["footing_separation_length"].attrs = every_column["footing_separation_length"].attrs
-    screen.wall_table(ds)
+    terminal.wall_table(ds)
     text = on_80_columns.readouterr().out
     assert "continued" not in text
     assert [row[3] for row in cells(text)[-6:]][1] == "1 very slight"
@@ -95,6 +95,6 @@ def test_two_judgements_side_by_side_fit(every_column: xr.Dataset, on_80_columns
         np.array([0, 1, 1, 1, 1, 1], dtype=np.int8),
         after["damage_category"].attrs,
     )
-    screen.judged_again(every_column, after)
+    terminal.judged_again(every_column, after)
     rows = [row for row in cells(on_80_columns.readouterr().out) if row[0] == "25"]
     assert rows[0][-2:] == ["1 very slight", "1 very slight"]

@@ -10,7 +10,8 @@ import time
 
 import pytest
 
-from damagepred import cli, screen
+from damagepred import cli
+from damagepred.cli import terminal
 
 SLOW = """
 import sys, time
@@ -74,19 +75,19 @@ def test_an_interrupt_while_waiting() -> None:
 
 def test_activities_follow_each_other(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
     def until_it_is_said(activity: str) -> None:
-        while screen._WAIT._said != activity:
+        while terminal._WAIT._said != activity:
             time.sleep(0.01)
 
-    monkeypatch.setattr(screen.Wait, "FIRST", 0.3)
-    with screen.doing("reading"):
+    monkeypatch.setattr(terminal.Wait, "FIRST", 0.3)
+    with terminal.doing("reading"):
         until_it_is_said("reading")
-        with screen.doing("fitting") as activity:
+        with terminal.doing("fitting") as activity:
             until_it_is_said("fitting")
             activity[0] = "drawing"
             until_it_is_said("drawing")
-        monkeypatch.setattr(screen.Wait, "FIRST", 60.0)
-        with screen.doing("too quick to be named"):
-            time.sleep(2 * screen.Wait.TICK)
+        monkeypatch.setattr(terminal.Wait, "FIRST", 60.0)
+        with terminal.doing("too quick to be named"):
+            time.sleep(2 * terminal.Wait.TICK)
     words = [line.partition(",")[0] for line in capfd.readouterr().err.splitlines()]
     assert words == ["reading", "fitting", "drawing"]
 
@@ -94,10 +95,10 @@ def test_activities_follow_each_other(monkeypatch: pytest.MonkeyPatch, capfd: py
 def test_compilation_has_its_name(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
     import numba
 
-    monkeypatch.setattr(screen.Wait, "FIRST", 0.0)
-    monkeypatch.setattr(screen.Wait, "TICK", 0.01)
+    monkeypatch.setattr(terminal.Wait, "FIRST", 0.0)
+    monkeypatch.setattr(terminal.Wait, "TICK", 0.01)
     printed = ""
-    with screen.doing("solving"):
+    with terminal.doing("solving"):
         for k in range(50):  # until the thread that looks has met the compiler
             assert numba.njit(lambda x, k=k: x + k)(2.0) == 2.0 + k
             printed += capfd.readouterr().err

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from damagepred.archive.files import read_dataset
-from damagepred.study.campaign.cost_estimate import estimate_cost
+from damagepred.campaign.cost_estimate import estimate_cost
 from tests.cli.conftest import Run
 
 SCENE = """

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from damagepred.assembly import wall_model
 from damagepred.damage import JointMap, judge
 from damagepred.enumerations import ContactKind
-from damagepred.pipeline import gauges, solve
+from damagepred.one_wall.judged_path import gauges
+from damagepred.one_wall.solve import solve
 from damagepred.scene import ControlJoint, Damage, Dpc, Movement, Opening, Scene, Solver, Wall
 from tests.damage.pattern import Pattern, rules_of
 

@@ -12,7 +12,7 @@ from damagepred.damage import Cracks, group_widths, judge, load_table
 from damagepred.damage.cracks import find_cracks
 from damagepred.damage.table import read_table
 from damagepred.errors import InputError
-from damagepred.pipeline import joint_map
+from damagepred.one_wall.judged_path import joint_map
 from damagepred.scene import Damage, Dpc, Scene, Solver, Wall
 from tests.damage.pattern import COURSE, Pattern, largest_group, rules_of
 

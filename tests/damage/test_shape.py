@@ -6,7 +6,7 @@ import pytest
 import damagepred
 from damagepred.assembly import wall_model
 from damagepred.damage import Frames, SightLines, deviation_limits, sticking_limits
-from damagepred.pipeline import gauges
+from damagepred.one_wall.judged_path import gauges
 from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
 
 HOUSE = Scene(

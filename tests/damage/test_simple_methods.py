@@ -14,8 +14,8 @@ from damagepred.damage import (
     load_strain_table,
 )
 from damagepred.errors import InputError
+from damagepred.results.simple_assessment import angular_distortion, simple_categories, simple_category, simple_methods
 from damagepred.scene import Scene
-from damagepred.simple_assessment import angular_distortion, simple_categories, simple_category, simple_methods
 
 SMALL = {"wall": {"length": 1.2, "height": 0.3}, "movement": {"increments": 2, "central_deflection": 1e-3}}
 

@@ -14,8 +14,8 @@ from damagepred.cli import main
 from damagepred.errors import InputError
 from damagepred.guide import TOPICS, page
 from damagepred.guide.reference import PAGES, described_fields
+from damagepred.runtime.version import __version__
 from damagepred.scene import Scene, Wall
-from damagepred.version import __version__
 from tests.conftest import ROOT
 from tests.guide.pages import ALL, GUIDE, WRITTEN, blocks, sentences
 

@@ -14,9 +14,8 @@ from damagepred.kernels.explicit.motion import move
 from damagepred.kernels.interface.contact import contact_forces
 from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import Joint, Solver
-from damagepred.solvers.state.joint_history import JointHistory, fields_of
-from damagepred.solvers.time_stepping import scheme as explicit
-from damagepred.solvers.time_stepping.tiles import (
+from damagepred.solvers.explicit import scheme as explicit
+from damagepred.solvers.explicit.tiles import (
     LANES,
     history_of,
     needs_full_law,
@@ -25,6 +24,7 @@ from damagepred.solvers.time_stepping.tiles import (
     softening_of,
     take,
 )
+from damagepred.solvers.state.joint_history import JointHistory, fields_of
 
 PLAIN = Joint()
 SPECIAL = Joint(dilation=0.3, brittle_shear=True, residual_cohesion=5e4, residual_tensile_strength=2e4)

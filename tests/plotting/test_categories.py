@@ -10,7 +10,7 @@ from damagepred.damage import load_table
 from damagepred.plotting.categories import shade_bands, table_of, width_scale
 from damagepred.plotting.colours import CATEGORY_COLOURS, width_colours
 from damagepred.plotting.sheet import new_figure
-from tests.test_rejudge import study
+from tests.results.test_rejudge import study
 
 
 @pytest.mark.parametrize(

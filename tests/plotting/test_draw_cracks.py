@@ -8,7 +8,7 @@ from matplotlib.colors import to_rgba
 import damagepred
 from damagepred.plotting.colours import CATEGORY_COLOURS
 from damagepred.plotting.cracks import _row, cracks_sheet, draw_cracks, widest_of_each_part
-from damagepred.wall_cracks import crack_frame
+from damagepred.results.wall_cracks import crack_frame
 
 
 def collection(ax, label: str):

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from damagepred.analyses.variance_shares import study_sensitivity
 from damagepred.errors import InputError
 from damagepred.plotting import draw_sensitivity
-from damagepred.study.analyses.variance_shares import study_sensitivity
-from tests.study.test_variance_shares import crossed_walls
+from tests.analyses.test_variance_shares import crossed_walls
 
 
 def test_inputs_and_groups_are_drawn_with_their_intervals():

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from damagepred.errors import DamagepredError
-from damagepred.pipeline import model_of
+from damagepred.one_wall.judged_path import model_of
 from damagepred.scene import Scene
 from damagepred.solvers import solve_path
 from tests.properties.strategies import number

@@ -16,17 +16,17 @@ import pytest
 from damagepred import fit_fragility, open_study
 from damagepred.archive.folder import StudyFolder
 from damagepred.assembly import wall_model
+from damagepred.campaign.sample import run_batch
+from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import SampleStatus
 from damagepred.kernels import jit
 from damagepred.kernels.equilibrium.joints import joint_steps
-from damagepred.pipeline import dynamic_run, follow
+from damagepred.one_wall.judged_path import dynamic_run, follow
 from damagepred.scene import Dpc, Dynamics, Scene, Wall
 from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.study import Study
-from damagepred.study.campaign.sample import run_batch
-from damagepred.study.settings import StudySettings
 from tests.conftest import ROOT, SMALL_STUDY
 from tests.regressions import walls
 from tests.synthetic_studies import synthetic_study

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 import pytest
 
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 from studies.benchmarks.pages import machine, markdown, processor_model, put_in
 from tests.regressions.cases import GATE, LONG, Case
 from tests.regressions.measure import PAUSE, Rounds, processor, slow

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damagepred.solvers.time_stepping import scheme as explicit
+from damagepred.solvers.explicit import scheme as explicit
 from tests.regressions import cases
 from tests.regressions.cases import GATE, Case
 from tests.regressions.conftest import BASELINE, OTHER_PROCESSOR, reference

@@ -8,7 +8,7 @@ from damagepred.assembly import wall_model
 from damagepred.kernels.jit import rule
 from damagepred.kernels.zone.forces import zone_forces
 from damagepred.scene import BlockMaterial, Dpc, Loads, Movement, Opening, Scene, Solver, Wall
-from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
+from damagepred.solvers.explicit.scheme import DampedTimeStepping
 
 EXPLICIT = Solver(method="explicit")
 STRONG = BlockMaterial(cohesion=20e6, friction=0.75, tensile_strength=5e6)

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from damagepred.pipeline import solve
+from damagepred.one_wall.solve import solve
 from damagepred.scene import Scene
 from tests.synthetic_studies import synthetic_study
 

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.files import write_dataset
-from damagepred.pipeline import solve
+from damagepred.one_wall.solve import solve
 from damagepred.report import write_report
 from damagepred.scene import Scene
 from tests.regressions.measure import seconds

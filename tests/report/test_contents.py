@@ -11,8 +11,9 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.formatting import chance, length, number, quantity, with_band
-from damagepred.pipeline import solve
+from damagepred.one_wall.solve import solve
 from damagepred.report.caveats import model_caveats, study_caveats, wall_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section, unsure
@@ -23,9 +24,8 @@ from damagepred.report.sources import field_source, source_of_value, sources_of_
 from damagepred.report.study import study_page
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_page
+from damagepred.results.tables import crack_columns
 from damagepred.scene import Scene
-from damagepred.study.settings import StudySettings, read_frozen
-from damagepred.tables import crack_columns
 from damagepred.uq.fragility import fit_fragility
 from tests.conftest import SMALL_STUDY
 from tests.synthetic_studies import synthetic_study

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from damagepred.archive.files import write_dataset
-from damagepred.pipeline import solve
+from damagepred.campaign.settings import StudySettings
+from damagepred.one_wall.solve import solve
 from damagepred.report import write_report
 from damagepred.scene import Scene
 from damagepred.study import Study
-from damagepred.study.settings import StudySettings
 from tests.conftest import SMALL_STUDY
 from tests.report.test_page import HTML, check_page
 

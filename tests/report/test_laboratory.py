@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred import Movement, Opening, Scene, Study, Wall, crack_frame, cracks, plotting, screen, solve
+from damagepred import Movement, Opening, Scene, Study, Wall, crack_frame, cracks, plotting, solve
+from damagepred.campaign.settings import StudySettings
+from damagepred.cli import terminal
 from damagepred.report import write_report
 from damagepred.report.summary import wall_summary
+from damagepred.results.tables import crack_columns
 from damagepred.scene import Load, Loading
-from damagepred.study.settings import StudySettings
-from damagepred.tables import crack_columns
 
 PIER = Scene(
     wall=Wall(length=1.2, height=0.9, block_length=0.4, block_height=0.15),
@@ -47,7 +48,7 @@ def test_tables_name_them(pier: xr.Dataset, capsys: pytest.CaptureFixture[str]) 
     found = cracks(pier)
     heads = [column.name for column in crack_columns(crack_frame(found))]
     assert "began at a load displacement of" in heads
-    screen.crack_table(found, crack_frame(found))
+    terminal.crack_table(found, crack_frame(found))
     said = capsys.readouterr().out
     assert "cracks at a load displacement of 3 mm" in said
     assert "deflection" not in said

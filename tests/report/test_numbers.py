@@ -14,20 +14,20 @@ import pytest
 import xarray as xr
 from scipy.stats import norm
 
+from damagepred.analyses.variance_shares import study_sensitivity
 from damagepred.archive.files import write_dataset
 from damagepred.archive.folder import StudyFolder
+from damagepred.campaign.settings import read_frozen
 from damagepred.damage import construction_limits
-from damagepred.rejudge import Share, judge_again, shares
 from damagepred.report import write_report
 from damagepred.report.inputs import HEADS
 from damagepred.report.quality import telling_movement
+from damagepred.results.rejudge import Share, judge_again, shares
+from damagepred.results.wall_cracks import crack_frame, cracks
 from damagepred.scene import Scene
 from damagepred.scene.quantity import to_si
-from damagepred.study.analyses.variance_shares import study_sensitivity
-from damagepred.study.settings import read_frozen
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import fit_fragility
-from damagepred.wall_cracks import crack_frame, cracks
 from tests.report.test_page import HTML, check_page
 from tests.synthetic_studies import FAILED, synthetic_study
 

@@ -15,13 +15,13 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
-from damagepred import screen
 from damagepred.archive.folder import StudyFolder
-from damagepred.rejudge import judge_again, shares
+from damagepred.cli import terminal
+from damagepred.results.rejudge import judge_again, shares
+from damagepred.results.tables import curve_notes, energy_rows, quality_rows
+from damagepred.results.wall_cracks import crack_frame, cracks
 from damagepred.study import Progress
-from damagepred.tables import curve_notes, energy_rows, quality_rows
 from damagepred.uq.fragility import fit_fragility
-from damagepred.wall_cracks import crack_frame, cracks
 from tests.report.test_numbers import compare, each, numbers
 from tests.synthetic_studies import synthetic_study
 
@@ -34,8 +34,8 @@ class Screen:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.tables: list[tuple[str, list[str], list[list[str]]]] = []
         self.lines: list[str] = []
-        monkeypatch.setattr(screen, "table", lambda *given: self.tables.append(given))  # type: ignore[arg-type]
-        monkeypatch.setattr(screen, "say", lambda line, **how: self.lines.append(line))
+        monkeypatch.setattr(terminal, "table", lambda *given: self.tables.append(given))  # type: ignore[arg-type]
+        monkeypatch.setattr(terminal, "say", lambda line, **how: self.lines.append(line))
 
     def check(self, expected: Mapping[str, Sequence[Sequence[float]] | None]) -> None:
         """Compare the only table with columns; a head says with UNIT where its unit stands. None: words."""
@@ -89,7 +89,7 @@ def test_every_number_of_a_wall(wall: xr.Dataset, shown: Screen) -> None:
     for name in ("unbalanced_force_ratio", "joint_law_violation"):  # largest before the end
         ds[name] = "increment", 1e-7 * np.arange(steps, 0, -1)
     ds["footing_separation_length"] = wall["footing_separation_length"].copy(data=0.12 * np.arange(steps))
-    screen.wall_table(ds)
+    terminal.wall_table(ds)
     expected = {
         f"surface\nmovement\n{UNIT}": each(ds["surface_movement"]),
         f"deflection\n{UNIT}": each(ds["central_deflection"]),
@@ -158,7 +158,7 @@ def test_every_number_of_a_run_in_time() -> None:
 def test_every_number_of_cracks(wall: xr.Dataset, shown: Screen) -> None:
     found = cracks(wall)
     frame = crack_frame(found)
-    screen.crack_table(found, frame)
+    terminal.crack_table(found, frame)
     slope = [
         [] if o in ("horizontal", "vertical") else [np.round(i)]
         for o, i in zip(frame["crack_orientation"], frame["crack_inclination"])
@@ -185,7 +185,7 @@ def test_every_number_of_fragility_curves(tmp_path: Path, shown: Screen) -> None
     """With failed walls, whose bounds are said below the table in its unit."""
     folder = synthetic_study(tmp_path / "house.dp", 40, failed=(3, 11, 17, 30))
     curves = fit_fragility(StudyFolder(folder).results(), bootstrap=20)
-    screen.fragility_table(curves)
+    terminal.fragility_table(curves)
     ((_, heads, rows),) = shown.tables
     band = f"({curves.attrs['confidence']:.0%} band)"
     failed = "if all\nfailed walls were\nundamaged, or damaged"
@@ -214,7 +214,7 @@ def test_every_number_of_fragility_curves(tmp_path: Path, shown: Screen) -> None
     median = float(curves["median"][0])
     for unit, head, cell in (("m-1", "median 1/m\n", f"{median:.3g} ("), ("1", "median\n", f"1/{1 / median:.0f} (")):
         curves["intensity"].attrs["units"] = unit
-        screen.fragility_table(curves)
+        terminal.fragility_table(curves)
         _, heads, others = shown.tables.pop()
         assert heads[1].startswith(head)
         assert others[0][1].startswith(cell)
@@ -227,7 +227,7 @@ def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, sho
         after[name] = "increment", factor * 1e-3 * np.arange(1.0, after.sizes["increment"] + 1)
     after["damage_category"].values[:] = np.arange(after.sizes["increment"]) % 3  # another than before
     assert (after["damage_category"].values != wall["damage_category"].values).any()
-    screen.judged_again(wall, after)
+    terminal.judged_again(wall, after)
     ((_, heads, rows),) = shown.tables
     columns = dict(zip(heads, zip(*rows)))
     for head, values, unit in (
@@ -245,7 +245,7 @@ def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, sho
     shown.tables.clear()
     study = StudyFolder(synthetic_study(tmp_path / "house.dp", 40)).results()
     after = judge_again(study, measure="band")
-    screen.judged_again(study, after)
+    terminal.judged_again(study, after)
     ((_, _, rows),) = shown.tables
     was, now = shares(study), shares(after)
     assert was != now
@@ -259,7 +259,7 @@ def test_shares_of_levels_are_shares_of_walls() -> None:
     flags = {"flag_meanings": "none slight severe"}
     level: Any = np.array([[0, 1], [1, 2], [0, 0], [1, 1]], dtype=np.int8)
     ds = xr.Dataset({"deviation_level": (("sample", "increment"), level, flags)})
-    assert screen._levels(ds) == ["out of level or plumb, at worst: 25.0% none, 50.0% slight, 25.0% severe"]
+    assert terminal._levels(ds) == ["out of level or plumb, at worst: 25.0% none, 50.0% slight, 25.0% severe"]
 
 
 def bands(names: Sequence[str], shape: tuple[int, ...] = (), first: float = 0.0) -> dict[str, Any]:
@@ -295,7 +295,7 @@ def test_every_number_of_a_sensitivity(shown: Screen) -> None:
             "samples_failed": 5,
         },
     )
-    screen.sensitivity_tables(found)
+    terminal.sensitivity_tables(found)
     (title, heads, rows), (beyond, group_heads, groups) = shown.tables
     assert title == "house: capacity, 96 walls"
     assert heads == ["input", *(f"{w}\n(80% interval)" for w in ("rank correlation", "partial", "share of variance"))]
@@ -312,7 +312,7 @@ def test_every_number_of_a_sensitivity(shown: Screen) -> None:
     banded(shown.lines[0].partition(":")[2], found, "interaction")
     assert [line[:8] for line in shown.lines[1:]] == ["13% of t", "5 failed"]
     shown.tables.clear(), shown.lines.clear()
-    screen.sensitivity_tables(found.drop_dims("group").assign_attrs(share_censored=0.0, samples_failed=0))
+    terminal.sensitivity_tables(found.drop_dims("group").assign_attrs(share_censored=0.0, samples_failed=0))
     assert len(shown.tables) == 1
     assert not shown.lines
 
@@ -330,13 +330,13 @@ def test_every_number_of_a_surface(scale: str, words: str) -> None:
             "aic_without": 219.7,
         },
     )
-    assert screen.surface_lines(surface) == [
+    assert terminal.surface_lines(surface) == [
         "category 2 against the surface movement and joint.cohesion: the median goes with "
         f"{words} 0.5 (0.47 to 0.57); dispersion 0.60 (0.54 to 0.74), without it 0.91",
         "Akaike's criterion: 211.4 with it, 219.7 without; it speaks for the curve with it",
     ]
-    assert screen.surface_lines(surface.assign_attrs(aic_with=230.0))[1].endswith("the curve without it")
-    (said,) = screen.surface_lines(surface.assign(fit_status="never reached"))
+    assert terminal.surface_lines(surface.assign_attrs(aic_with=230.0))[1].endswith("the curve without it")
+    (said,) = terminal.surface_lines(surface.assign(fit_status="never reached"))
     assert said.endswith("no surface, never reached")
 
 
@@ -382,21 +382,21 @@ def test_zones_and_costs_of_an_explicit_run_in_numbers() -> None:
         attrs={"deformable_blocks": 11, "zones": 128, "plane": "stress", "solver_method": "explicit"},
     )
     blocks = "11 of 18 blocks deformable, 128 zones in plane stress; "
-    assert screen.zones_in_words(ds) == [blocks + "at the end 3 yield in shear, 5 in tension, 7 have yielded before"]
+    assert terminal.zones_in_words(ds) == [blocks + "at the end 3 yield in shear, 5 in tension, 7 have yielded before"]
     for name in ("shear", "tension"):  # each of the three kinds is enough to be told
         ds[f"zones_in_{name}"] = steps, [0, 0, 0]
-    assert "7 have yielded before" in screen.zones_in_words(ds)[0]
+    assert "7 have yielded before" in terminal.zones_in_words(ds)[0]
     ds["zones_yielded_before"] = steps, [0, 0, 0]
     alike = ds.assign(zones_in_shear=(steps, [0, 0, 4]), zones_in_tension=(steps, [0, 0, 4]))
-    assert "4 yield in shear, 4 in tension, 0 have" in screen.zones_in_words(alike)[0]
-    assert screen.zones_in_words(ds) == [blocks + "none of them yields"]
+    assert "4 yield in shear, 4 in tension, 0 have" in terminal.zones_in_words(alike)[0]
+    assert terminal.zones_in_words(ds) == [blocks + "none of them yields"]
     assert quality_rows(ds) == [
         ["largest unbalanced force", "3e−05", "mean block weights"],
         ["cycles or time steps", "3210", ""],
         ["reaction of the ground at the end", "9.25", "kN"],
     ]
     del ds.attrs["zones"]
-    assert screen.zones_in_words(ds) == []
+    assert terminal.zones_in_words(ds) == []
 
 
 def test_levels_of_weighted_walls_and_of_one_wall() -> None:
@@ -404,11 +404,11 @@ def test_levels_of_weighted_walls_and_of_one_wall() -> None:
     level: Any = np.array([[0, 1], [-1, -1], [2, 0], [1, 1]], dtype=np.int8)
     ds = xr.Dataset({"opening_sticking": (("sample", "increment"), level, flags), "weight": ("sample", [1.0, 2, 3, 4])})
     words = "doors and windows, at worst: "
-    assert screen._levels(ds) == [f"{words}20.0% not known, 50.0% may stick, 30.0% sticks"]
+    assert terminal._levels(ds) == [f"{words}20.0% not known, 50.0% may stick, 30.0% sticks"]
     one = ds.isel(sample=2).drop_vars("weight")
     one["deviation_level"] = "increment", np.array([1, 0], dtype=np.int8), {"flag_meanings": "none slight"}
-    assert screen._levels(one) == ["out of level or plumb, at worst: slight", f"{words}sticks"]
-    assert screen._levels(one.isel(increment=slice(0))) == []
+    assert terminal._levels(one) == ["out of level or plumb, at worst: slight", f"{words}sticks"]
+    assert terminal._levels(one.isel(increment=slice(0))) == []
 
 
 def test_names_of_categories_that_only_one_judgement_has(shown: Screen) -> None:
@@ -423,7 +423,7 @@ def test_names_of_categories_that_only_one_judgement_has(shown: Screen) -> None:
             attrs={"title": "house", "highest_category": many - 1, "judgement": "by joints; by bands"},
         )
 
-    screen.judged_again(judged([5, 2, -1, 0], 6, "old_"), judged([1, 2, -1, 0], 5, ""))
+    terminal.judged_again(judged([5, 2, -1, 0], 6, "old_"), judged([1, 2, -1, 0], 5, ""))
     ((title, heads, rows),) = shown.tables
     assert (title, heads) == ("house: walls by the worst category of their path", ["category", "before", "after"])
     nothing = "0 (0.0%)"
@@ -443,7 +443,7 @@ def test_time_stands_for_the_deflection_and_cautions_follow(wall: xr.Dataset, sh
     ds = wall.assign(time=("increment", 0.37 * np.arange(wall.sizes["increment"])))
     ds["footing_separation_length"] = 0.0 * wall["footing_separation_length"]  # with a dpc it is left out then
     ds.attrs |= {"energy_error_share": 0.3, "energy_tolerance": 0.05}
-    screen.wall_table(ds)
+    terminal.wall_table(ds)
     ((_, heads, rows),) = shown.tables
     assert [row[heads.index("time\ns")] for row in rows[:4]] == ["0.000", "0.370", "0.740", "1.110"]
     assert not any(head.startswith(("deflection", "bed\n")) for head in heads)
@@ -482,15 +482,15 @@ def test_cracks_that_are_too_many_run_through_bricks_or_are_not_there(
     ]
     summary = "and 1 narrower ones; --full shows them, --csv writes them all"
     for full, most, said in ((True, 2, []), (False, 3, []), (False, 2, [summary])):
-        monkeypatch.setattr(screen.FORM, "full", full)
-        screen.crack_table(found, frame, most)
+        monkeypatch.setattr(terminal.FORM, "full", full)
+        terminal.crack_table(found, frame, most)
         assert shown.tables.pop()[2] == (rows if full else rows[:most])
         assert shown.lines == ["* runs through bricks, too", *said]
         shown.lines.clear()
-    screen.crack_table(found, frame[:1])
+    terminal.crack_table(found, frame[:1])
     assert not shown.lines
     shown.tables.clear()
-    screen.crack_table(found, frame[:0])
+    terminal.crack_table(found, frame[:0])
     nothing = "house: nothing has opened or slid by more than 0.1 mm at a central deflection of 7 mm"
     assert (shown.tables, shown.lines) == ([], [nothing])
 
@@ -498,7 +498,7 @@ def test_cracks_that_are_too_many_run_through_bricks_or_are_not_there(
 def test_a_study_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a terminal a line at once, one every ten seconds and one at the end; with one, a bar and no lines."""
     clock = [100.0]
-    monkeypatch.setattr(screen, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(terminal, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     steps = [
         (105.0, 20, 1, ""),
         (112.0, 24, 2, "sample 3 failed"),
@@ -506,7 +506,7 @@ def test_a_study_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
         (120.0, 27, 3, ""),
         (121.0, 50, 3, ""),
     ]
-    for terminal, lines in (
+    for in_terminal, lines in (
         (
             False,
             [
@@ -519,10 +519,10 @@ def test_a_study_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
         (True, None),
     ):
         told = io.StringIO()
-        console = Console(file=told, soft_wrap=True, highlight=False, force_terminal=terminal, width=90)
-        monkeypatch.setattr(screen, "_err", console)
+        console = Console(file=told, soft_wrap=True, highlight=False, force_terminal=in_terminal, width=90)
+        monkeypatch.setattr(terminal, "_err", console)
         clock[0] = 100.0
-        with screen.StudyBar() as bar:
+        with terminal.StudyBar() as bar:
             for clock[0], done, failed, wrong in steps[: None if lines else 3]:
                 bar.update(Progress(50, done, failed, wrong))
         if lines:
@@ -535,13 +535,13 @@ def test_a_study_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_wall_tells_how_far_it_is_on_a_terminal_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    for terminal in (False, True):
+    for in_terminal in (False, True):
         told = io.StringIO()
-        monkeypatch.setattr(screen, "_err", Console(file=told, force_terminal=terminal, width=90))
-        with screen.Bar("house", 5) as bar:
+        monkeypatch.setattr(terminal, "_err", Console(file=told, force_terminal=in_terminal, width=90))
+        with terminal.Bar("house", 5) as bar:
             for _ in range(2):
                 bar.step(None)  # type: ignore[arg-type]
-        assert (bar._progress.tasks[0].completed, bool(told.getvalue())) == (2, terminal)
+        assert (bar._progress.tasks[0].completed, bool(told.getvalue())) == (2, in_terminal)
     assert re.search("house.*2/5", told.getvalue())
 
 
@@ -555,20 +555,20 @@ def test_output_that_cannot_be_written_is_lost_once_and_told(monkeypatch: pytest
             if problem:
                 raise problem[0]
 
-        stream = screen._Stream("stdout")
-        monkeypatch.setattr(screen, "_OUTPUT", stream)
+        stream = terminal._Stream("stdout")
+        monkeypatch.setattr(terminal, "_OUTPUT", stream)
         problem: list[OSError] = []
         monkeypatch.setattr(sys, "stdout", SimpleNamespace(write=write, fileno=file.fileno, encoding="utf-7"))
-        assert (stream.write("abc"), screen.lost_output(), stream.encoding) == (3, None, "utf-7")
+        assert (stream.write("abc"), terminal.lost_output(), stream.encoding) == (3, None, "utf-7")
         problem.append(OSError(errno.ENOSPC, "no space"))
         assert [stream.write("de"), stream.write("f")] == [2, 1]
         assert tried == ["abc", "de"]
-        assert screen.lost_output() == "no space"
+        assert terminal.lost_output() == "no space"
         file.write("left in a buffer")
     assert (tmp_path / "full").read_text() == ""
     for error, lost in ((OSError(errno.EPIPE, "gone"), None), (OSError("odd"), "odd")):
         stream.error = error
-        assert screen.lost_output() == lost
+        assert terminal.lost_output() == lost
 
 
 def test_columns_that_belong_together_stay_together() -> None:
@@ -580,15 +580,15 @@ def test_columns_that_belong_together_stay_together() -> None:
         (16, [[0, 1, 2], [0, 3]]),
         (15, [[0, 1], [0, 2], [0, 3]]),
     ):
-        assert screen._parts_that_fit(columns, row, width) == parts
-    assert screen._parts_that_fit(["no", "b", "c" * 20], [], 12) == [[0, 1], [0, 2]]  # wider than any screen
-    assert screen._parts_that_fit(["no", "bbbb", "aa\nx", "aa\ny"], [], 22) == [[0, 1], [0, 2, 3]]
+        assert terminal._parts_that_fit(columns, row, width) == parts
+    assert terminal._parts_that_fit(["no", "b", "c" * 20], [], 12) == [[0, 1], [0, 2]]  # wider than any screen
+    assert terminal._parts_that_fit(["no", "bbbb", "aa\nx", "aa\ny"], [], 22) == [[0, 1], [0, 2, 3]]
 
 
 def test_a_table_has_its_numbers_on_the_right_and_says_that_it_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     told = io.StringIO()
-    monkeypatch.setattr(screen, "_out", Console(file=told, width=15))
-    screen.table("house [1]", ["no", "wide", "wider"], [["1", "2", "3"], ["10", "20", "30"]])
+    monkeypatch.setattr(terminal, "_out", Console(file=told, width=15))
+    terminal.table("house [1]", ["no", "wide", "wider"], [["1", "2", "3"], ["10", "20", "30"]])
     lines = told.getvalue().splitlines()
     assert [line.strip() for line in lines if "house" in line] == ["house [1]", "house [1],"]
     assert "continued" in told.getvalue()
@@ -599,8 +599,8 @@ def test_a_table_has_its_numbers_on_the_right_and_says_that_it_goes_on(monkeypat
         "│ 10 │    30 │",
     ]
     told.truncate(0)
-    monkeypatch.setattr(screen.FORM, "full", False)
-    screen.table("house [1]", ["no", "wide", "wi\nder"], [["1", "2", "3"], ["10", "20", "30"]])
+    monkeypatch.setattr(terminal.FORM, "full", False)
+    terminal.table("house [1]", ["no", "wide", "wi\nder"], [["1", "2", "3"], ["10", "20", "30"]])
     assert "continued" not in told.getvalue()
     assert "30" not in told.getvalue()
     assert "not shown: wi der; --full shows them" in " ".join(told.getvalue().split())

@@ -8,12 +8,12 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.errors import InputError
 from damagepred.formatting import chance
 from damagepred.report import write_report
 from damagepred.report.study import study_page
 from damagepred.report.summary import answers, influences, study_summary, wall_summary
-from damagepred.study.settings import StudySettings, read_frozen
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.movement_distribution import MOUND, movement_distribution
 from tests.synthetic_studies import synthetic_study

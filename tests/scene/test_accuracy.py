@@ -6,11 +6,11 @@ from dataclasses import fields, replace
 
 import pytest
 
+from damagepred.campaign.preset_accuracy import accuracy_lines
+from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Solver
 from damagepred.scene.accuracy import PRESETS, STANDARD, measured, preset
-from damagepred.study.campaign.preset_accuracy import accuracy_lines
-from damagepred.study.settings import StudySettings
 
 METHODS = ("quasi_static", "explicit")
 

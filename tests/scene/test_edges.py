@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.scene import Mound, Movement, Rig, Scene, Soil
 from damagepred.scene.assumed import _ground_values, assumed_ground, ground_line
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.quantity import to_si
-from damagepred.study.settings import StudySettings
 
 WINDOW = {"x": 2.0, "y": 0.9, "width": 1.0, "height": 1.0}
 DOOR = {"kind": "door", "x": 4.5, "width": 0.9, "height": 2.0}

@@ -9,6 +9,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import PydanticUndefined
 
+from damagepred.campaign.settings import Sampling
 from damagepred.errors import InputError
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.dynamics import BaseMotion, Dynamics
@@ -25,7 +26,6 @@ from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import SoilLayer, Suction
 from damagepred.scene.strain import Creep, Strain
 from damagepred.scene.wall import ControlJoint, Opening, Wall
-from damagepred.study.settings import Sampling
 from damagepred.uq.stopping import StopWhen
 
 TABLES = (

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from damagepred.campaign.template import template
 from damagepred.errors import InputError
 from damagepred.guide import page
 from damagepred.scene import Footing, Joint, Mound, Movement, ReinforcedConcrete, Rig, Scene, Soil, Solver
 from damagepred.scene.assumed import ground_line
-from damagepred.study.campaign.template import template
 
 EVERYTHING = {
     "movement": {"shape": "jacks", "kind": "doming"},
@@ -104,7 +104,7 @@ def test_which_places_may_hold_a_number():
 
 
 def test_a_number_that_is_left_out_is_no_misspelling():
-    from damagepred.study.settings import StudySettings
+    from damagepred.campaign.settings import StudySettings
 
     with pytest.raises(InputError, match=r"mound\.exponent.*leaves this number out"):
         StudySettings.from_dict(

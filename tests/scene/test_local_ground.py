@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from damagepred import Scene, damage, solve
+from damagepred.campaign.site_classes import site_line
 from damagepred.errors import InputError
 from damagepred.scene.assumed import ground_cautions
-from damagepred.study.campaign.site_classes import site_line
 from damagepred.uq.intensity import movement_words
 from tests.cli.conftest import Run, command
 

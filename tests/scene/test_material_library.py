@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from damagepred import Joint, Scene, solve
-from damagepred.data_files import CONFIDENCE
+from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
+from damagepred.inputs.data_files import CONFIDENCE
 from damagepred.report.sources import source_of_value
 from damagepred.scene import masonry_library
-from damagepred.study.settings import StudySettings
 
 DUTCH = "clay brick, Dutch, 1940s"
 

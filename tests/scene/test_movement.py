@@ -10,9 +10,9 @@ from scipy.optimize import brentq
 
 import damagepred
 from damagepred.errors import InputError
+from damagepred.results.simple_assessment import angular_distortion
 from damagepred.scene import Joint, Loads, Movement, Scene, Wall
 from damagepred.scene.footing_profile import arc, three_loads
-from damagepred.simple_assessment import angular_distortion
 
 XI = np.linspace(0.0, 1.0, 401)
 

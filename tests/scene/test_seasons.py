@@ -7,15 +7,15 @@ import pytest
 import xarray as xr
 
 from damagepred import Scene, Study, open_study
+from damagepred.campaign.replay import replay
+from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.report.caveats import model_caveats
+from damagepred.results.tables import path_columns
+from damagepred.results.year_tables import year_columns, year_frame
 from damagepred.scene import Movement, Seasons, SeasonStep
-from damagepred.study.campaign.replay import replay
-from damagepred.study.settings import StudySettings
-from damagepred.tables import path_columns
 from damagepred.uq.estimate import probability
-from damagepred.year_tables import year_columns, year_frame
 
 SMALL = {"wall": {"length": 1.44, "height": 0.6}, "dpc": {"course": 2}}
 

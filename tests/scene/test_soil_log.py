@@ -9,13 +9,13 @@ import tomli_w
 from scipy.integrate import quad
 
 from damagepred import Footing, Movement, Scene, Study, open_study
+from damagepred.campaign.replay import replay
+from damagepred.campaign.settings import StudySettings, read_frozen
+from damagepred.campaign.site_classes import site_line, surface_movements
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.scene import Seasons, SoilLayer, Suction, surface_movement
 from damagepred.scene.assumed import assumed_seasons, ground_line
-from damagepred.study.campaign.replay import replay
-from damagepred.study.campaign.site_classes import site_line, surface_movements
-from damagepred.study.settings import StudySettings, read_frozen
 
 FOOTED = {"footing": {"width": 0.3, "depth": 0.3}, "movement": {"shape": "mound"}}
 

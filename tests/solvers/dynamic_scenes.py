@@ -7,7 +7,7 @@ import damagepred
 from damagepred import Assembly
 from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
-from damagepred.pipeline import dynamic_run
+from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import Dynamics, Joint, Solver
 from damagepred.solvers.dynamics.run import DynamicRun
 

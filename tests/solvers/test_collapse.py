@@ -10,10 +10,10 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solver, Wall
 from damagepred.solvers import solve_path
+from damagepred.solvers.explicit.collapse_mechanism import is_mechanism
 from damagepred.solvers.explicit.stepper import ExplicitStepper
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.system.collapse_criterion import detached_blocks
-from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism
 
 METHODS = pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 

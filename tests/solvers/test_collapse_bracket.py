@@ -13,12 +13,12 @@ from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Solver
 from damagepred.solvers import solve_path
+from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
 from damagepred.solvers.quasi_static import equilibrium
 from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
-from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
 CONTROL = DEFAULTS.continuation
 DRY = Joint(tensile_strength=0.0, cohesion=0.0, friction=0.75)

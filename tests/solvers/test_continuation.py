@@ -15,7 +15,7 @@ from damagepred.diagnostics import Energies, described
 from damagepred.enumerations import ContactState
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.equilibrium.joints import fill_bond_loads
-from damagepred.pipeline import model_of
+from damagepred.one_wall.judged_path import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.options import DEFAULTS

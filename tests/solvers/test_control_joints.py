@@ -11,7 +11,7 @@ from damagepred.assembly import Model, wall_geometry, wall_model
 from damagepred.assembly.interfaces import ground_movement
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.pipeline import follow
+from damagepred.one_wall.judged_path import follow
 from damagepred.scene import ControlJoint, Damage, Dpc, Dynamics, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 
 LENGTH, HEAVY = 2.4, Loads(roof=20e3)

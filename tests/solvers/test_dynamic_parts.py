@@ -12,7 +12,7 @@ from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError, InputError
 from damagepred.kernels.dynamics.contact import BONDED, FREE
-from damagepred.pipeline import model_of
+from damagepred.one_wall.judged_path import model_of
 from damagepred.scene import BaseMotion, BlockMaterial, Dpc, Dynamics, Joint, Solver, Wall
 from damagepred.solvers.dynamics.base_motion import base_displacement, from_record
 from damagepred.solvers.dynamics.body_arrays import body_arrays
@@ -293,7 +293,7 @@ def test_steps_are_counted_in_any_batches() -> None:
 
 
 def test_a_study_of_runs_in_time_is_refused(tmp_path: Path) -> None:
-    from damagepred.study.settings import StudySettings
+    from damagepred.campaign.settings import StudySettings
 
     file = tmp_path / "study.toml"
     file.write_text("[study]\nsamples = 2\n[scene.dynamics]\nduration = 1.0\n")

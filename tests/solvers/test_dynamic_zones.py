@@ -12,7 +12,7 @@ from damagepred.errors import InputError
 from damagepred.kernels.dynamics.contact import FREE, JOINT_TERMS
 from damagepred.kernels.dynamics.cycle import first_forces
 from damagepred.kernels.dynamics.motion import BODY_TERMS
-from damagepred.pipeline import model_of
+from damagepred.one_wall.judged_path import model_of
 from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver, Wall
 from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics.body_motion import update_poses

@@ -11,7 +11,7 @@ import pytest
 from damagepred import Assembly, InputError, Scene, solve
 from damagepred.assembly.assembly import rectangle
 from damagepred.kernels.dynamics.cycle import first_forces
-from damagepred.pipeline import dynamic_run, model_of
+from damagepred.one_wall.judged_path import dynamic_run, model_of
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics.body_motion import update_poses

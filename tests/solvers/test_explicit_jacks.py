@@ -11,18 +11,18 @@ from damagepred.assembly import Model, wall_model
 from damagepred.assembly.section import SectionMemory
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.pipeline import dynamic_run
+from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import Dpc, Dynamics, Footing, Joint, Loads, Mound, Movement, Rig, Scene, Soil, Solver, Wall
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
+from damagepred.solvers.explicit.jack_servo import Pump
+from damagepred.solvers.explicit.scheme import DampedTimeStepping, scaled_mass
 from damagepred.solvers.explicit.stepper import ExplicitStepper
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_forces, section_response_of
 from damagepred.solvers.system.loading_stages import unilateral_supports
 from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi
-from damagepred.solvers.time_stepping.jack_servo import Pump
-from damagepred.solvers.time_stepping.scheme import DampedTimeStepping, scaled_mass
 
 DATA = Path(__file__).parents[2] / "data"
 WHOLE = Solver(method="explicit", symmetric_half=False)

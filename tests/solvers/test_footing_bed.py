@@ -7,7 +7,7 @@ import damagepred
 from damagepred.assembly import wall_model
 from damagepred.damage import load_table
 from damagepred.enumerations import ContactKind
-from damagepred.rejudge import footing_gap_note
+from damagepred.results.rejudge import footing_gap_note
 from damagepred.scene import Damage, Dpc, Footing, Joint, Movement, Scene, Solver, Wall
 
 MM = 1e-3

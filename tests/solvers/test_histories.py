@@ -9,11 +9,11 @@ import xarray as xr
 
 import damagepred
 from damagepred import Scene
+from damagepred.campaign.replay import replay
+from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.plotting import draw_fragility, draw_history
 from damagepred.study import Study, open_study
-from damagepred.study.campaign.replay import replay
-from damagepred.study.settings import StudySettings
 from damagepred.uq.fragility import fit_fragility
 
 WALL = {"wall": {"length": 1.92, "height": 0.6}, "dpc": {"course": 2}}

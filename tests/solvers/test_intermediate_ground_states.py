@@ -11,7 +11,7 @@ import pytest
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.wall import wall_model
-from damagepred.pipeline import dynamic_run
+from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import Dpc, Dynamics, Joint, Mound, Movement, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
 

@@ -12,7 +12,7 @@ from damagepred import Scene
 from damagepred.damage import load_table
 from damagepred.errors import InputError
 from damagepred.plotting import draw_history
-from damagepred.rejudge import judge_again
+from damagepred.results.rejudge import judge_again
 
 WALL = {"wall": {"length": 1.92, "height": 0.6}, "dpc": {"course": 2}}
 DRY = {"tensile_strength": 0.0, "cohesion": 0.0}

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import damagepred
+from damagepred.campaign.replay import replay
+from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.scene import Scene, Solver
 from damagepred.solvers.options import DEFAULTS, SolverOptions, option_classes, with_recorded_options
-from damagepred.study.campaign.replay import replay
-from damagepred.study.settings import StudySettings
 from tests.solvers.walls import small_scene
 
 STUDY = """

@@ -17,11 +17,13 @@ from damagepred.kernels.interface.internal_force import contact_stresses, update
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.joint.parameters import JointParameters
-from damagepred.pipeline import dynamic_run
+from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics.body_arrays import _spread
 from damagepred.solvers.explicit import stepper as explicit
+from damagepred.solvers.explicit.jack_servo import Pump
+from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
 from damagepred.solvers.quasi_static.jacks import JackControl
@@ -31,8 +33,6 @@ from damagepred.solvers.state.zone_history import zone_results
 from damagepred.solvers.system.collapse_criterion import largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_response_of
-from damagepred.solvers.time_stepping.jack_servo import Pump
-from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from tests.solvers.dynamic_scenes import STIFF, stack, started
 from tests.verification.test_energy_accounts import DRY, ELASTIC, ONE_STEP, concrete_on_jacks, on_jacks
 

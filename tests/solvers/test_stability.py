@@ -9,10 +9,10 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import ConvergenceError, DivergenceError
 from damagepred.scene import Solver
+from damagepred.solvers.explicit import scheme
+from damagepred.solvers.explicit.scheme import scaled_mass
 from damagepred.solvers.explicit.stepper import ExplicitStepper, explicit_path
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from damagepred.solvers.time_stepping import scheme
-from damagepred.solvers.time_stepping.scheme import scaled_mass
 from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
 
 LIMIT = 1.0 / np.sqrt(1.0 - 0.8)

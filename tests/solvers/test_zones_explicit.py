@@ -14,6 +14,7 @@ from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces, z
 from damagepred.scene import BlockMaterial, Dpc, Joint, Solver, Wall
 from damagepred.solvers import solve_path
 from damagepred.solvers.driver import Outcome
+from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.explicit.stepper import ExplicitStepper
 from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.deformable_blocks import (
@@ -24,7 +25,6 @@ from damagepred.solvers.system.deformable_blocks import (
     zone_stiffness,
 )
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from tests.assembly import reference
 
 EXPLICIT = Solver(method="explicit", tolerance=1e-6, symmetric_half=False)

@@ -9,7 +9,7 @@ from damagepred import Assembly, Scene
 from damagepred.assembly import wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ZoneState
-from damagepred.pipeline import model_of
+from damagepred.one_wall.judged_path import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.driver import Outcome
@@ -250,7 +250,7 @@ def test_blocks_that_come_near_their_strength_are_cut() -> None:
     weak = BlockMaterial(elastic_modulus=9e9, cohesion=0.04e6, friction=0.6, tensile_strength=0.02e6)
     settings = Solver(blocks="auto", rigid_error=1e9)
     assembly = panel(weak)
-    from damagepred.pipeline import assembled
+    from damagepred.one_wall.judged_path import assembled
 
     model = assembled(lambda solver, chosen: assembly.build(solver, deformable=chosen), settings, 4)
     assert model.mesh is not None

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from damagepred.analyses import limit_state
+from damagepred.analyses.limit_state import Question, margin
+from damagepred.analyses.two_level import _hits
+from damagepred.analyses.variance_shares import _output_of
 from damagepred.enumerations import SampleStatus
-from damagepred.study.analyses import limit_state
-from damagepred.study.analyses.limit_state import Question, margin
-from damagepred.study.analyses.two_level import _hits
-from damagepred.study.analyses.variance_shares import _output_of
 from damagepred.uq.capacity import capacities, censored_before, interpolated_capacity, probability_reached, reached_by
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.running import running_probability
 from damagepred.uq.stopping import StopWhen
-from tests.study.test_rare import settings
+from tests.analyses.test_rare import settings
 from tests.uq.test_fragility import study
 
 MARKS = np.arange(9) * 1e-3

@@ -215,7 +215,7 @@ def test_a_column_of_a_file_ends_up_in_the_study_in_si(tmp_path: Path):
 
 
 def test_a_study_beside_its_file_keeps_the_values_themselves(tmp_path: Path):
-    from damagepred.study.settings import StudySettings, read_frozen
+    from damagepred.campaign.settings import StudySettings, read_frozen
 
     (tmp_path / "bond.csv").write_text(MEASURED)
     (tmp_path / "house.toml").write_text(

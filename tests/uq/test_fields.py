@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import wall_geometry
+from damagepred.campaign.sample import joint_places
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Wall
-from damagepred.study.campaign.sample import joint_places
 from damagepred.uq.design import Design
 from damagepred.uq.fields import course_autoregression, course_sequences
 from damagepred.uq.variable import JointField, Variable

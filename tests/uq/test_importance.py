@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy import special
 
+from damagepred.analyses.importance_proposal import propose
 from damagepred.archive.folder import open_study
 from damagepred.errors import InputError
 from damagepred.plotting.fragility import draw_fragility
-from damagepred.study.analyses.importance_proposal import propose
 from damagepred.uq.correlation import gaussian_correlation
 from damagepred.uq.design import Design, Sampler
 from damagepred.uq.estimate import probability

@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 from scipy import optimize, special
 
+from damagepred.cli.terminal import surface_lines
 from damagepred.errors import InputError
 from damagepred.plotting import draw_fragility_surface
-from damagepred.screen import surface_lines
 from damagepred.uq.fragility import capacities, fit_fragility, fit_surface
 from tests.uq.test_fragility import fail, study
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from damagepred.analyses.epistemic import Alternative, lines
 from damagepred.errors import InputError
 from damagepred.plotting.study import quantile
-from damagepred.rejudge import shares as category_shares
 from damagepred.report.typical import typical_and_worst
-from damagepred.study.analyses.epistemic import Alternative, lines
+from damagepred.results.rejudge import shares as category_shares
 from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import fit_surface, stripes
 from damagepred.uq.running import running_probability

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from damagepred.campaign.sample import joint_places
+from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Wall
 from damagepred.study import Study
-from damagepred.study.campaign.sample import joint_places
-from damagepred.study.settings import StudySettings
 from damagepred.uq.design import Design
 from damagepred.uq.variable import JointField, Variable
 from damagepred.uq.wall_fields import stated_correlation

@@ -9,8 +9,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from damagepred.analyses.back_analysis import InferenceOptions
 from damagepred.scene import Movement
-from damagepred.study.analyses.back_analysis import InferenceOptions
 from damagepred.uq.observations import CrackObservation, Discrepancy
 from tests.validation.test_validation_cases import module
 

@@ -6,9 +6,9 @@ from types import ModuleType
 
 import pytest
 
-from damagepred.input_files import read_toml
+from damagepred.analyses.design_search import Choices, price_of_search, search_design
+from damagepred.inputs.input_files import read_toml
 from damagepred.scene.reading import build
-from damagepred.study.analyses.design_search import Choices, price_of_search, search_design
 from tests.validation.test_validation_cases import module
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -40,8 +40,8 @@ def test_the_comparison_is_sensitive(study: ModuleType, tmp_path: Path) -> None:
 
     from damagepred.archive.folder import StudyFolder
     from damagepred.archive.parts import read_part, write_part
+    from damagepred.campaign.settings import StudySettings
     from damagepred.study import Study
-    from damagepred.study.settings import StudySettings
     from tests.conftest import SMALL_STUDY
 
     (tmp_path / "small.toml").write_text(SMALL_STUDY)

@@ -12,8 +12,8 @@ import pytest
 import xarray as xr
 
 from damagepred.assembly import wall_geometry
+from damagepred.campaign.settings import StudySettings
 from damagepred.damage.limits import construction_limits
-from damagepred.study.settings import StudySettings
 from damagepred.uq.variable import Variable
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -12,8 +12,8 @@ import pytest
 import xarray as xr
 
 import damagepred
+from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import SampleStatus
-from damagepred.study.settings import StudySettings
 from damagepred.uq.variable import Variable
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -12,8 +12,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from damagepred.data_files import data_file
-from damagepred.study.settings import StudySettings
+from damagepred.campaign.settings import StudySettings
+from damagepred.inputs.data_files import data_file
 from damagepred.uq.observations import Discrepancy
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -9,7 +9,7 @@ import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Solver
-from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
+from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from tests.verification.manual import Manual, Verify
 
 MANUAL = pytest.StashKey[Manual]()

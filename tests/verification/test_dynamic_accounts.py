@@ -7,7 +7,7 @@ import pytest
 
 from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
-from damagepred.pipeline import dynamic_run
+from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.scene.dynamics import BaseMotion
 from tests.verification.test_energy_accounts import ONE_STEP, elastic_energy, softening_work

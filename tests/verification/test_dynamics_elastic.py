@@ -13,7 +13,7 @@ from scipy.sparse.linalg import eigsh
 from damagepred import Assembly, Scene, solve
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError
-from damagepred.pipeline import dynamic_run, model_of
+from damagepred.one_wall.judged_path import dynamic_run, model_of
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance
 from damagepred.solvers.dynamics.run import DynamicRun

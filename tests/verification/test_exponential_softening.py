@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
-from damagepred.pipeline import dynamic_run
+from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import Dynamics, Solver
 from tests.verification.conftest import SOLVERS
 from tests.verification.manual import ClosedForm, Verify

@@ -21,7 +21,7 @@ from numpy.polynomial.legendre import legder, leggauss, legval
 from damagepred import Scene
 from damagepred.assembly.model import InterfaceRecords, Model
 from damagepred.kernels.interface.kinematics import interface_displacement
-from damagepred.pipeline import model_of
+from damagepred.one_wall.judged_path import model_of
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 RIGID_BRICKS = {"blocks": "rigid", "lump_block_elasticity": False}

@@ -13,7 +13,7 @@ from scipy import special
 import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
-from damagepred.pipeline import dynamic_run
+from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.scene.dynamics import Dynamics
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, stack

@@ -10,7 +10,7 @@ import pytest
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ContactState
-from damagepred.pipeline import dynamic_run
+from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import Dynamics, Joint, Rig, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.options import DEFAULTS

@@ -13,8 +13,8 @@ from scipy import linalg
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.scene import BlockMaterial, Solver
+from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, on_plate, stack
 from tests.verification.manual import ClosedForm, Verify
 

@@ -9,11 +9,11 @@ from damagepred import Assembly
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
-from damagepred.pipeline import dynamic_run
+from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Solver
+from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, order, zones_of
 

@@ -28,7 +28,7 @@ def run_cycles(
     Parameters
     ----------
     joints : NamedTuple of arrays
-        The interfaces in tiles; see ``damagepred.solvers.time_stepping.tiles.PackedJoints``.
+        The interfaces in tiles; see ``damagepred.solvers.explicit.tiles.PackedJoints``.
     special : bool or None
         None if no joint dilates, breaks or wears by slip or has a cap.
     softening : Softening or None
@@ -37,11 +37,11 @@ def run_cycles(
         Facets and zones of the deformable blocks, see
         ``damagepred.solvers.system.deformable_blocks``; None if all blocks are rigid.
     sections : NamedTuple or None
-        Of a footing that cracks, see ``damagepred.solvers.time_stepping.tiles.PackedSections``; None if there are none.
+        Of a footing that cracks, see ``damagepred.solvers.explicit.tiles.PackedSections``; None if there are none.
     pump : NamedTuple or None
-        Of the jacks under the footing, see ``damagepred.solvers.time_stepping.jack_servo``; None if there are none.
+        Of the jacks under the footing, see ``damagepred.solvers.explicit.jack_servo``; None if there are none.
     motion : NamedTuple of arrays
-        See ``damagepred.solvers.time_stepping.scheme.Motion``.
+        See ``damagepred.solvers.explicit.scheme.Motion``.
     damping : float
         Local damping.
     load_share : float

@@ -15,7 +15,7 @@ def press(pump, displacement, load_factor, load_factor_step, force):
     Parameters
     ----------
     pump : NamedTuple
-        See ``damagepred.solvers.time_stepping.jack_servo.PumpLine``; its ``state`` is brought up to date.
+        See ``damagepred.solvers.explicit.jack_servo.PumpLine``; its ``state`` is brought up to date.
     displacement, force : array (size,)
         Of all degrees of freedom.
     load_factor, load_factor_step : float

@@ -47,7 +47,7 @@ def sum_strain_forces(elastic, contributions, first, position, displacement, for
     Parameters
     ----------
     elastic : NamedTuple of arrays or None
-        See ``damagepred.solvers.time_stepping.tiles.PackedStrains``; None if no block is elastic.
+        See ``damagepred.solvers.explicit.tiles.PackedStrains``; None if no block is elastic.
     contributions, first, position
         As ``sum_forces``; both forces follow the moment at distances of ``LANES``.
     displacement, force : array (size,)

@@ -16,7 +16,8 @@ from damagepred.kernels.dynamics.contact import BONDED, JOINT_TERMS
 from damagepred.kernels.dynamics.cycle import first_forces, run_steps
 from damagepred.kernels.dynamics.motion import BODY_TERMS
 from damagepred.kernels.joint.softening import Softening
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.runtime.time_limit import check_time
 from damagepred.scene import Solver
 from damagepred.scene.dynamics import Dynamics
 from damagepred.solvers.dynamics.base_motion import base_displacement
@@ -36,14 +37,13 @@ from damagepred.solvers.dynamics.gridpoints import (
 from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.dynamics.strains import BlockStrains, block_strains
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
+from damagepred.solvers.explicit.tiles import needs_full_law, softening_of
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.deformable_blocks import at_gridpoints
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from damagepred.solvers.time_stepping.tiles import needs_full_law, softening_of
-from damagepred.time_limit import check_time
 
 
 class Imposed(NamedTuple):

@@ -12,6 +12,8 @@ from damagepred.diagnostics import Counters
 from damagepred.errors import ConvergenceError
 from damagepred.scene import Solver
 from damagepred.solvers.driver import Bracket, Outcome, follow_movement
+from damagepred.solvers.explicit.collapse_mechanism import is_mechanism, with_lasting_bonds
+from damagepred.solvers.explicit.scheme import Checkpoint, DampedTimeStepping
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import contact_states, fields_of
@@ -19,8 +21,6 @@ from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.footing_forces import section_response_of, set_linear_stresses
 from damagepred.solvers.system.loading_stages import activate_deferred_supports, supported_during_load
 from damagepred.solvers.system.zero_support_load import least_support_load
-from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism, with_lasting_bonds
-from damagepred.solvers.time_stepping.scheme import Checkpoint, DampedTimeStepping
 
 
 class ExplicitStepper:

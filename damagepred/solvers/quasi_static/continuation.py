@@ -21,6 +21,7 @@ from damagepred.assembly import Model
 from damagepred.diagnostics import Counters
 from damagepred.kernels.concrete_section.forces import commit_sections
 from damagepred.kernels.interface.commit import break_in_shear
+from damagepred.runtime.time_limit import check_time
 from damagepred.scene import Solver
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.quasi_static.dynamic_relaxation import collapse_motion, relax_dynamically
@@ -38,7 +39,6 @@ from damagepred.solvers.system.footing_forces import section_response_of, set_li
 from damagepred.solvers.system.loading_stages import (
     unilateral_supports,
 )
-from damagepred.time_limit import check_time
 
 
 class Continuation:

@@ -14,14 +14,14 @@ import numpy as np
 
 from damagepred.assembly import Model
 from damagepred.scene import Solver
+from damagepred.solvers.explicit.collapse_mechanism import is_mechanism, with_lasting_bonds
+from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.options import DynamicRelaxationOptions
 from damagepred.solvers.state.joint_history import fields_of
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, detached_blocks
 from damagepred.solvers.system.loading_stages import unilateral_supports
-from damagepred.solvers.time_stepping.collapse_mechanism import is_mechanism, with_lasting_bonds
-from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
 
 @dataclass

@@ -39,6 +39,7 @@ from damagepred.kernels.equilibrium.wall import State as WallState
 from damagepred.kernels.interface.residual import free_residual, within_limit
 from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.kernels.linear.solver import solve_tangent
+from damagepred.runtime.time_limit import check_time
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
@@ -47,7 +48,6 @@ from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.state.wall_state import Point, State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from damagepred.time_limit import check_time
 
 
 class Residual:

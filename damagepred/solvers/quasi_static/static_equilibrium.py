@@ -8,14 +8,14 @@ import numpy as np
 
 from damagepred.assembly import Model
 from damagepred.errors import SolverError, TimeLimitError
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Solver
+from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.loading_stages import supported_during_load
-from damagepred.solvers.time_stepping.scheme import DampedTimeStepping
 
 
 @one_blas_thread()

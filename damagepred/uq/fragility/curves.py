@@ -10,12 +10,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damagepred.arguments import checked
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.enumerations import SOLVED, SampleStatus
 from damagepred.errors import InputError, require_count, require_number
 from damagepred.formatting import options_text
-from damagepred.one_thread import one_blas_thread
+from damagepred.inputs.arguments import checked
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.capacity import (
     Capacities,
     StudyCapacities,

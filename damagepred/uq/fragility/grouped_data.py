@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damagepred.arguments import checked, require_alike
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
+from damagepred.inputs.arguments import checked, require_alike
 
 
 class GroupedIntervals(NamedTuple):

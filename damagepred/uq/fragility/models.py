@@ -16,10 +16,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from damagepred.arguments import checked, require_alike
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
-from damagepred.one_thread import one_blas_thread
+from damagepred.inputs.arguments import checked, require_alike
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import Fit, reasons_not_fitted
 from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals

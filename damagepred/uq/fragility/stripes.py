@@ -13,9 +13,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from damagepred.arguments import checked
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
+from damagepred.inputs.arguments import checked
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.intensity import movement_measure
 

@@ -14,11 +14,11 @@ import numpy as np
 import xarray as xr
 from scipy import special
 
-from damagepred.arguments import checked
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError, nearest
 from damagepred.formatting import options_text
-from damagepred.one_thread import one_blas_thread
+from damagepred.inputs.arguments import checked
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.capacity import (
     category_number,
     read_capacities,

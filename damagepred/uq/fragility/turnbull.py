@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from damagepred.arguments import checked, require_alike
 from damagepred.arrays import FloatArray, IntArray
+from damagepred.inputs.arguments import checked, require_alike
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 
 

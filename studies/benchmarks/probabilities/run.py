@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from damagepred.study.campaign.warm_up import warm_up
+from damagepred.campaign.warm_up import warm_up
 from studies.benchmarks import cases
 from studies.benchmarks.probabilities import errors, walls
 from studies.benchmarks.probabilities.walls import SETS, WALLS

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from damagepred.analyses.limit_state import Question, margin, study_for_limit_state
+from damagepred.analyses.rare_event_samples import normals_to_wall
 from damagepred.archive.files import write_whole
 from damagepred.arrays import FloatArray
-from damagepred.study.analyses.limit_state import Question, margin, study_for_limit_state
-from damagepred.study.analyses.rare_event_samples import normals_to_wall
-from damagepred.study.campaign.sample import joint_places, sampled_wall, solve_sample
-from damagepred.study.settings import StudySettings
+from damagepred.campaign.sample import joint_places, sampled_wall, solve_sample
+from damagepred.campaign.settings import StudySettings
 from damagepred.uq.importance import Proposal
 from damagepred.uq.subset import subset_simulation
 from studies.benchmarks.walls import read as read_tables

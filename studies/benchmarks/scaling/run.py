@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from damagepred.assembly import Model, wall_model
 from damagepred.errors import DamagepredError
-from damagepred.one_thread import one_blas_thread
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.solvers import solve_path
 from damagepred.solvers.explicit.stepper import explicit_path

@@ -19,14 +19,14 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model, wall_model
+from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import ContactState
 from damagepred.errors import SolverError
-from damagepred.pipeline import Step, dynamic_run, follow, gauges, model_of
+from damagepred.one_wall.judged_path import Step, dynamic_run, follow, gauges, model_of
 from damagepred.scene import Scene
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.study import Study
-from damagepred.study.settings import StudySettings
 from studies.benchmarks import cases, walls
 
 HERE = Path(__file__).resolve().parent

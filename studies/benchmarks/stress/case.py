@@ -10,7 +10,7 @@ import numpy as np
 from scipy import linalg
 
 from damagepred.assembly import Assembly, Model
-from damagepred.pipeline import assembled, dynamic_run, model_of
+from damagepred.one_wall.judged_path import assembled, dynamic_run, model_of
 from damagepred.scene import Dynamics, Scene, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics.run import DynamicRun

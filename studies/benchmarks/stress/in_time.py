@@ -18,12 +18,12 @@ import numpy as np
 
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
-from damagepred.pipeline import dynamic_run
+from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import Dynamics, Joint, Solver
 from damagepred.solvers.dynamics import run as in_time
 from damagepred.solvers.dynamics.time_step import highest_frequency, time_step
+from damagepred.solvers.explicit import scheme as explicit
 from damagepred.solvers.explicit.stepper import explicit_path
-from damagepred.solvers.time_stepping import scheme as explicit
 from studies.benchmarks.stress.case import IN_TIME, STATIC, Case, Check, Found, to_rest
 from studies.benchmarks.stress.elastic import UNLUMPED, against_reference, stack
 

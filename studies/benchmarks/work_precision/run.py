@@ -14,10 +14,11 @@ import time
 from pathlib import Path
 from typing import Any
 
+from damagepred.campaign.warm_up import warm_up
 from damagepred.errors import DamagepredError
-from damagepred.pipeline import model_of, solve
+from damagepred.one_wall.judged_path import model_of
+from damagepred.one_wall.solve import solve
 from damagepred.scene import Scene
-from damagepred.study.campaign.warm_up import warm_up
 from studies.benchmarks import cases
 from studies.benchmarks.work_precision.choices import FINEST, Choice, for_scene, scenes
 from studies.benchmarks.work_precision.errors import print_errors

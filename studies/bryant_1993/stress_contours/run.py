@@ -23,7 +23,7 @@ import xarray as xr
 import damagepred
 from damagepred.archive.files import write_dataset
 from damagepred.arrays import BoolArray, FloatArray
-from damagepred.pipeline import Step
+from damagepred.one_wall.judged_path import Step
 from damagepred.plotting.pictures import stress_sheet
 from damagepred.plotting.stress import block_stress, zone_stress
 from damagepred.plotting.zone_geometry import Zones

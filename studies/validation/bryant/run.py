@@ -21,8 +21,8 @@ from cases import bent_before, further, on_jacks, read_case, results_of_the_test
 from judging import case_main, judged, run_study  # noqa: E402
 
 from damagepred.arrays import FloatArray  # noqa: E402
-from damagepred.input_files import read_toml  # noqa: E402
-from damagepred.study.settings import StudySettings  # noqa: E402
+from damagepred.campaign.settings import StudySettings  # noqa: E402
+from damagepred.inputs.input_files import read_toml  # noqa: E402
 
 INCREMENTS = 32
 

@@ -23,7 +23,7 @@ from crossing import JOINTS, STUDIES, table, variance_shares  # noqa: E402
 from judging import case_main, judged, run_study, settings_of  # noqa: E402
 
 from damagepred.arrays import FloatArray  # noqa: E402
-from damagepred.study.settings import StudySettings  # noqa: E402
+from damagepred.campaign.settings import StudySettings  # noqa: E402
 
 PANEL = HERE / "panel.toml"
 VARIANT_WALLS = 12

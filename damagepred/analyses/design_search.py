@@ -1,0 +1,351 @@
+"""Design search: the combination of measures that keeps damage unlikely enough at least cost.
+
+The cheapest one with a probability of damage below a target, or the one of the least expected cost with repairs.
+
+Alternatives are the combinations of one option of each choice. Each is a study of its own, of the same samples (common
+random numbers); where the fields are drawn on the study's own wall, also the joints' values are the same.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from pydantic import Field
+
+from damagepred.archive.files import check_output
+from damagepred.archive.folder import open_study
+from damagepred.arrays import FloatArray
+from damagepred.assembly import NO_LIMITS
+from damagepred.campaign.campaign import Campaign, Progress
+from damagepred.campaign.dispatch import sample_timeout
+from damagepred.campaign.settings import StudySettings, merged
+from damagepred.campaign.warm_up import warm_up
+from damagepred.campaign.workers import SharedPool
+from damagepred.errors import InputError, SolverError, require_count
+from damagepred.formatting import duration
+from damagepred.inputs.arguments import checked
+from damagepred.inputs.input_files import read_toml
+from damagepred.one_wall.solve import solve
+from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.scene import Scene
+from damagepred.scene.described import described
+from damagepred.scene.quantity import Count, Pure
+from damagepred.scene.reading import build
+from damagepred.uq.exceedance import category_capacities, known_hits, wanted_movement
+from damagepred.uq.intensity import attributes, chosen_intensity
+from damagepred.uq.movement_distribution import movement_distribution
+from damagepred.uq.selection import SelectionOptions, select_cheapest, select_least_expected
+
+
+@described
+class Option:
+    """One way to build (``[[choice.option]]``).
+
+    Attributes
+    ----------
+    name : str
+        In words.
+    cost : float
+        In the user's money.
+    scene : dict
+        Tables of the scene that differ, such as ``scene.footing.depth = "500 mm"``.
+    """
+
+    name: str
+    cost: Pure = 0.0
+    scene: dict[str, Any] = Field(default_factory=dict)
+
+
+@described
+class Choice:
+    """A choice among options (``[[choice]]``); the first is the reference.
+
+    Attributes
+    ----------
+    name : str
+        In words.
+    option : tuple of Option
+        The options.
+    """
+
+    name: str
+    option: tuple[Option, ...] = Field(min_length=1)
+
+
+@described
+class Target:
+    """What is asked (``[target]``): P(category or worse) is at most ``probability``, or the least expected cost.
+
+    Attributes
+    ----------
+    at : str
+        Movement, site class or distribution.
+    category : int, optional
+        Category, or worse.
+    probability : float, optional
+        Largest probability that is accepted.
+    repair_costs : tuple of float, optional
+        Instead of both: costs of repair of category 1, 2, ..., in the money of the options; the last is that of all
+        worse ones, too.
+    tolerance : float
+        Difference of expected costs that does not matter.
+    confidence : float
+        Probability of a correct selection.
+    first, most : int
+        Samples of an alternative in the first round, and at most.
+    """
+
+    at: str
+    category: Count | None = Field(default=None, ge=1)
+    probability: Pure | None = Field(default=None, gt=0, lt=1)
+    repair_costs: tuple[Pure, ...] = ()
+    tolerance: Pure = Field(default=0.0, ge=0)
+    confidence: Pure = Field(default=0.95, gt=0, lt=1)
+    first: Count = Field(default=32, ge=1)
+    most: Count = Field(default=1024, ge=1)
+
+    def __post_init__(self) -> None:
+        """Refuse two targets, or half of one."""
+        given = (self.category is not None, self.probability is not None)
+        if any(given) == bool(self.repair_costs) or any(given) != all(given):
+            raise InputError("give category and probability, or repair_costs.")
+        if self.tolerance and not self.repair_costs:
+            raise InputError("tolerance: is of expected costs; it needs repair_costs.")
+        steps = np.diff(self.repair_costs, prepend=0.0)
+        if self.repair_costs and (steps.min() < 0 or self.repair_costs[-1] <= 0):
+            raise InputError("repair_costs: must not be negative, nor fall from category to category.")
+
+    def __str__(self) -> str:
+        """Return the target in words."""
+        if self.repair_costs:
+            return f"expected cost with repairs at {self.at}"
+        return f"P(category >= {self.category} at {self.at}) <= {self.probability:g}"
+
+
+@described
+class Choices:
+    """Content of the file of choices.
+
+    Attributes
+    ----------
+    study : str
+        Study file, beside this one.
+    target : Target
+        What is asked.
+    choice : tuple of Choice
+        What may be chosen.
+    """
+
+    study: str
+    target: Target
+    choice: tuple[Choice, ...] = Field(min_length=1)
+
+    def alternatives(self) -> list[tuple[Option, ...]]:
+        """Return all combinations of options."""
+        return list(itertools.product(*(choice.option for choice in self.choice)))
+
+
+@checked
+@one_blas_thread()
+def search_design(
+    choices: str | Path,
+    out: str | Path,
+    *,
+    workers: int = 1,
+    on_round: Callable[[int, int], None] | None = None,
+    on_walls: Callable[[Progress], None] | None = None,
+) -> xr.Dataset:
+    """Search the cheapest alternative that meets the target.
+
+    Parameters
+    ----------
+    choices : path
+        File of the choices.
+    out : path
+        Folder for the studies of the alternatives; the same call resumes.
+    workers : int
+        Processes.
+    on_round : callable, optional
+        Called before each round with the samples of an alternative, and the number of alternatives that get them.
+    on_walls : callable, optional
+        Called with the progress of the walls of an alternative.
+
+    Returns
+    -------
+    xarray.Dataset
+        On (alternative,): cost, probability with bounds, samples and decision; ``probability_unfollowed`` is the part
+        of it from walls that failed or were not followed as far, which count as damaged. On (measure,): the value of
+        each option against the first of its choice, as the mean paired difference of the probability, with its
+        standard error.
+        With repair costs: ``expected_cost`` instead of the probability, and differences of the cost of repair.
+        Attributes ``chosen`` and ``sure``, and ``regret`` with repair costs.
+
+    Raises
+    ------
+    InputError
+        If the file is wrong, or the target lies beyond what the study can tell.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> found = damagepred.search_design("choices.toml", "choices.design")
+    >>> found.attrs["chosen"]
+    'as it is'
+    """
+    require_count("workers", workers)
+    check_output(out)
+    asked, built, names, settings = _read(choices)
+    options = _selection(asked)
+    values: dict[int, FloatArray] = {}
+    doubt = np.full(len(built), np.nan)
+
+    def losses(k: int, count: int) -> FloatArray:
+        folder = Path(out) / f"alternative_{k + 1:03d}.dp"
+        folder.parent.mkdir(exist_ok=True, parents=True)
+        if Campaign(settings[k]).run(folder, count, executor=pool, on_progress=on_walls).interrupted:
+            raise KeyboardInterrupt
+        ds = open_study(folder)
+        values[k] = loss(ds, asked.target)[:count]
+        doubt[k] = float((values[k] - loss(ds, asked.target, unfollowed=0.0)[:count]).mean())
+        return values[k]
+
+    costs = np.array([sum(option.cost for option in chosen) for chosen in built])
+    target = asked.target
+    # starting workers anew for each alternative takes longer than small walls
+    with SharedPool(workers, sample_timeout(None, Campaign(settings[0]).limits, None)) as pool:
+        if target.probability is not None:
+            found = select_cheapest(costs, losses, target.probability, options, on_round)
+            quantity, units, words = "probability", {"units": "1"}, "undecided_or_dearer meets fails"
+        else:
+            found = select_least_expected(costs, losses, target.repair_costs[-1], options, target.tolerance, on_round)
+            quantity, units, words = "expected_cost", {}, "undecided best dearer"
+    measures = list(_values_of_measures(asked, built, values))
+    decision = np.where(found.meets, 1, np.where(found.fails, 2, 0)).astype(np.int8)
+    flags = {"flag_values": np.array([0, 1, 2], dtype=np.int8), "flag_meanings": words}
+    return xr.Dataset(
+        {
+            "cost": ("alternative", costs),
+            quantity: ("alternative", found.mean, units),
+            f"{quantity}_lower": ("alternative", found.lower, units),
+            f"{quantity}_upper": ("alternative", found.upper, units),
+            f"{quantity}_unfollowed": ("alternative", doubt, units),
+            "samples": ("alternative", found.samples),
+            "decision": ("alternative", decision, flags),
+            "value": ("measure", np.array([m[1] for m in measures]), units),
+            "value_error": ("measure", np.array([m[2] for m in measures]), units),
+            "extra_cost": ("measure", np.array([m[3] for m in measures])),
+        },
+        {"alternative": names, "measure": [m[0] for m in measures]},
+        {
+            "title": str(target),
+            "quantity": quantity,
+            "chosen": "" if found.chosen is None else names[found.chosen],
+            "sure": int(found.sure),
+            "limit": np.nan if target.probability is None else target.probability,
+            "regret": found.regret,
+            "confidence": target.confidence,
+        },
+    )
+
+
+def price_of_search(choices: str | Path, workers: int) -> str:
+    """Cost estimate of a search (first round, upper bound); times one reference wall."""
+    asked, built, _, settings = _read(choices)
+    warm_up(settings[0].scene)
+    began = time.perf_counter()
+    with suppress(SolverError):
+        solve(settings[0].scene, limits=NO_LIMITS)
+    seconds, options = (time.perf_counter() - began) * len(built) / workers, _selection(asked)
+    return (
+        f"{len(built)} alternatives of walls like the first: {options.first} walls each to begin with, about "
+        f"{duration(seconds * options.first)}; {options.most} each at most, about {duration(seconds * options.most)}"
+    )
+
+
+def _read(choices: str | Path) -> tuple[Choices, list[tuple[Option, ...]], list[str], list[StudySettings]]:
+    """Return the choices, their combinations, and the name and the study of each."""
+    asked = build(Choices, read_toml(choices), str(choices))
+    base = StudySettings.from_toml(Path(choices).parent / asked.study)
+    if base.study.importance or base.study.sampler == "table" or base.study.movement == "sampled":
+        raise InputError(
+            f"{asked.study}: a design search draws its own samples; no importance, table or sampled movement."
+        )
+    built = asked.alternatives()
+    names = [" + ".join(option.name for option in chosen) for chosen in built]
+    if len(set(names)) < len(names):
+        raise InputError(f"{choices}: two options of a choice have the same name.")
+    most = _selection(asked).most
+    return asked, built, names, [_settings_of(base, chosen, most, name) for chosen, name in zip(built, names)]
+
+
+def _selection(asked: Choices) -> SelectionOptions:
+    target = asked.target
+    return SelectionOptions(target.confidence, target.first, max(target.most, target.first))
+
+
+def loss(ds: xr.Dataset, target: Target, unfollowed: float = 1.0) -> FloatArray:
+    """Probability of each sample to reach the category, or expected cost of its repair; see ``damaged``."""
+    if target.category is not None:
+        return damaged(ds, target.category, target.at, unfollowed)
+    steps = np.diff(target.repair_costs, prepend=0.0)
+    each = [step * damaged(ds, k, target.at, unfollowed) for k, step in enumerate(steps, 1) if step]
+    return np.asarray(np.sum(each, axis=0))
+
+
+def damaged(ds: xr.Dataset, category: int, movement: str, unfollowed: float = 1.0) -> FloatArray:
+    """Probability of each sample to reach a category, over the movements of the target; a bound where unknown."""
+    measure = chosen_intensity(ds, None)
+    at = movement_distribution(movement, str(attributes(ds, measure)["units"]), "target.at")
+    known = category_capacities(ds, category, measure, wanted_movement(ds, at, measure))
+    least, most = (known_hits(known, at, unknown) for unknown in (0.0, 1.0))
+    if (most - least == 1.0).all():
+        raise InputError(f"target.at = {at.name}: no wall was followed as far; let the study's movement be larger.")
+    result = np.full(ds.sizes["sample"], unfollowed)
+    result[known.sample] = most if unfollowed else least
+    return result
+
+
+def _settings_of(base: StudySettings, chosen: tuple[Option, ...], most: int, name: str) -> StudySettings:
+    tables = base.scene.free_tables()
+    for option in chosen:
+        tables = merged(tables, option.scene)
+    scene = Scene.from_dict(tables)
+    how = replace(base.study, samples=most, sampler="random", replicates=1, stop_when=None, title=None)
+    drawn_on_joints = any(variable.field is not None for variable in base.variables.values())
+    if drawn_on_joints and how.fields_from is None:
+        how = replace(how, fields_from=base.scene)
+    settings = replace(base, scene=scene, study=how)
+    settings.check(name)
+    return settings
+
+
+def _values_of_measures(
+    asked: Choices, built: list[tuple[Option, ...]], values: Mapping[int, FloatArray]
+) -> list[tuple[str, float, float, float]]:
+    """Return name, mean difference of probability or repair cost to the first option, standard error, extra cost."""
+    found = []
+    for place, choice in enumerate(asked.choice):
+        for option in choice.option[1:]:
+            differences = []
+            for k, chosen in enumerate(built):
+                if chosen[place] is not option:
+                    continue
+                other = built.index((*chosen[:place], choice.option[0], *chosen[place + 1 :]))
+                if k in values and other in values:
+                    count = min(len(values[k]), len(values[other]))
+                    differences.append(values[k][:count] - values[other][:count])
+            count = min((len(d) for d in differences), default=0)
+            # the mean over pairs of alternatives first: they share their samples
+            each = np.mean([d[:count] for d in differences], axis=0) if count else np.empty(0)
+            error = float(each.std(ddof=1) / np.sqrt(count)) if count > 1 else np.nan
+            value = float(each.mean()) if count else np.nan
+            found.append((f"{choice.name}: {option.name}", value, error, option.cost - choice.option[0].cost))
+    return found

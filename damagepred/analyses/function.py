@@ -1,0 +1,252 @@
+"""A study as a plain function of its variables, for programs that bring their own ways of sampling."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal, get_args
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+from scipy import special
+
+from damagepred.archive.parts import Columns
+from damagepred.archive.schema import FLAG_FILL, VARIABLES
+from damagepred.arrays import FloatArray, IntArray
+from damagepred.assembly import NO_LIMITS, Limits
+from damagepred.campaign.cost_estimate import require_affordable
+from damagepred.campaign.sample import Solved, solve_sample
+from damagepred.campaign.settings import StudySettings
+from damagepred.errors import InputError, nearest
+from damagepred.inputs.arguments import checked
+from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.scene import Scene
+from damagepred.uq.marginals import from_normal
+from damagepred.uq.samplers import unit_points
+from damagepred.uq.sensitivity import saltelli_rows, sobol_indices
+
+JOINTS = "joints"
+"""Name, among the inputs of Sobol's indices, of all that varies from joint to joint."""
+
+Kept = Literal["path", "sampled", "both"]
+
+USUAL = ("damage_category", "crack_width_max", "dpc_opening_max")
+
+
+class StudyFunction:
+    """Vector of a study's variables -> what becomes of that wall.
+
+    Parameters
+    ----------
+    settings : StudySettings
+        The study; its sampling does not count.
+    outputs : sequence of str
+        Results to return, by their names in the archive.
+    movement : {"path", "sampled", "both"}, optional
+        What is returned of the movement (see ``Sampling``); by default what the study keeps.
+    limits : Limits
+        See ``Study``.
+
+    Attributes
+    ----------
+    inputs : tuple of str
+        Places of the variables with one value a wall, in the order of the study: what a vector consists of.
+    units : tuple of str
+        Their SI units.
+
+    Raises
+    ------
+    InputError
+        If there is no such output.
+
+    Examples
+    --------
+    >>> wall = Study.from_toml("house.toml").function()           # doctest: +SKIP
+    >>> wall([0.7, 0.008]).crack_width_max.values                 # doctest: +SKIP
+    """
+
+    @checked
+    def __init__(
+        self,
+        settings: StudySettings,
+        outputs: Sequence[str] = USUAL,
+        movement: Kept | None = None,
+        limits: Limits = Limits(),  # noqa: B008 - frozen
+    ) -> None:
+        require_affordable(settings, limits)
+        for name in outputs:
+            if name not in VARIABLES:
+                raise InputError(f"outputs: '{name}': studies have no such result." + nearest(name, VARIABLES))
+        if movement is not None:
+            if movement not in get_args(Kept):
+                raise InputError(f"movement = {movement!r}: must be one of {', '.join(get_args(Kept))}.")
+            settings = replace(settings, study=replace(settings.study, movement=movement))
+        self.settings = settings
+        self.outputs = tuple(outputs)
+        self._design = settings.design()
+        self.inputs = self._design.wall
+        self.units = tuple(Scene.unit_of(place) for place in self.inputs)
+
+    @one_blas_thread()
+    def __call__(self, x: ArrayLike, numbers: int | ArrayLike = 0) -> xr.Dataset:
+        """Solve one wall, or several.
+
+        Parameters
+        ----------
+        x : array (inputs,) or (samples, inputs)
+            Values of the variables in SI.
+        numbers : int or array of int (samples,)
+            Which sample's values the joints have, where any vary from joint to joint. The same number gives the same
+            joints; by default all walls have those of sample 0, so that this is a function of the vector alone.
+
+        Returns
+        -------
+        xarray.Dataset
+            The outputs and ``status``, without a dimension ``sample`` for a single vector. Walls that could not be
+            solved have NaN, -1 for a category, from where they failed.
+
+        Raises
+        ------
+        InputError
+            If the vector has not as many values as there are inputs, a value is not finite, or the scene has no such
+            output.
+        """
+        rows = np.asarray(x, dtype=np.float64)
+        single = rows.ndim == 1
+        rows = np.atleast_2d(rows)
+        if rows.ndim != 2 or rows.shape[1] != len(self.inputs):
+            raise InputError(
+                f"x has shape {np.shape(x)}: the study has {len(self.inputs)} inputs: {', '.join(self.inputs)}."
+            )
+        if not np.isfinite(rows).all():
+            raise InputError("x: has values that are not finite.")
+        which = np.broadcast_to(np.asarray(numbers, dtype=np.int64), (len(rows),))
+        if (which < 0).any():
+            raise InputError("numbers: must be 0 or more.")
+        solved = [self._solve(row, int(number)) for row, number in zip(rows, which)]
+        ds = self._dataset(solved)
+        return ds.isel(sample=0, drop=True) if single else ds
+
+    def _solve(self, row: FloatArray, number: int) -> Solved:
+        values = dict(zip(self.inputs, row.tolist()))
+        return solve_sample(self.settings, self._design, number, values)
+
+    def _dataset(self, solved: Sequence[Solved]) -> xr.Dataset:
+        known = next((s.columns for s in solved if s.columns is not None), None)
+        if known is None:
+            raise InputError(f"no wall could be solved; the first: {solved[0].outcome.message}")
+        for name in self.outputs:
+            if name not in known:
+                there = ", ".join(n for n in known if n not in ("sample", "increment"))
+                raise InputError(f"outputs: '{name}': this scene has no such result; it has {there}.")
+        ds = xr.Dataset({name: _stacked(name, known, solved) for name in dict.fromkeys(self.outputs)})
+        status = np.array([s.outcome.status for s in solved], dtype=np.int8)
+        return ds.assign(status=("sample", status, dict(VARIABLES["status"].attributes())))
+
+    @one_blas_thread()
+    def from_unit(self, points: ArrayLike) -> FloatArray:
+        """Return vectors for points of the unit cube, distributed and correlated as the study says.
+
+        Parameters
+        ----------
+        points : array (samples, inputs)
+            In the open unit cube.
+
+        Returns
+        -------
+        array (samples, inputs)
+            In SI.
+        """
+        if missing := [place for place in self.inputs if place not in self._design.marginals]:
+            raise InputError(f"'{missing[0]}': comes from a table and has no distribution.")
+        normal = special.ndtri(np.asarray(points, dtype=np.float64)) @ self._design.wall_factor.T
+        columns = [from_normal(self._design.marginals[p], normal[:, k]) for k, p in enumerate(self.inputs)]
+        return np.column_stack(columns) if columns else np.empty((len(normal), 0))
+
+    @one_blas_thread()
+    def sobol(
+        self, output: str, size: int, *, seed: int = 0, confidence: float = 0.9, resamples: int = 500
+    ) -> xr.Dataset:
+        """Return Sobol's indices of an output at the end of the movement.
+
+        All that varies from joint to joint counts as one input, ``joints``.
+
+        Parameters
+        ----------
+        output : str
+            One of the outputs.
+        size : int
+            Base points; size times (inputs + 2) walls are solved.
+        seed : int
+            Of the points and the bootstrap.
+        confidence, resamples : float, int
+            See ``damagepred.uq.sensitivity.sobol_indices``.
+
+        Raises
+        ------
+        InputError
+            If the variables are correlated, or a wall has no value of this output.
+        """
+        rows, numbers, names = self.sobol_rows(size, seed)
+        values = StudyFunction(self.settings, (output,), "sampled", NO_LIMITS)(rows, numbers)[output]
+        if values.dims != ("sample",):
+            raise InputError(f"output = '{output}': has more than one value a wall; Sobol's indices are of one number.")
+        number = values.values.astype(np.float64)
+        if values.values.dtype == np.int8:
+            number[values.values == FLAG_FILL] = np.nan
+        return sobol_indices(number, names, confidence=confidence, resamples=resamples, seed=seed)
+
+    def sobol_rows(self, size: int, seed: int) -> tuple[FloatArray, IntArray, list[str]]:
+        """Return the vectors and sample numbers at which Sobol's indices need the outputs, and the names of the inputs.
+
+        Parameters
+        ----------
+        size, seed : int
+            See ``sobol``.
+
+        Raises
+        ------
+        InputError
+            If the variables are correlated.
+        """
+        if not np.array_equal(self._design.wall_factor, np.eye(len(self.inputs))):
+            raise InputError(
+                "[correlation]: Sobol's indices share out the variance among independent inputs; leave out the "
+                "correlation of variables with one value a wall for this."
+            )
+        k = len(self.inputs)
+        unit = unit_points("sobol", 2 * k, size, seed)
+        base = self.from_unit(unit[:, :k]), self.from_unit(unit[:, k:])
+        if not self._design.joint:
+            rows = saltelli_rows(*base)
+            return rows, np.zeros(len(rows), dtype=np.int64), list(self.inputs)
+        numbered = [np.column_stack((b, np.arange(size) + i * size)) for i, b in enumerate(base)]
+        rows = saltelli_rows(*numbered)
+        return rows[:, :k], rows[:, k].astype(np.int64), [*self.inputs, JOINTS]
+
+
+def as_function(settings: StudySettings, outputs: Sequence[str] = USUAL, movement: Kept | None = None) -> StudyFunction:
+    """Return a study as a plain function of its variables.
+
+    Parameters
+    ----------
+    settings, outputs, movement
+        See ``StudyFunction``.
+
+    Examples
+    --------
+    >>> from damagepred import study
+    >>> house = study.as_function(study.Study.from_toml("house.toml").settings)
+    >>> house.inputs  # one value a wall; the tensile strength varies from joint to joint
+    ('joint.friction', 'joint.cohesion')
+    """
+    return StudyFunction(settings, outputs, movement)
+
+
+def _stacked(name: str, known: Columns, solved: Sequence[Solved]) -> xr.Variable:
+    """Put one output of all walls together; what is not known is NaN or -1."""
+    pattern = known[name]
+    blank = np.full(pattern.values.shape, np.nan if pattern.values.dtype.kind == "f" else -1, pattern.values.dtype)
+    values = [blank if s.columns is None else s.columns[name].values for s in solved]
+    return xr.Variable(pattern.dims, np.concatenate(values), dict(pattern.attributes))

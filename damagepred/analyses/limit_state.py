@@ -1,0 +1,147 @@
+"""How far a wall is from a category of damage: what rare events are reached by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from damagepred.arrays import FloatArray
+from damagepred.campaign.settings import StudySettings
+from damagepred.damage import Rules
+from damagepred.errors import InputError, SolverError
+from damagepred.one_wall.judged_path import follow, model_of
+from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.scene import Scene
+from damagepred.uq.capacity import ROUNDING, interpolated_capacity
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked: whether a category is reached by a movement.
+
+    Attributes
+    ----------
+    category : int
+        It, or a worse one.
+    at : float
+        Movement (m): central deflection, or on a mound the surface's movement.
+    reach : float
+        Factor on this movement to which walls are solved, to tell how far from the category they are.
+    """
+
+    category: int
+    at: float
+    reach: float = 2.0
+
+    def check(self, settings: StudySettings) -> None:
+        """Check that a study can answer it."""
+        highest = settings.damage_table.highest
+        if not 1 <= self.category <= highest:
+            raise InputError(f"category = {self.category}: must be from 1 to {highest}.")
+        if not self.at > 0:
+            raise InputError(f"at = {self.at:g}: must be a movement greater than 0.")
+        if not self.reach >= 1:
+            raise InputError(f"reach = {self.reach:g}: must be 1 or more.")
+
+
+def _movement_place(scene: Scene) -> str:
+    """Return the place of the number that a scene is moved by."""
+    return "mound.surface_movement" if scene.movement.shape == "mound" else "movement.central_deflection"
+
+
+def study_for_limit_state(settings: StudySettings, question: Question) -> StudySettings:
+    """Study with the movement of the limit state in place of its own.
+
+    The movement of the question is an increment of the path, which goes on beyond it in equal steps. A sampled movement
+    and the sampler of the study are dropped.
+    """
+    if settings.scene.movement.stage:
+        raise InputError("rare: asks for one growing movement; leave out [[movement.stage]] or its CSV file.")
+    place = _movement_place(settings.scene)
+    steps = settings.scene.movement.increments
+    beyond = max(round(question.reach * steps), steps)
+    scene = settings.scene.with_values({place: question.at * beyond / steps})
+    correlation = {
+        a: kept
+        for a, row in settings.correlation.items()
+        if a != place and (kept := {b: value for b, value in row.items() if b != place})
+    }
+    how = replace(
+        settings.study,
+        sampler="random",
+        replicates=1,
+        table=None,
+        table_columns=(),
+        importance={},
+        nominal_share=0.0,
+        stop_when=None,
+        time_budget=None,
+        stop_at_category=question.category,
+        coarse={},
+        movement="path",
+    )
+    return replace(
+        settings,
+        scene=replace(scene, movement=replace(scene.movement, increments=beyond)),
+        study=how,
+        variables={name: variable for name, variable in settings.variables.items() if name != place},
+        correlation=correlation,
+    )
+
+
+class Margin(NamedTuple):
+    """How far a wall is from a category: 0 or less if it is reached by the movement asked for.
+
+    Attributes
+    ----------
+    least, most : float
+        Of a wall that was solved, both are the same. Of one that failed on its way: as if it had reached the category
+        right after that, and infinite, as if it never had.
+    why : str
+        Why it failed, if it did.
+    """
+
+    least: float
+    most: float
+    why: str = ""
+
+
+NOTHING_KNOWN = Margin(-1.0, np.inf)
+"""Of a wall whose path could not even begin."""
+
+
+@one_blas_thread()
+def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -> Margin:
+    """Solve one wall and return how far it is from a category.
+
+    That is its capacity (``damagepred.uq.capacity``) over the movement asked for, less 1; of a wall that does not reach
+    the category on its path, how much further the path went, and how much wider the widest crack would have to be. A
+    wall whose path cannot be followed to its end, but beyond the movement asked for, is one of the latter.
+    """
+    model = model_of(scene, fields)
+    rules = Rules.from_settings(**asdict(scene.damage))
+    limit = rules.table.limits[question.category - 1]
+    full = model.central_deflection if model.surface_movement is None else model.surface_movement
+    before, width_before = 0.0, 0.0
+    try:
+        for step in follow(model, scene.solver, scene.damage, scene.movement.increments):
+            moved = step.increment.load_factor * full
+            if model.deflection is not None and model.surface_movement is None:
+                moved = max(abs(step.increment.deflection), before)
+            found = step.verdict
+            widths = rules.widths(
+                found.crack_width_max, found.crack_band_width_max, found.footing_opening_max, scene.dpc is not None
+            )
+            width = float(widths[rules.measure == "band"])
+            if found.damage_category >= question.category:
+                reached = interpolated_capacity((before, moved), (width_before, width), limit) / question.at - 1.0
+                return Margin(reached, reached)
+            before, width_before = moved, width
+    except (SolverError, ArithmeticError, np.linalg.LinAlgError) as error:
+        if before < question.at * (1 - ROUNDING):
+            return Margin(before / question.at - 1.0, np.inf, f"{type(error).__name__}: {error}")
+    beyond = max(before / question.at - 1.0, 0.0) + max(1.0 - width_before / limit, 1e-9)
+    return Margin(beyond, beyond)

@@ -1,0 +1,220 @@
+"""Stored walls of a study as states of a back-analysis, with what is predicted of them at places that were observed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from damagepred.analyses.local_cracks import Replayed, ReplayStore
+from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.arrays import FloatArray, IntArray
+from damagepred.assembly import wall_model
+from damagepred.campaign.settings import read_frozen
+from damagepred.damage import sticking_limits
+from damagepred.enumerations import SOLVED
+from damagepred.errors import InputError
+from damagepred.one_wall.judged_path import joint_map
+from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values
+from damagepred.uq.movement_distribution import MovementDistribution
+from damagepred.uq.observations import CrackPrediction, Discrepancy, Fit, Observations, censored, crack_fit, measured
+
+_WIDEST = {"wall": "crack_width_max", "below_dpc": "base_crack_width_max", "dpc": "dpc_opening_max"}
+
+
+@dataclass
+class StoredWalls:
+    """States of one study; ``more``: folders of importance samples, ``shares``: prior weight of each folder."""
+
+    path: Path
+    more: tuple[Path, ...] = ()
+    shares: tuple[float, ...] = (1.0,)
+    _local: dict[tuple[Any, ...], tuple[FloatArray, ...]] = field(default_factory=dict)
+
+    @one_blas_thread()
+    def __post_init__(self) -> None:
+        """Open the study."""
+        opened = [open_study(folder) for folder in (self.path, *self.more)]
+        self.ds = _joined(opened) if self.more else opened[0]
+        self.stores = [ReplayStore(Path(folder)) for folder in (self.path, *self.more)]
+        self.first = np.cumsum([0, *(ds.sizes["sample"] for ds in opened)])
+        self.measure = chosen_intensity(self.ds, None)
+        if "strain" in self.ds.variables and not intensity_values(self.ds, self.measure).any():
+            self.measure = "strain"  # nothing moves but the bricks
+        if "increment" not in self.ds[self.measure].dims if self.measure in self.ds else True:
+            raise InputError(
+                f"{self.path}: infer needs the increments of each wall; run the study with [study] movement = 'path'."
+            )
+        self.name = study_name(self.path)
+        self.units = attributes(self.ds, self.measure)["units"]
+        self.movement = intensity_values(self.ds, self.measure)
+        if (np.diff(self.movement, axis=1) < 0).any():
+            raise InputError(
+                f"{self.path}: infer needs a movement that only grows; the {self.measure} there falls, too."
+            )
+        self.known = np.isin(self.ds["status"].values, SOLVED)
+        weight = self.ds["weight"].values if "weight" in self.ds else np.ones(len(self.known))
+        weight = np.where(self.known, weight, 0.0)
+        for share, start, end in zip(self.shares, self.first, self.first[1:]):
+            weight[start:end] *= share / max(weight[start:end].sum(), 1e-300)
+        self.weight = weight
+        middle = 0.5 * (self.movement[:, 1:] + self.movement[:, :-1])
+        self.edges = np.concatenate((self.movement[:, :1], middle, self.movement[:, -1:]), axis=1)
+        if not np.isfinite(self.edges[self.known]).all():
+            # a rig that let go, or a failed path: the increments beyond are not part of the prior
+            last = np.where(np.isfinite(self.movement), self.movement, -np.inf).max(axis=1, keepdims=True)
+            self.edges = np.where(np.isfinite(self.edges), self.edges, last)
+
+    @property
+    def largest(self) -> float:
+        """The largest movement of the study."""
+        return float(np.nanmax(self.edges[self.known]))
+
+    def require(self, seen: Observations) -> None:
+        """Check that the survey fits these walls: places, parts, openings, and joints within reach of cracks."""
+        settings = read_frozen(StudyFolder(self.path).study_text())
+        seen.require_on(settings.scene, self.path.name)
+        local = [(k, crack, crack.place) for k, crack in enumerate(seen.crack, 1) if crack.place is not None]
+        bricks_vary = any(place.startswith(("wall.", "opening", "control_joint")) for place in settings.variables)
+        if bricks_vary or not (local or seen.level):
+            return
+        solver = settings.scene.solver
+        model = wall_model(replace(settings.scene, solver=replace(solver, blocks="rigid")))
+        joints, blocks = joint_map(model), model.blocks
+        own = {"wall": joints.is_wall, "below_dpc": joints.is_base, "dpc": joints.is_dpc}
+        for k, crack, (x, y) in local:
+            distance = np.hypot(joints.contact_x - x, joints.contact_y - y)[own[crack.part]]
+            if (nearest := distance.min(initial=np.inf)) > crack.within:
+                raise InputError(
+                    f"crack {k}: no joint of its part ({crack.part}) lies within {crack.within * 1e3:g} mm of x = "
+                    f"{x:g} m, y = {y:g} m; the nearest is {nearest * 1e3:.3g} mm away. Cracks run in "
+                    "joints: give a larger `within`, or the place of a joint."
+                )
+        for k, level in enumerate(seen.level, 1):
+            ends = ((level.x, level.y), (level.to_x, level.to_y))
+            if len({int(np.hypot(blocks.x - x, blocks.y - y).argmin()) for x, y in ends}) < 2:
+                raise InputError(
+                    f"level {k}: both points are on one block, which stays level; give points farther apart."
+                )
+
+    def log_prior(self, movement: MovementDistribution | None) -> FloatArray:
+        """Return the logarithm of the prior probability of each state, array (samples, increments)."""
+        if movement is None:
+            share = np.diff(self.edges, axis=1) / np.maximum(np.ptp(self.edges, axis=1), 1e-300)[:, None]
+        else:
+            movement.require_measure(self.ds, self.measure)
+            points = np.asarray(movement.points)
+            if beyond := float(np.mean(points > self.largest)):
+                raise InputError(
+                    f"movement = {movement.name}: {beyond:.0%} of it lies beyond {self.largest:g}, the largest "
+                    f"movement of {self.path}; run the study with a larger movement."
+                )
+            share = np.array([np.histogram(points, np.maximum.accumulate(row))[0] for row in self.edges]) / len(points)
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(share) + np.log(self.weight)[:, None])
+
+    def fit_of_archive(self, seen: Observations, model: Discrepancy) -> Fit:
+        """Fit of the observations that need no replay."""
+        shape = self.movement.shape
+        total = Fit(np.zeros(shape), np.zeros(shape))
+        for crack in (c for c in seen.crack if c.x is None):
+            width = self._values(_WIDEST[crack.part], "cracks of this part")
+            total = total + crack_fit(crack, CrackPrediction(width, width), model)
+        for name, found in (("slope_max", seen.slope), ("tilt_max", seen.tilt)):
+            for one in found:
+                total = total + measured(
+                    self._values(name, "slopes"), one.value, np.full(shape, np.hypot(one.error, model.slope))
+                )
+        for window in seen.window:
+            if window.width_change is not None:
+                value = self._values("opening_width_change", "openings", 3)[..., window.opening - 1]
+                deviation = np.hypot(window.error, model.distortion_share * value)
+                total = total + measured(value, window.width_change, deviation)
+                continue
+            limit = sticking_limits().angle[0]
+            value = self._values("opening_distortion", "openings", 3)[..., window.opening - 1]
+            deviation = np.maximum(model.distortion_share * value, model.distortion_share * limit)
+            bounds = (limit, np.inf) if window.sticks else (-np.inf, limit)
+            total = total + censored(value, *bounds, deviation)
+        return total
+
+    def _values(self, name: str, what: str, dimensions: int = 2) -> FloatArray:
+        if name not in self.ds or self.ds[name].ndim != dimensions:
+            raise InputError(f"{self.path}: the archive does not hold {name}; {what} cannot be observed on its walls.")
+        return np.asarray(self.ds[name].values, dtype=np.float64)
+
+    def crack_map(
+        self, weight: FloatArray, cell: float, wider: float, shape: tuple[int, int], negligible: float
+    ) -> FloatArray:
+        """Probability that a crack wider than a limit (m) runs through each cell, array (y, x)."""
+        found = np.zeros(shape[0] * shape[1])
+        share = weight.sum(axis=1)
+        for sample in np.flatnonzero(share > negligible * share.sum()):
+            one = self.replayed(int(sample))
+            open_ = one.width > wider
+            row = np.minimum((one.y[open_] / cell).astype(np.int64), shape[0] - 1)
+            column = np.minimum((one.x[open_] / cell).astype(np.int64), shape[1] - 1)
+            states = np.unique(np.stack((row * shape[1] + column, one.step[open_])), axis=1)
+            np.add.at(found, states[0], weight[sample, states[1]])
+        return found.reshape(shape)
+
+    def fit_of_replays(self, seen: Observations, model: Discrepancy, samples: IntArray) -> Fit:
+        """Fit of local cracks and levels, (chosen samples, increments); the samples have been replayed."""
+        shape = (len(samples), self.movement.shape[1])
+        total = Fit(np.zeros(shape), np.zeros(shape))
+        for crack in (c for c in seen.crack if c.x is not None):
+            key = (crack.x, crack.y, crack.within, crack.part, crack.direction)
+            found = self._predicted(key, samples, lambda one, c=crack: one.widest(c, shape[1]))
+            total = total + crack_fit(crack, CrackPrediction(*found), model)
+        for level in seen.level:
+            ends = (level.x, level.y), (level.to_x, level.to_y)
+            (rise,) = self._predicted(ends, samples, lambda one, e=ends: (one.level(*e, shape[1]),))
+            deviation = np.full(shape, np.hypot(level.error, model.level))
+            total = total + measured(rise, level.difference, deviation)
+        return total
+
+    def _predicted(
+        self, key: tuple[Any, ...], samples: IntArray, read: Callable[..., tuple[FloatArray, ...]]
+    ) -> tuple[FloatArray, ...]:
+        key = (*key, samples.tobytes())
+        if key not in self._local:
+            rows = [read(self.replayed(int(sample))) for sample in samples]
+            self._local[key] = tuple(np.array(column) for column in zip(*rows))
+        return self._local[key]
+
+    def replayed(self, sample: int) -> Replayed:
+        """Return a replayed sample."""
+        part = int(np.searchsorted(self.first, sample, side="right")) - 1
+        return self.stores[part].read(sample - int(self.first[part]))
+
+    def replay(self, samples: IntArray, workers: int, on_replay: Callable[[int, int], None] | None) -> None:
+        """Replay samples; see ``ReplayStore.fill``."""
+        for store, start, end in zip(self.stores, self.first, self.first[1:]):
+            store.fill((samples[(samples >= start) & (samples < end)] - start).tolist(), workers, on_replay)
+
+
+def study_name(path: str | Path) -> str:
+    """Return the name that a study has as a cause: that of its folder, without the suffix."""
+    return Path(path).name.removesuffix(".dp")
+
+
+def _joined(studies: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return the samples of studies of the same walls as one dataset, with weights."""
+    weighted = [
+        ds if "weight" in ds else ds.assign(weight=("sample", np.ones(ds.sizes["sample"])))
+        for ds in (one.drop_vars("movement", errors="ignore") for one in studies)
+    ]
+    names = [
+        name
+        for name in weighted[0].data_vars
+        if weighted[0][name].dims[:1] == ("sample",) and all(name in ds for ds in weighted)
+    ]
+    joined = xr.concat(
+        [ds[names] for ds in weighted], "sample", combine_attrs="override", coords="minimal", compat="override"
+    )
+    return joined.assign_attrs(studies[0].attrs)

@@ -1,0 +1,192 @@
+"""What a study's damage depends on: ranks and shares of variance of its inputs, and of what varies from joint to joint.
+
+Any study tells how its output goes with each input that holds for a wall. What varies from joint to joint is no single
+number; for its share of the variance walls and fields are crossed (``[study] crossed``): the same wall with another
+field, the same field in another wall. Such a study is an ordinary one, with workers, failures and a folder; only its
+samples come in fours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.schema import FLAG_FILL
+from damagepred.arrays import FloatArray, IntArray
+from damagepred.campaign.settings import StudySettings
+from damagepred.enumerations import SampleStatus
+from damagepred.errors import InputError, nearest
+from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.uq.capacity import category_number, require_categories, sample_weights
+from damagepred.uq.crossed import crossed_shares
+from damagepred.uq.fragility import movement_measure, read_capacities
+from damagepred.uq.given_data import first_order, rank_correlation
+from damagepred.uq.ranks import interval_ranks
+
+
+def crossed_study(settings: StudySettings) -> StudySettings:
+    """Study in which walls and fields are crossed."""
+    how = replace(settings.study, crossed=True, replicates=1, stop_when=None, time_budget=None, store_fields=False)
+    crossed = replace(settings, study=how)
+    crossed.check("study")
+    return crossed
+
+
+class Output(NamedTuple):
+    """Output of a sensitivity.
+
+    Attributes
+    ----------
+    value : array (walls,) or (2, walls)
+        One number per wall, or the interval that holds its capacity.
+    sample : array of int (walls,)
+        Numbers of the walls.
+    name : str
+        In words.
+    censored : float
+        Share of walls of whose capacity no upper bound is known.
+    """
+
+    value: FloatArray
+    sample: IntArray
+    name: str
+    censored: float
+
+
+def _output_of(
+    ds: xr.Dataset, category: int | None = None, output: str | None = None, own_ground: bool = False
+) -> Output:
+    """Output of the sensitivity; see ``study_sensitivity``."""
+    if (category is None) == (output is None):
+        raise InputError("sensitivity: is asked of a category, or of an output; give one of them.")
+    if category is not None:
+        require_categories(ds, [category])
+        walls = read_capacities(ds, [category], movement_measure(ds))
+        lower, upper = walls.capacities.lower[0], walls.capacities.upper[0]
+        if own_ground:
+            ended = ~walls.capacities.failed[0]
+            hit = np.isfinite(upper[ended]).astype(np.float64)
+            return Output(hit, walls.sample[ended], f"damage of category {category} at each wall's own movement", 0.0)
+        if np.isinf(upper).all():
+            raise InputError(f"category = {category}: no wall has reached it; there is nothing to depend on.")
+        return Output(
+            np.array([lower, upper]),
+            walls.sample,
+            f"rank of the capacity for category {category}: the movement at which it is reached",
+            float(np.average(np.isinf(upper), weights=walls.weight)),
+        )
+    known = [str(n) for n in ds.data_vars if ds[n].dims[:1] == ("sample",) and ds[n].dims[1:] in ((), ("increment",))]
+    if output not in known:
+        raise InputError(
+            f"output = '{output}': the study has no such result with one number a wall." + nearest(str(output), known)
+        )
+    ran = np.flatnonzero(ds["status"].values != SampleStatus.MISSING)
+    column = ds[output].isel(sample=ran)
+    column = column.isel(increment=-1) if "increment" in column.dims else column
+    value = np.asarray(column.values, dtype=np.float64)
+    if column.dtype == np.int8:
+        value[column.values == FLAG_FILL] = np.nan
+    if unknown := int(np.isnan(value).sum()):
+        raise InputError(
+            f"output = '{output}': {unknown} of {len(value)} walls have no value at the end of the movement, and "
+            "leaving them out would falsify what the others say; ask of a category, which counts walls as far as they "
+            'were followed, or follow them to the end with [study] stop_at_category = "none".'
+        )
+    return Output(value, ran, f"{output.replace('_', ' ')} at the end of the movement", 0.0)
+
+
+@one_blas_thread()
+def study_sensitivity(
+    ds: xr.Dataset,
+    *,
+    category: int | str | None = None,
+    output: str | None = None,
+    own_ground: bool = False,
+    confidence: float = 0.9,
+    resamples: int = 500,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Sensitivity of an output of a study to each input.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``open_study`` returns it.
+    category : int or str, optional
+        Rank of the capacity for it: of the movement at which it was reached. Walls that were not damaged up to their
+        own end, and failed ones, count as censored there: an input that only sets how far the ground moves has none.
+    own_ground : bool
+        Whether the category has been reached by the end of each wall's own movement, in place of the capacity: inputs
+        that move the ground count, too. Failed walls are left out.
+    output : str, optional
+        Instead, a result of the study, at the end of the movement.
+    confidence : float
+        Of the intervals.
+    resamples, seed : int
+        Of the bootstrap.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``spearman``, ``partial`` and ``first_order`` with their intervals on (variable,), of the inputs with one value
+        a wall (of a crossed study from the half of its samples that share nothing); of a crossed study also
+        ``first_order`` and ``total`` of ``wall`` and ``joints`` on (group,), as ``group_first_order`` and
+        ``group_total``, and ``interaction``.
+
+    Raises
+    ------
+    InputError
+        If there is no such output, some walls have no value of it, or no input has one value a wall.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> found = damagepred.study_sensitivity(damagepred.open_study("house.dp"), category=2, resamples=50)
+    >>> dict(zip(found["variable"].values.tolist(), found["spearman"].values.round(1).tolist()))
+    {'joint.friction': -0.2, 'joint.cohesion': 0.1}
+    """
+    found = _output_of(ds, None if category is None else category_number(ds, category), output, own_ground)
+    crossed = bool(int(ds.attrs.get("crossed", 0)))
+    # of each table, one wall with one field and the other with the other
+    alone = np.isin(found.sample % 4, (0, 3)) if crossed else np.ones(len(found.sample), dtype=bool)
+    inputs = {
+        str(name): np.asarray(variable.values, dtype=np.float64)[found.sample[alone]]
+        for name, variable in ds.data_vars.items()
+        if variable.dims == ("sample",) and variable.attrs.get("role") == "input"
+    }
+    if not inputs:
+        raise InputError("the study has no input with one value a wall.")
+    weight = np.asarray(ds["weight"].values, dtype=np.float64)[found.sample[alone]] if "weight" in ds else None
+    values = found.value[..., alone]
+    correlations = rank_correlation(
+        inputs, values, weight=weight, confidence=confidence, resamples=resamples, seed=seed
+    )
+    indices = first_order(inputs, values, weight=weight, confidence=confidence, resamples=resamples, seed=seed)
+    result = correlations.merge(indices, combine_attrs="override")
+    if crossed:
+        whole = found.value
+        if whole.ndim == 2:
+            whole = interval_ranks(whole[0], whole[1], sample_weights(ds)[found.sample])
+        tables = _tables(found._replace(value=whole))
+        shares = crossed_shares(tables, confidence=confidence, resamples=resamples, seed=seed)
+        renamed = {n: f"group_{n}" for n in shares.data_vars if str(n).startswith(("first_order", "total"))}
+        result = result.merge(shares.rename(renamed)).assign_attrs(tables=len(tables))
+    return result.assign_attrs(
+        title=f"sensitivity of {ds.attrs.get('title', 'a study')}",
+        output=found.name,
+        share_censored=found.censored,
+        samples_failed=int((ds["status"].values == SampleStatus.FAILED).sum()),
+        bootstrap_samples=resamples,
+    )
+
+
+def _tables(found: Output) -> FloatArray:
+    """Return the values of whole tables, array (tables, 2, 2); one of which a wall was not run yet is left out."""
+    table = found.sample // 4
+    whole = np.flatnonzero(np.bincount(table) == 4)
+    values = np.full((int(table.max()) + 1, 4), np.nan)
+    values[table, found.sample % 4] = found.value
+    return values[whole].reshape(-1, 2, 2)

@@ -1,0 +1,521 @@
+"""A Monte Carlo campaign: samples are drawn, solved and archived."""
+
+from __future__ import annotations
+
+import signal
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.files import write_dataset
+from damagepred.archive.folder import StudyFolder
+from damagepred.archive.provenance import environment, given_values, program, programs, provenance
+from damagepred.archive.schema import SCHEMA_VERSION, Variable, dataset
+from damagepred.arrays import FloatArray, Int8Array
+from damagepred.assembly import NO_LIMITS, Limits, wall_geometry
+from damagepred.campaign.cost_estimate import require_affordable
+from damagepred.campaign.dispatch import Batches, Engine, GivenExecutor, LostSample, run_all, sample_timeout
+from damagepred.campaign.sample import joint_places, sample_of
+from damagepred.campaign.settings import StudySettings, differing_keys, read_frozen
+from damagepred.campaign.warm_up import warm_up
+from damagepred.campaign.workers import LocalPool
+from damagepred.enumerations import UNSOLVED, SampleStatus
+from damagepred.errors import ArchiveWarning, InputError, StudyError, require_count
+from damagepred.inputs.arguments import checked
+from damagepred.runtime.numpy_defaults import numpy_defaults
+from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.scene import Scene
+from damagepred.solvers.options import SolverOptions
+
+MOST_VALUES = 25_000_000
+"""Values of joints that a design records at most (200 MB); they follow from the seed in any case."""
+
+
+class Progress(NamedTuple):
+    """Status of a run.
+
+    Attributes
+    ----------
+    total, done, failed : int
+        Samples asked for, finished in any way, and failed among those.
+    just_failed : str
+        Why the last sample failed, if it did.
+
+    Examples
+    --------
+    >>> from damagepred import study
+    >>> so_far = study.Progress(total=128, done=32, failed=1)
+    >>> f"{so_far.done / so_far.total:.0%}"
+    '25%'
+    """
+
+    total: int
+    done: int
+    failed: int
+    just_failed: str = ""
+
+
+@dataclass(frozen=True)
+class RunSummary:
+    """How a run ended.
+
+    Attributes
+    ----------
+    folder : Path
+        Study folder.
+    total, done, failed : int
+        Samples asked for, finished in any way, and failed among those.
+    interrupted : bool
+        Whether it was stopped before the last sample.
+    seconds : float
+        Time of this run.
+
+    Examples
+    --------
+    A study that is complete has nothing left to solve, and the summary says so:
+
+    >>> from damagepred import Study
+    >>> summary = Study.from_toml("house.toml").run("house.dp")
+    >>> summary.done, summary.failed, summary.interrupted
+    (24, 0, False)
+    """
+
+    folder: Path
+    total: int
+    done: int
+    failed: int
+    interrupted: bool
+    seconds: float
+
+
+def study_differences(frozen: StudySettings, settings: StudySettings) -> list[str]:
+    """Keys in which two studies differ; the number of walls does not change these, and the design shows a table's."""
+    was, now = frozen.to_dict(), settings.to_dict()
+    for content in (was, now):
+        for key in ("samples", "stop_when", "time_budget", "epistemic", "table"):
+            content["study"].pop(key, None)
+    return differing_keys(was, now)
+
+
+class Campaign:
+    """Samples of a study as its file describes them, and the run that solves them.
+
+    Parameters
+    ----------
+    settings : StudySettings
+        Scene, variables and sampling.
+    limits : Limits
+        Estimated cost of one wall above which the study is refused, and the time that a wall may take; ``NO_LIMITS``
+        lifts them.
+
+    Raises
+    ------
+    InputError
+        If a wall costs more than the limits.
+
+    Examples
+    --------
+    >>> study = Campaign.from_toml("house.toml")                 # doctest: +SKIP
+    >>> study.run("house.dp", samples=100, workers=2)         # doctest: +SKIP
+    """
+
+    @checked
+    def __init__(self, settings: StudySettings, limits: Limits = Limits()) -> None:  # noqa: B008 - frozen
+        require_affordable(settings, limits)
+        SolverOptions.of(settings.scene.solver)  # refused before anything is solved
+        self.settings, self.limits = settings, limits
+        self.design = settings.design()
+        if self.design.by_distance is not None:  # better refused here than wall by wall
+            self.design.joint_values(0, joint_places(settings.scene))
+
+    @classmethod
+    def from_toml(cls, path: str | Path, limits: Limits = Limits()) -> Self:  # noqa: B008 - frozen
+        """Read a study file.
+
+        Parameters
+        ----------
+        path : str or Path
+            TOML file.
+        limits : Limits
+            See ``Campaign``.
+
+        Raises
+        ------
+        InputError
+            If it, or the scene it names, is missing or not acceptable.
+        """
+        return cls(StudySettings.from_toml(path), limits)
+
+    @classmethod
+    def from_folder(cls, path: str | Path) -> Self:
+        """Read the frozen study of a study folder.
+
+        Raises
+        ------
+        InputError
+            If it is no study folder.
+        """
+        folder = StudyFolder(path)
+        folder.require()
+        return cls.from_text(folder.study_text())
+
+    @classmethod
+    def from_text(cls, text: str) -> Self:
+        """Read the frozen copy of a study from its text."""
+        return cls(read_frozen(text), NO_LIMITS)
+
+    @checked
+    def sample(self, number: int, samples: int | None = None) -> tuple[Scene, dict[str, FloatArray]]:
+        """Return the scene of one sample, and its values that vary from joint to joint.
+
+        Parameters
+        ----------
+        number : int
+            Number of the sample, from 0.
+        samples : int, optional
+            Number of samples of the design; only a Latin hypercube depends on it.
+        """
+        require_count("number", number, 0)
+        if samples is not None:
+            require_count("samples", samples, number + 1)
+        count = max(self.settings.study.samples, number + 1) if samples is None else samples
+        require_affordable(self.settings, self.limits, count)
+        return sample_of(self.settings, self.design, number, count)
+
+    @numpy_defaults()
+    def run(
+        self,
+        out: str | Path,
+        samples: int | None = None,
+        workers: int = 1,
+        executor: Executor | None = None,
+        *,
+        timeout: float | None = None,
+        retry_failed: bool = False,
+        mix_versions: bool = False,
+        on_progress: Callable[[Progress], None] | None = None,
+    ) -> RunSummary:
+        """Run the study, or what is left of it, into a folder.
+
+        Parameters
+        ----------
+        out : str or Path
+            Study folder. If it holds this study, what is missing is run; more samples than before extend it.
+        samples : int, optional
+            Number of samples in all.
+        workers : int
+            Processes to run at a time.
+        executor : concurrent.futures.Executor, optional
+            Run there instead; a Dask client will do, too. Its workers write into the same folder.
+        timeout : float, optional
+            Seconds a sample may take; not with an executor. By default the study's limit of time, an hour; ``math.inf``
+            lifts it.
+        retry_failed : bool
+            Run failed samples again.
+        mix_versions : bool
+            Go on with a study of which another version of the program has solved samples. Its status and report say so.
+        on_progress : callable, optional
+            Called with a ``Progress`` at the start and with each sample whose result is safe.
+
+        Returns
+        -------
+        RunSummary
+
+        Raises
+        ------
+        StudyError
+            If the folder holds another study, or samples of another version, is in use, or cannot be written.
+        InputError
+            If a Latin hypercube is to be extended, or the design is damaged.
+        """
+        require_count("workers", workers)
+        if samples is not None:
+            require_count("samples", samples)
+            require_affordable(self.settings, self.limits, samples)
+        timeout = sample_timeout(timeout, self.limits, executor)
+        began = time.perf_counter()
+        folder = StudyFolder(out)
+        where = str(folder.path.resolve())
+        engine: Engine | None = None if executor is None else GivenExecutor(where, executor)
+        if not folder.exists:
+            folder.check_new()
+        lock = folder.lock()
+        try:
+            folder.tidy()
+            asked = self.settings.study.samples if samples is None else int(samples)
+            if engine is None and not folder.exists:  # the workers load the program while the design is drawn
+                engine = LocalPool(where, min(workers, asked), timeout, preload=True)
+            drawn, known = self._prepare(
+                folder,
+                asked,
+                UNSOLVED if retry_failed else (SampleStatus.MISSING,),
+                mix_versions,
+            )
+            if retry_failed:
+                failures = set(np.flatnonzero(known == SampleStatus.FAILED).tolist()) | folder.failed_samples()
+                folder.forget_failures({i for i in failures if i < asked})
+            values = self.design.wall_values(drawn)
+            finished, failures = folder.finished(), folder.failed_samples()
+            over = {i for i in finished | failures if i < asked}
+            left = [i for i in range(asked) if i not in over]
+            failed = sum(i < asked for i in failures)
+            state = Progress(asked, len(over), failed)
+            if on_progress:
+                on_progress(state)
+            tasks = ((i, {k: float(v[i]) for k, v in values.items()}) for i in left)
+            with _interruptible() as stop:
+                if left:
+                    engine = engine or LocalPool(where, min(workers, len(left)), timeout)
+                    state = self._run(folder, tasks, len(left), engine, timeout, stop, state, on_progress)
+            folder.consolidate()
+            if executor is None or not stop.asked:  # workers elsewhere may not have seen the request to stop yet
+                folder.tidy()
+        finally:
+            if engine is not None:
+                engine.kill()
+            lock.release()
+        return RunSummary(
+            folder.path, state.total, state.done, state.failed, state.done < state.total, time.perf_counter() - began
+        )
+
+    def _run(
+        self,
+        folder: StudyFolder,
+        tasks: Iterator[tuple[int, dict[str, float]]],
+        count: int,
+        engine: Engine,
+        timeout: float | None,
+        stop: _Stop,
+        state: Progress,
+        on_progress: Callable[[Progress], None] | None,
+    ) -> Progress:
+        where = str(folder.path.resolve())
+        values: dict[int, dict[str, float]] = {}
+
+        def noted() -> Iterator[tuple[int, dict[str, float]]]:
+            for sample, inputs in tasks:
+                values[sample] = inputs
+                yield sample, inputs
+
+        finished = False
+        stop.at_first, stop.at_once = folder.ask_to_stop, engine.terminate
+        try:
+            warm_up(self.settings.scene)  # while local workers load the program
+            for result in run_all(engine, where, Batches(noted(), count, timeout), lambda: stop.asked):
+                message = ""
+                if isinstance(result, LostSample):
+                    folder.record_failure(result.sample, result.reason, result.message, values[result.sample])
+                    message = f"sample {result.sample}: {result.reason}: {result.message}"
+                elif result.status == SampleStatus.FAILED:
+                    message = f"sample {result.sample}: {result.message}"
+                values.pop(result.sample, None)
+                state = Progress(state.total, state.done + 1, state.failed + bool(message), message)
+                if on_progress:
+                    on_progress(state)
+            finished = True
+        finally:
+            if finished and stop.asked < 2:
+                engine.close()
+            else:
+                engine.kill()
+        return state
+
+    # -- folder ---------------------------------------------------------------------------------------------------
+
+    def _prepare(
+        self,
+        folder: StudyFolder,
+        asked: int,
+        run: tuple[int, ...] = (SampleStatus.MISSING,),
+        mix_versions: bool = False,
+    ) -> tuple[int, Int8Array]:
+        """Make or check the folder and its design; return the number of samples drawn, and the status of each."""
+        if not folder.exists:
+            folder.create(self.settings.to_toml(), self._manifest(asked), self.design_dataset(asked))
+            return asked, np.full(asked, SampleStatus.MISSING, dtype=np.int8)
+        folder.require()
+        if differences := study_differences(read_frozen(folder.study_text()), self.settings):
+            raise StudyError(
+                f"{folder.path}: holds a different study; nothing was changed. These keys differ:\n  "
+                + "\n  ".join(differences)
+                + "\nRun into another folder with -o, or set the keys back."
+            )
+        self._check_table(folder)
+        manifest = folder.manifest()
+        drawn = int(manifest["samples"])
+        if not folder.design_file.is_file():
+            self.write_design(folder, drawn)
+        status = self._check_parts(folder, run, asked, mix_versions)
+        if asked > drawn:
+            if self.settings.study.sampler == "lhs":
+                raise InputError(
+                    f"{folder.path}: a Latin hypercube of {drawn} samples cannot be extended to {asked}; use sampler = "
+                    "'sobol' or 'random' in a new study, which can."
+                )
+            drawn = asked
+            self.write_design(folder, drawn)
+        if drawn != manifest["samples"] or manifest["schema_version"] != SCHEMA_VERSION:
+            folder.write_manifest({**manifest, "samples": drawn})
+        return drawn, np.concatenate(
+            (status, np.full(max(0, drawn - len(status)), SampleStatus.MISSING, dtype=np.int8))
+        )
+
+    def _check_parts(self, folder: StudyFolder, run: tuple[int, ...], asked: int, mix_versions: bool) -> Int8Array:
+        """Set damaged files aside; refuse to run samples beside those of other versions; return the status of all."""
+        found, left_out = folder.read(("environment",))
+        status = found["status"].values
+        now = program(environment())
+        others = [words for words in programs(found) if words != now]
+        if others and not mix_versions and (asked > len(status) or np.isin(status[:asked], run).any()):
+            raise StudyError(
+                f"{folder.path}: its walls were solved by {'; '.join(others)}, and this is {now}; go on with that "
+                "program, or mix versions with --mix-versions (mix_versions=True), and status and report will say so."
+            )
+        for file, why in left_out.items():
+            again = "is made again" if file == folder.results_file else "its samples are run again"
+            warnings.warn(f"{why} It is set aside as {folder.set_aside(file)}; {again}.", ArchiveWarning, stacklevel=3)
+        return status
+
+    def _check_table(self, folder: StudyFolder) -> None:
+        """Refuse to go on where the user's table has other samples than those that were drawn from it."""
+        if self.settings.study.sampler != "table" or not folder.design_file.is_file():
+            return
+        design = folder.design()
+        for place, values in self.design.wall_values(design.sizes["sample"]).items():
+            if (other := np.flatnonzero(values != design[place].values)).size:
+                raise StudyError(
+                    f"{folder.path}: holds other samples than the table; nothing was changed. The first difference is "
+                    f"{place} of sample {other[0]} (was {design[place].values[other[0]]:g}, is {values[other[0]]:g}). "
+                    "Rows may be added at the table's end, but not changed."
+                )
+
+    def _manifest(self, samples: int) -> dict[str, Any]:
+        return {
+            "title": self.settings.title,
+            "samples": samples,
+            "seed": self.settings.study.seed,
+            "sampler": self.settings.study.sampler,
+            "created": datetime.now(UTC).isoformat(timespec="seconds"),
+            **provenance(),
+        }
+
+    def write_design(self, folder: StudyFolder, samples: int) -> None:
+        """Write the inputs of the first samples to a folder that has its frozen study.
+
+        Parameters
+        ----------
+        folder : StudyFolder
+            Where to.
+        samples : int
+            How many.
+        """
+        design = self.design_dataset(samples).assign_attrs(study=folder.study_text())
+        write_dataset(design, folder.design_file, folder.study_hash)
+
+    @checked
+    @one_blas_thread()
+    def design_dataset(self, samples: int) -> xr.Dataset:
+        """Return every input of the first samples.
+
+        Parameters
+        ----------
+        samples : int
+            How many.
+
+        Returns
+        -------
+        xarray.Dataset
+            One variable for each sampled number, named by its place: on (sample,), or on (sample, joint) if it varies
+            from joint to joint, the study stores fields, and they are not too many (``MOST_VALUES``).
+        """
+        require_count("samples", samples)
+        require_affordable(self.settings, self.limits, samples)
+        values = self.design.wall_values(samples)
+        columns: dict[str, Any] = {"sample": np.arange(samples), **values}
+        if (weight := self.design.weights(samples)) is not None:
+            columns["weight"] = weight
+        if self.settings.study.store_fields and self.design.joint and not self.settings.shape_varies:
+            places = joint_places(self.settings.scene)
+            joints = len(wall_geometry(self.settings.scene).joints.kind)
+            if samples * joints * len(self.design.joint) <= MOST_VALUES:
+                drawn = [self.design.joint_values(i, places) for i in range(samples)]
+                columns |= {place: np.array([d[place] for d in drawn]) for place in self.design.joint}
+        extra = {
+            place: Variable(
+                ("sample", "joint") if place in self.design.joint else ("sample",),
+                Scene.unit_of(place).replace("**", ""),
+                f"sampled input {place}" + (" of each joint" if place in self.design.joint else ""),
+            )
+            for place in (*self.design.wall, *self.design.joint)
+        }
+        settings = self.settings
+        ds = dataset(
+            columns,
+            {
+                "title": settings.title,
+                "seed": settings.study.seed,
+                "sampler": settings.study.sampler,
+                "replicates": settings.study.replicates,
+                "crossed": settings.study.crossed or None,
+                "study": settings.to_toml(),
+                "scene": settings.scene.to_toml(),
+                **given_values(settings.scene.given),
+                "damage_table": settings.damage_table.name,
+                "damage_measure": settings.scene.damage.measure,
+                "count_footing_gap": settings.scene.damage.count_footing_gap,
+                "highest_category": settings.damage_table.highest,
+                "span": settings.scene.wall.length,
+                "solver_options": SolverOptions.of(settings.scene.solver).to_json(),
+                **provenance(),
+            },
+            extra=extra,
+        )
+        for place in (*self.design.wall, *self.design.joint):
+            if place in ds:
+                stated = settings.variables.get(place)
+                ds[place].attrs.update(role="input", distribution=stated.distribution if stated else "table")
+        return ds
+
+
+class _Stop:
+    """Counts interrupts: the first lets running samples finish, the second ends them."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+        self.at_first: Callable[[], None] | None = None
+        self.at_once: Callable[[], None] | None = None
+
+    def __call__(self, number: int, frame: object) -> None:
+        self.asked += 1
+        if self.asked == 1 and self.at_first is not None:
+            self.at_first()
+        if self.asked == 2 and self.at_once is not None:
+            self.at_once()
+        if self.asked > 2:
+            raise KeyboardInterrupt
+
+
+@contextmanager
+def _interruptible() -> Iterator[_Stop]:
+    """Turn Ctrl-C and a polite kill into a request, while in the main thread."""
+    stop = _Stop()
+    before: dict[signal.Signals, Any] = {}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        try:
+            before[number] = signal.signal(number, stop)
+        except ValueError:  # not the main thread: the caller handles its own interrupts
+            break
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,391 @@
+"""Sampled walls: from their numbers to their part of the archive. Workers run this module."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache, lru_cache
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from damagepred.archive.cautions import TOLERANCES, energy_error_share, implausible, snap_through_share
+from damagepred.archive.folder import StudyFolder
+from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
+from damagepred.archive.provenance import as_table, environment
+from damagepred.archive.schema import (
+    CATEGORY_VARIABLES,
+    FLAG_FILL,
+    GROWING_GROUND,
+    VARIABLES,
+    WORST_CATEGORY,
+    category_attributes,
+)
+from damagepred.arrays import FloatArray
+from damagepred.assembly import wall_geometry
+from damagepred.assembly.interfaces import Geometry
+from damagepred.assembly.model import Model
+from damagepred.campaign.settings import StudySettings, read_frozen
+from damagepred.campaign.warm_up import warm_up
+from damagepred.damage import Rules
+from damagepred.enumerations import FailureKind, SampleStatus
+from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, InputError, StudyError
+from damagepred.one_wall.dataset import history_values, path_values, shares_of_size
+from damagepred.one_wall.judged_path import Step, follow, model_of, without_zone_fields
+from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.scene import Scene
+from damagepred.uq.design import Design
+from damagepred.uq.fields import course_sequences
+from damagepred.uq.wall_fields import JointPlaces
+
+NOT_STARTED = -1
+"""Status of a sample that was not started because the study is to stop."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a sample ended.
+
+    Attributes
+    ----------
+    sample : int
+        Its number.
+    status : int
+        A ``SampleStatus``, or ``NOT_STARTED``.
+    seconds : float
+        Time it took.
+    message : str
+        Why it failed, if it did.
+    """
+
+    sample: int
+    status: int
+    seconds: float
+    message: str = ""
+
+
+Batch = Sequence[tuple[int, Mapping[str, float]]]
+"""Samples that one task solves, one number after the other, each with its values for the whole wall."""
+
+
+@one_blas_thread()
+def sampled_wall(
+    settings: StudySettings, design: Design, sample: int, values: Mapping[str, float]
+) -> tuple[Scene, dict[str, FloatArray]]:
+    """Return the scene of one sample and its values that vary from joint to joint.
+
+    Parameters
+    ----------
+    settings : StudySettings
+        The study.
+    design : Design
+        Its distributions.
+    sample : int
+        Number of the sample.
+    values : mapping of str to float
+        Its values that hold for the whole wall.
+    """
+    scene = settings.scene.with_values(values).with_seed(settings.study.seed, sample)
+    if not design.joint:
+        return scene, {}
+    drawn_on = settings.study.fields_from
+    if drawn_on is None:
+        return scene, design.joint_values(sample, joint_places(scene))
+    if shape := {place: v for place, v in values.items() if place.split(".")[0] in ("wall", "opening", "dpc")}:
+        drawn_on = drawn_on.with_values(shape)
+    return scene, _on_nearest(design.joint_values(sample, joint_places(drawn_on)), drawn_on, scene)
+
+
+def sample_of(
+    settings: StudySettings, design: Design, sample: int, samples: int
+) -> tuple[Scene, dict[str, FloatArray]]:
+    """Draw the design of a study and return the scene of one sample, and its values that vary from joint to joint.
+
+    Parameters
+    ----------
+    settings, design, sample
+        See ``sampled_wall``.
+    samples : int
+        Number of samples of the design; only a Latin hypercube depends on it.
+    """
+    values = design.wall_values(samples)
+    return sampled_wall(settings, design, sample, {place: float(v[sample]) for place, v in values.items()})
+
+
+def _on_nearest(fields: dict[str, FloatArray], drawn_on: Scene, scene: Scene) -> dict[str, FloatArray]:
+    """Return for each joint of a scene the values of the nearest joint of another, of its own kind if there are any."""
+    from scipy.spatial import KDTree
+
+    theirs, ours = wall_geometry(drawn_on).joints, wall_geometry(scene).joints
+    nearest = np.empty(len(ours.kind), dtype=np.int64)
+    for kind in np.unique(ours.kind):
+        here, there = np.flatnonzero(ours.kind == kind), np.flatnonzero(theirs.kind == kind)
+        there = there if there.size else np.arange(len(theirs.kind))
+        tree = KDTree(np.column_stack((theirs.x[there], theirs.y[there])))
+        nearest[here] = there[tree.query(np.column_stack((ours.x[here], ours.y[here])))[1]]
+    return {place: values[nearest] for place, values in fields.items()}
+
+
+def joint_places(scene: Scene) -> JointPlaces:
+    """Return where the joints of a scene's wall are, and which are neighbours in a course."""
+    return _places_on(wall_geometry(scene), scene.wall.block_length)
+
+
+@lru_cache(maxsize=1)  # the samples of a study mostly share one geometry
+def _places_on(geometry: Geometry, brick: float) -> JointPlaces:
+    joints = geometry.joints
+    # a brick and a half: more than from one unit to the next, less than any opening leaves between two
+    sequence = course_sequences(joints.course, joints.kind, joints.x, apart=1.5 * brick)
+    return JointPlaces(sequence, joints.kind, joints.x, joints.y, brick)
+
+
+def prepare(folder: str) -> None:
+    """Load the study and the compiled kernels that all its walls need: the first task of a worker.
+
+    Parameters
+    ----------
+    folder : str
+        Study folder.
+    """
+    settings, _ = _read_study(folder, StudyFolder(folder).study_text())
+    warm_up(settings.scene, rare=False)
+
+
+def run_batch(folder: str, batch: Batch) -> list[Outcome]:
+    """Solve a few samples, judge them and write their part, which counts whatever becomes of the answer.
+
+    Parameters
+    ----------
+    folder : str
+        Study folder, with the frozen study in it.
+    batch : sequence of (int, mapping of str to float)
+        Numbers of the samples, one after the other, and the values of each that hold for the whole wall.
+
+    Raises
+    ------
+    StudyError
+        If the part cannot be written, or there is no such folder where this runs.
+    """
+    place = StudyFolder(folder)
+    if (before := already_done(place, batch)) is not None:
+        return before
+    if not place.exists:
+        raise StudyError(
+            f"{folder}: the study's folder is not there for a worker on {socket.gethostname()}; workers on other "
+            "machines need a file system that they share."
+        )
+    settings, design = _read_study(folder, place.study_text())
+    writer = _PartWriter(place)
+    outcomes = []
+    try:
+        for sample, values in batch:
+            if place.stopping:
+                outcomes.append(Outcome(sample, NOT_STARTED, 0.0))
+                continue
+            solved = solve_sample(settings, design, sample, values)
+            if solved.outcome.status == SampleStatus.FAILED:
+                place.record_failure(sample, solved.reason, solved.outcome.message, values)
+            writer.add(sample, solved.outcome.status, solved.columns)
+            outcomes.append(solved.outcome)
+    finally:
+        writer.write()
+    return outcomes
+
+
+def already_done(folder: StudyFolder, batch: Batch) -> list[Outcome] | None:
+    """Return the outcomes of a batch whose part is in the folder, though the worker's answer got lost; None without.
+
+    Parameters
+    ----------
+    folder : StudyFolder
+        Of the campaign.
+    batch : sequence of (int, mapping)
+        See ``Batch``.
+    """
+    file = folder.part_file(batch[0][0], batch[-1][0])
+    if not file.is_file():
+        return None
+    try:
+        part = read_part(file, ("status", "run_time"), folder.study_hash)
+    except InputError:  # damaged: solved again, and replaced
+        return None
+    columns = (part[name].values.tolist() for name in ("sample", "status", "run_time"))
+    kept = {int(i): (int(status), float(seconds)) for i, status, seconds in zip(*columns)}
+    return [Outcome(sample, *kept[sample]) for sample, _ in batch] if all(i in kept for i, _ in batch) else None
+
+
+class _PartWriter:
+    """Collects the rows of a batch and writes a part file for each run of consecutive samples."""
+
+    def __init__(self, folder: StudyFolder) -> None:
+        self.folder = folder
+        self.first = 0
+        self.rows: list[Columns] = []
+
+    def add(self, sample: int, status: int, columns: Columns | None) -> None:
+        alone = status == SampleStatus.FAILED  # may be run again, for which its part is removed
+        following = self.rows and sample == self.first + len(self.rows)
+        if not following or alone or columns is None or not alike(self.rows[0], columns):
+            self.write()
+        if columns is None:
+            return
+        self.first = self.first if self.rows else sample
+        self.rows.append(columns)
+        if alone:
+            self.write()
+
+    def write(self) -> None:
+        rows, self.rows = self.rows, []
+        if rows:
+            file = self.folder.part_file(self.first, self.first + len(rows) - 1)
+            write_part(file, joined(rows), self.folder.study_hash)
+
+
+class Solved(NamedTuple):
+    """How a sample ended, in one word why if it failed, and what a part holds of it."""
+
+    outcome: Outcome
+    reason: str
+    columns: Columns | None
+
+
+@one_blas_thread()
+def solve_sample(settings: StudySettings, design: Design, sample: int, values: Mapping[str, float]) -> Solved:
+    """Solve and judge one sample; an error is recorded as the outcome, not raised.
+
+    Parameters
+    ----------
+    settings, design, sample, values
+        See ``sampled_wall``.
+    """
+    began = time.perf_counter()
+    steps: list[Step] = []
+    status, reason, message = SampleStatus.COMPLETE, "", ""
+    model: Model | None = None
+    try:
+        scene, fields = sampled_wall(settings, design, sample, values)
+        model = model_of(scene, fields)
+        for step in follow(model, scene.solver, scene.damage, scene.movement.increment_count):
+            steps.append(without_zone_fields(step))
+            if step.increment.collapsed:
+                status = SampleStatus.COLLAPSED
+            if step.verdict.damage_category >= settings.last_category:
+                break
+    except Exception as error:  # whatever it is, the other samples go on, and this one is on record
+        status, reason, message = SampleStatus.FAILED, _reason(error), f"{type(error).__name__}: {error}"
+    seconds = time.perf_counter() - began
+    columns = None if model is None or not steps else _row(settings, sample, status, seconds, model, steps)
+    return Solved(Outcome(sample, status, seconds, message), reason, columns)
+
+
+@lru_cache(maxsize=2)
+def _read_study(folder: str, text: str) -> tuple[StudySettings, Design]:
+    settings = read_frozen(text)
+    return settings, settings.design()
+
+
+def _reason(error: Exception) -> FailureKind:
+    if isinstance(error, DivergenceError):
+        return FailureKind.DIVERGED
+    if isinstance(error, ConvergenceError):
+        return FailureKind.NOT_CONVERGED
+    return FailureKind.BAD_INPUT if isinstance(error, DamagepredError) else FailureKind.ERROR
+
+
+def _row(settings: StudySettings, sample: int, status: int, seconds: float, model: Model, steps: list[Step]) -> Columns:
+    """Return what a part holds of one sample; increments after the end of its path are NaN.
+
+    The category is the exception: a path that ended because the wall fell or passed the last category of interest
+    keeps that category for the movement beyond. A path that ended because the jacks or supports carry nothing any more
+    has come to the limit of the rig: beyond it nothing is known, and there is no movement.
+    """
+    increments = settings.scene.movement.increment_count
+    values = path_values(model, steps)
+    group_count = values.pop("group_count")
+    shares = {"energy_error_share": energy_error_share(values), "snap_through_share": snap_through_share(values)}
+    shares |= shares_of_size(model, steps)
+    beyond = increments + 1 - len(steps)
+    last = steps[-1].increment
+    filled: dict[str, np.ndarray] = {}
+    for name, column in values.items():
+        if not beyond:
+            filled[name] = column[None]
+            continue
+        if column.dtype == np.int8:
+            rest = FLAG_FILL if status == SampleStatus.FAILED or last.ended else column[-1]
+        else:
+            rest = np.nan if column.dtype.kind == "f" else -1
+        tail = np.full((beyond, *column.shape[1:]), rest, dtype=column.dtype)
+        filled[name] = np.concatenate((column, tail))[None]
+    # a given movement is known also where it was not solved; a footing's own deflection is not
+    progress = np.arange(increments + 1) / increments
+    if model.history is not None:
+        progress = np.abs(model.history.load_factors)
+        filled |= {name: value[None] for name, value in history_values(model.history, increments + 1).items()}
+    if model.deflection is None:
+        filled["central_deflection"] = (progress * model.central_deflection)[None]
+        filled["deflection_ratio"] = (progress * model.central_deflection / model.span)[None]
+    if model.surface_movement is not None:
+        filled["surface_movement"] = (progress * model.surface_movement)[None]
+    if model.jacks is not None:
+        filled["limit_deflection"] = np.array([abs(last.deflection) if last.ended else np.nan])
+    filled |= {
+        "sample": np.array([sample]),
+        "increment": np.arange(increments + 1),
+        "group_count": group_count,
+        "status": np.array([status], dtype=np.int8),
+        "run_time": np.array([seconds]),
+        "apex_limited": np.array([model.apex_limited]),
+        "environment": np.array([0]),
+        "snap_back_limited": np.array([model.snap_back_limited]),
+        **{name: np.array([share]) for name, share in shares.items()},
+        "implausible": np.array([implausible(shares, settings.scene.solver)], dtype=np.int8),
+    }
+    columns = {name: _blank(name)._replace(values=value) for name, value in filled.items()}
+    rules = Rules.from_settings(**asdict(settings.scene.damage))
+    table = rules.table
+    for name, more in (
+        ("environment", as_table([environment()])),
+        *(
+            (n, category_attributes(table.category_names, f"{table.name}; {table.source}", n))
+            for n in (*CATEGORY_VARIABLES, WORST_CATEGORY)
+            if n in columns
+        ),
+        *rules.attributes().items(),
+        *((share, {"tolerance": getattr(settings.scene.solver, option)}) for share, option in TOLERANCES.items()),
+        ("snap_through_share", {"tolerance": settings.scene.solver.snap_through_tolerance}),
+    ):
+        columns[name] = columns[name]._replace(attributes={**columns[name].attributes, **more})
+    if "time" in columns:
+        columns["time"] = columns["time"]._replace(attributes={**columns["time"].attributes, "units": "year"})
+    if "surface_movement" in columns:
+        moved = columns["surface_movement"]
+        columns["surface_movement"] = moved._replace(attributes={**moved.attributes, **GROWING_GROUND})
+    # a rig that lets go ends the movement
+    return _kept_of_movement(columns, settings.study.movement, len(steps) - 1 if last.ended else increments)
+
+
+@cache
+def _blank(name: str) -> Column:
+    """Return the column of a registered variable in a study, without values."""
+    return Column(study_dims(name), np.empty(0), MappingProxyType(VARIABLES[name].attributes()))
+
+
+def _kept_of_movement(columns: Columns, kept: str, end: int) -> Columns:
+    """Return what a study keeps of a path that ends at an increment: "path", "sampled" (its end) or "both"."""
+    if kept == "path":
+        return columns
+    path = {name for name, column in columns.items() if column.dims[:2] == ("sample", "increment")}
+    at_end = {
+        name: column._replace(dims=("sample", *column.dims[2:]), values=column.values[:, end])
+        for name, column in columns.items()
+        if name in path
+    }
+    if kept == "sampled":
+        return {name: column for name, column in (columns | at_end).items() if name != "increment"}
+    more = {f"end_{name}": column for name, column in at_end.items() if f"end_{name}" in VARIABLES}
+    names = {name: VARIABLES[name].attributes()["long_name"] for name in more}
+    return columns | {n: c._replace(attributes={**c.attributes, "long_name": names[n]}) for n, c in more.items()}

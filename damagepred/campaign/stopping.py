@@ -1,0 +1,195 @@
+"""Running a study until enough is known, or a time is up."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from damagepred.archive.files import write_whole
+from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.campaign.campaign import Campaign, Progress, RunSummary
+from damagepred.errors import InputError
+from damagepred.uq.estimate import ENOUGH_REPLICATES, Estimate
+from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
+
+
+class InterimAnalysis(NamedTuple):
+    """Interim analysis of a sequential stopping rule: the estimate at a number of samples.
+
+    Attributes
+    ----------
+    samples : int
+        Walls run.
+    estimate : Estimate or None
+        Of the quantity that decides, with an interval that holds at all looks at once.
+    enough : bool
+        Whether it was narrow enough.
+    """
+
+    samples: int
+    estimate: Estimate | None
+    enough: bool
+
+
+class Ending(NamedTuple):
+    """How a run ended.
+
+    Attributes
+    ----------
+    summary : RunSummary
+        Of the last piece of it.
+    looks : list of InterimAnalysis
+        From the first.
+    reason : {"enough", "samples", "time", "interrupted"}
+        Why it ended.
+    """
+
+    summary: RunSummary
+    looks: list[InterimAnalysis]
+    reason: str
+
+    def lines(self, rule: StopWhen | None) -> list[str]:
+        """Say what was seen at the looks, and why the run ended.
+
+        Parameters
+        ----------
+        rule : StopWhen or None
+            The study's.
+        """
+        said = []
+        for look in self.looks:
+            if rule is not None and look.estimate is not None:
+                e, unit = look.estimate, (1e3, " mm") if rule.quantity == "median" else (1.0, "")
+                low, value, high = (f"{unit[0] * v:.4g}" for v in (e.lower, e.value, e.upper))
+                said.append(
+                    f"look at {look.samples} walls: {rule.name()} = {value}{unit[1]}, {low} to {high} "
+                    f"({rule.confidence:.0%} over all looks)"
+                )
+        reasons = {
+            "enough": "narrow enough: no further walls are run",
+            "samples": "all walls allowed are run, and the interval is not narrow enough yet",
+            "time": "the time is up; the same command goes on",
+            "interrupted": "",
+        }
+        return [*said, *filter(None, [reasons[self.reason]])]
+
+
+def run_until(
+    study: Campaign,
+    out: str | Path,
+    samples: int | None = None,
+    workers: int = 1,
+    executor: Executor | None = None,
+    *,
+    on_look: Callable[[InterimAnalysis], None] | None = None,
+    on_progress: Callable[[Progress], None] | None = None,
+    **options: Any,
+) -> Ending:
+    """Run a study until its ``stop_when`` is met, its ``time_budget`` is used up, or all samples are run.
+
+    The walls are those of a run without stopping: a study that was stopped can be extended, and one that was
+    interrupted goes on to the same end.
+
+    Parameters
+    ----------
+    study : Campaign
+        With ``[study.stop_when]``, ``time_budget``, or both.
+    out : str or Path
+        Study folder.
+    samples : int, optional
+        Most walls to run; by default the study's.
+    workers, executor, options
+        See ``Study.run``.
+    on_look : callable, optional
+        Called with each ``InterimAnalysis``.
+    on_progress : callable, optional
+        Called with a ``Progress`` as in ``Study.run``.
+
+    Returns
+    -------
+    Ending
+
+    Raises
+    ------
+    InputError
+        If the sampler cannot be extended.
+    """
+    how, most = study.settings.study, samples or study.settings.study.samples
+    rule, budget = how.stop_when, how.time_budget
+    if rule is not None and how.sampler == "lhs":
+        raise InputError("[study.stop_when]: a Latin hypercube cannot be extended from look to look; take 'sobol'.")
+    at = interim_sizes(rule.first, most) if rule is not None else [most]
+    confidence = _confidence(rule, at, how.replicates, budget is not None)
+    began = time.monotonic()
+    seen: list[InterimAnalysis] = []
+    while True:
+        count = at[len(seen)]
+        left = None if budget is None else budget - (time.monotonic() - began)
+        summary = _run_to(study, out, count, workers, executor, left, on_progress, options)
+        over = budget is not None and time.monotonic() - began >= budget
+        if summary.interrupted and not over:
+            return Ending(summary, seen, "interrupted")
+        seen.append(_look(rule, out, summary.done, confidence))
+        if on_look:
+            on_look(seen[-1])
+        reason = "enough" if seen[-1].enough else "time" if over else "samples" if count == at[-1] else ""
+        if reason:
+            _record(out, rule, seen, reason)
+            return Ending(summary, seen, reason)
+
+
+def _confidence(rule: StopWhen | None, at: list[int], replicates: int, timed: bool) -> float:
+    if rule is None:
+        return 0.9
+    # the end of the time is a look more, wherever it falls: counted like one between the last two
+    every = sorted({*at, (at[-1] + at[-2]) // 2}) if timed and len(at) > 1 else at
+    return interim_confidence(every, rule.confidence, replicates >= ENOUGH_REPLICATES)
+
+
+def _run_to(
+    study: Campaign,
+    out: str | Path,
+    count: int,
+    workers: int,
+    executor: Executor | None,
+    left: float | None,
+    on_progress: Callable[[Progress], None] | None,
+    options: dict[str, Any],
+) -> RunSummary:
+    """Run as far as the next look; when the time is up, samples that have begun are finished and no others begun."""
+    timer = None
+    if left is not None:
+        timer = threading.Timer(max(left, 0.0), StudyFolder(out).ask_to_stop)
+        timer.daemon = True
+        timer.start()
+    try:
+        return study.run(out, count, workers, executor, on_progress=on_progress, **options)
+    finally:
+        if timer is not None:
+            timer.cancel()
+
+
+def _look(rule: StopWhen | None, out: str | Path, done: int, confidence: float) -> InterimAnalysis:
+    if rule is None:
+        return InterimAnalysis(done, None, False)
+    found = rule.estimate(open_study(out), confidence)
+    return InterimAnalysis(done, found, rule.met(found))
+
+
+def _record(out: str | Path, rule: StopWhen | None, seen: list[InterimAnalysis], reason: str) -> None:
+    """Write down in the folder what was seen at the looks, and why the run ended."""
+    content = {
+        "quantity": rule.name() if rule is not None else "",
+        "reason": reason,
+        "looks": [
+            {"samples": look.samples, "enough": look.enough, **(look.estimate._asdict() if look.estimate else {})}
+            for look in seen
+        ],
+    }
+    text = json.dumps(content, indent=2) + "\n"
+    write_whole(Path(out) / "stopping.json", lambda p: p.write_text(text, encoding="utf-8"))

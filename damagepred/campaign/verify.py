@@ -1,0 +1,311 @@
+"""Verification of the files of a study against their digests, and repair.
+
+Derived files are made again, damaged ones are set aside in the folder ``damaged``, and ``Study.run`` solves the samples
+that this leaves missing.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.checks import check_values
+from damagepred.archive.digest import read_signed_json, signature, study_hash
+from damagepred.archive.files import read_dataset
+from damagepred.archive.folder import StudyFolder
+from damagepred.archive.provenance import mixture
+from damagepred.campaign.campaign import Campaign
+from damagepred.campaign.replay import BIT_FOR_BIT, replay
+from damagepred.campaign.settings import read_frozen
+from damagepred.enumerations import SOLVED, SampleStatus
+from damagepred.errors import ArchiveWarning, DamagedError, InputError, NewerError, StudyError
+from damagepred.formatting import duration
+
+
+@dataclass
+class Verification:
+    """Findings of a verification.
+
+    Attributes
+    ----------
+    files : int
+        Files that were checked.
+    damaged : list of str
+        Damaged files, a sentence each.
+    differing : list of str
+        Differences of samples that were solved again.
+    notes : list of str
+        Other remarks.
+    """
+
+    files: int = 0
+    damaged: list[str] = field(default_factory=list)
+    differing: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    @contextmanager
+    def check(self) -> Iterator[None]:
+        """Record errors and warnings of the archive as damage."""
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always", ArchiveWarning)
+            try:
+                yield
+            except NewerError:
+                raise
+            except InputError as error:
+                self.damaged.append(str(error))
+        self.damaged += [str(one.message) for one in said if issubclass(one.category, ArchiveWarning)]
+
+    @property
+    def lines(self) -> list[str]:
+        """All of it in words."""
+        said = [*self.damaged, *self.differing, *self.notes]
+        return [*said, f"files checked: {self.files}; damaged: {len(self.damaged) or 'none'}"]
+
+
+def verify(path: str | Path, samples: int = 0, on_plan: Callable[[str], None] | None = None) -> Verification:
+    """Check digests, variables, flags and ranges of a study folder or a file; solve some samples again.
+
+    Parameters
+    ----------
+    path : str or Path
+        Study folder, or a netCDF file of this package.
+    samples : int
+        Samples of the folder to solve again and compare bit by bit, evenly spread.
+    on_plan : callable, optional
+        Called with what solving will cost, before it begins.
+
+    Raises
+    ------
+    InputError
+        If there is no such folder or file, it is newer than this package, or a file's samples are asked for.
+    """
+    place, found = Path(path), Verification()
+    if not place.exists():
+        raise InputError(f"{path}: no such file or folder.")
+    if not place.is_dir():
+        if samples:
+            raise InputError(f"{path}: samples are solved again of study folders alone.")
+        with found.check():
+            _check_file(place)
+        found.files = 1
+        return found
+    folder = StudyFolder(place)
+    if not (folder.exists or folder.design_file.is_file()):
+        raise InputError(f"{path}: is no study folder (it has neither study.toml nor design.nc).")
+    ds = _check_folder(folder, found)
+    if ds is not None:
+        solved = np.flatnonzero(np.isin(ds["status"].values, SOLVED))
+        chosen = solved[np.unique(np.linspace(0, len(solved) - 1, min(samples, len(solved))).astype(int))]
+        if len(chosen) and on_plan is not None:
+            each = float(np.nanmean(ds["run_time"].values)) if "run_time" in ds else np.nan
+            on_plan(
+                f"solving {len(chosen)} sample{'s' * (len(chosen) > 1)} again"
+                + (f", {duration(each * len(chosen))}" if each > 0 else "")
+            )
+        for sample in chosen.tolist():
+            comparison = replay(place, sample)[1]
+            if not comparison.startswith(BIT_FOR_BIT):
+                found.differing.append(f"sample {sample} solved again {comparison}")
+    return found
+
+
+def _check_file(file: Path) -> xr.Dataset:
+    ds = read_dataset(file)
+    signature(file, whole=True)
+    _check_values(ds, str(file))
+    return ds
+
+
+def _check_folder(folder: StudyFolder, found: Verification) -> xr.Dataset | None:
+    """Check all files of a folder; return its samples from their parts if they can be read."""
+    ds: xr.Dataset | None = None
+    with found.check():
+        read_frozen(folder.study_text())
+        _check_file(folder.design_file)
+        ds, left_out = folder.read(derived=False)
+        found.damaged += left_out.values()
+        _check_values(ds, str(folder.parts))
+    unsigned = 0
+    for file in (folder.study_file, folder.design_file, folder.results_file, *folder.part_files()):
+        with found.check():
+            if file.exists():
+                unsigned += signature(file, whole=True) is None
+    for sample in sorted(folder.failed_samples()):
+        with found.check():
+            folder.checked_failure(sample)
+    if ds is None:
+        return None
+    if folder.results_file.exists():
+        with found.check():
+            _compare(read_dataset(folder.results_file, folder.study_hash), ds, folder.results_file)
+    parts, failures = len(folder.part_files()), len(folder.failed_samples())
+    found.damaged = list(dict.fromkeys(found.damaged))
+    found.files = (
+        parts
+        + failures
+        + sum(
+            file.is_file()
+            for file in (folder.study_file, folder.manifest_file, folder.design_file, folder.results_file)
+        )
+    )
+    found.notes += [f"{word}." for word in mixture(ds)]
+    if missing := int((ds["status"].values == SampleStatus.MISSING).sum()):
+        found.notes.append(f"{missing} of {ds.sizes['sample']} samples have no result; `damagepred study` runs them.")
+    if unsigned:
+        found.notes.append(f"{unsigned} files have no digest, as those of older versions: values alone were checked.")
+    return ds
+
+
+def _check_values(ds: xr.Dataset, source: str) -> None:
+    check_values({str(n): (v.dims, v.values, v.attrs) for n, v in ds.variables.items()}, source, ranges=True)
+
+
+def _compare(whole: xr.Dataset, parts: xr.Dataset, file: Path) -> None:
+    """Check that ``results.nc`` holds what the parts hold, of the samples in both."""
+    solved = np.isin(whole["status"].values, SOLVED)
+    for name, values in parts.data_vars.items():
+        if values.dims[:1] != ("sample",) or name not in whole or name in ("run_time", "environment"):
+            continue  # those of a wall that was solved again are others
+        rows = whole["sample"].values[solved]
+        both = np.isin(parts["status"].values[rows], SOLVED)
+        one, other = whole[name].values[solved][both], values.values[rows][both]
+        if not np.array_equal(one, other, equal_nan=one.dtype.kind == "f"):
+            raise DamagedError(f"{file}: differs from the parts in {name}.")
+
+
+def repair(path: str | Path) -> list[str]:
+    """Make again what of a study folder is derived, and set aside what is damaged.
+
+    Parameters
+    ----------
+    path : str or Path
+        Study folder.
+
+    Returns
+    -------
+    list of str
+        Repairs, a sentence each.
+
+    Raises
+    ------
+    InputError
+        If it is no study folder.
+    StudyError
+        If neither its frozen study nor its design can be read, it is in use, or cannot be written.
+    """
+    folder = StudyFolder(path)
+    if not (folder.exists or folder.design_file.is_file()):
+        raise InputError(f"{path}: is no study folder (it has neither study.toml nor design.nc).")
+    lock = folder.lock()
+    try:
+        folder.tidy()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ArchiveWarning)  # it is all in what was done
+            return [
+                *_repair_study(folder),
+                *_repair_design(folder),
+                *_repair_manifest(folder),
+                *_repair_samples(folder),
+            ]
+    finally:
+        lock.release()
+
+
+def _set_aside(folder: StudyFolder, file: Path, why: str) -> str:
+    return f"{why} It was set aside as {folder.set_aside(file)}."
+
+
+def _count_hashes(folder: StudyFolder) -> Counter[str]:
+    """Return the study hashes in the files of a folder, and the number of files with each."""
+    carried: Counter[str] = Counter()
+    for file in (folder.manifest_file, folder.design_file, folder.results_file, *folder.part_files()):
+        with suppress(InputError):
+            carried.update(filter(None, [signature(file)]))
+    return carried
+
+
+def _repair_study(folder: StudyFolder) -> Iterator[str]:
+    """Restore the frozen study from the design."""
+    carried = _count_hashes(folder)
+    wanted = carried.most_common(1)[0][0] if carried else None
+    with suppress(InputError):
+        text = folder.study_text()
+        if wanted in (None, study_hash(text)):
+            read_frozen(text)
+            return
+    try:
+        text = str(read_dataset(folder.design_file).attrs.get("study", ""))
+    except InputError:
+        text = ""
+    if study_hash(text) != wanted:
+        raise StudyError(
+            f"{folder.study_file}: cannot be read, and the design that would tell what it was neither; put back a copy."
+        )
+    if folder.study_file.exists():
+        yield _set_aside(folder, folder.study_file, f"{folder.study_file}: was edited or is damaged.")
+    folder.write_study(text)
+    yield f"{folder.study_file}: restored from the design."
+
+
+def _repair_design(folder: StudyFolder) -> Iterator[str]:
+    """Draw the design again."""
+    study = Campaign.from_text(folder.study_text())
+    count = 0
+    with suppress(InputError):
+        asked = read_signed_json(folder.manifest_file, folder.study_hash).get("samples")
+        count = asked if isinstance(asked, int) else 0
+    try:
+        if folder.design().sizes["sample"] >= count:
+            return
+        why = f"{folder.design_file}: has fewer than {count} samples."
+    except InputError as error:
+        why = str(error)
+    if not count:
+        count = max([study.settings.study.samples, *(part.stop for part in folder.part_files().values())])
+    if folder.design_file.exists():
+        yield _set_aside(folder, folder.design_file, why)
+    study.write_design(folder, count)
+    yield f"{folder.design_file}: drawn again, {count} samples."
+
+
+def _repair_manifest(folder: StudyFolder) -> Iterator[str]:
+    """Restore the manifest from the design."""
+    try:
+        manifest = folder.manifest()
+    except NewerError:
+        raise
+    except InputError:  # of no known schema version
+        manifest = folder.manifest_of_design()
+    if manifest["schema_version"] == 0:
+        if folder.manifest_file.exists():
+            yield _set_aside(folder, folder.manifest_file, f"{folder.manifest_file}: is damaged or of another study.")
+        folder.write_manifest(manifest)
+        yield f"{folder.manifest_file}: made again from the design."
+
+
+def _repair_samples(folder: StudyFolder) -> Iterator[str]:
+    """Set aside damaged parts and failures, and put the parts together again where ``results.nc`` is not theirs."""
+    ds, left_out = folder.read(derived=False)
+    for sample in folder.failed_samples():
+        try:
+            folder.checked_failure(sample)
+        except InputError as error:
+            left_out[folder.failure_file(sample)] = str(error)
+    for file, why in left_out.items():
+        yield _set_aside(folder, file, why)
+    try:
+        _compare(read_dataset(folder.results_file, folder.study_hash), ds, folder.results_file)
+        return
+    except InputError as error:
+        if folder.results_file.exists():
+            yield _set_aside(folder, folder.results_file, str(error))
+    folder.consolidate()
+    yield f"{folder.results_file}: made again from the parts."

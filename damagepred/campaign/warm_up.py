@@ -1,0 +1,72 @@
+"""Compiling once, before there are workers, and loading what is compiled."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+
+from damagepred.assembly import NO_LIMITS
+from damagepred.errors import SolverError
+from damagepred.one_wall.judged_path import follow, model_of, share_kernels
+from damagepred.one_wall.solve import solve
+from damagepred.scene import Loads, Movement, Scene
+
+
+def _small_on_the_ground(small: Scene, scene: Scene) -> Scene:
+    """Return a small wall whose footing finds its own form, and is bent until it cracks."""
+    return replace(
+        small,
+        movement=replace(scene.movement, central_deflection=5e-3, increments=1, stage=(), seasons=None),
+        mound=replace(scene.mound, surface_movement=0.02),
+        rig=replace(scene.rig, supports=(), jacks=(), stop_at_zero=False),
+        soil=replace(scene.soil, swelling_stiffness=1e8, shrinking_stiffness=1e8),
+        solver=scene.solver,
+    )
+
+
+def warm_up(scene: Scene, rare: bool = True) -> None:
+    """Compile the kernels once, here, so that workers only load them.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its law and its solver decide what is compiled.
+    rare : bool
+        Whether also what few of its walls need.
+    """
+    # small, and moved so far that its joints open, slide and break: every kernel has its say
+    small = replace(
+        scene,
+        wall=replace(scene.wall, length=1.44, height=0.6, block_length=0.24, block_height=0.075),
+        opening=(),
+        control_joint=tuple(replace(joint, x=0.72) for joint in scene.control_joint[:1]),
+        dpc=replace(scene.dpc, course=1) if scene.dpc else None,
+        movement=Movement(kind="dishing", central_deflection=20e-3, increments=1),
+        loads=Loads(),
+        support=(),
+        load=(),
+        loading=None,
+        soil_layer=(),
+        suction=None,
+        strain=None,
+        creep=None,
+        solver=replace(scene.solver, footing="deformable" if scene.footing_model == "deformable" else None),
+        dynamics=None,
+    )
+    runs, quasi_static = [], scene.solver.method == "quasi_static"
+    if rare or not quasi_static:  # a wall that gives way moves by the explicit scheme, whatever the solver
+        runs.append((small, replace(small.solver, method="explicit", tolerance=0.1)))
+    if quasi_static:
+        runs.append((small, small.solver))
+        if scene.dpc is not None:
+            runs.append((replace(small, dpc=None), small.solver))
+        if not scene.movement.prescribed:
+            runs.append((_small_on_the_ground(small, scene), scene.solver))
+    for wall, solver in runs:
+        with suppress(SolverError):
+            list(follow(model_of(replace(wall, solver=solver)), solver, wall.damage, wall.movement.increment_count))
+    if scene.dynamics is not None:
+        brief = replace(scene.dynamics, duration=1e-3, outputs=1, base=())
+        with suppress(SolverError):
+            solve(replace(small, dynamics=brief), solver=scene.solver, limits=NO_LIMITS)
+    share_kernels()

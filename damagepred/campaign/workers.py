@@ -1,0 +1,375 @@
+"""Worker processes on this machine, each with one thread, that may die or hang without taking the rest along.
+
+One socket per worker, no shared locks: a worker that dies at any moment costs the others neither a lock nor a message.
+It is replaced, and its batch is reported as lost.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import pickle
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, Pipe, wait
+from typing import Any
+
+from damagepred.campaign.sample import Batch, Outcome, prepare, run_batch
+from damagepred.errors import StudyError
+
+ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
+
+Task = Callable[[str, Batch], list[Outcome]]
+
+
+class WorkerDied(Exception):
+    """A worker process ended in the middle of a batch."""
+
+
+@dataclass(frozen=True)
+class PoolOptions:
+    """Options of a pool of worker processes.
+
+    Attributes
+    ----------
+    failed_starts : int
+        Workers in a row that die before they are ready; then all futures fail.
+    exit_wait : float
+        Time (s) for a worker that has closed its socket to end with its own exit code.
+    parent_check : float
+        Interval (s) at which a worker checks that its parent lives.
+    start_limit : float
+        Time (s) after which a worker that is not ready, with its kernels compiled, counts as dead.
+    answer_limit : float
+        Time (s) after which an idle worker that does not begin its batch is replaced; the batch goes to another.
+    """
+
+    failed_starts: int = 3
+    exit_wait: float = 2.0
+    start_limit: float = 900.0
+    answer_limit: float = 60.0
+    parent_check: float = 1.0
+
+
+# -- in the worker ----------------------------------------------------------------------------------------------------
+
+
+def serve(handle: int, parent: int) -> None:
+    """Solve the batches that arrive at a socket until it is closed: the main function of a worker process."""
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    parent_socket = Connection(handle)
+    with contextlib.suppress(EOFError, OSError):
+        folder, task, prepare_worker = parent_socket.recv()
+        prepare_worker(folder)
+        parent_socket.send(None)
+        while True:
+            batch = parent_socket.recv()
+            parent_socket.send(None)  # the batch has started: from here on it may have killed its worker
+            parent_socket.send(_answer(task, folder, batch))
+
+
+def _answer(task: Task, folder: str, batch: Batch) -> tuple[bool, Any]:
+    try:
+        return True, task(folder, batch)
+    except Exception as error:
+        try:
+            pickle.loads(pickle.dumps(error))
+        except Exception:  # not every exception can travel
+            return False, RuntimeError(f"{type(error).__name__}: {error}")
+        return False, error
+
+
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(PoolOptions.parent_check)
+    os._exit(1)  # in the middle of a sample: its part is either there, whole, or not
+
+
+# -- in the parent ----------------------------------------------------------------------------------------------------
+
+
+class _Worker:
+    """One worker process, seen from its parent."""
+
+    def __init__(self, folder: str, task: Task, ready: Callable[[str], None]) -> None:
+        ours, theirs = socket.socketpair()
+        self.socket = Connection(ours.detach())
+        program = (  # interrupts are the parent's business: it lets samples finish
+            "from signal import SIG_IGN, SIGINT, SIGTERM, signal; signal(SIGINT, SIG_IGN); signal(SIGTERM, SIG_IGN); "
+            f"import sys; sys.path[:] = {sys.path!r}; from damagepred.campaign.workers import serve; "
+            f"serve({theirs.fileno()}, {os.getpid()})"
+        )
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", program],
+            pass_fds=[theirs.fileno()],
+            env=os.environ | ONE_THREAD,
+            stdin=subprocess.DEVNULL,
+        )
+        theirs.close()
+        self.job = folder, task, ready
+        self.is_told = self.is_ready = False
+        self.batch: Batch = ()
+        self.future: Future[list[Outcome]] | None = None
+        self.asked = time.monotonic()
+        self.began: float | None = None
+
+    def tell(self) -> None:
+        """Send what it is to do; it has loaded the program meanwhile, and prepares itself."""
+        self.is_told, self.asked = True, time.monotonic()
+        with contextlib.suppress(OSError):  # it has just died, which is noticed when its socket is read
+            self.socket.send(self.job)
+
+    def assign(self, batch: Batch, future: Future[list[Outcome]]) -> None:
+        self.batch, self.future, self.asked, self.began = batch, future, time.monotonic(), None
+        with contextlib.suppress(OSError):  # it has just died, which is noticed when its socket is read
+            self.socket.send(batch)
+
+    def kill(self) -> int:
+        """End the process now; return its exit code."""
+        with contextlib.suppress(OSError):
+            self.socket.close()
+        self.process.kill()
+        return self.process.wait()
+
+
+class LocalPool:
+    """Worker processes on this machine, no more than there are batches; they prepare themselves at the first batch.
+
+    Parameters
+    ----------
+    folder : str
+        Study folder.
+    workers : int
+        Number of processes.
+    timeout : float or None
+        Seconds a batch may take before its worker is ended.
+    task : callable
+        What a worker does with (folder, batch).
+    ready : callable
+        What a worker does with (folder) before it takes its first batch; its time is not counted.
+    options : PoolOptions
+        Options of the pool.
+    preload : bool
+        Whether all workers start now and load the program.
+    """
+
+    def __init__(
+        self,
+        folder: str,
+        workers: int,
+        timeout: float | None,
+        task: Task = run_batch,
+        ready: Callable[[str], None] = prepare,
+        options: PoolOptions = PoolOptions(),
+        *,
+        preload: bool = False,
+    ) -> None:
+        self._preload = preload
+        self.folder, self.width, self.timeout, self.task, self.ready = folder, workers, timeout, task, ready
+        self.options = options
+        self._queue: deque[tuple[Batch, Future[list[Outcome]]]] = deque()
+        self._workers: list[_Worker] = []
+        self._failed_starts = 0
+        self._has_work = False
+        self._ending: str | None = None
+        self._lock = threading.Lock()
+        self._woken, self._waker = Pipe(duplex=False)
+        self._manager = threading.Thread(target=self._manage, daemon=True, name="workers")
+        self._manager.start()
+
+    def submit(self, batch: Batch) -> Future[list[Outcome]]:
+        """Hand a batch to the next free worker."""
+        future: Future[list[Outcome]] = Future()
+        with self._lock:
+            self._queue.append((list(batch), future))
+            self._has_work = True
+        self._waker.send(None)
+        return future
+
+    def close(self) -> None:
+        """End the workers once they are idle."""
+        self._finish("idle")
+
+    def kill(self) -> None:
+        """End the workers now; their batches are lost."""
+        self.terminate()
+        self._finish("now")
+
+    def terminate(self) -> None:
+        """End the processes of the workers, nothing else: safe in a signal handler."""
+        self._ending = "now"
+        for worker in list(self._workers):
+            worker.process.kill()
+
+    @property
+    def processes(self) -> list[int]:
+        """Numbers of the worker processes."""
+        return [worker.process.pid for worker in list(self._workers)]
+
+    def _finish(self, how: str) -> None:
+        self._ending = how
+        with contextlib.suppress(OSError):
+            self._waker.send(None)
+        self._manager.join()
+
+    # -- the manager's thread -----------------------------------------------------------------------------------------
+
+    def _manage(self) -> None:
+        try:
+            while not self._over():
+                self._start_missing()
+                self._assign_batches()
+                self._wait()
+        except Exception as error:
+            self._fail_all(StudyError(f"the workers cannot be run: {type(error).__name__}: {error}"))
+        finally:
+            for worker in self._workers:
+                worker.kill()
+            self._fail_all(WorkerDied("the workers were ended"))
+            self._workers.clear()
+
+    def _over(self) -> bool:
+        busy = self._queue or any(worker.future for worker in self._workers)
+        return self._ending == "now" or (self._ending == "idle" and not busy)
+
+    def _start_missing(self) -> None:
+        batches = len(self._queue) + sum(worker.future is not None for worker in self._workers)
+        useful = self.width if self._preload and not self._has_work else min(self.width, batches)
+        while len(self._workers) < useful and self._ending is None:
+            self._workers.append(_Worker(self.folder, self.task, self.ready))
+        for worker in self._workers if self._has_work else ():
+            if not worker.is_told:
+                worker.tell()
+
+    def _assign_batches(self) -> None:
+        for worker in self._workers:
+            while self._queue and worker.is_ready and worker.future is None:
+                with self._lock:
+                    batch, future = self._queue.popleft()
+                if future.running() or future.set_running_or_notify_cancel():
+                    worker.assign(batch, future)
+
+    def _wait(self) -> None:
+        """Wait until a worker answers, dies or exceeds the time limit, or a batch is submitted."""
+        by_socket = {worker.socket: worker for worker in self._workers}
+        for readable in wait([*by_socket, self._woken], timeout=self._wait_time()):
+            if readable is self._woken:
+                self._woken.recv()
+            else:
+                self._receive(by_socket[readable])  # type: ignore[index]
+        for worker in list(self._workers):
+            if time.monotonic() > self._deadline(worker):
+                limit = self.options.answer_limit if worker.began is None else self.timeout
+                self._remove(worker, TimeoutError(f"took longer than its time limit ({limit:g} s)"))
+
+    def _deadline(self, worker: _Worker) -> float:
+        """Return when a worker must have answered."""
+        if worker.began is not None:
+            return math.inf if self.timeout is None else worker.began + self.timeout
+        if not worker.is_ready:
+            return worker.asked + self.options.start_limit if worker.is_told else math.inf
+        return math.inf if worker.future is None else worker.asked + self.options.answer_limit
+
+    def _wait_time(self) -> float | None:
+        soonest = min(map(self._deadline, self._workers), default=math.inf)
+        return None if soonest == math.inf else max(0.0, soonest - time.monotonic()) + 1e-3
+
+    def _receive(self, worker: _Worker) -> None:
+        try:
+            message = worker.socket.recv()
+        except (EOFError, OSError, pickle.UnpicklingError):
+            self._remove(worker, None)
+            return
+        self._failed_starts = 0
+        if not worker.is_ready:
+            worker.is_ready = True
+            return
+        if worker.began is None:
+            worker.began = time.monotonic()
+            return
+        future, worker.future, worker.began = worker.future, None, None
+        if future is not None:
+            good, content = message
+            future.set_result(content) if good else future.set_exception(content)
+
+    def _remove(self, worker: _Worker, reason: Exception | None) -> None:
+        """Remove a worker that has died (no reason), or end it for a reason; its batch is lost if it had started."""
+        self._workers.remove(worker)
+        if reason is None:
+            with contextlib.suppress(subprocess.TimeoutExpired):  # a moment to end, so that its exit code is its own
+                worker.process.wait(timeout=self.options.exit_wait)
+        code = worker.kill()
+        if worker.future is not None and worker.began is not None:
+            worker.future.set_exception(reason or WorkerDied(f"its worker process died with exit code {code}"))
+        elif worker.future is not None:  # it died idle, before the batch had started
+            with self._lock:
+                self._queue.appendleft((worker.batch, worker.future))
+        elif not worker.is_ready:
+            self._failed_starts += 1
+            if self._failed_starts >= self.options.failed_starts:
+                self._fail_all(
+                    StudyError(
+                        f"{self._failed_starts} worker processes in a row died before they began (exit code {code}); "
+                        "is there memory for that many? What was finished is kept, and the same command goes on from "
+                        "there."
+                    )
+                )
+                self._failed_starts = 0
+
+    def _fail_all(self, error: Exception) -> None:
+        with self._lock:
+            waiting = [future for _, future in self._queue]
+            self._queue.clear()
+        for worker in self._workers:
+            if worker.future is not None:
+                waiting.append(worker.future)
+                worker.future = None
+        for future in waiting:
+            if not future.done():
+                with contextlib.suppress(Exception):  # cancelled at this very moment
+                    future.set_exception(error)
+
+
+class SharedPool(Executor):
+    """Worker processes on this machine for several studies, one after the other: the ``executor`` of their campaigns.
+
+    Parameters
+    ----------
+    workers : int
+        Number of processes.
+    timeout : float or None
+        Seconds a batch may take before its worker is ended.
+    """
+
+    def __init__(self, workers: int, timeout: float | None) -> None:
+        self._max_workers = workers  # as executors of concurrent.futures tell their width
+        self._pool = LocalPool("", workers, timeout, _run_in_folder, _nothing)
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **_: Any) -> Future[Any]:
+        """Hand a batch of a study to the next free worker."""
+        return self._pool.submit(list(args))
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers and wait for their end."""
+        self._pool.kill() if cancel_futures else self._pool.close()
+
+    def __exit__(self, *failure: Any) -> None:
+        """End the workers: now, where something failed."""
+        self.shutdown(cancel_futures=failure[0] is not None)
+
+
+def _run_in_folder(_: str, batch: Any) -> list[Outcome]:
+    folder, samples = batch
+    return run_batch(folder, samples)
+
+
+def _nothing(_: str) -> None:
+    pass

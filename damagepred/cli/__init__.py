@@ -1,0 +1,57 @@
+"""The command line: thin, and quick to start; everything is imported when a command needs it."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from damagepred.cli import terminal
+from damagepred.cli.options import BAD_INPUT, INTERRUPTED, OK, SOME_FAILED, app
+
+from damagepred.cli import walls, studies, results  # isort: skip
+
+__all__ = ["BAD_INPUT", "INTERRUPTED", "OK", "SOME_FAILED", "app", "main", "results", "studies", "walls"]
+
+
+@app.command()
+def guide(
+    topic: Annotated[str | None, typer.Argument(help="Page to read; left out, the pages are listed.")] = None,
+) -> None:
+    """Read the guide in the terminal."""
+    from damagepred.guide import TOPICS, page, title
+
+    if topic is not None:
+        terminal.markdown(page(topic))
+        return
+    terminal.say("damagepred guide TOPIC, with one of these topics:")
+    for name in TOPICS:
+        terminal.say(f"  {name:20} {title(name)}")
+
+
+def main() -> None:
+    """Run the command line; every expected error is one message and an exit code."""
+    from damagepred.errors import InputError, SolverError, StudyError
+
+    terminal.FORM.quiet = terminal.FORM.json = False
+    terminal.FORM.full = True
+    terminal.show_archive_warnings()
+    try:
+        app(prog_name="damagepred")
+    except (InputError, StudyError) as error:
+        terminal.say(str(error), error=True)
+        sys.exit(BAD_INPUT)
+    except SolverError as error:
+        terminal.say(str(error), error=True)
+        sys.exit(SOME_FAILED)
+    except OSError as error:
+        terminal.say(f"{error.filename or 'system'}: {error.strerror or error}", error=True)
+        sys.exit(BAD_INPUT)
+    except SystemExit as ending:
+        if isinstance(getattr(ending.__context__, "__cause__", None), KeyboardInterrupt):  # as Typer ends then
+            terminal.say("interrupted", error=True)
+        if (reason := terminal.lost_output()) and not ending.code:
+            terminal.say(f"the output could not be written: {reason}", error=True)
+            sys.exit(BAD_INPUT)
+        raise

@@ -1,0 +1,213 @@
+"""The application: options that commands share, exit codes, output that is checked before work."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+from typer.core import TyperGroup
+
+from damagepred.cli import terminal
+from damagepred.enumerations import PathStatus
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    import xarray as xr
+
+
+class _Commands(TyperGroup):
+    """Commands with the whole first sentence of their help: click cuts it at one line."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands, each with its sentence."""
+        commands = ((name, self.get_command(ctx, name)) for name in self.list_commands(ctx))
+        rows = [(name, (command.help or "").strip().partition("\n\n")[0]) for name, command in commands if command]
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
+
+
+app: typer.Typer = typer.Typer(
+    cls=_Commands,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # else brackets in help texts are taken for markup
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+OK, BAD_INPUT, SOME_FAILED, INTERRUPTED = 0, 2, 3, 130
+"""Exit codes."""
+
+
+def output_check(*suffixes: str, new_folder: bool = False) -> Callable[[typer.Context, Path | None], Path | None]:
+    """Check of an option that names a file to write, or without suffixes a folder, before the command does anything."""
+
+    def check(context: typer.Context, value: Path | None) -> Path | None:
+        if value is not None and not context.resilient_parsing:
+            from damagepred.archive.files import check_output
+
+            inputs = [given for given in context.params.values() if isinstance(given, Path)]
+            check_output(value, *suffixes, inputs=inputs, new_folder=new_folder)
+        return value
+
+    return check
+
+
+PICTURES = (".png", ".pdf", ".svg")
+
+SceneOrStudyFile = Annotated[Path, typer.Argument(help="Scene or study file (TOML).", show_default=False)]
+StudyFile = Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)]
+StudyFolderPath = Annotated[Path, typer.Argument(help="Study folder (*.dp).", show_default=False)]
+WallOrStudy = Annotated[
+    Path, typer.Argument(help="Result of solve (*.nc) or study folder (*.dp).", show_default=False, is_eager=True)
+]
+NetcdfFile = Annotated[
+    Path | None, typer.Option("-o", "--output", help="netCDF file to write.", callback=output_check(".nc"))
+]
+Picture = Annotated[
+    Path | None,
+    typer.Option("--plot", help="Picture to draw (png, svg, pdf).", callback=output_check(*PICTURES, new_folder=True)),
+]
+PictureFolder = Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.", callback=output_check())]
+Category = Annotated[
+    int,
+    typer.Option(
+        "--category", parser=terminal.category, metavar="NUMBER|NAME", help='Of damage, or worse: 2, or "slight".'
+    ),
+]
+AtMovement = Annotated[str, typer.Option("--at", help='Movement, such as "8 mm".')]
+MovementOrClass = Annotated[
+    str,
+    typer.Option(
+        "--at", help='Movement ("8 mm"), site class ("H1"), distribution; "site": the end of each wall\'s own.'
+    ),
+]
+Workers = Annotated[int, typer.Option("-j", "--workers", min=1, help="Processes.")]
+Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Instead of the file's.")]
+Yes = Annotated[bool, typer.Option("--yes", help="Solve walls whatever memory and time they are estimated to take.")]
+Timeout = Annotated[
+    float | None, typer.Option("--timeout", help="Seconds a wall may take, by default 3600; inf lifts the limit.")
+]
+MixVersions = Annotated[
+    bool, typer.Option("--mix-versions", help="Go on although another version has solved walls; status will say so.")
+]
+Measure = Annotated[
+    Literal["joint", "band"] | None,
+    typer.Option("--measure", help="Width that makes the category: widest joint or crack band."),
+]
+FootingGap = Annotated[
+    bool | None,
+    typer.Option("--footing-gap/--no-footing-gap", help="Whether a gap on the footing counts without a dpc."),
+]
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        from damagepred.runtime.version import __version__
+
+        terminal.say(f"damagepred {__version__}")
+        raise typer.Exit
+
+
+def _form(option: typer.CallbackParam, value: bool) -> bool:
+    setattr(terminal.FORM, str(option.name), value)
+    return value
+
+
+Json = Annotated[
+    bool, typer.Option("--json", callback=_form, is_eager=True, help="Print the result as JSON, numbers not rounded.")
+]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", callback=_form, is_eager=True, help="Neither progress nor notes; errors stay.")
+]
+Full = Annotated[bool, typer.Option("--full", callback=_form, is_eager=True, help="Tables with all columns and rows.")]
+Intensity = Literal[
+    "surface_movement",
+    "central_deflection",
+    "deflection_ratio",
+    "curvature",
+    "footing_curvature",
+    "time",
+    "differential_movement",
+]
+
+
+_DOING = {
+    "new": "writing the template",
+    "check": "reading the file",
+    "solve": "reading the file",
+    "study": "reading the study",
+    "status": "reading the study",
+    "verify": "checking files, and solving walls again where asked",
+    "repair": "checking and repairing files",
+    "rare": "solving walls of the levels",
+    "estimate": "reading the study and estimating",
+    "compare": "reading the studies and comparing them",
+    "infer": "reading the studies and the observations",
+    "design": "pricing the search: solving one wall",
+    "two-level": "solving walls, fine and coarse",
+    "fragility": "fitting curves, their bands and their goodness",
+    "export": "reading, fitting and writing",
+    "sensitivity": "reading the walls and resampling them",
+    "replay": "reading the study",
+    "plot": "drawing",
+    "cracks": "tracing cracks",
+    "judge": "judging again",
+    "materials": "reading the library",
+    "scales": "judging by all scales",
+    "report": "collecting and drawing for the page",
+    "guide": "reading the guide",
+}
+"""What each command does while it says nothing else."""
+
+
+@app.callback()
+def common(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """How likely is which damage to a masonry wall when the ground under it moves."""
+    context.with_resource(terminal.doing(_DOING.get(context.invoked_subcommand or "", "loading the program")))
+
+
+def say_pictures(files: Iterable[Path]) -> None:
+    """Name the pictures that were drawn."""
+    for file in files:
+        terminal.note(f"drew {file}")
+
+
+def keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None = None) -> None:
+    """Write and draw a wall where asked, before anything else is printed."""
+    from damagepred.archive.files import write_dataset
+
+    if output is not None:
+        write_dataset(ds, output)
+        terminal.note(f"wrote {output}")
+    if plot is not None:
+        from damagepred.plotting import save_wall_pictures
+
+        with terminal.doing("drawing the wall"):
+            say_pictures(save_wall_pictures(ds, plot))
+
+
+def keep_curves(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
+    """Write and draw what was found from a study where asked."""
+    from damagepred.archive.schema import SCHEMA_VERSION
+
+    keep_wall(ds.assign_attrs(schema_version=SCHEMA_VERSION), output)
+    if plot is not None:
+        from damagepred.plotting import save_fragility_picture
+
+        with terminal.doing("drawing"):
+            terminal.note(f"drew {save_fragility_picture(ds, plot)}")
+
+
+def exit_code(ds: xr.Dataset) -> int:
+    """Print how a path ended, if early, and return the exit code."""
+    ending = ds.attrs["status"]
+    if ending != PathStatus.COMPLETE:
+        terminal.say(f"{ending}: {ds.attrs['status_message']}", error=True)
+    return {PathStatus.FAILED: SOME_FAILED, PathStatus.INTERRUPTED: INTERRUPTED}.get(ending, OK)

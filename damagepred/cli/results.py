@@ -1,0 +1,481 @@
+"""Commands that read results."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
+
+import typer
+
+from damagepred.cli import terminal
+from damagepred.cli.options import (
+    INTERRUPTED,
+    SOME_FAILED,
+    Category,
+    FootingGap,
+    Full,
+    Intensity,
+    Json,
+    Measure,
+    MixVersions,
+    MovementOrClass,
+    NetcdfFile,
+    Picture,
+    Quiet,
+    StudyFolderPath,
+    WallOrStudy,
+    Workers,
+    Yes,
+    app,
+    keep_curves,
+    keep_wall,
+    output_check,
+    say_pictures,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from damagepred.uq.fragility import FragilityOptions
+
+
+@app.command()
+def estimate(
+    folder: StudyFolderPath,
+    category: Category,
+    at: MovementOrClass = "site",
+    confidence: Annotated[float, typer.Option(help="Of the interval.", min=0.01, max=0.999)] = 0.9,
+    study_file: Annotated[
+        Path | None, typer.Option("--study", help="Study file whose [study.epistemic] to take instead.")
+    ] = None,
+    shifts: Annotated[
+        bool, typer.Option("--propose", help="Say what importance sampling should shift, with these walls as a pilot.")
+    ] = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Estimate a probability from a study: Monte Carlo error, failed walls and what the inputs leave open, apart."""
+    from damagepred.analyses.epistemic import alternatives, lines
+    from damagepred.campaign.settings import StudySettings
+    from damagepred.uq.movement_distribution import movement_distribution
+
+    if shifts:
+        from damagepred.analyses.importance_proposal import propose
+
+        proposed = propose(folder, category, terminal.quantity("--at", at, "m"))
+        if json:
+            terminal.print_json(proposed)
+            return
+        for line in proposed.lines():
+            terminal.say(line)
+        return
+    movement = movement_distribution(at, option="--at")
+    others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
+    found = alternatives(folder, category, movement, others=others, confidence=confidence)
+    if json:
+        terminal.print_json({"category": category, "movement": movement.name, "alternatives": found})
+        return
+    for line in lines(found, category, movement):
+        terminal.say(line)
+
+
+@app.command()
+def compare(
+    folders: Annotated[list[Path], typer.Argument(help="Study folders (*.dp); the first is the reference.")],
+    category: Category,
+    at: MovementOrClass = "site",
+    confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
+    output: NetcdfFile = None,
+    plot: Picture = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Compare studies: how far each measure changes a probability of damage, the same samples under each."""
+    from damagepred.archive.folder import open_study
+    from damagepred.errors import InputError
+    from damagepred.uq.comparison import compare as compare_studies
+    from damagepred.uq.comparison import sentences
+    from damagepred.uq.movement_distribution import movement_distribution
+
+    movement = movement_distribution(at, option="--at")
+    names = [folder.name.removesuffix(".dp") for folder in folders]
+    if len(set(names)) < len(names):
+        names = [str(folder) for folder in folders]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise InputError(f"{twice[0]}: is given twice; compare it with another study.")
+    studies = {name: open_study(folder) for name, folder in zip(names, folders)}
+    found = compare_studies(studies, categories=[category], at=[movement], confidence=confidence)
+    if json:
+        terminal.print_json(found)
+    terminal.say(f"P(category >= {category} at {movement.words})")
+    for line in sentences(found, category, float(found["movement"][0])):
+        terminal.say(line)
+    if movement.assumption:
+        terminal.note(movement.assumption)
+    if output is not None or plot is not None:
+        keep_curves(compare_studies(studies, categories=[category], confidence=confidence), output, plot)
+
+
+@app.command("infer")
+def infer_command(
+    files: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Study folders (*.dp), one a cause, and then the observations (*.toml).", show_default=False
+        ),
+    ],
+    replays: Annotated[
+        int, typer.Option("--replays", min=1, help="Samples a study that are replayed for local cracks, at most.")
+    ] = 200,
+    new_walls: Annotated[
+        int, typer.Option("--new-walls", min=0, help="Walls a round that are run where too few samples are effective.")
+    ] = 0,
+    workers: Workers = 1,
+    output: NetcdfFile = None,
+    plot: Picture = None,
+    json: Json = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Infer movement and cause from observed cracks, levels and windows, and what further movement would bring."""
+    from damagepred.analyses.back_analysis import InferenceOptions, infer, prices
+    from damagepred.analyses.posterior_tables import reported, sentences
+    from damagepred.errors import InputError
+
+    if len(files) < 2 or files[-1].suffix != ".toml":
+        raise InputError("infer: give one study folder or more, and then the file of the observations (*.toml).")
+    options = InferenceOptions(replays=replays, new_walls=new_walls)
+    for price in prices(files[:-1], files[-1], options, workers):
+        terminal.note(price)
+    with terminal.ReplayBar() as bar:
+        found = infer(files[:-1], files[-1], workers=workers, options=options, on_replay=bar.update, on_walls=bar.walls)
+    keep_curves(found, output, plot)
+    said = sentences(found)
+    terminal.cautions(said)
+    if json:
+        terminal.print_json({"cautions": said, **reported(found).to_dict("list")})
+        return
+    terminal.back_analysis(found)
+
+
+@app.command()
+def fragility(
+    folder: StudyFolderPath,
+    output: NetcdfFile = None,
+    plot: Picture = None,
+    csv: Annotated[Path | None, typer.Option("--csv", help="CSV file to write.", callback=output_check(".csv"))] = None,
+    intensity: Annotated[
+        Intensity | None,
+        typer.Option(
+            metavar="MEASURE",
+            help=f"Of the movement: {', '.join(get_args(Intensity))}; on mounds by default the first.",
+        ),
+    ] = None,
+    model: Annotated[
+        Literal["separate", "common", "empirical"],
+        typer.Option(help="A lognormal for each category, all of one dispersion (never cross), or no form."),
+    ] = "separate",
+    band: Annotated[
+        Literal["bca", "percentile", "profile"],
+        typer.Option(help="Resampled walls (bca, percentile) or profile likelihood."),
+    ] = "bca",
+    confidence: Annotated[float, typer.Option(help="Of the band.", min=0.01, max=0.999)] = 0.9,
+    bootstrap: Annotated[int, typer.Option(help="Resamples for the band.", min=0)] = 1000,
+    goodness: Annotated[int, typer.Option(help="Times walls are made up to judge the fit.", min=0)] = 100,
+    export: Annotated[
+        Literal["pelicun", "openquake", "openquake-discrete"] | None,
+        typer.Option("--export", help="Write for another program, beside -o or the study folder."),
+    ] = None,
+    extrapolated: Annotated[
+        bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond what walls were moved to.")
+    ] = False,
+    categories: Annotated[
+        str | None,
+        typer.Option("--categories", help="Categories to fit, such as 1,2 or slight,moderate; by default all."),
+    ] = None,
+    against: Annotated[
+        str | None, typer.Option("--against", help="Input to fit a surface to, of the category of --categories.")
+    ] = None,
+    options: Annotated[
+        Path | None,
+        typer.Option("--options", help="TOML file with options of the fit, for experts.", show_default=False),
+    ] = None,
+    measure: Measure = None,
+    footing_gap: FootingGap = None,
+    json: Json = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Fit fragility curves to a study."""
+    from damagepred.archive.folder import open_study
+    from damagepred.results.rejudge import footing_gap_note, judge_again
+    from damagepred.uq.fragility import fit_fragility
+
+    wanted = terminal.categories("--categories", categories) if categories else None
+    study = open_study(folder)
+    if measure is not None or footing_gap is not None:
+        study = judge_again(study, measure=measure, count_footing_gap=footing_gap)
+    if against is not None:
+        chosen = terminal.fragility_options(options)
+        _fragility_surface(study, against, wanted, intensity, confidence, bootstrap, chosen, output, plot, json)
+        return
+    curves = fit_fragility(
+        study,
+        model=model,
+        intensity=intensity,
+        categories=wanted,
+        confidence=confidence,
+        band=band,
+        bootstrap=bootstrap,
+        goodness=goodness,
+        options=terminal.fragility_options(options),
+    )
+    keep_curves(curves, output, plot)
+    if csv is not None:
+        from damagepred.exports import curves_frame, write_csv
+
+        write_csv(curves_frame(curves), csv)
+        terminal.note(f"wrote {csv}")
+        if intensity == "time":
+            from damagepred.results.year_tables import year_frame
+
+            write_csv(year_frame(study, confidence), by_year := csv.with_stem(f"{csv.stem}_years"))
+            terminal.note(f"wrote {by_year}")
+    if export is not None:
+        from damagepred.exports import export_curves
+
+        for file in export_curves(curves, export, output or folder, extrapolated=extrapolated):
+            terminal.note(f"wrote {file}")
+    if json:
+        terminal.print_json(curves)
+    else:
+        terminal.fragility_table(curves)
+        if intensity == "time":
+            terminal.year_table(study, confidence)
+    if note := footing_gap_note(study):
+        terminal.note(f"note: {note}")
+
+
+@app.command()
+def export(
+    path: Annotated[Path, typer.Argument(help="Study folder (*.dp), or curves of fragility (*.nc).")],
+    form: Annotated[
+        Literal["pelicun", "openquake", "openquake-discrete", "curves", "walls"],
+        typer.Argument(help="Program; or CSV of curves, or of the walls of a study.", show_default=False),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="File to write (csv, xml), by default beside the input.",
+            callback=output_check(".csv", ".xml"),
+        ),
+    ] = None,
+    categories: Annotated[
+        str | None,
+        typer.Option("--categories", help="Categories to export, such as 1,2 or slight,moderate; by default all."),
+    ] = None,
+    extrapolated: Annotated[
+        bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond what walls were moved to.")
+    ] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write curves or walls for another program."""
+    from damagepred.archive.files import read_dataset
+    from damagepred.archive.folder import open_study
+    from damagepred.exports import curves_frame, export_curves, walls_frame, write_csv
+    from damagepred.uq.fragility import fit_fragility
+
+    wanted = terminal.categories("--categories", categories) if categories else None
+    place = output or path.with_name(f"{path.stem}_{form}.csv")
+    if form == "walls":
+        write_csv(walls_frame(open_study(path)), place)
+        terminal.note(f"wrote {place}")
+        return
+    curves = fit_fragility(open_study(path), categories=wanted) if path.is_dir() else read_dataset(path)
+    if form == "curves":
+        write_csv(curves_frame(curves), place)
+        terminal.note(f"wrote {place}")
+        return
+    for file in export_curves(curves, form, output or path, wanted, extrapolated):
+        terminal.note(f"wrote {file}")
+
+
+@app.command()
+def sensitivity(
+    path: Annotated[Path, typer.Argument(help="Study file (TOML), or study folder (*.dp).", show_default=False)],
+    category: Annotated[
+        int | None,
+        typer.Option("--category", parser=terminal.category, metavar="NUMBER|NAME", help="Of the capacity for it."),
+    ] = None,
+    result: Annotated[str | None, typer.Option("--of", help="Of this result, at the end of the movement.")] = None,
+    samples: Annotated[int | None, typer.Option("-n", "--samples", min=8, help="Walls in all, for a file.")] = None,
+    workers: Workers = 1,
+    folder: Annotated[
+        Path | None, typer.Option("--folder", help="Study folder of the walls that are run.", callback=output_check())
+    ] = None,
+    plot: Picture = None,
+    output: NetcdfFile = None,
+    confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
+    yes: Yes = False,
+    mix_versions: MixVersions = False,
+    json: Json = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Say what damage depends on; of a file, run crossed walls first, which tell what varies from joint to joint."""
+    from damagepred.analyses.variance_shares import crossed_study, study_sensitivity
+    from damagepred.archive.folder import open_study
+    from damagepred.assembly import Limits
+    from damagepred.campaign.settings import StudySettings
+    from damagepred.study import Study
+
+    place, failed = path, 0
+    if not path.is_dir():
+        place = folder or path.with_suffix(".crossed.dp")
+        crossed = crossed_study(StudySettings.from_toml(path).with_samples(samples, None))
+        with terminal.StudyBar() as bar:
+            walls = Study(crossed, Limits.asked(yes))
+            summary = walls.run(place, samples, workers, mix_versions=mix_versions, on_progress=bar.update)
+        terminal.say(f"{place}: {summary.done} of {summary.total} walls done, {summary.failed} failed")
+        if summary.interrupted:
+            raise typer.Exit(INTERRUPTED)
+        failed = summary.failed
+    asked = 1 if category is None and result is None else category
+    found = study_sensitivity(open_study(place), category=asked, output=result, confidence=confidence)
+    keep_curves(found, output, plot)
+    if json:
+        terminal.print_json(found)
+    else:
+        terminal.sensitivity_tables(found)
+    if failed:
+        raise typer.Exit(SOME_FAILED)
+
+
+@app.command()
+def plot(
+    path: WallOrStudy,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder for pictures.", callback=output_check())
+    ] = Path("pictures"),
+    quiet: Quiet = False,
+) -> None:
+    """Draw a solved wall or a study."""
+    from damagepred.archive.files import read_dataset
+    from damagepred.archive.folder import open_study
+
+    ds = open_study(path) if path.is_dir() else read_dataset(path)
+    if path.is_dir() or "sample" in ds.sizes:  # a study, or one judged again
+        from damagepred.plotting import save_study_pictures
+
+        say_pictures(save_study_pictures(ds, output))
+        return
+    if "contact_opening" not in ds:
+        from damagepred.errors import InputError
+
+        raise InputError(f"{path}: is not the result of solve or replay (it has no contact_opening).")
+    keep_wall(ds, None, output)
+
+
+@app.command("scales")
+def scales_command(
+    path: WallOrStudy,
+    increment: Annotated[
+        int | None, typer.Option("--increment", help="Of which increment; by default of all.", min=0)
+    ] = None,
+    output: NetcdfFile = None,
+    plot: Picture = None,
+    json: Json = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Judge a wall or a study by all published scales and limits that ship, and show how far they agree."""
+    from damagepred.archive.files import read_dataset
+    from damagepred.archive.folder import open_study
+    from damagepred.results.scales import compare_scales
+
+    found = compare_scales(open_study(path) if path.is_dir() else read_dataset(path), increment)
+    keep_curves(found, output, plot)
+    if json:
+        terminal.print_json(found)
+        return
+    terminal.scales(found)
+
+
+@app.command()
+def report(
+    path: WallOrStudy,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "-o",
+            "--output",
+            help="HTML file to write; by default beside the input.",
+            callback=output_check(".html", ".htm"),
+        ),
+    ] = None,
+    at: Annotated[
+        str | None,
+        typer.Option("--at", help='Movement ("60 mm"), site class ("H1") or "site", for which the summary answers.'),
+    ] = None,
+    confidence: Annotated[float, typer.Option(help="Of bands and intervals.", min=0.01, max=0.999)] = 0.9,
+    bootstrap: Annotated[int, typer.Option(help="Resamples for the bands of curves.", min=0)] = 1000,
+    no_replay: Annotated[
+        bool, typer.Option("--no-replay", help="Do not solve a typical wall of a study again to draw it.")
+    ] = False,
+    posterior: Annotated[
+        Path | None, typer.Option("--posterior", help="Back-analysis of the study (infer -o), which gets a section.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Write one self-contained page about a solved wall or a study."""
+    from damagepred.report import write_report
+    from damagepred.uq.movement_distribution import movement_distribution
+
+    with terminal.Bar("solving a typical wall again") as bar:
+        place = write_report(
+            path,
+            output,
+            replay=not no_replay,
+            confidence=confidence,
+            bootstrap=bootstrap,
+            at=None if at is None else movement_distribution(at, option="--at"),
+            posterior=posterior,
+            on_step=bar.step,
+        )
+    terminal.note(f"wrote {place}")
+
+
+def _fragility_surface(
+    study: xr.Dataset,
+    second: str,
+    categories: list[int] | None,
+    intensity: Intensity | None,
+    confidence: float,
+    bootstrap: int,
+    options: FragilityOptions,
+    output: Path | None,
+    plot: Path | None,
+    json: bool,
+) -> None:
+    from damagepred.errors import InputError
+    from damagepred.uq.fragility import fit_surface
+
+    if categories is None or len(categories) != 1:
+        raise InputError("--against: a surface is of one category; name it, such as --categories 2.")
+    surface = fit_surface(
+        study,
+        categories[0],
+        second,
+        intensity=intensity,
+        confidence=confidence,
+        bootstrap=bootstrap,
+        options=options,
+    )
+    keep_curves(surface, output, plot)
+    if json:
+        terminal.print_json(surface)
+        return
+    for line in terminal.surface_lines(surface):
+        terminal.say(line)

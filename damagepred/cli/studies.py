@@ -1,0 +1,299 @@
+"""Commands that run studies and tend their folders."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from damagepred.cli import terminal
+from damagepred.cli.options import (
+    BAD_INPUT,
+    INTERRUPTED,
+    SOME_FAILED,
+    AtMovement,
+    Category,
+    Full,
+    Json,
+    MixVersions,
+    NetcdfFile,
+    Picture,
+    Quiet,
+    Seed,
+    StudyFile,
+    StudyFolderPath,
+    Timeout,
+    Workers,
+    Yes,
+    app,
+    keep_curves,
+    output_check,
+)
+from damagepred.cli.walls import _ask_back, _say_ground
+
+if TYPE_CHECKING:
+    pass
+
+
+@app.command()
+def study(
+    file: StudyFile,
+    samples: Annotated[int | None, typer.Option("-n", "--samples", min=1, help="Walls in all.")] = None,
+    workers: Workers = 1,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Study folder (*.dp).", callback=output_check())
+    ] = None,
+    seed: Seed = None,
+    timeout: Timeout = None,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Run failed walls again.")] = False,
+    mix_versions: MixVersions = False,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", help="Run on the workers of this Dask scheduler (tcp://HOST:PORT).")
+    ] = None,
+    yes: Yes = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run a Monte Carlo study; the same command resumes it, a larger -n extends it."""
+    from damagepred.archive.cautions import STUDIED, study_cautions
+    from damagepred.archive.folder import StudyFolder
+    from damagepred.assembly import Limits
+    from damagepred.campaign.cluster import connect_dask_scheduler
+    from damagepred.campaign.settings import StudySettings
+    from damagepred.campaign.stopping import run_until
+    from damagepred.study import Study
+
+    settings = StudySettings.from_toml(file).with_samples(samples, seed)
+    folder = output or file.with_suffix(".dp")
+    _ask_back(settings.scene, settings)
+    _say_ground(settings.mean_wall()[0] if settings.scene.soil_layer else settings.scene, settings)
+    with ExitStack() as open_until_the_end:
+        client = open_until_the_end.enter_context(connect_dask_scheduler(scheduler)) if scheduler else None
+        bar = open_until_the_end.enter_context(terminal.StudyBar())
+        ending = run_until(
+            Study(settings, Limits.asked(yes, timeout)),
+            folder,
+            samples,
+            workers,
+            client,
+            timeout=timeout,
+            retry_failed=retry_failed,
+            mix_versions=mix_versions,
+            on_progress=bar.update,
+        )
+    summary = ending.summary
+    if settings.study.stop_when is not None or ending.reason == "time":
+        for line in ending.lines(settings.study.stop_when):
+            terminal.say(line)
+    if ending.reason == "time":
+        summary = replace(summary, total=summary.done, interrupted=False)
+    word = "interrupted" if summary.interrupted else "complete"
+    terminal.say(
+        f"{folder}: {word}, {summary.done} of {summary.total} walls done, {summary.failed} failed, "
+        f"{summary.seconds:.1f} s this time"
+    )
+    terminal.cautions(study_cautions(StudyFolder(folder).results(STUDIED)))
+    if summary.interrupted:
+        terminal.say("what was done is kept; the same command goes on from here")
+        raise typer.Exit(INTERRUPTED)
+    if summary.failed:
+        terminal.say(f"reasons of the failures: {folder / 'failures'}", error=True)
+        raise typer.Exit(SOME_FAILED)
+
+
+@app.command()
+def status(
+    folder: StudyFolderPath,
+    watch: Annotated[bool, typer.Option("--watch", help="Show it again and again, until all is done.")] = False,
+    every: Annotated[float, typer.Option("--every", min=0.1, help="Seconds between two looks of --watch.")] = 5.0,
+    json: Json = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Show what is done, failed and left, and the estimate so far; the study may be running."""
+    from damagepred.campaign.status import study_status, watching
+
+    title = "Share of walls by category reached by the end of the movement"
+    if watch:
+        terminal.silent()
+    for report in watching(folder, every) if watch else (study_status(folder),):
+        if json:
+            terminal.print_json(report)
+            continue
+        if watch:
+            terminal.clear()
+        for line in report.lines:
+            terminal.say(line)
+        terminal.table(title, report.columns, report.rows)
+
+
+@app.command()
+def verify(
+    path: Annotated[Path, typer.Argument(help="Study folder (*.dp), or file (*.nc).", show_default=False)],
+    samples: Annotated[
+        int, typer.Option("--samples", help="Number of walls to solve again and compare bit by bit.", min=0)
+    ] = 0,
+) -> None:
+    """Check a study folder or a file: exit code 0 if it is sound, 2 if damaged, 3 if walls solved again differ."""
+    from damagepred.campaign.verify import verify as verify_archive
+
+    found = verify_archive(path, samples, terminal.say)
+    for line in found.lines:
+        terminal.say(line)
+    if found.damaged:
+        if path.is_dir():
+            terminal.say(f"next: damagepred repair {path}", error=True)
+        raise typer.Exit(BAD_INPUT)
+    if found.differing:
+        raise typer.Exit(SOME_FAILED)
+
+
+@app.command()
+def repair(folder: StudyFolderPath) -> None:
+    """Make again what of a study folder is derived; set aside what is damaged, so that `study` solves it again."""
+    from damagepred.campaign.verify import repair as repair_folder
+
+    for line in repair_folder(folder) or [f"{folder}: nothing to repair"]:
+        terminal.say(line)
+
+
+@app.command()
+def rare(
+    file: StudyFile,
+    category: Category,
+    at: AtMovement,
+    samples: Annotated[
+        int | None, typer.Option("-n", "--samples", min=10, help="Walls a level of a run; 200 in a new folder.")
+    ] = None,
+    runs: Annotated[
+        int | None, typer.Option("--runs", min=1, help="Independent runs, which tell the error; 5 in a new folder.")
+    ] = None,
+    workers: Workers = 1,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder (*.rare).", callback=output_check())
+    ] = None,
+    seed: Seed = None,
+    level_share: Annotated[float, typer.Option(help="Share of a level's walls that the next starts from.")] = 0.1,
+    reach: Annotated[float, typer.Option(help="Factor on the movement to which walls are solved.")] = 2.0,
+    timeout: Timeout = None,
+    yes: Yes = False,
+    mix_versions: MixVersions = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Estimate a small probability of damage by subset simulation; the same command resumes it."""
+    from damagepred.analyses.limit_state import Question
+    from damagepred.analyses.rare_event import kept_sizes, rare_event
+    from damagepred.assembly import Limits
+    from damagepred.campaign.settings import StudySettings
+
+    question = Question(category, terminal.quantity("--at", at, "m"), reach)
+    settings = StudySettings.from_toml(file).with_samples(None, seed)
+    folder = output or file.with_suffix(".rare")
+    sizes = {"samples": 200, "runs": 5} | kept_sizes(folder)
+    sizes |= {key: value for key, value in (("samples", samples), ("runs", runs)) if value is not None}
+    found = rare_event(
+        settings,
+        question,
+        folder,
+        **sizes,
+        level_share=level_share,
+        workers=workers,
+        timeout=timeout,
+        limits=Limits.asked(yes, timeout),
+        mix_versions=mix_versions,
+        on_level=lambda level: terminal.note(f"level reached: margin {level.limit:.4g}, share {level.share:.3g}"),
+    )
+    if json:
+        terminal.print_json(found)
+    for line in found.lines(question):
+        terminal.say(line)
+    if found.failed:
+        raise typer.Exit(SOME_FAILED)
+
+
+@app.command("design")
+def design_command(
+    file: Annotated[Path, typer.Argument(help="File of the choices (TOML).", show_default=False)],
+    workers: Workers = 1,
+    folder: Annotated[
+        Path | None, typer.Option("--folder", help="Folder of the alternatives' studies.", callback=output_check())
+    ] = None,
+    output: NetcdfFile = None,
+    plot: Picture = None,
+    json: Json = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Search the cheapest alternative with unlikely damage, or the least expected cost; the same command resumes."""
+    from damagepred.analyses.design_search import price_of_search, search_design
+
+    terminal.note(price_of_search(file, workers))
+    with terminal.ReplayBar("solving walls of alternatives") as bar:
+        found = search_design(
+            file,
+            folder or file.with_suffix(".design"),
+            workers=workers,
+            on_round=lambda size, count: terminal.note(f"{count} alternatives, {size} samples each"),
+            on_walls=bar.walls,
+        )
+    keep_curves(found, output, plot)
+    if json:
+        terminal.print_json(found)
+        return
+    terminal.design_search(found)
+
+
+@app.command("two-level")
+def two_level(
+    file: Annotated[Path, typer.Argument(help="Study file (TOML) with [study.coarse].", show_default=False)],
+    category: Category,
+    at: AtMovement,
+    budget: Annotated[
+        float | None, typer.Option("--budget", help="Work after the pilot, in walls of the study.")
+    ] = None,
+    pilot: Annotated[int, typer.Option("--pilot", min=10, help="Walls of the pilot run.")] = 32,
+    workers: Workers = 1,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Folder (*.two).", callback=output_check())
+    ] = None,
+    seed: Seed = None,
+    yes: Yes = False,
+    mix_versions: MixVersions = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Estimate a probability with a coarse wall as control variate, if a pilot run shows that it pays."""
+    from damagepred.analyses.two_level import run_two_level
+    from damagepred.assembly import Limits
+    from damagepred.campaign.settings import StudySettings
+
+    found = run_two_level(
+        StudySettings.from_toml(file).with_samples(None, seed),
+        category,
+        terminal.quantity("--at", at, "m"),
+        output or file.with_suffix(".two"),
+        pilot=pilot,
+        budget=budget,
+        workers=workers,
+        mix_versions=mix_versions,
+        on_pilot=lambda report: terminal.note(report.line()),
+        limits=Limits.asked(yes),
+    )
+    if json:
+        terminal.print_json(found)
+    e = found.estimate
+    terminal.say(
+        f"P(category >= {category} at {at}) = {e.value:.4g}, {e.lower:.4g} to {e.upper:.4g} ({e.confidence:.0%}), from "
+        f"{found.fine} walls and {found.coarse} coarse ones"
+        + (f"; as sure as {e.effective_samples:.0f} random walls alone" if found.coarse else "")
+    )
+    if found.failed:
+        terminal.say(
+            f"{found.failed} walls failed or ended before: {found.failed_undamaged.value:.4g} if none of them had "
+            f"reached the category, {found.failed_damaged.value:.4g} if all had",
+            error=True,
+        )
+        raise typer.Exit(SOME_FAILED)

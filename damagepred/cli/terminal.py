@@ -1,0 +1,707 @@
+"""Output of the command line: messages, progress, tables."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import itertools
+import json
+import math
+import os
+import re
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, is_dataclass, replace
+from typing import IO, TYPE_CHECKING, Any, Self, cast
+
+from rich.console import Console
+from rich.markup import escape
+
+from damagepred.errors import ArchiveWarning
+from damagepred.inputs.text import controls_escaped
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+    import xarray as xr
+
+    from damagepred.one_wall.judged_path import Step
+    from damagepred.results.tables import Column
+    from damagepred.study import Progress as StudyProgress
+    from damagepred.uq.fragility import FragilityOptions
+
+
+class _Stream:
+    """Standard output or standard error; after a failed write, kept in ``error``, text is dropped."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.error: OSError | None = None
+
+    def write(self, text: str) -> int:
+        """Write text, as a file does."""
+        self._try("write", text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Flush, as a file does."""
+        self._try("flush")
+
+    def _try(self, action: str, *given: str) -> None:
+        if self.error is not None:
+            return
+        try:
+            with _WAIT.interrupted():
+                getattr(getattr(sys, self.name), action)(*given)
+        except OSError as error:
+            self.error = error
+            with contextlib.suppress(OSError):  # else the interpreter fails when it flushes at its end
+                os.dup2(os.open(os.devnull, os.O_WRONLY), getattr(sys, self.name).fileno())
+
+    def __getattr__(self, attribute: str) -> Any:
+        return getattr(getattr(sys, self.name), attribute)
+
+
+class Wait:
+    """Says on the error stream what a command does while it prints nothing.
+
+    On a terminal one line counts the seconds and goes when something else is printed. Elsewhere there are few lines.
+    """
+
+    FIRST, LATER, TICK = 0.8, 15.0, 0.2
+    """Silence before the first line on an activity, and before each later one; interval of the thread (s)."""
+
+    def __init__(self) -> None:
+        self.activities: list[list[Any]] = []
+        self.bars = 0
+        self._printed = time.monotonic()
+        self._said = ""
+        self._line_shown = False
+        self._lock = threading.RLock()
+        self._thread: threading.Thread | None = None
+
+    @contextlib.contextmanager
+    def doing(self, activity: str) -> Iterator[list[Any]]:
+        """Name what is done inside; the list that is returned has the name, which may change, and the start."""
+        entry = [activity, time.monotonic()]
+        self.activities.append(entry)
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._watch, daemon=True, name="silence")
+            self._thread.start()
+        try:
+            yield entry
+        finally:
+            self.activities.remove(entry)
+            with self.interrupted():
+                pass
+
+    @contextlib.contextmanager
+    def interrupted(self) -> Iterator[None]:
+        """Erase the line while something else is printed."""
+        with self._lock:
+            if self._line_shown:
+                self._line_shown = False
+                with contextlib.suppress(OSError):
+                    sys.stderr.write("\r\x1b[K")
+            yield
+            self._printed = time.monotonic()
+
+    def _watch(self) -> None:
+        while True:
+            time.sleep(self.TICK)
+            with contextlib.suppress(OSError, ValueError, IndexError), self._lock:  # streams closed, activity over
+                self._say()
+
+    def _say(self) -> None:
+        activity, began = self.activities[-1]
+        if _is_compiling():
+            activity = "compiling the kernels, once per version"
+        silence = time.monotonic() - max(self._printed, began if activity != self._said else 0.0)
+        repeated = activity == self._said
+        if FORM.quiet or not activity or (self.bars and (repeated or not activity.startswith("compiling"))):
+            return
+        on_a_terminal = _err.is_terminal and not self.bars
+        if silence < (self.LATER if repeated and not on_a_terminal else self.FIRST) and not self._line_shown:
+            return
+        text = f"{activity}, {time.monotonic() - began:.0f} s so far"
+        self._said = activity
+        if on_a_terminal:
+            sys.stderr.write(f"\r{text[: _err.width - 1]}\x1b[K")
+            sys.stderr.flush()
+            self._line_shown = True
+        else:
+            _err.print(escaped(text))
+
+
+def _is_compiling() -> bool:
+    """Whether a thread runs numba's compiler; kernels that are loaded from the cache do not need it."""
+    compiler = os.path.join("numba", "core", "compiler.py")
+    for frame in sys._current_frames().values():
+        while frame is not None:
+            code = frame.f_code
+            if code.co_filename.endswith(compiler) and code.co_name != "<module>":
+                return True
+            frame = frame.f_back  # type: ignore[assignment]
+    return False
+
+
+_WAIT = Wait()
+doing = _WAIT.doing
+
+
+def silent() -> None:
+    """Say nothing more while the present activity lasts: it prints at intervals of its own."""
+    _WAIT.activities[-1][0] = ""
+
+
+@dataclass
+class Form:
+    """Form of the output.
+
+    Attributes
+    ----------
+    quiet : bool
+        Neither progress nor notes are printed.
+    json : bool
+        Standard output has JSON alone; messages go to the error stream.
+    full : bool
+        Tables have all columns, in several tables where the screen is too narrow, and all rows.
+    """
+
+    quiet: bool = False
+    json: bool = False
+    full: bool = True
+
+
+FORM = Form()
+"""Form that the options of the command ask for."""
+
+_OUTPUT, _ERRORS = _Stream("stdout"), _Stream("stderr")
+_out, _err = (Console(file=cast(IO[str], stream), soft_wrap=True, highlight=False) for stream in (_OUTPUT, _ERRORS))
+
+
+def lost_output() -> str | None:
+    """Return why output could not be written, None if all was; a reader that has gone away is no loss."""
+    error = _OUTPUT.error
+    return None if error is None or error.errno == errno.EPIPE else error.strerror or str(error)
+
+
+def escaped(text: str) -> str:
+    """Return text as it is to be read: nothing in it is markup or steers the terminal."""
+    return escape(controls_escaped(text))
+
+
+def show_archive_warnings() -> None:
+    """Print warnings of archives, each once, to the error stream."""
+    shown: set[str] = set()
+    before = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+        text = str(message)
+        if "missing from font" in text:  # matplotlib, once per letter
+            text = "the font of the pictures lacks letters of a title or name; they are drawn as boxes"
+        elif not issubclass(category, ArchiveWarning):
+            before(message, category, *where, **more)
+            return
+        if text not in shown and not FORM.quiet:
+            shown.add(text)
+            say(f"note: {text}", error=True)
+
+    warnings.showwarning = show
+    warnings.simplefilter("always", ArchiveWarning)
+
+
+def say(message: str, *, error: bool = False) -> None:
+    """Print a message, errors to the error stream."""
+    if error:
+        _err.print(f"[bold red]damagepred:[/] {escaped(message)}")
+    else:
+        console = _err if FORM.json else _out
+        # a terminal wraps between words; a file or a pipe has each message on one line
+        console.print(escaped(message), soft_wrap=not console.is_terminal)
+
+
+def note(message: str) -> None:
+    """Print a message that is no result, unless output is to be quiet."""
+    if not FORM.quiet:
+        say(message)
+
+
+def print_json(result: Any) -> None:
+    """Print a result as JSON, its numbers not rounded; NaN and infinity are null."""
+    _OUTPUT.write(json.dumps(_plain(result), indent=1, allow_nan=False) + "\n")
+
+
+def _plain(value: Any) -> Any:
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
+    elif hasattr(value, "_asdict"):
+        value = value._asdict()
+    elif hasattr(value, "to_dict"):  # of pandas, of xarray
+        value = value.to_dict("records" if hasattr(value, "columns") else "list")
+    elif hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): _plain(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def markdown(text: str) -> None:
+    """Print Markdown, in a terminal laid out and without comments, elsewhere as it is."""
+    if not _out.is_terminal:
+        _OUTPUT.write(text)
+        return
+    from rich.markdown import Markdown
+
+    shown = re.sub(r"^<!--.*-->\n", "", text, flags=re.MULTILINE)
+    Console(file=cast(IO[str], _OUTPUT), width=min(_out.width, 100)).print(Markdown(shown))
+
+
+def quantity(option: str, text: str, unit: str) -> float:
+    """Read a number with a unit from the command line."""
+    from damagepred.errors import InputError
+    from damagepred.scene.quantity import to_si
+
+    try:
+        float(text)
+    except ValueError:
+        pass
+    else:
+        raise InputError(f"{option} {text}: give the unit with the number, such as '{text} mm' or '{text} m'.")
+    try:
+        return to_si(text, unit)
+    except ValueError as error:
+        raise InputError(f"{option} {text!r}: {error}.") from None
+
+
+def fragility_options(file: Path | None) -> FragilityOptions:
+    """Read options of a fragility fit from a TOML file; the defaults if there is none."""
+    from damagepred.inputs.input_files import read_toml
+    from damagepred.scene.reading import build
+    from damagepred.uq.fragility import FragilityOptions
+
+    return FragilityOptions() if file is None else build(FragilityOptions, read_toml(file), str(file))
+
+
+def categories(option: str, text: str) -> list[int]:
+    """Read a list of damage categories, parted by commas, from the command line."""
+    from damagepred.errors import InputError
+
+    try:
+        return [category(part.strip()) for part in text.split(",")]
+    except InputError as error:
+        raise InputError(f"{option} {error}") from None
+
+
+def category(text: str) -> int:
+    """Read a damage category from the command line: its number, or its name in the damage tables."""
+    from damagepred.damage import load_table
+    from damagepred.errors import InputError, nearest
+
+    names = load_table("bre251").category_names  # those of AS 2870, and one more
+    wanted = text.replace("_", " ").lower()
+    if wanted in names[1:]:
+        return names.index(wanted)
+    if not text.isdecimal() or not int(text):
+        words = ", ".join(names[1:])
+        hint = nearest(wanted, names[1:])
+        raise InputError(f"{text!r}: must be a number from 1, or one of {words}.{hint}")
+    return int(text)
+
+
+def clear() -> None:
+    """Begin at the top of the screen again, if there is one."""
+    if _out.is_terminal:
+        _out.clear()
+
+
+def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table, its numbers to the right.
+
+    Where the screen is too narrow, all columns are in several tables with the same first column, or in a summary the
+    first of them in one.
+    """
+    from rich.table import Table
+
+    parts = _parts_that_fit(columns, rows, _out.width)
+    for number, shown in enumerate(parts if FORM.full else parts[:1]):
+        grid = Table(title=escaped(f"{title}, continued" if number else title), title_justify="left")
+        for i in shown:
+            # folded, so that on narrow screens nothing is cut off
+            grid.add_column(escaped(columns[i]), justify="right", overflow="fold")
+        for row in rows:
+            grid.add_row(*(escaped(row[i]) for i in shown))
+        _out.print(grid)
+    if not FORM.full and (left := [" ".join(columns[i].split()) for part in parts[1:] for i in part[1:]]):
+        say(f"not shown: {', '.join(left)}; --full shows them")
+
+
+def table_of(title: str, columns: Sequence[Column]) -> None:
+    """Print the columns that have a head on the terminal."""
+    shown = [column for column in columns if column.short]
+    cells = ([" ".join(cell.split()) for cell in column.short_cells or column.cells] for column in shown)
+    table(title, [column.short for column in shown], [list(row) for row in zip(*cells)])
+
+
+def _parts_that_fit(columns: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> list[list[int]]:
+    """Return the columns of each table that is no wider than the screen, the first column in all.
+
+    Columns whose heads begin with the same line stay together.
+    """
+    widths = [
+        3 + max(len(line) for text in (head, *(row[i] for row in rows)) for line in text.split("\n"))
+        for i, head in enumerate(columns)
+    ]
+    parts = [[0]]
+
+    def fits(more: Sequence[int]) -> bool:
+        return len(parts[-1]) == 1 or 1 + sum(widths[k] for k in (*parts[-1], *more)) <= width
+
+    for _, alike in itertools.groupby(range(1, len(columns)), lambda i: columns[i].split("\n")[0]):
+        together = list(alike)
+        if not fits(together):
+            parts.append([0])
+        for i in together:
+            if not fits([i]):
+                parts.append([0])
+            parts[-1].append(i)
+    return parts
+
+
+class _Progress:
+    """A bar of progress, shown only on a terminal, with columns of rich before and after it."""
+
+    def __init__(self, before: str, *after: str, transient: bool) -> None:
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+        texts = map(TextColumn, after[:-1])
+        columns = (TextColumn(before), BarColumn(), MofNCompleteColumn(), *texts, TimeElapsedColumn())
+        last = map(TextColumn, after[-1:])
+        self._shown = _err.is_terminal and not FORM.quiet
+        self._progress = Progress(*columns, *last, console=_err, transient=transient, disable=not self._shown)
+        self._activity: list[Any] = [before, 0.0]
+        self._open = contextlib.ExitStack()
+
+    def __enter__(self) -> Self:
+        self._activity = self._open.enter_context(doing(self._activity[0]))
+        _WAIT.bars += self._shown
+        self._progress.start()
+        return self
+
+    def __exit__(self, *problem: object) -> None:
+        self._progress.stop()
+        _WAIT.bars -= self._shown
+        self._open.close()
+
+
+class Bar(_Progress):
+    """Progress of one wall, increment by increment; shown only on a terminal."""
+
+    def __init__(self, label: str, total: int | None = None) -> None:
+        super().__init__("{task.description}", transient=True)
+        self._activity[0] = label
+        self._task = self._progress.add_task(label, total=total)
+
+    def step(self, step: Step) -> None:
+        """Show one more increment."""
+        self._progress.update(self._task, advance=1)
+
+
+class StudyBar(_Progress):
+    """Progress of a study: done, failed, remaining time. Without a terminal, a line now and then."""
+
+    def __init__(self) -> None:
+        super().__init__("walls", "[red]{task.fields[failed]} failed[/]", "{task.fields[left]}", transient=False)
+        self._activity[0] = "preparing the walls"
+        self._task: Any = None
+        self._before = 0
+        self._began = self._spoke = time.monotonic()
+
+    def update(self, state: StudyProgress) -> None:
+        """Show where the study stands."""
+        if self._task is None:
+            self._before, self._began = state.done, time.monotonic()
+            self._task = self._progress.add_task("", total=state.total, completed=state.done, failed=0, left="")
+        self._activity[0] = f"solving walls, {state.done} of {state.total} done"
+        if state.just_failed:
+            say(state.just_failed, error=True)
+        left = self._remaining(state)
+        self._progress.update(self._task, completed=state.done, failed=state.failed, left=left)
+        if FORM.quiet or _err.is_terminal:
+            return
+        if time.monotonic() - self._spoke > 10 or state.done in (self._before, state.total):
+            self._spoke = time.monotonic()
+            _err.print(f"{state.done} of {state.total} walls, {state.failed} failed{', ' + left if left else ''}")
+
+    def _remaining(self, state: StudyProgress) -> str:
+        fresh = state.done - self._before
+        if not fresh or state.done == state.total:
+            return ""
+        from damagepred.formatting import duration
+
+        return f"about {duration((time.monotonic() - self._began) / fresh * (state.total - state.done))} left"
+
+
+class ReplayBar(_Progress):
+    """Progress of replays and of new walls, with the time that is left."""
+
+    def __init__(self, label: str = "replays") -> None:
+        super().__init__(label, "{task.fields[left]}", transient=True)
+        self._task, self._began = self._progress.add_task("", total=None, left=""), time.monotonic()
+
+    def update(self, done: int, total: int) -> None:
+        """Show the number of replays done and the time left."""
+        from damagepred.formatting import duration
+
+        left = (time.monotonic() - self._began) / done * (total - done)
+        self._progress.update(self._task, completed=done, total=total, left=f"about {duration(left)} left")
+
+    def walls(self, state: StudyProgress) -> None:
+        """Show the number of new walls done."""
+        self._progress.update(self._task, completed=state.done, total=state.total, left="new walls")
+
+
+def back_analysis(found: xr.Dataset) -> None:
+    """Print the posterior of causes, movement and future damage, and the discrepancy of the model."""
+    from damagepred.analyses.posterior_tables import posterior_tables
+
+    for title, columns, rows in posterior_tables(found):
+        table(title, columns, rows)
+
+
+def design_search(found: xr.Dataset) -> None:
+    """Print the alternatives of a design search, the cheapest first, what measures are worth, and what was chosen."""
+    import numpy as np
+
+    quantity = str(found.attrs["quantity"])
+    by_cost = quantity == "expected_cost"
+    words = ("undecided", "best", "dearer") if by_cost else ("dearer or undecided", "meets", "does not meet")
+    order = np.argsort(found["cost"].values, kind="stable")
+    what, digits = ("cost of repair", ".0f") if by_cost else ("probability", ".3f")
+    columns = ("alternative", "cost", quantity.replace("_", " "), "lower", "upper", "samples", "decision")
+    names = (quantity, f"{quantity}_lower", f"{quantity}_upper")
+    rows = [
+        [
+            str(one["alternative"].values),
+            f"{float(one['cost']):g}",
+            *(f"{float(one[name]):{digits}}" for name in names),
+            str(int(one["samples"])),
+            words[int(one["decision"])],
+        ]
+        for one in (found.isel(alternative=int(k)) for k in order)
+    ]
+    table(found.attrs["title"], columns, rows)
+    rows = [
+        [
+            str(m["measure"].values),
+            f"{float(m['value']):+{digits}}",
+            f"{float(m['value_error']):{digits}}",
+            f"{float(m['extra_cost']):g}",
+        ]
+        for m in (found.isel(measure=k) for k in range(found.sizes["measure"]))
+    ]
+    table("Value of each measure", ("measure", f"change of the {what}", "standard error", "extra cost"), rows)
+    doubt = found[f"{quantity}_unfollowed"].values
+    if np.nanmax(doubt) > 0:
+        worst, largest = str(found["alternative"].values[np.nanargmax(doubt)]), f"{np.nanmax(doubt):{digits}}"
+        count_as = "need the dearest repair" if by_cost else "be damaged"
+        say(f"walls that failed, or were not followed as far, are taken to {count_as}: {largest} of '{worst}' at most")
+    if not found.attrs["chosen"]:
+        say("no alternative is known to meet the target")
+    else:
+        say(f"chosen: {found.attrs['chosen']}")
+    if by_cost:
+        say(f"its expected cost exceeds that of the best by {found.attrs['regret']:.0f} at most")
+    if found.attrs["sure"]:
+        say(f"this selection is right with a probability of {found.attrs['confidence']:.0%} or more")
+    else:
+        better, keys = ("better", "target.most or target.tolerance") if by_cost else ("cheaper", "target.most")
+        say(f"a {better} alternative is undecided; a larger {keys} decides it")
+
+
+def wall_table(ds: xr.Dataset) -> None:
+    """Print the path of a wall, a line an increment."""
+    from damagepred.archive.cautions import wall_cautions
+    from damagepred.results.rejudge import footing_gap_note
+    from damagepred.results.tables import energy_rows, path_columns, quality_rows
+
+    table_of(ds.attrs["title"], path_columns(ds))
+    for line in zones_in_words(ds):
+        say(line)
+    say("; ".join(" ".join(filter(None, row)) for row in quality_rows(ds)))
+    if energy := energy_rows(ds):
+        say("energy (J): " + "; ".join(f"{what} {value}" for what, value in energy))
+    cautions([*wall_cautions(ds), *filter(None, [footing_gap_note(ds)])])
+
+
+def cautions(said: Sequence[str]) -> None:
+    """Print cautions on the solution of walls."""
+    for line in said:
+        say(f"caution: {line}")
+
+
+def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None:
+    """Print cracks, in a summary the widest; those of each part of the wall stand together, the widest first."""
+    from damagepred.results.tables import crack_columns
+    from damagepred.uq.intensity import movement_measure, movement_words
+
+    measure = movement_measure(found)
+    at = f"a {movement_words(found)} of {1e3 * float(found[measure][-1]):.3g} mm"
+    if frame.empty:
+        say(
+            f"{found.attrs['title']}: nothing has opened or slid by more than "
+            f"{1e3 * found.attrs['hairline']:g} mm at {at}"
+        )
+        return
+    widest = frame.nlargest(most, "crack_width", keep="first").index
+    shown = frame if FORM.full else frame.loc[sorted(widest)]
+    table_of(f"{found.attrs['title']}: cracks at {at}", crack_columns(shown))
+    if (shown["crack_length_through_blocks"] > 0).any():
+        say("* runs through bricks, too")
+    if len(frame) > len(shown):
+        say(f"and {len(frame) - len(shown)} narrower ones; --full shows them, --csv writes them all")
+
+
+def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
+    """Print categories before and after another judgement: of a study's walls at worst, or of a wall's increments."""
+    from damagepred.archive.schema import category_label
+    from damagepred.results.tables import Column, path_columns, worst_category_columns
+
+    title = str(before.attrs.get("title", ""))
+    if "sample" in before["damage_category"].dims:
+        columns = worst_category_columns({"before": before, "after": after})
+        table_of(f"{title}: walls by the worst category of their path", columns)
+    else:
+        was = [category_label(before, int(c)) for c in before["damage_category"].values]
+        columns = path_columns(after)
+        at = [column.name for column in columns].index("category")
+        columns[at : at + 1] = Column("", was, short="category\nbefore"), replace(columns[at], short="category\nafter")
+        table_of(f"{title}: judged again", columns)
+    for line in (*str(after.attrs["judgement"]).split("; "), *_levels(after)):
+        say(line)
+
+
+def scales(found: xr.Dataset) -> None:
+    """Print each scale, the share of states beyond its first limit, and its agreement with each other scale."""
+    names = [str(name) for name in found["scale"].values]
+    heads = ["scale", "beyond\nits first\nlimit", *(f"as {k + 1}" for k in range(len(names))), "confidence"]
+    rows = [
+        [
+            f"{k + 1} {name}",
+            *(f"{share:.2f}" for share in (float(one["share_reached"]), *one["agreement"].values)),
+            str(one["confidence"].values),
+        ]
+        for k, name in enumerate(names)
+        for one in [found.isel(scale=k)]
+    ]
+    table(f"{found.attrs['title']}: share of states that two scales judge alike", heads, rows)
+    if found.attrs["left_out"]:
+        say(f"left out: {found.attrs['left_out']}")
+
+
+def _levels(ds: xr.Dataset) -> list[str]:
+    """Shares of walls, or the worst increment, out of level or plumb or with sticking openings, in words."""
+    import numpy as np
+
+    from damagepred.archive.schema import flag_name
+    from damagepred.uq.capacity import sample_weights
+
+    said = []
+    for name, what in (("deviation_level", "out of level or plumb"), ("opening_sticking", "doors and windows")):
+        if name not in ds or not ds[name].size:
+            continue
+        many = "sample" in ds[name].dims
+        worst = ds[name].values.reshape(ds.sizes["sample"] if many else 1, -1).max(axis=1)
+        shares = (
+            f"{np.average(worst == level, weights=sample_weights(ds)):.1%} {flag_name(ds, level, name)}"
+            for level in np.unique(worst)
+        )
+        said.append(f"{what}, at worst: {', '.join(shares) if many else flag_name(ds, int(worst[0]), name)}")
+    return said
+
+
+def zones_in_words(ds: xr.Dataset) -> list[str]:
+    """Return the numbers of deformable blocks, zones and yielding zones, in words; empty if all blocks are rigid."""
+    if "zones" not in ds.attrs:
+        return []
+    shear, tension, before = (ds[f"zones_{how}"].values for how in ("in_shear", "in_tension", "yielded_before"))
+    if (shear + tension + before).any():
+        yielding = f"at the end {shear[-1]} yield in shear, {tension[-1]} in tension, {before[-1]} have yielded before"
+    else:
+        yielding = "none of them yields"
+    size = f"{ds.attrs['deformable_blocks']} of {ds.sizes['block']} blocks deformable, {ds.attrs['zones']} zones"
+    return [f"{size} in plane {ds.attrs['plane']}; {yielding}"]
+
+
+def fragility_table(curves: xr.Dataset) -> None:
+    """Print medians and dispersions of fragility curves with their bands, and how well they fit."""
+    from damagepred.results.rejudge import measure_in_words
+    from damagepred.results.tables import curve_columns, curve_notes
+    from damagepred.uq.fragility.fit import WITH_CURVE
+    from damagepred.uq.intensity import movement_words
+
+    title = f"{curves.attrs['title']}, against the {movement_words(curves)}"
+    table_of(title, curve_columns(curves))
+    if not FORM.full:
+        for category, why in zip(curves["category"].values, curves["fit_status"].values):
+            if why not in WITH_CURVE:
+                say(f"category {category}: {why}")
+    say(f"categories by the {measure_in_words(curves)}")
+    for line in curve_notes(curves):
+        say(line)
+
+
+def year_table(ds: xr.Dataset, confidence: float) -> None:
+    """Print the probability of each category by year, by the worst so far and by now."""
+    from damagepred.results.year_tables import year_columns
+
+    table_of(f"{ds.attrs['title']}: share of walls by year", year_columns(ds, confidence))
+
+
+def surface_lines(surface: xr.Dataset) -> list[str]:
+    """Return slope, dispersion and information criteria of a fragility surface, in words."""
+    from damagepred.results.tables import banded
+    from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
+    from damagepred.uq.intensity import movement_words
+
+    what = f"category {surface.attrs['category']} against the {movement_words(surface)} and "
+    what += str(surface.attrs["second_variable"])
+    if (status := str(surface["fit_status"].values)) not in WITH_CURVE:
+        return [f"{what}: no surface, {status}"]
+    slope, dispersion = banded(surface, "slope", ".3g"), banded(surface, "dispersion")
+    power = "its power" if surface.attrs["scale"] == "log" else "exp of it times"
+    better = "with" if surface.attrs["aic_with"] < surface.attrs["aic_without"] else "without"
+    said = []
+    if status == EXTRAPOLATED:
+        said.append("the medians lie beyond the largest movement of the walls: lower bounds, the surface ends there")
+    if "share_at_start" in surface and (start := float(surface["share_at_start"])) > 0:
+        said.append(f"{start:.2g} of the walls reached it before any movement; medians are of the others")
+    return [
+        *said,
+        f"{what}: the median goes with {power} {slope}; dispersion {dispersion}, without it "
+        f"{float(surface['dispersion_alone']):.2f}",
+        f"Akaike's criterion: {surface.attrs['aic_with']:.1f} with it, {surface.attrs['aic_without']:.1f} without; it "
+        f"speaks for the curve {better} it",
+    ]
+
+
+def sensitivity_tables(found: xr.Dataset) -> None:
+    """Print the sensitivity of a study's damage to its inputs."""
+    from damagepred.results.tables import banded, group_columns, sensitivity_columns
+
+    title = f"{found.attrs['title']}: {found.attrs['output']}, {found.attrs['walls']} walls"
+    table_of(title, sensitivity_columns(found))
+    if "group" in found.dims:
+        title = f"Shares of the variance, from {found.attrs['tables']} tables of two walls and two fields"
+        table_of(title, group_columns(found))
+        say(f"interaction of both groups: {banded(found, 'interaction')}")
+    if found.attrs["share_censored"]:
+        say(f"{found.attrs['share_censored']:.0%} of the walls had not reached it: they share the highest ranks")
+    if found.attrs["samples_failed"]:
+        say(f"{found.attrs['samples_failed']} failed walls count as far as they were followed")

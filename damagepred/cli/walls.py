@@ -1,0 +1,266 @@
+"""Commands on one wall and its file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from damagepred.cli import terminal
+from damagepred.cli.options import (
+    FootingGap,
+    Full,
+    Json,
+    Measure,
+    NetcdfFile,
+    PictureFolder,
+    Quiet,
+    SceneOrStudyFile,
+    StudyFolderPath,
+    Timeout,
+    WallOrStudy,
+    Yes,
+    app,
+    exit_code,
+    keep_wall,
+    output_check,
+)
+
+if TYPE_CHECKING:
+    from damagepred.campaign.settings import StudySettings
+    from damagepred.scene import Scene
+
+
+@app.command()
+def new(
+    file: Annotated[Path, typer.Argument(help="File to write.", show_default=False)],
+    template: Annotated[
+        Literal["wall", "mound", "jacks", "control-joint", "seasons"],
+        typer.Option(
+            "--template",
+            help="Ground of prescribed form, clay of class H1, test rig, clay and a joint, or thirty years.",
+        ),
+    ] = "wall",
+) -> None:
+    """Write a commented study as a template."""
+    from damagepred.campaign.template import write_template
+
+    write_template(file, template)
+    terminal.say(f"wrote {file}; next: damagepred check {file}")
+
+
+@app.command()
+def check(
+    file: SceneOrStudyFile,
+    yes: Yes = False,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
+    """Validate a file, solve one wall of it and say what the whole run will cost."""
+    from damagepred.assembly import Limits
+    from damagepred.campaign.cost_estimate import estimate_cost
+
+    _ask_back(*_described(file))
+    with terminal.Bar("solving one wall to price the run") as bar:
+        estimate = estimate_cost(file, on_step=bar.step, limits=Limits.asked(yes))
+    if json:
+        terminal.print_json(estimate)
+        return
+    for line in estimate.lines():
+        terminal.say(line)
+
+
+@app.command()
+def solve(
+    file: SceneOrStudyFile,
+    output: NetcdfFile = None,
+    plot: PictureFolder = None,
+    no_zones: Annotated[bool, typer.Option("--no-zones", help="Keep no stresses in deformable blocks.")] = False,
+    timeout: Timeout = None,
+    yes: Yes = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Solve one wall; of a study file, the wall with every variable at its mean."""
+    from damagepred.assembly import Limits
+    from damagepred.one_wall.solve import solve as solve_wall
+
+    described, settings = _described(file)
+    mean_wall = ""
+    _ask_back(described, settings)
+    if settings is not None:
+        described, mean_wall = settings.mean_wall()
+    count = described.movement.increment_count if described.dynamics is None else described.dynamics.outputs
+    with terminal.Bar("solving the wall", count + 1) as bar:
+        ds = solve_wall(
+            described,
+            on_failure="return",
+            on_step=bar.step,
+            store_zones=not no_zones,
+            limits=Limits.asked(yes, timeout),
+        )
+    keep_wall(ds, output, plot)
+    if settings is not None:
+        from damagepred.analyses.mean_wall import beyond_mean_wall
+
+        terminal.say(f"{mean_wall}\n{beyond_mean_wall(ds, settings, file)}")
+    terminal.wall_table(ds)
+    _say_ground(described, settings)
+    raise typer.Exit(exit_code(ds))
+
+
+@app.command()
+def replay(
+    folder: StudyFolderPath,
+    sample: Annotated[int, typer.Argument(help="Number of the sample, from 0.", min=0, show_default=False)],
+    output: NetcdfFile = None,
+    plot: PictureFolder = None,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Solve one wall of a study again, the very same, and keep all its fields."""
+    from damagepred.campaign.replay import replay as replay_sample
+
+    with terminal.Bar(f"sample {sample}") as bar:
+        ds, comparison = replay_sample(folder, sample, on_step=bar.step)
+    keep_wall(ds, output, plot)
+    terminal.wall_table(ds)
+    terminal.say(comparison)
+    raise typer.Exit(exit_code(ds))
+
+
+@app.command("cracks")
+def cracks_command(
+    file: Annotated[Path, typer.Argument(help="Result of solve or replay (*.nc).", show_default=False, is_eager=True)],
+    csv: Annotated[
+        Path | None,
+        typer.Option("--csv", help="CSV file to write, with all increments.", callback=output_check(".csv")),
+    ] = None,
+    output: NetcdfFile = None,
+    json: Json = False,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Show the cracks of a solved wall at the end of its path, one by one."""
+    from damagepred.archive.files import read_dataset
+    from damagepred.exports import write_csv
+    from damagepred.results.wall_cracks import crack_frame
+    from damagepred.results.wall_cracks import cracks as cracks_of
+
+    found = cracks_of(read_dataset(file))
+    if csv is not None:
+        write_csv(crack_frame(found, None), csv, index=False)
+        terminal.note(f"wrote {csv}")
+    keep_wall(found, output)
+    if json:
+        terminal.print_json(crack_frame(found))
+    else:
+        terminal.crack_table(found, crack_frame(found))
+
+
+@app.command("judge")
+def judge_command(
+    path: WallOrStudy,
+    table: Annotated[
+        str | None, typer.Option("--table", help="as2870, bre251, or a file (*.toml) written like data/damage.")
+    ] = None,
+    plasterboard: Annotated[
+        bool | None, typer.Option("--plasterboard/--no-plasterboard", help="Limits for walls lined with it.")
+    ] = None,
+    count_rule: Annotated[
+        bool | None, typer.Option("--groups/--no-groups", help="Whether groups of cracks count.")
+    ] = None,
+    group_count: Annotated[int | None, typer.Option("--group-count", help="Cracks that make a group.")] = None,
+    group_distance: Annotated[
+        str | None, typer.Option("--group-distance", help='Within which they lie, such as "1 m"; of one wall only.')
+    ] = None,
+    measure: Measure = None,
+    footing_gap: FootingGap = None,
+    band_gauge: Annotated[
+        str | None, typer.Option("--band-gauge", help='Length laid across a band, such as "1 m"; of one wall only.')
+    ] = None,
+    output: NetcdfFile = None,
+    full: Full = False,
+    quiet: Quiet = False,
+) -> None:
+    """Judge a wall or a study again under another damage table or other rules; nothing is solved."""
+    from damagepred.archive.files import read_dataset
+    from damagepred.archive.folder import open_study
+    from damagepred.results.rejudge import judge_again
+
+    before = open_study(path) if path.is_dir() else read_dataset(path)
+    after = judge_again(
+        before,
+        table=table,
+        plasterboard=plasterboard,
+        count_rule=count_rule,
+        group_count=group_count,
+        group_distance=None if group_distance is None else terminal.quantity("--group-distance", group_distance, "m"),
+        measure=measure,
+        count_footing_gap=footing_gap,
+        band_gauge=None if band_gauge is None else terminal.quantity("--band-gauge", band_gauge, "m"),
+    )
+    keep_wall(after, output)
+    terminal.judged_again(before, after)
+
+
+@app.command("materials")
+def materials_command(json: Json = False, quiet: Quiet = False) -> None:
+    """List the masonry of the library: values, scatter, source and confidence."""
+    from damagepred.formatting import quantity
+    from damagepred.scene import Scene, masonry_library
+
+    if json:
+        terminal.print_json(
+            {
+                name: {**m._asdict(), "correlation": {" with ".join(p): r for p, r in m.correlation.items()}}
+                for name, m in masonry_library().items()
+            }
+        )
+        return
+    for name, found in masonry_library().items():
+        rows = []
+        for place, value in found.values.items():
+            number, unit = quantity(value.mean, Scene.unit_of(place))
+            scatter = "" if value.cov is None else f"{value.cov:g} ({value.cov_confidence})"
+            rows.append([place, f"{number} {unit}".strip(), value.confidence, scatter])
+        terminal.table(f'material = "{name}": {found.description}', ["value", "mean", "confidence", "cov"], rows)
+        terminal.say(f"source: {found.source}")
+
+
+def _described(file: Path) -> tuple[Scene, StudySettings | None]:
+    """Read a scene file, or a study file with its scene."""
+    from damagepred.inputs.input_files import read_toml
+    from damagepred.scene import Scene
+    from damagepred.scene.scene import STUDY_KEYS
+    from damagepred.solvers.options import SolverOptions
+
+    if any(key in read_toml(file) for key in STUDY_KEYS):
+        from damagepred.campaign.settings import StudySettings  # slow to import, and a scene needs none of it
+
+        settings = StudySettings.from_toml(file)
+        return settings.scene, settings
+    scene = Scene.from_toml(file)
+    SolverOptions.of(scene.solver, str(file))  # refused with the name of the file
+    return scene, None
+
+
+def _ask_back(described: Scene, settings: StudySettings | None) -> None:
+    """Name numbers that are unlikely in their unit, that variables replace, and that nothing reads."""
+    from damagepred.scene.assumed import ground_cautions
+    from damagepred.scene.plausibility import unlikely_values
+
+    terminal.cautions(unlikely_values(described, settings.means() if settings else None))
+    terminal.cautions(settings.other_means() if settings else [])
+    terminal.cautions(ground_cautions(described, settings.variables if settings else ()))
+
+
+def _say_ground(described: Scene, settings: StudySettings | None) -> None:
+    """Print the surface movement of a soil log, and assumed properties of the ground."""
+    from damagepred.campaign.site_classes import site_line
+    from damagepred.scene.assumed import ground_line
+
+    for line in (site_line(described, settings), ground_line(described, settings.variables if settings else ())):
+        if line:
+            terminal.note(line)

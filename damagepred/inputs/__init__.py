@@ -1,0 +1,1 @@
+"""Arguments, files and text from users: checked, or refused in one sentence."""

@@ -1,0 +1,320 @@
+"""Dataset of a solved path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damagepred.archive.cautions import energy_error_share, implausible, snap_through_share
+from damagepred.archive.provenance import provenance
+from damagepred.archive.schema import CATEGORY_VARIABLES, WORST_CATEGORY, dataset, name_categories
+from damagepred.arrays import FloatArray, IntArray
+from damagepred.assembly import Model
+from damagepred.assembly.model import LaboratoryTest
+from damagepred.damage import (
+    GROUP_COUNTS,
+    Rules,
+    Verdict,
+)
+from damagepred.diagnostics import Counters, Energies, Residuals, described
+from damagepred.enumerations import ContactKind, ZoneState
+from damagepred.one_wall.judged_path import Step, gauges
+from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.scene import Damage, Solver
+from damagepred.scene.movement import History
+from damagepred.solvers.options import SolverOptions
+from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, support_loads
+
+if TYPE_CHECKING:
+    pass
+
+
+@one_blas_thread()
+def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
+    """Return what is known of each increment as a whole: arrays (increments,), (increments, openings or groups).
+
+    Of all there is ``group_count`` alone, the coordinate of ``crack_group_width``, does not begin with increments.
+    """
+    joints, lines, frames = gauges(model)
+    moved = stacked(steps, "displacement")
+    progress = stacked(steps, "load_factor")
+    deflection = np.abs(progress) * model.central_deflection
+    if model.deflection is not None:
+        deflection = np.abs([s.increment.deflection for s in steps])
+    in_time = bool(np.isfinite(steps[0].increment.time))
+    values = {
+        "progress": progress,
+        "central_deflection": deflection,
+        "deflection_ratio": deflection / model.span,
+        **_diagnostics(steps, in_time),
+        "base_reaction": stacked(steps, "base_reaction"),
+        **(frames.distortion(moved)._asdict() if len(model.jambs.block) else {}),
+        **lines.deviation(moved)._asdict(),
+        "group_count": np.array(GROUP_COUNTS, dtype=np.int64),
+    }
+    control = model.interfaces.kind == ContactKind.CONTROL_JOINT
+    if control.any():
+        for way, name in ((1.0, "opening"), (-1.0, "closing")):
+            most = [float(joints.widest(way * s.increment.opening)[control].max()) for s in steps]
+            values[f"control_joint_{name}_max"] = np.maximum(most, 0.0)
+    if model.surface_movement is not None:
+        values["surface_movement"] = np.abs(progress) * model.surface_movement
+    if model.test is not None:
+        values |= _test_values(model, model.test, steps)
+    elif model.jacks is not None:
+        values["jack_load"] = stacked(steps, "jack_load")
+    if in_time:
+        values |= {name: stacked(steps, name) for name in ("time", "searches")}
+        values["base_displacement_x"], values["base_displacement_y"] = stacked(steps, "base").T
+    if model.mesh is not None:
+        values |= _zone_counts(steps)
+    for name in Verdict._fields:
+        values[name] = np.array([getattr(s.verdict, name) for s in steps])
+    if model.history is not None:
+        values |= history_values(model.history, len(steps))
+        values["crack_width_worst"] = np.maximum.accumulate(values["crack_width_max"])
+    for name in CATEGORY_VARIABLES:
+        values[name] = values[name].astype(np.int8)
+    if model.history is not None:
+        values[WORST_CATEGORY] = np.maximum.accumulate(values["damage_category"])
+    return values
+
+
+def history_values(history: History, count: int) -> dict[str, FloatArray | IntArray]:
+    """Return stage and, where they are known, time and strain of the first increments of a history."""
+    columns = {name: getattr(history, name) for name in ("stage", "time", "strain")}
+    return {name: column[:count] for name, column in columns.items() if column is not None}
+
+
+def _diagnostics(steps: list[Step], in_time: bool) -> dict[str, FloatArray]:
+    """Return the diagnostics of each increment; what only dynamic runs have is left out of other paths."""
+    increments = [s.increment for s in steps]
+    records: dict[type, list[Any]] = {
+        Residuals: increments,
+        Counters: [i.counters for i in increments],
+        Energies: [i.energy for i in increments],
+    }
+    return {
+        name: np.array([getattr(one, name) for one in values])
+        for record, values in records.items()
+        for name, diagnostic in described(record).items()
+        if in_time or not diagnostic.in_time
+    }
+
+
+def shares_of_size(model: Model, steps: list[Step]) -> dict[str, float]:
+    """Return how far blocks move beyond the ground, and the widest crack, over the larger of length and height.
+
+    Increments in which the wall has collapsed do not count; a run in time, in which blocks may move as far as they
+    like, has neither: then they are NaN.
+    """
+    standing = [s for s in steps if not s.increment.collapsed]
+    if not standing or np.isfinite(standing[0].increment.time):
+        return dict.fromkeys(("displacement_share", "crack_share"), float("nan"))
+    size = max(float(np.ptp(along)) for along in model.blocks.vertices.T)
+    x, y, _ = np.moveaxis(stacked(standing, "displacement"), -1, 0)
+    moved = float(np.sqrt((x**2 + y**2).max()))
+    given = [state.largest() for state in model.ground.states()]
+    given += [float(np.abs(model.supports.prescribed_displacement).max(initial=0.0)), model.central_deflection]
+    widest = max(max(s.verdict.crack_width_max, s.verdict.crack_band_width_max) for s in standing)
+    return {"displacement_share": max(moved - max(given), 0.0) / size, "crack_share": float(widest) / size}
+
+
+def stacked(steps: list[Step], name: str) -> NDArray:
+    """Return a field of all increments, one after the other."""
+    return np.array([getattr(s.increment, name) for s in steps])
+
+
+def _test_values(model: Model, test: LaboratoryTest, steps: list[Step]) -> dict[str, FloatArray]:
+    """Return what a laboratory test measures, from the dead load on, by variable."""
+    moved = stacked(steps, "displacement").reshape(len(steps), -1)
+    moved = moved - moved[0]
+    force = stacked(steps, "load_factor") * test.force
+    if model.jacks is not None:
+        force = stacked(steps, "jack_load")
+        force[0] = 0.0
+        force[[step.increment.collapsed for step in steps]] = np.nan  # in motion
+    values = {"load_force": force, "load_displacement": moved @ test.push}
+    if test.gauge is not None:
+        values["gauge_opening"] = moved @ test.gauge
+    return values
+
+
+def _footing_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
+    """Return what is known of a footing that is part of the model, by variable."""
+    values: dict[str, FloatArray] = {}
+    if model.footing is None:
+        return values
+    here = section_interfaces(model)
+    if here.size:
+        found = section_forces(model, *(stacked(steps, n) for n in ("opening", "normal_stress", "shear_stress")))
+        values["section_x"] = model.interfaces.x[here]
+        values |= {f"section_{name}": getattr(found, name) for name in found._fields}
+    if model.jacks is not None:
+        at, load = support_loads(model, stacked(steps, "normal_stress"))
+        values |= {"support_x": at, "support_load": load, "jack_x": model.jacks.at}
+    return values
+
+
+def ending_attributes(model: Model, last: Step) -> dict[str, object]:
+    """Return, as attributes, at which limit a path ended early."""
+    ended = last.increment.ended
+    if not ended or model.jacks is None:
+        return {}
+    if model.test is not None:
+        return {"limit": "loads", "status_message": "the load has fallen to nothing"}
+    deflection = abs(last.increment.deflection)
+    what = "the jacks carry" if ended == "jacks" else "an outer support carries"
+    return {
+        "limit": ended,
+        "limit_deflection": deflection,
+        "status_message": f"{what} nothing any more at a deflection of {1e3 * deflection:.3g} mm",
+    }
+
+
+def _zone_counts(steps: list[Step]) -> dict[str, NDArray]:
+    """Return how many zones yield, and how, in each increment: arrays (increments,)."""
+    kinds = {
+        "zones_in_shear": (ZoneState.SHEAR, ZoneState.SHEAR_AND_TENSION),
+        "zones_in_tension": (ZoneState.TENSION, ZoneState.SHEAR_AND_TENSION),
+        "zones_yielded_before": (ZoneState.YIELDED,),
+    }
+    pictures = [s.increment.zones for s in steps]
+    return {
+        name: np.array([0 if p is None else np.isin(p.state, states).sum() for p in pictures], dtype=np.int64)
+        for name, states in kinds.items()
+    }
+
+
+def _zone_values(model: Model, steps: list[Step]) -> dict[str, NDArray]:
+    """Return all that is known of zones and gridpoints, by variable."""
+    mesh = model.mesh
+    pictures = [s.increment.zones for s in steps if s.increment.zones is not None]
+    if mesh is None or len(pictures) < len(steps):
+        return {}
+    # component by component, so that all of the largest arrays is not held twice
+    moved = {
+        f"gridpoint_displacement_{axis}": np.array([p.displacement[:, i] for p in pictures])
+        for i, axis in enumerate("xy")
+    }
+    stress = {
+        f"zone_stress_{name}": np.array([p.stress[:, i] for p in pictures])
+        for i, name in enumerate(("xx", "yy", "xy", "zz"))
+    }
+    return {
+        "zone_mesh": np.array(0, dtype=np.int32),
+        "gridpoint_x": mesh.x,
+        "gridpoint_y": mesh.y,
+        "gridpoint_block": mesh.gridpoint_block,
+        "zone_gridpoint": mesh.zones.astype(np.int32),
+        "zone_block": mesh.zone_block,
+        **moved,
+        **stress,
+        "zone_state": np.array([p.state for p in pictures]),
+    }
+
+
+def _strain_values(steps: list[Step]) -> dict[str, NDArray]:
+    """Return strain and curvature of elastic blocks, by variable."""
+    strains = [s.increment.strain for s in steps if s.increment.strain is not None]
+    if len(strains) < len(steps):
+        return {}
+    return {name: np.array([s[:, i] for s in strains]) for i, name in enumerate(("block_strain", "block_curvature"))}
+
+
+def collect(
+    model: Model,
+    steps: list[Step],
+    damage: Damage,
+    settings: Solver,
+    attributes: Mapping[str, object],
+    store_zones: bool,
+) -> xr.Dataset:
+    """Dataset of a path: blocks, contacts, increments and attributes."""
+    blocks, face, joints = model.blocks, model.interfaces, gauges(model).joints
+    per_joint = face.contact_area.shape[1]
+    openings = len(model.jambs.block)
+    rules = Rules.from_settings(**asdict(damage))
+
+    zoning: dict[str, object] = {}
+    if model.mesh is not None:
+        zoning = {"deformable_blocks": len(model.mesh.block), "zones": len(model.mesh.zones), "plane": model.plane}
+
+    def at_contacts(name: str) -> NDArray:
+        return stacked(steps, name).reshape(len(steps), -1)
+
+    def spread(values: NDArray) -> NDArray:
+        return np.repeat(values, per_joint)
+
+    moved = stacked(steps, "displacement")
+    unknown = np.full_like(moved[0], np.nan)
+    support = np.array([unknown if s.increment.support_force is None else s.increment.support_force for s in steps])
+    values = {
+        "increment": stacked(steps, "number").astype(np.int64),
+        **path_values(model, steps),
+        **{f"opening_{name}": np.full(openings, np.nan) for name in ("left", "sill", "width", "height") if openings},
+        "block_x": blocks.x,
+        "block_y": blocks.y,
+        "block_course": blocks.course,
+        "block_displacement_x": moved[..., 0],
+        "block_displacement_y": moved[..., 1],
+        "block_rotation": moved[..., 2],
+        **_strain_values(steps),
+        "block_support_force_x": support[..., 0],
+        "block_support_force_y": support[..., 1],
+        "block_support_moment": support[..., 2],
+        "vertex_x": blocks.vertices[:, 0],
+        "vertex_y": blocks.vertices[:, 1],
+        "vertex_block": np.repeat(np.arange(model.n_blocks), np.diff(blocks.first_vertex)),
+        "contact_x": joints.contact_x.ravel(),
+        "contact_y": joints.contact_y.ravel(),
+        "contact_length": joints.contact_length.ravel(),
+        "contact_thickness": (face.contact_area / joints.contact_length).ravel(),
+        "contact_kind": spread(face.kind),
+        "contact_joint": spread(face.joint),
+        "contact_interface": spread(np.arange(len(face.kind))),
+        "contact_normal_x": spread(face.normal_x),
+        "contact_normal_y": spread(face.normal_y),
+        "contact_tensile_strength": spread(model.properties.tensile_strength),
+        "contact_cohesion": spread(model.properties.cohesion),
+        "contact_friction": spread(model.properties.friction),
+        "contact_opening": at_contacts("opening"),
+        "contact_slip": at_contacts("slip"),
+        "contact_normal_stress": at_contacts("normal_stress"),
+        "contact_shear_stress": at_contacts("shear_stress"),
+        "contact_state": at_contacts("state"),
+        **({} if (broken_at := steps[-1].increment.broken_at) is None else {"contact_broken_at": broken_at.ravel()}),
+        **_footing_values(model, steps),
+        **(_zone_values(model, steps) if store_zones else {}),
+    }
+    ds = dataset(
+        values,
+        {
+            **attributes,
+            **provenance(),
+            "solver_options": SolverOptions.of(settings).to_json(),
+            "damage_table": rules.table.name,
+            "damage_measure": rules.measure,
+            "count_footing_gap": rules.count_footing_gap,
+            "apex_limited_joints": model.apex_limited,
+            "snap_back_limited_joints": model.snap_back_limited,
+            "span": model.span,
+            "thickness": model.thickness,
+            "mean_block_weight": model.mean_block_weight,
+            **zoning,
+        },
+    )
+    for share in (energy_error_share, snap_through_share):
+        if np.isfinite(found := share(values)):
+            ds.attrs[share.__name__] = found
+    ds.attrs |= {name: share for name, share in shares_of_size(model, steps).items() if np.isfinite(share)}
+    ds.attrs["implausible"] = int(implausible(ds.attrs, settings))
+    for name, more in rules.attributes().items():
+        ds[name].attrs.update(more)
+    name_categories(ds, rules.table.category_names, f"{rules.table.name}; {rules.table.source}")
+    return ds

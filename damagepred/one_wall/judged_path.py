@@ -1,0 +1,171 @@
+"""A wall's path, judged increment by increment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from damagepred.arrays import FloatArray
+from damagepred.assembly import Model, wall_model
+from damagepred.damage import (
+    Frames,
+    JointMap,
+    Rules,
+    SightLines,
+    Verdict,
+    judge,
+)
+from damagepred.enumerations import ContactState
+from damagepred.kernels.jit import CACHE
+from damagepred.runtime.one_thread import each_with_one_blas_thread, one_blas_thread
+from damagepred.scene import Damage, Dynamics, Scene, Solver
+from damagepred.solvers import Increment, solve_path
+from damagepred.solvers.options import SolverOptions
+
+if TYPE_CHECKING:
+    from damagepred.solvers.dynamics.run import DynamicRun
+
+
+class Step(NamedTuple):
+    """One increment, judged.
+
+    Attributes
+    ----------
+    increment : Increment
+        Equilibrium.
+    verdict : Verdict
+        Cracks and category; the highest category once part of the wall has collapsed.
+    """
+
+    increment: Increment
+    verdict: Verdict
+
+
+class Gauges(NamedTuple):
+    """What a wall is measured with: where its joints, its courses and the corners of its openings lie."""
+
+    joints: JointMap
+    lines: SightLines
+    frames: Frames
+
+
+_KNOWN: list[tuple[Model, Gauges]] = []
+"""Gauges of the last models: samples of one geometry share them."""
+
+
+def gauges(model: Model) -> Gauges:
+    """Return what a model is measured with; that of another model of the very same geometry, if there was one."""
+    parts = (model.interfaces, model.blocks, model.jambs)
+    for other, known in _KNOWN:
+        if all(a is b for a, b in zip(parts, (other.interfaces, other.blocks, other.jambs))):
+            return known
+    blocks, jambs, joints = model.blocks, model.jambs, joint_map(model)
+    centroid = np.column_stack((blocks.x, blocks.y))
+    made = Gauges(
+        joints,
+        SightLines.of_blocks(blocks.x, blocks.y, blocks.course, joints.dpc_level),
+        Frames(jambs.block, jambs.arm, centroid[jambs.block] + jambs.arm),
+    )
+    _KNOWN[:] = [(model, made), *_KNOWN[:3]]
+    return made
+
+
+def joint_map(model: Model) -> JointMap:
+    """Return the joints of a model as damage assessment takes them."""
+    face = model.interfaces
+    tangent = np.stack((face.normal_y, -face.normal_x), axis=-1)
+    return JointMap.from_contacts(
+        face.x[:, None] + tangent[:, :1] * face.contact_offset,
+        face.y[:, None] + tangent[:, 1:] * face.contact_offset,
+        face.contact_area * (face.length / face.contact_area.sum(axis=1))[:, None],
+        np.column_stack((face.normal_x, face.normal_y)),
+        face.kind,
+        np.column_stack((face.block_a, face.block_b)),
+    )
+
+
+@each_with_one_blas_thread
+def follow(
+    model: Model, solver: Solver, damage: Damage, increments: int, run: Iterable[Increment] | None = None
+) -> Iterator[Step]:
+    """Follow the movement and judge each increment; stop taking steps to stop the solver."""
+    joints = gauges(model).joints
+    rules = Rules.from_settings(**asdict(damage))
+    for increment in solve_path(model, solver, increments) if run is None else run:
+        cracked = increment.state == ContactState.CRACKED
+        verdict = judge(joints, increment.opening, increment.slip, cracked, rules)
+        if increment.collapsed:
+            verdict = verdict._replace(damage_category=rules.table.highest, damage_category_band=rules.table.highest)
+        yield Step(increment, verdict)
+
+
+@one_blas_thread()
+def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, increments: int | None = None) -> Model:
+    """Return the model of a scene; with ``blocks = "auto"`` those blocks are deformable that need it."""
+
+    def build(solver: Solver, chosen: frozenset[int] | None) -> Model:
+        return wall_model(replace(scene, solver=solver), fields, chosen)
+
+    settings = scene.solver if scene.dynamics is None else whole_interfaces(scene.solver)
+    return assembled(build, settings, increments or scene.movement.increment_count)
+
+
+@one_blas_thread()
+def assembled(build: Callable[[Solver, frozenset[int] | None], Model], settings: Solver, increments: int) -> Model:
+    """Build a model; with ``blocks = "auto"`` select the deformable blocks first, by a rigid run."""
+    SolverOptions.of(settings)  # refused before anything is solved
+    if settings.blocks != "auto":
+        return build(settings, None)
+    from damagepred.solvers.zone_selection import blocks_needing_zones
+
+    return build(settings, blocks_needing_zones(build, settings, increments))
+
+
+def share_kernels() -> None:
+    """Let processes that begin from now on load what is compiled."""
+    if CACHE is not None:
+        CACHE.publish()
+
+
+def dynamic_run(model: Model, settings: Solver, dynamics: Dynamics) -> DynamicRun:
+    """Prepare a run in physical time from the static equilibrium under dead load, unless that is not wanted."""
+    from damagepred.solvers.dynamics.run import DynamicRun, require_supported
+    from damagepred.solvers.quasi_static.static_equilibrium import static_equilibrium
+
+    require_supported(model, settings, dynamics)
+    initial = static_equilibrium(model, settings) if dynamics.start == "equilibrium" else None
+    return DynamicRun(model, dynamics, initial, SolverOptions.of(settings).dynamics)
+
+
+def whole_interfaces(settings: Solver) -> Solver:
+    """Return the settings of a dynamic run: blocks rock on their corners, where contacts are, and each costs time."""
+    return replace(settings, no_tension_subdivisions=settings.no_tension_subdivisions or 1)
+
+
+def matrix_bytes(model: Model, solver: Solver) -> int:
+    """Return what the matrices of the quasi-static solver take (bytes): those of all fronts, dense."""
+    if solver.method != "quasi_static":
+        return 0
+    from damagepred.solvers.quasi_static.elimination_tree import EliminationTree
+    from damagepred.solvers.quasi_static.superelements import Superelements
+    from damagepred.solvers.symmetry import reduce_by_symmetry
+    from damagepred.solvers.system.discrete_system import DiscreteSystem
+
+    options = SolverOptions.of(solver)
+    half = reduce_by_symmetry(model, options.symmetry) if solver.symmetric_half else None
+    solved = model if half is None else half
+    system = DiscreteSystem.of(solved, options.elastic_solution)
+    blocks = None if solved.mesh is None else Superelements(system, options.newton.interior_tolerance)
+    return 8 * EliminationTree.of(system, blocks, options.linear_system).matrix_entries
+
+
+def without_zone_fields(step: Step) -> Step:
+    """Return an increment with only the states of its zones, for the memory that the rest takes."""
+    zones = step.increment.zones
+    if zones is None:
+        return step
+    light = zones._replace(displacement=np.empty((0, 2)), stress=np.empty((0, 4)))
+    return step._replace(increment=replace(step.increment, zones=light))

@@ -1,0 +1,182 @@
+"""One wall from description to dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from damagepred.archive.cautions import TOLERANCES
+from damagepred.archive.provenance import given_values
+from damagepred.archive.schema import is_dynamic
+from damagepred.arrays import FloatArray
+from damagepred.assembly import Assembly, Limits, wall_cost
+from damagepred.enumerations import PathStatus
+from damagepred.errors import InputError, SolverError, require_count, require_one_of
+from damagepred.inputs.arguments import checked
+from damagepred.one_wall.dataset import collect, ending_attributes
+from damagepred.one_wall.judged_path import (
+    Step,
+    assembled,
+    dynamic_run,
+    follow,
+    model_of,
+    whole_interfaces,
+    without_zone_fields,
+)
+from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.runtime.time_limit import time_limit
+from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
+
+if TYPE_CHECKING:
+    from damagepred.solvers.dynamics.run import DynamicRun
+
+
+@checked
+@one_blas_thread()
+def solve(
+    scene: Scene | Assembly,
+    *,
+    increments: int | None = None,
+    solver: Solver | None = None,
+    damage: Damage | None = None,
+    dynamics: Dynamics | None = None,
+    fields: Mapping[str, FloatArray] | None = None,
+    on_failure: str = "raise",
+    on_step: Callable[[Step], None] | None = None,
+    store_zones: bool = True,
+    limits: Limits = Limits(),  # noqa: B008 - frozen
+) -> xr.Dataset:
+    """Solve one wall and return all that is known of it.
+
+    Parameters
+    ----------
+    scene : Scene or Assembly
+        What to solve.
+    increments : int, optional
+        Number of steps of the movement; by default the scene's, 20 for an assembly.
+    solver, damage : Solver, Damage, optional
+        In place of the scene's.
+    dynamics : Dynamics, optional
+        In place of the scene's: a run in physical time, with the blocks moving as far as they like. Its outputs are
+        the increments, and the coordinate ``time`` (s) tells when they are.
+    fields : mapping of str to array (joints,), optional
+        Values that vary from joint to joint; see ``damagepred.assembly.wall_model``. Only for a scene.
+    on_failure : {"raise", "return"}
+        What to do when an increment cannot be solved, or the user interrupts: raise, or return what was reached, with
+        the attributes ``status = "failed"`` or ``"interrupted"`` and ``status_message``.
+    on_step : callable, optional
+        Called with each ``Step`` as it is reached.
+    store_zones : bool
+        Whether to return stress, state and gridpoints of the zones of deformable blocks; False saves their memory and
+        still counts the zones that yield.
+    limits : Limits
+        Estimated cost above which a scene is refused, and time limit of its path; ``NO_LIMITS`` lifts them.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``increment`` with ``block``, ``contact``, ``opening`` or ``vertex``, and with ``zone`` and
+        ``gridpoint`` where blocks are deformable; SI units; see ``damagepred.archive.schema.VARIABLES``. The attribute
+        ``status`` is complete, collapsed, failed or interrupted; ``solver_method`` tells which solver it was. Of a wall
+        that collapsed, ``collapse_progress`` is the progress of the last equilibrium that was found, the collapse
+        multiplier of a live load, and it fell at most ``collapse_progress_uncertainty`` later. Of a footing whose jacks
+        or outer supports carry nothing before the full movement, ``limit`` says which, ``limit_deflection`` where (m).
+
+    Raises
+    ------
+    InputError
+        If the scene makes no wall, costs more than the limits, or an option is not acceptable.
+    SolverError
+        If an increment cannot be solved and ``on_failure = "raise"``.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> wall = damagepred.solve(damagepred.Scene.from_toml("wall.toml"), increments=4)
+    >>> wall.sizes["increment"], int(wall["damage_category"][-1])
+    (5, 3)
+    """
+    if not isinstance(scene, Scene | Assembly):
+        raise InputError(f"scene: is of type {type(scene).__name__}; give a Scene or an Assembly.")
+    if increments is not None:
+        require_count("increments", increments)
+    require_one_of("on_failure", on_failure, ("raise", "return"))
+    with time_limit(limits.time):
+        return _solve(scene, increments, solver, damage, dynamics, fields, on_failure, on_step, store_zones, limits)
+
+
+def _solve(
+    scene: Scene | Assembly,
+    increments: int | None,
+    solver: Solver | None,
+    damage: Damage | None,
+    dynamics: Dynamics | None,
+    fields: Mapping[str, FloatArray] | None,
+    on_failure: str,
+    on_step: Callable[[Step], None] | None,
+    store_zones: bool,
+    limits: Limits,
+) -> xr.Dataset:
+    if isinstance(scene, Scene):
+        settings, judged = solver or scene.solver, damage or scene.damage
+        dynamics = dynamics or scene.dynamics
+        settings = settings if dynamics is None else whole_interfaces(settings)
+        described = replace(scene, solver=settings, damage=judged, dynamics=dynamics)
+        count = increments or scene.movement.increment_count
+        if scene.movement.stage and count != scene.movement.increment_count:
+            raise InputError(f"increments = {increments}: the stages of the movement have their own; leave it out.")
+        wall_cost(described, count).require(limits)
+        model = model_of(described, fields, count)
+        attributes: dict[str, object] = {
+            "title": scene.title,
+            "scene": described.to_toml(),
+            **given_values(scene.given),
+        }
+    else:
+        settings, judged = solver or Solver(), damage or Damage()
+        settings = settings if dynamics is None else whole_interfaces(settings)
+        count = increments or Movement().increments
+        model = assembled(lambda solver, chosen: scene.build(solver, deformable=chosen), settings, count)
+        attributes = {"title": "assembly of blocks"}
+    run: DynamicRun | None = None
+    if dynamics is not None:
+        run, count = dynamic_run(model, settings, dynamics), dynamics.outputs
+        attributes |= run.attributes()
+    steps: list[Step] = []
+    status, message = PathStatus.COMPLETE, None
+    try:
+        for step in follow(model, settings, judged, count, run):
+            steps.append(step if store_zones else without_zone_fields(step))
+            if on_step is not None:
+                on_step(step)
+        if steps[-1].increment.collapsed:
+            status = PathStatus.COLLAPSED
+            last = steps[-1].increment
+            message = f"part of the wall collapsed in increment {last.number}"
+            attributes["collapse_increment"] = last.number
+            if run is not None:
+                first = next(s.increment for s in steps if s.increment.collapsed)
+                message = f"part of the wall collapsed by {first.time:.4g} s"
+                attributes["collapse_increment"] = first.number
+            else:
+                attributes["collapse_progress"] = last.last_stable_load_factor
+                attributes["collapse_progress_uncertainty"] = last.load_factor - last.last_stable_load_factor
+    except (SolverError, KeyboardInterrupt) as error:
+        if on_failure == "raise" or not steps:
+            raise
+        status = PathStatus.FAILED if isinstance(error, SolverError) else PathStatus.INTERRUPTED
+        message = str(error) or f"stopped after increment {steps[-1].increment.number} of {count}"
+    method = settings.method if run is None else "dynamic"
+    ending: dict[str, object] = {"status": status.value, "status_message": message, "solver_method": method}
+    ending |= {name: getattr(settings, name) for name in (*TOLERANCES.values(), "snap_through_tolerance")}
+    ending |= ending_attributes(model, steps[-1])
+    ds = collect(model, steps, judged, settings, attributes | ending, store_zones)
+    if "time" in ds and not is_dynamic(ds):
+        ds["time"].attrs["units"] = "year"
+    if isinstance(scene, Scene) and scene.opening:
+        for name, key in (("left", "x"), ("sill", "y"), ("width", "width"), ("height", "height")):
+            ds[f"opening_{name}"].values[:] = [getattr(hole, key) for hole in scene.opening]
+    return ds

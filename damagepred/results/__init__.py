@@ -1,0 +1,1 @@
+"""What is read out of solved walls and studies: judged again, cracks, scales, tables."""

@@ -1,0 +1,466 @@
+"""Judging an archive again, under another damage table or other rules, without solving anything."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, NamedTuple, get_args, get_type_hints
+
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.schema import (
+    CATEGORIES,
+    CATEGORY_VARIABLES,
+    FLAG_FILL,
+    VARIABLES,
+    WORST_CATEGORY,
+    category_attributes,
+)
+from damagepred.arrays import BoolArray, FloatArray, Int8Array
+from damagepred.damage import (
+    HAIRLINE,
+    DamageTable,
+    JointMap,
+    Rules,
+    Verdict,
+    deviation_limits,
+    judge,
+    load_table,
+    read_table,
+    sticking_limits,
+)
+from damagepred.damage.table import TABLES
+from damagepred.enumerations import ContactKind, ContactState, PathStatus, SampleStatus
+from damagepred.errors import InputError
+from damagepred.inputs.arguments import checked
+from damagepred.runtime.one_thread import one_blas_thread
+from damagepred.scene import Damage
+from damagepred.uq.capacity import sample_weights
+
+MEASURES = get_args(get_type_hints(Damage)["measure"])
+"""Widths that a category is found by."""
+
+
+_CHUNK = 1 << 16
+"""Samples judged at once, for speed and memory."""
+
+
+@checked
+@one_blas_thread()
+def judge_again(
+    ds: xr.Dataset,
+    *,
+    table: str | Path | DamageTable | None = None,
+    plasterboard: bool | None = None,
+    count_rule: bool | None = None,
+    group_distance: float | None = None,
+    group_count: int | None = None,
+    dpc_threshold: float | None = None,
+    measure: str | None = None,
+    band_gauge: float | None = None,
+    band_threshold: float | None = None,
+    footing_threshold: float | None = None,
+    count_footing_gap: bool | None = None,
+) -> xr.Dataset:
+    """Judge a wall or a study again; rules that are not given stay those of the archive.
+
+    A wall with its contacts is judged from these, by all rules. Of a study, which keeps a few numbers a wall, the
+    widest crack and the widest group of 2 to 5 cracks are compared with the new limits, which comes to the same; the
+    distance within which cracks make a group, and the opening from which the dpc counts as separated, are those it was
+    run with. A path that ended at the last category of interest is not known beyond its end, unless it has reached the
+    new table's highest category there: its category is -1 from there on, and ``highest_category`` is lowered to what
+    all paths were followed to.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        As ``damagepred.solve``, ``open_study`` or ``read_dataset`` return it; not changed.
+    table : {"as2870", "bre251"}, path or DamageTable, optional
+        Limits; a path that ends in .toml names a file written like those in ``data/damage``.
+    plasterboard : bool, optional
+        Whether the limits are raised for plasterboard.
+    count_rule : bool, optional
+        Whether groups of cracks count.
+    group_distance, dpc_threshold, band_gauge, band_threshold, footing_threshold : float, optional
+        See ``damagepred.scene.Damage`` (m); of a wall with its contacts only.
+    group_count : int, optional
+        Cracks that make a group; of a study 2 to 5.
+    measure : {"joint", "band"}, optional
+        Whether the category is that of the widest joint or of the widest crack band.
+    count_footing_gap : bool, optional
+        Whether a gap along the footing bed counts as a crack of a wall without a dpc.
+
+    Returns
+    -------
+    xarray.Dataset
+        With the new ``damage_category`` and its attributes, ``damage_category_band`` where the widths of crack bands
+        are known, ``deviation_level`` and ``opening_sticking`` where their
+        measures are archived, and the attribute ``judgement``, which names what the archive does not hold.
+
+    Raises
+    ------
+    InputError
+        If it is neither a wall nor a study, there is no such table, or the archive does not hold what a rule needs.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> ds = damagepred.open_study("house.dp")
+    >>> by_band = damagepred.judge_again(ds, measure="band")
+    >>> bool((by_band["damage_category"] >= ds["damage_category"]).all())
+    True
+    """
+    for name in ("damage_category", "crack_width_max"):
+        if name not in ds:
+            raise InputError(f"the dataset has no variable '{name}'; a wall or a study can be judged again.")
+    own = _archived_rules(ds)
+    wanted = {
+        "count_rule": count_rule,
+        "group_distance": group_distance,
+        "group_count": group_count,
+        "dpc_threshold": dpc_threshold,
+        "measure": measure,
+        "band_gauge": band_gauge,
+        "band_threshold": band_threshold,
+        "footing_threshold": footing_threshold,
+        "count_footing_gap": count_footing_gap,
+    }
+    given: dict[str, Any] = {name: value for name, value in wanted.items() if value is not None}
+    if measure not in (None, *MEASURES):
+        raise InputError(f"measure = {measure!r}: must be {' or '.join(MEASURES)}.")
+    validated = Damage(**given)
+    rules = own._replace(table=_table(own, table, plasterboard), **{name: getattr(validated, name) for name in given})
+    judged = ds.copy()
+    if "contact_opening" in ds:
+        notes = _judge_wall(judged, rules)
+    else:
+        notes = _judge_numbers(judged, own, rules)
+    notes += _levels(judged)
+    judged.attrs["damage_table"] = rules.table.name
+    judged.attrs["damage_measure"] = rules.measure
+    judged.attrs["count_footing_gap"] = int(rules.count_footing_gap)
+    judged.attrs["judgement"] = "; ".join([f"judged again by {rules.table.name}", *notes])
+    return judged
+
+
+def _archived_rules(ds: xr.Dataset) -> Rules:
+    """Return the rules that an archive was judged by; without a scene in it, the defaults."""
+    rules = Rules.from_settings(**asdict(Damage(**_scene(ds).get("damage", {}))))
+    if "damage_measure" in ds.attrs:  # judged again
+        counted = bool(int(ds.attrs["count_footing_gap"]))
+        rules = rules._replace(measure=str(ds.attrs["damage_measure"]), count_footing_gap=counted)
+    name = ds.attrs.get("damage_table", rules.table.name)
+    plain = [load_table(name) for name in TABLES]
+    known = [rules.table, *plain, *(one.with_plasterboard() for one in plain if one.plasterboard_factor is not None)]
+    return rules._replace(table=next((one for one in known if one.name == name), rules.table))
+
+
+def _scene(ds: xr.Dataset) -> dict[str, Any]:
+    return tomllib.loads(str(ds.attrs.get("scene", "")))
+
+
+def _table(own: Rules, table: str | Path | DamageTable | None, plasterboard: bool | None) -> DamageTable:
+    """Return the limits of the new judgement."""
+    if table is None and plasterboard is None:
+        return own.table
+    if isinstance(table, DamageTable):
+        plain = table
+    elif table is not None:
+        plain = read_table(Path(table)) if str(table).endswith(".toml") else load_table(str(table))
+    else:
+        plain = next(t for t in map(load_table, TABLES) if own.table.name.startswith(t.name))
+    eased = own.table.name != plain.name and own.table.name.startswith(plain.name)
+    wanted = eased if plasterboard is None else plasterboard
+    return plain.with_plasterboard() if wanted else plain
+
+
+# -- one wall, from its contacts -------------------------------------------------------------------------------------
+
+
+def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
+    joints = JointMap.from_dataset(ds, with_blocks=True)
+    shape = joints.contact_x.shape
+    opening, slip, state = (ds[f"contact_{name}"].values for name in ("opening", "slip", "state"))
+    verdicts = [
+        judge(joints, o.reshape(shape), s.reshape(shape), c.reshape(shape), rules)
+        for o, s, c in zip(opening, slip, state == ContactState.CRACKED)
+    ]
+    values = {name: np.array([getattr(v, name) for v in verdicts]) for name in Verdict._fields}
+    for name in CATEGORY_VARIABLES:
+        values[name] = values[name].astype(np.int8)
+        if _collapsed(ds):
+            first = int(ds.attrs.get("collapse_increment", ds.sizes["increment"] - 1))
+            values[name][first:] = rules.table.highest
+    for name, value in values.items():
+        variable = VARIABLES[name]
+        if name in ds or variable.dims == ("increment",):  # archives of older versions lack some, contacts hold them
+            ds[name] = (variable.dims, value, ds[name].attrs if name in ds else variable.attributes())
+    if "crack_width_worst" in ds:
+        ds["crack_width_worst"].values[:] = np.maximum.accumulate(ds["crack_width_max"].values)
+    for name, more in rules.attributes().items():
+        if name in ds:
+            ds[name].attrs.update(more)
+    _worst_so_far(ds)
+    for name in CATEGORY_VARIABLES:
+        _name(ds, name, rules.table)
+    if WORST_CATEGORY in ds:
+        _name(ds, WORST_CATEGORY, rules.table)
+    return []
+
+
+def _worst_so_far(ds: xr.Dataset) -> list[str]:
+    """Set the worst category so far of a history from the categories of its increments; return what is left out."""
+    if WORST_CATEGORY not in ds:
+        return []
+    if "increment" not in ds[WORST_CATEGORY].dims:
+        del ds[WORST_CATEGORY]
+        return [f"{WORST_CATEGORY} is left out: the archive holds the end of each movement alone"]
+    was, category = ds[WORST_CATEGORY], ds["damage_category"].values
+    found = np.where(category < 0, FLAG_FILL, np.maximum.accumulate(category, axis=-1))
+    ds[WORST_CATEGORY] = (was.dims, found.astype(np.int8), was.attrs)
+    return []
+
+
+def _name(ds: xr.Dataset, name: str, table: DamageTable) -> None:
+    attributes = category_attributes(table.category_names, f"{table.name}; {table.source}")
+    attributes["long_name"] = VARIABLES[name].long_name
+    ds[name].attrs = attributes
+
+
+# -- a study, from the numbers it keeps ------------------------------------------------------------------------------
+
+
+def _judge_numbers(ds: xr.Dataset, own: Rules, rules: Rules) -> list[str]:
+    _refuse_what_is_not_kept(ds, own, rules)
+    notes: list[str] = []
+    before = ds.copy()
+    for prefix in ("", "end_"):
+        for name in CATEGORY_VARIABLES:
+            if f"{prefix}{name}" in ds and f"{prefix}crack_width_max" in ds:
+                found = _judge_columns(ds, before, prefix, name, own, rules)
+                notes += found if name == "damage_category" else []
+    notes += _worst_so_far(ds)
+    judged = (f"{prefix}{name}" for prefix in ("", "end_") for name in CATEGORY_VARIABLES)
+    for name in (*judged, WORST_CATEGORY):
+        if name in ds:
+            _name(ds, name, rules.table)
+    if "crack_band_width_max" not in ds:
+        notes.append("no crack bands: the archive does not hold their widths; replay solves a wall of it again")
+    if "footing_opening_max" not in ds:
+        notes.append("no gap along the footing bed: the archive does not hold it")
+    if "crack_count" in ds and rules.table.limits[0] != own.table.limits[0]:
+        del ds["crack_count"]
+        notes.append("crack_count is left out: it counts cracks of another width")
+    return notes
+
+
+def _refuse_what_is_not_kept(ds: xr.Dataset, own: Rules, rules: Rules) -> None:
+    for name in ("group_distance", "dpc_threshold", "band_gauge", "band_threshold", "footing_threshold"):
+        if (wanted := getattr(rules, name)) != (archived := getattr(own, name)):
+            raise InputError(
+                f"{name} = {wanted:g}: this archive was judged with {archived:g} m and does not hold what another "
+                "takes; a wall with its contacts does (solve -o, replay -o)."
+            )
+    for wanted, name, what in (
+        (rules.measure == "band", "crack_band_width_max", "measure = 'band'"),
+        (rules.count_footing_gap, "footing_opening_max", "count_footing_gap = true"),
+    ):
+        if wanted and not {name, f"end_{name}"} & {str(n) for n in ds.variables}:
+            raise InputError(
+                f"{what}: this archive, of an older version, does not hold {name}; run the study again, or judge walls "
+                "of it with their contacts (replay -o)."
+            )
+    counts = ds["group_count"].values.tolist() if "group_count" in ds.variables else []
+    count = rules.group_count
+    if rules.count_rule and counts and count not in counts:
+        raise InputError(f"group_count = {count}: this archive holds groups of {', '.join(map(str, counts))} cracks.")
+
+
+def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, own: Rules, rules: Rules) -> list[str]:
+    """Judge a study's paths, or the ends of its movements, anew: one of the two categories."""
+    by_band = name == "damage_category_band" or rules.measure == "band"
+    was = before[f"{prefix}{name}"]
+    same_limits, own = own.table.limits == rules.table.limits, own._replace(table=rules.table)
+    same, other = same_limits and own == rules, same_limits and own == rules._replace(measure="joint")
+    if by_band and (same or other):
+        # found along the path itself; bands are never narrower than joints, so no path ended before it was known
+        kept = before.get(f"{prefix}damage_category_band", was)
+        ds[f"{prefix}{name}"] = (was.dims, kept.values.copy(), was.attrs)
+        return []
+    many = "sample" in was.dims
+    rows = was.sizes["sample"] if many else 1
+    old = was.values.reshape(rows, -1)
+    width = _widths(ds, prefix, by_band, rules).reshape(old.shape)
+    group = _group(ds, prefix, rules, old.shape)
+    collapsed = ds["status"].values == SampleStatus.COLLAPSED if many else np.array([_collapsed(ds)])
+    new = np.empty(old.shape, dtype=np.int8)
+    without_group, open_end, followed = 0, 0, rules.table.highest
+    for part in (slice(first, first + _CHUNK) for first in range(0, rows, _CHUNK)):
+        groups = np.full((1, 1), np.nan) if group is None else group[part]
+        lacking = np.isfinite(width[part]) & np.isnan(groups)
+        without_group += int(lacking.any(axis=1).sum()) if rules.count_rule else 0
+        new[part] = np.where(np.isfinite(width[part]), rules.table.by_width_and_group(width[part], groups), FLAG_FILL)
+        reached = _beyond_the_end(new[part], old[part], collapsed[part], rules.table.highest, same)
+        open_end += reached.size
+        followed = min(followed, int(reached.min(initial=followed)))
+    ds[f"{prefix}{name}"] = (was.dims, new.reshape(was.shape), was.attrs)
+    notes = []
+    if without_group:
+        notes.append(
+            f"{without_group} of {rows} walls are judged by their widest crack alone: the archive does not hold how "
+            "wide groups of cracks are"
+        )
+    if not prefix and many and not same and name == "damage_category":
+        ds.attrs["highest_category"] = max(followed, 1)
+    if open_end and not same:
+        where = "beyond the end of their paths" if old.shape[1] > 1 else "at the end of their movement"
+        notes.append(
+            f"of {open_end} of {rows} walls the category is not known {where}: the study followed them to category "
+            f"{int(old.max())} of {own.table.name} only; all are known up to category {followed}"
+        )
+    return notes
+
+
+def _widths(ds: xr.Dataset, prefix: str, by_band: bool, rules: Rules) -> FloatArray:
+    """Return the widths (m) that make the category, of the variable's shape."""
+    joint = np.asarray(ds[f"{prefix}crack_width_max"].values)
+    band, gap = (
+        np.asarray(ds[f"{prefix}{name}"].values) if f"{prefix}{name}" in ds else joint
+        for name in ("crack_band_width_max", "footing_opening_max")
+    )
+    widths = rules.widths(joint, band, gap, has_dpc=has_dpc(ds))
+    return np.asarray(widths[by_band], dtype=np.float64)
+
+
+def _group(ds: xr.Dataset, prefix: str, rules: Rules, shape: tuple[int, ...]) -> FloatArray | None:
+    """Return the width of the widest group that counts, of the shape of the categories; None if it is not kept."""
+    if not rules.count_rule:
+        return np.zeros(shape[:1] + (1,) * (len(shape) - 1))
+    name = f"{prefix}crack_group_width"
+    if name not in ds:
+        return None
+    position = int(np.flatnonzero(ds["group_count"].values == rules.group_count)[0])
+    return np.asarray(ds[name].values[..., position]).reshape(shape)
+
+
+def _collapsed(wall: xr.Dataset) -> bool:
+    return bool(wall.attrs.get("status") == PathStatus.COLLAPSED)
+
+
+def _beyond_the_end(new: Int8Array, old: Int8Array, collapsed: BoolArray, highest: int, same: bool) -> Int8Array:
+    """Fill in the categories after the last known state of paths (n, k); return those reached by paths of open end.
+
+    A collapsed wall keeps the highest category. A path that ended at its last category of interest is unknown beyond,
+    unless it had reached the highest category, or the rules are the archive's own.
+    """
+    steps = np.arange(new.shape[1])
+    last = np.where(new >= 0, steps, -1).max(axis=1)
+    beyond = steps > last[:, None]
+    new[collapsed[:, None] & (steps >= np.maximum(last, 0)[:, None])] = highest
+    ended = ~collapsed & (beyond & (old >= 0)).any(axis=1)
+    reached = np.where(last >= 0, new[np.arange(len(new)), np.maximum(last, 0)], 0)
+    there = np.int8(highest) if not same else old
+    held = (ended & ((reached == highest) | same))[:, None] & beyond & (old >= 0)
+    new[...] = np.where(held, there, new)
+    return np.asarray(reached[ended & (reached < highest) & (not same)], dtype=np.int8)
+
+
+# -- deviation and sticking openings ---------------------------------------------------------------------------------
+
+
+def _levels(ds: xr.Dataset) -> list[str]:
+    """Add the levels of deviation from level and plumb and of sticking openings, where their measures are kept."""
+    notes = []
+    if "tilt_max" in ds and "slope_max" in ds:
+        limits = deviation_limits()
+        _put_level(ds, "deviation_level", limits.level(ds["tilt_max"].values, ds["slope_max"].values), "tilt_max")
+        _say_source(ds, "deviation_level", limits.name, limits.source, limits.confidence)
+    else:
+        notes.append("no deviation from level and plumb: the archive does not hold it")
+    if "opening_distortion" in ds:
+        sticking = sticking_limits()
+        measured = (ds[f"opening_{name}"].values for name in ("distortion", "width_change", "diagonal_change"))
+        _put_level(ds, "opening_sticking", sticking.level(*measured), "opening_distortion")
+        _say_source(ds, "opening_sticking", sticking.name, sticking.source, sticking.confidence)
+    else:
+        notes.append("no sticking doors and windows: the archive does not hold how their openings are distorted")
+    return notes
+
+
+def _put_level(ds: xr.Dataset, name: str, level: Int8Array, like: str) -> None:
+    ds[name] = (ds[like].dims, level, VARIABLES[name].attributes())
+
+
+def _say_source(ds: xr.Dataset, name: str, title: str, source: str, confidence: str) -> None:
+    ds[name].attrs["comment"] = f"{title}; {source} ({confidence})"
+
+
+class Share(NamedTuple):
+    """Walls that have something in common, and their share of all by their weights."""
+
+    walls: int
+    share: float
+
+
+def shares(ds: xr.Dataset) -> dict[int, Share]:
+    """Return the number of walls whose worst category is each one; -1: unknown.
+
+    Of a wall that failed on its way it is known only if it has reached the highest category before.
+    """
+    category = ds["damage_category"].values
+    rows = category.shape[0] if "sample" in ds["damage_category"].dims else 1
+    worst = category.reshape(rows, -1).max(axis=1)
+    highest = int(ds.attrs.get("highest_category", len(CATEGORIES) - 1))
+    if "sample" in ds["damage_category"].dims and "status" in ds:
+        worst = np.where((ds["status"].values == SampleStatus.FAILED) & (worst < highest), -1, worst)
+    weight = sample_weights(ds) if "sample" in ds.sizes else np.ones(rows)
+    every = range(-1 if (worst < 0).any() else 0, max(highest, int(worst.max())) + 1)
+    return {c: Share(int((worst == c).sum()), float(np.average(worst == c, weights=weight))) for c in every}
+
+
+def has_dpc(ds: xr.Dataset) -> bool:
+    """Return whether an archived wall, or those of a study, have a dpc."""
+    if "contact_kind" in ds:
+        return bool((ds["contact_kind"].values == ContactKind.DPC).any())
+    return "dpc" in _scene(ds)
+
+
+def shown_gaps(ds: xr.Dataset) -> list[str]:
+    """Return which gaps below the wall proper tables and pictures of one wall show: ``dpc``, ``footing``."""
+    dpc = has_dpc(ds)
+    opened = "footing_opening_max" in ds and float(ds["footing_opening_max"].max()) > HAIRLINE
+    known = "footing_opening_max" in ds and ContactKind.FOOTING_INTERFACE in ds["contact_kind"].values
+    return ["dpc"] * dpc + ["footing"] * (known and (opened or not dpc))
+
+
+def footing_gap_note(ds: xr.Dataset) -> str:
+    """Say where a gap along the footing bed that does not count would make a higher category; nothing if nowhere."""
+    if "footing_opening_max" not in ds or has_dpc(ds):
+        return ""
+    rules = _archived_rules(ds)
+    if rules.count_footing_gap:
+        return ""
+    gap, category = np.nan_to_num(ds["footing_opening_max"].values), ds["damage_category"].values
+    by_gap = rules.table.by_width(gap)
+    higher = (by_gap > category) & (category >= 0)
+    if not higher.any():
+        return ""
+    how = "it counts with [damage] count_footing_gap = true, or judge --footing-gap"
+    if "sample" in ds["damage_category"].dims:
+        rows = ds.sizes["sample"]
+        some = int(higher.reshape(rows, -1).any(axis=1).sum())
+        return (
+            f"in {some} of {rows} walls the gap along the bed on the footing is of a higher category than the cracks; "
+            f"{how}"
+        )
+    worst = int(np.argmax(np.where(higher, gap, -1.0)))
+    opens = f"the bed on the footing opens by {1e3 * float(gap[worst]):.3g} mm"
+    return f"{opens}, which would be category {int(by_gap[worst])}; {how}"
+
+
+def measure_in_words(ds: xr.Dataset) -> str:
+    """Return by what width the categories of a wall, a study or its curves were found."""
+    words = {"joint": "widest joint", "band": "widest crack band"}[str(ds.attrs.get("damage_measure", "joint"))]
+    return words + (", and the gap along the footing bed" if int(ds.attrs.get("count_footing_gap", 0)) else "")

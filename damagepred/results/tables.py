@@ -1,0 +1,348 @@
+"""Tables of results, made once: the page of a report and the terminal render the same columns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.cautions import work_done
+from damagepred.archive.schema import WORST_CATEGORY, category_label, is_dynamic
+from damagepred.arrays import FloatArray, IntArray
+from damagepred.diagnostics import Counters, Energies, Residuals, described
+from damagepred.formatting import chance, length, named, number, ratio, with_band
+from damagepred.results.rejudge import has_dpc, shares, shown_gaps
+from damagepred.uq.intensity import OF_SITE, movement_words
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MM = 1e3
+"""Millimetres in a metre."""
+
+DOUBTFUL = 0.05
+"""Goodness of fit below which a curve is doubtful."""
+
+_IN_TIME = ("contact_points", "contact points"), ("impacts", "impacts")
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table.
+
+    Attributes
+    ----------
+    name : str
+        Head on the page, without the unit; empty: not on the page.
+    cells : sequence of str
+        Formatted values.
+    unit : str
+        Of the values.
+    short : str
+        Head on the terminal, in lines; empty: not on the terminal.
+    short_cells : sequence of str, optional
+        Briefer cells for the terminal.
+    words : bool
+        Whether the cells are words, which stand to the left on the page.
+    """
+
+    name: str
+    cells: Sequence[str]
+    unit: str = ""
+    short: str = ""
+    short_cells: Sequence[str] | None = None
+    words: bool = False
+
+    @property
+    def head(self) -> str:
+        """Head on the page, with the unit."""
+        return f"{self.name} ({self.unit})" if self.unit else self.name
+
+
+def path_columns(ds: xr.Dataset) -> list[Column]:
+    """Return movement, cracks, category and gaps of a wall, a row an increment."""
+
+    def shown(name: str, digits: str, factor: float = MM) -> list[str]:
+        return [f"{factor * float(v):{digits}}" for v in ds[name].values]
+
+    in_time = is_dynamic(ds)
+    columns = []
+    if in_time:
+        columns.append(Column("time", shown("time", ".3f", 1.0), "s", "time\ns"))
+    elif "time" in ds.variables:
+        columns.append(Column("time", shown("time", ".2f", 1.0), "years", "time\nyears"))
+    if "surface_movement" in ds.variables:
+        surface = [number(MM * float(v)) for v in ds["surface_movement"].values]
+        words = movement_words(ds, "surface_movement")
+        short = "surface" if words == OF_SITE else "ground"
+        columns.append(Column(words, surface, "mm", f"{short}\nmovement\nmm"))
+    if "load_force" in ds.variables:
+        load = ["-" if cell == "nan" else cell for cell in shown("load_force", ".2f", 1e-3)]
+        columns.append(Column("load", load, "kN", "load\nkN"))
+        columns.append(Column("displacement of the loads", shown("load_displacement", ".3f"), "mm", "moved\nmm"))
+        if "gauge_opening" in ds.variables:
+            columns.append(Column("gauge", shown("gauge_opening", ".3f"), "mm", "gauge\nmm"))
+    else:
+        deflection = shown("central_deflection", ".2f")
+        columns.append(Column("deflection", deflection, "mm", "" if in_time else "deflection\nmm"))
+    columns.append(Column("widest crack", shown("crack_width_max", ".3f"), "mm", "widest\ncrack\nmm"))
+    if "crack_count" in ds.variables:
+        columns.append(Column("cracks", shown("crack_count", ".0f", 1.0)))
+    if "crack_width_worst" in ds.variables:
+        so_far = [str(c) for c in worst_so_far(ds)]
+        widest = shown("crack_width_worst", ".3f")
+        both = [f"{width} ({category})" for width, category in zip(widest, so_far)]
+        columns += [Column("widest so far", widest, "mm"), Column("worst category so far", so_far)]
+        columns.append(Column("", both, short="so far, mm\nand worst\ncategory"))
+    categories = [category_label(ds, int(c)).replace(" ", "\u00a0") for c in ds["damage_category"].values]
+    if has_bands := "crack_band_width_max" in ds.variables:
+        bands, by_band = shown("crack_band_width_max", ".3f"), shown("damage_category_band", ".0f", 1.0)
+        both = [f"{band} ({category})" for band, category in zip(bands, by_band)]
+        columns.append(Column("", both, short="band, mm\nand its\ncategory"))
+    columns.append(Column("category", categories, "", "damage\ncategory", words=True))
+    if has_bands:
+        columns += [Column("crack band", bands, "mm"), Column("category by band", by_band)]
+    for part in shown_gaps(ds):
+        what, brief = {"dpc": ("dpc", "dpc"), "footing": ("bed on footing", "bed")}[part]
+        separation = ds[f"{part}_separation_length"]
+        # a gap below a dpc that is nowhere wider than the threshold is for the page
+        on_terminal = part == "dpc" or not has_dpc(ds) or bool(separation.values.any())
+        threshold = float(separation.attrs.get("opening_threshold", np.nan))
+        heads = (f"{brief}\nopening\nmm", f"{brief}\nopen\n> {MM * threshold:g}\nmm, m") if on_terminal else ("", "")
+        columns.append(Column(f"{what} opening", shown(f"{part}_opening_max", ".3f"), "mm", heads[0]))
+        cells = shown(f"{part}_separation_length", ".2f", 1.0)
+        columns.append(Column(f"{what} open by over {length(threshold)}", cells, "m", heads[1]))
+    for i in range(ds.sizes.get("opening", 0)):
+        wider = [f"{MM * v:+.3f}" for v in ds["opening_width_change"].values[:, i]]
+        columns.append(Column(f"opening {i + 1} wider by", wider, "mm", f"opening\n{i + 1} wider\nmm"))
+    return columns
+
+
+def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
+    """Return number, part, width, length, course and origin of cracks, a row a crack."""
+    runs, brief = [], []
+    for one in frame.to_dict("records"):
+        name = str(one["crack_orientation"])
+        slope = f"{one['crack_inclination']:.0f}°" if name in ("stepped", "diagonal") else ""
+        through = one["crack_length_through_blocks"] > 0
+        runs.append(", ".join(filter(None, (named(name), slope, "through bricks" if through else ""))))
+        brief.append(" ".join(filter(None, (name, slope))) + ("*" if through else ""))
+    parts = [named(str(part)) for part in frame["crack_part"]]
+
+    def in_mm(head: str, name: str, short: str) -> Column:
+        values = [MM * float(v) for v in frame[name]]
+        return Column(head, [number(v, 3) for v in values], "mm", short, [f"{v:.2f}" for v in values])
+
+    places = list(zip(frame["crack_x"], frame["crack_y"]))
+    columns = [
+        Column("crack", [str(n) for n in frame["crack"]], short="no"),
+        Column("part", parts, short="part", short_cells=[p.replace("opening", "open") for p in parts], words=True),
+        in_mm("width", "crack_width", "width\nmm"),
+        in_mm("opening and slip", "crack_displacement", "with\nslip"),
+        Column("length", [f"{v:.2f}" for v in frame["crack_length"]], "m", "length\nm"),
+        Column("how it runs", runs, short="how it\nruns", short_cells=brief, words=True),
+        Column(
+            "widest at x, y",
+            [f"{x:.2f}, {y:.2f}" for x, y in places],
+            "m",
+            "widest\nat m",
+            short_cells=[f"{x:.2f},{y:.2f}" for x, y in places],
+        ),
+    ]
+    if not in_time:
+        what, name = "deflection", "first_central_deflection"
+        if "first_load_displacement" in frame:
+            what, name = "load displacement", "first_load_displacement"
+        columns.append(in_mm(f"began at a {what} of", name, "began\nat mm"))
+    return columns
+
+
+def worst_category_columns(judged: Mapping[str, xr.Dataset]) -> list[Column]:
+    """Return how many walls of a study are in each category at worst, a row a category, and their share."""
+    found = {head: shares(ds) for head, ds in judged.items()}
+    categories = sorted({c for one in found.values() for c in one}, key=lambda c: (c < 0, c))
+    # a category beyond a judgement's own has the name that another one gives it
+    labels = []
+    for c in categories:
+        named_by = [label for ds in judged.values() if (label := category_label(ds, c)) != f"{c} not known"]
+        labels.append(named_by[-1] if named_by else "not known")
+    cells = {
+        head: [f"{one[c].walls} ({one[c].share:.1%})" if c in one else "0 (0.0%)" for c in categories]
+        for head, one in found.items()
+    }
+    return [
+        Column("category", labels, short="category", words=True),
+        *(Column(head, shown, short=head.replace(" or ", "\nor ")) for head, shown in cells.items()),
+    ]
+
+
+def worst_so_far(ds: xr.Dataset) -> IntArray:
+    """Return the worst category so far of each increment; older archives hold the present one alone."""
+    name = WORST_CATEGORY if WORST_CATEGORY in ds else "damage_category"
+    return np.asarray(np.maximum.accumulate(ds[name].values, axis=-1))  # -1 where a wall was not followed
+
+
+# -- how well a wall is solved ---------------------------------------------------------------------------------------
+
+
+def known(ds: xr.Dataset, name: str) -> bool:
+    """Return whether a dataset has any value of a variable."""
+    return name in ds and bool(np.isfinite(np.asarray(ds[name].values, dtype=np.float64)).any())
+
+
+def energy_shares(ds: xr.Dataset) -> FloatArray:
+    """Return energy that does not balance over the work done, at each increment, of each sample if there are any."""
+    if not known(ds, "energy_error"):
+        return np.empty(0)
+    work = work_done(ds)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(work > 0, np.abs(ds["energy_error"].values) / work, np.nan)
+
+
+def quality_rows(ds: xr.Dataset) -> list[list[str]]:
+    """Return how well the path of a wall is solved: in each row a name, a value and its unit."""
+    rows = [
+        [residual.label, number(float(np.nanmax(ds[name].values)), 2), residual.shown_unit]
+        for name, residual in described(Residuals).items()
+        if known(ds, name)
+    ]
+    share = energy_shares(ds)
+    if share.size and np.isfinite(share[-1]):
+        rows.append(["energy that does not balance, of all work done", number(100 * float(share[-1]), 2), "%"])
+    for name, counter in described(Counters).items():
+        spent = ds[name].values if name in ds else np.zeros(0)
+        if (spent > 0).any() or (name == "events" and (spent == 0).any()):
+            rows.append([counter.label, str(int(spent[spent > 0].sum())), ""])
+    if "time_step" in ds.attrs:
+        rows.append(["time step", number(1e6 * float(ds.attrs["time_step"]), 3), "µs"])
+        rows.append(["searches for neighbours", str(int(ds["searches"][-1])), ""])
+    rows += [[what, str(ds.attrs[name]), ""] for name, what in _IN_TIME if name in ds.attrs]
+    rows.append(["reaction of the ground at the end", number(1e-3 * float(ds["base_reaction"][-1])), "kN"])
+    return rows
+
+
+def energy_rows(ds: xr.Dataset) -> list[list[str]]:
+    """Return where the energy of a wall has gone by the end of its path: in each row a name and a value (J)."""
+    shown = {name: energy.label for name, energy in described(Energies).items() if energy.label and known(ds, name)}
+    last = {label: float(ds[name].values[-1]) for name, label in shown.items()}
+    return [[label, number(value)] for label, value in last.items() if value != 0.0]
+
+
+# -- fragility curves ------------------------------------------------------------------------------------------------
+
+
+def curve_columns(curves: xr.Dataset) -> list[Column]:
+    """Return the parameters of fragility curves with their bands, a row a category."""
+    from damagepred.uq.fragility.describe import median_lower_bound  # slow to import, and a wall needs none of it
+
+    units, measure = str(curves["intensity"].attrs["units"]), movement_words(curves)
+    unit = {"m": "mm", "m-1": "1/m", "year": "years"}.get(units, "")
+    band = f"{curves.attrs['confidence']:.0%} band"
+    every = [curves.isel(category=k) for k in range(curves.sizes["category"])]
+
+    def movement(one: xr.Dataset, name: str) -> str:
+        return shown(float(one[name]))
+
+    def shown(value: float) -> str:
+        return ratio(value) if units == "1" else number(MM * value if units == "m" else value, 3)
+
+    def median(one: xr.Dataset) -> str:
+        if np.isfinite(bound := median_lower_bound(one)):
+            return f"> {shown(bound)}"
+        value, low, high = (movement(one, f"median{end}") for end in ("", "_lower", "_upper"))
+        return with_band(value, low, high, "\n")
+
+    labels = [f"{int(one['category'])} {named(str(one['category_name'].item()))}" for one in every]
+    counts = [f"{int(one['reached'])} of {int(one['reached']) + int(one['not_reached'])}" for one in every]
+    spread = [banded(one, "dispersion", between="\n") for one in every]
+    fits = [chance(float(one["p_value"])) for one in every]
+    status = [str(one["fit_status"].item()) for one in every]
+    head = f"median {unit}".rstrip()
+    columns = [
+        Column("category or worse", labels, short="category\nor worse", words=True),
+        Column(f"median {measure}, {band}", [median(one) for one in every], unit, f"{head}\n({band})"),
+        Column(f"dispersion, {band}", spread, short=f"dispersion\n({band})"),
+        Column("walls that reached it", counts, short="walls that\nreached it"),
+        Column("goodness of fit", fits, short="goodness\nof fit"),
+        Column("fit", status, short="fit", words=True),
+    ]
+    if curves.attrs.get("samples_failed"):
+        ends = [[movement(one, f"median_failed_{end}") for end in ("undamaged", "damaged")] for one in every]
+        bounds = ["\nor ".join(pair) for pair in ends]
+        name = "median if all failed walls were undamaged, or damaged"
+        columns.append(Column(name, bounds, unit, f"{head} if all\nfailed walls were\nundamaged, or damaged"))
+    return columns
+
+
+def banded(one: xr.Dataset, name: str, form: str = ".2f", between: str = " ") -> str:
+    """Return a value with its confidence interval."""
+    values = (float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
+    value, low, high = (f"{v:{form}}" if np.isfinite(v) else number(v) for v in values)
+    return with_band(value, low, high, between)
+
+
+def curve_notes(curves: xr.Dataset) -> list[str]:
+    """Return what a reader of fragility curves must know of their fit, a sentence each."""
+    said = []
+    if failed := int(curves.attrs.get("samples_failed", 0)):
+        said.append(
+            f"{failed} failed walls count in the curves as far as they were followed, which is right if walls do not "
+            "fail because they are weak or strong."
+        )
+    for category, note, fit, distance in zip(
+        *(curves[name].values for name in ("category", "fit_note", "p_value", "distance"))
+    ):
+        if fit < DOUBTFUL:
+            said.append(
+                f"The curve of category {category} is doubtful: of walls that follow such a curve, a "
+                f"share of {chance(float(fit))} lies as far from it as these do (distance {distance:.2f})."
+            )
+        if note:
+            said.append(f"Category {category}: {note}.")
+    separate, common = (curves.attrs.get(f"aic_{word}", np.nan) for word in ("separate", "common"))
+    if np.isfinite(separate + common):
+        better = "one dispersion for all" if common <= separate else "a dispersion for each"
+        said.append(
+            f"Akaike's criterion: {separate:.1f} with a dispersion for each category, {common:.1f} with one for all. "
+            f"The smaller is better: {better}."
+        )
+    if curves.attrs.get("crossed"):
+        said.append("Walls come in fours that share a wall or a field (study.crossed): the bands are too narrow.")
+    if curves.attrs.get("curves_cross"):
+        said.append(
+            "The curves of two categories, fitted apart, cross; where they do, neither is to be trusted. "
+            "`damagepred fragility --model common` fits curves that do not."
+        )
+    return said
+
+
+# -- sensitivity -----------------------------------------------------------------------------------------------------
+
+GROUPS = {"wall": "inputs with one value a wall", "joints": "inputs with one value a joint"}
+"""Names of the groups of a crossed study."""
+
+
+def sensitivity_columns(found: xr.Dataset) -> list[Column]:
+    """Return how damage depends on each input, a row an input."""
+    inputs = [str(v) for v in found["variable"].values]
+    kinds = {"spearman": "rank correlation", "partial": "partial", "first_order": "share of variance"}
+    return [Column("input", inputs, short="input", words=True), *_intervals(found, "variable", kinds)]
+
+
+def group_columns(found: xr.Dataset) -> list[Column]:
+    """Return the shares of variance of the groups of a crossed study, a row a group."""
+    groups = [GROUPS[str(g)] for g in found["group"].values]
+    kinds = {"group_first_order": "by itself", "group_total": "with the interaction"}
+    return [Column("group", groups, short="group", words=True), *_intervals(found, "group", kinds)]
+
+
+def _intervals(found: xr.Dataset, dim: str, heads: Mapping[str, str]) -> list[Column]:
+    """Return a column of values with their intervals for each variable."""
+    level = f"({found.attrs['confidence']:.0%} interval)"
+    return [
+        Column(head, [banded(found.sel({dim: v}), name) for v in found[dim].values], short=f"{head}\n{level}")
+        for name, head in heads.items()
+    ]

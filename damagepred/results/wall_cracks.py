@@ -1,0 +1,314 @@
+"""The cracks of an archived wall as objects: a dataset of them all, profiles along them, and a table to read."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from damagepred.archive.schema import Variable, dataset
+from damagepred.damage import HAIRLINE, Growth, JointMap, Numbered
+from damagepred.damage.bricks import links_of
+from damagepred.damage.growth import PARTS
+from damagepred.damage.tracing import ORIENTATIONS, Links
+from damagepred.enumerations import ContactKind, ContactState, ZoneState, flag_meanings
+from damagepred.errors import InputError
+from damagepred.inputs.arguments import checked
+from damagepred.runtime.one_thread import one_blas_thread
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_BOTH, _CRACK, _PIECE = ("increment", "crack"), ("crack",), ("piece",)
+
+CRACK_VARIABLES: dict[str, Variable] = {
+    "crack": Variable(_CRACK, "1", "number of the crack, from 1, older cracks first"),
+    "crack_part": Variable(_CRACK, None, "part of the wall that the crack is in", PARTS),
+    "crack_width": Variable(_BOTH, "m", "largest opening normal to the joint: the width of damage tables"),
+    "crack_width_normal": Variable(_BOTH, "m", "largest opening normal to the crack's mean line"),
+    "crack_displacement": Variable(_BOTH, "m", "largest relative displacement of the faces, opening and slip together"),
+    "crack_length": Variable(_BOTH, "m", "length of joints that have opened or slid, branches included"),
+    "crack_length_through_blocks": Variable(_BOTH, "m", "length of the crack's course through bricks"),
+    "crack_branches": Variable(_BOTH, "1", "parts of the crack that leave its longest course"),
+    "crack_inclination": Variable(_BOTH, "degree", "of the crack's mean line from the horizontal, rising to the right"),
+    "crack_orientation": Variable(_BOTH, None, "how the crack runs", ORIENTATIONS),
+    "crack_x": Variable(_BOTH, "m", "contact nearest to the largest opening, along the wall"),
+    "crack_y": Variable(_BOTH, "m", "height of that contact"),
+    "first_increment": Variable(_CRACK, "1", "increment in which the crack's first bond broke, or it first slid"),
+    "first_central_deflection": Variable(_CRACK, "m", "central deflection of that increment"),
+    "first_load_displacement": Variable(_CRACK, "m", "displacement of a laboratory test's loads in that increment"),
+    "first_x": Variable(_CRACK, "m", "place along the wall where the crack began"),
+    "first_y": Variable(_CRACK, "m", "height at which the crack began"),
+    "merged_into": Variable(_CRACK, "1", "number of the older crack that it has become part of, 0 if it has not"),
+    # along the cracks of one increment
+    "piece_crack": Variable(_PIECE, "1", "number of the crack that the piece of joint belongs to"),
+    "piece_on_path": Variable(_PIECE, "1", "place of the piece in the crack's longest course, from 0; -1 on a branch"),
+    "piece_along": Variable(_PIECE, "m", "place of the piece along the crack's mean line, 0 at its middle"),
+    "piece_kind": Variable(_PIECE, None, "what the piece lies in", (*flag_meanings(ContactKind), "block")),
+    **{
+        f"piece_{axis}_{end}": Variable(_PIECE, "m", f"{axis} at the {end} of the piece")
+        for end in ("start", "end")
+        for axis in "xy"
+    },
+    "piece_x": Variable(_PIECE, "m", "place of the piece's contact along the wall"),
+    "piece_y": Variable(_PIECE, "m", "height of the piece's contact"),
+    "piece_opening": Variable(_PIECE, "m", "largest opening normal to the joint; NaN in a brick"),
+    "piece_width": Variable(_PIECE, "m", "opening normal to the crack's mean line; NaN in a brick"),
+    "piece_displacement": Variable(_PIECE, "m", "relative displacement of the faces; NaN in a brick"),
+}
+"""What ``cracks`` and ``crack_profile`` return, besides the increments."""
+
+
+@checked
+@one_blas_thread()
+def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
+    """Return the cracks of a wall as objects, followed through the increments.
+
+    A crack is what has opened or slid by more than a hairline, piece of joint by piece of joint, joined where pieces
+    meet and across bricks whose zones have yielded. It is as straight as one would draw it, with branches of at most
+    two joints: a fan or an arch is several cracks. It keeps its number as it grows; of cracks that meet, the oldest
+    keeps its. ``crack_width``, the opening normal to the joint, is what damage tables speak of and what categories are
+    found by; the widest of the wall proper is ``crack_width_max``. Categories count cracks by whole joints
+    (``crack_count``), which may join what is two cracks here.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall, as ``damagepred.solve`` returns it.
+    hairline : float
+        Opening or slip (m) from which a piece of joint is part of a crack.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``increment`` and ``crack``; see ``CRACK_VARIABLES``. What is not there in an
+        increment is NaN, or -1.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of one wall with its contacts.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> wall = xarray.open_dataset("wall.nc")
+    >>> found = damagepred.cracks(wall)
+    >>> found.sizes["crack"]
+    25
+    >>> float(found["crack_width"][-1].max()) <= float(wall["crack_width_max"][-1])
+    True
+    """
+    return WallCracks(ds, hairline).dataset()
+
+
+@checked
+@one_blas_thread()
+def crack_profile(ds: xr.Dataset, increment: int = -1, *, hairline: float = HAIRLINE) -> xr.Dataset:
+    """Return where the cracks of one increment run, and their widths along them, piece by piece.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Of one wall, as ``damagepred.solve`` returns it.
+    increment : int
+        Position of the increment, -1 for the last.
+    hairline : float
+        See ``cracks``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension ``piece``, crack by crack: those of the crack's longest course in its order from the lower or left end
+        (``piece_on_path``), then its branches.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of one wall with its contacts, or has no such increment.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> profile = damagepred.crack_profile(xarray.open_dataset("wall.nc"))
+    >>> profile.sizes["piece"], list(profile.data_vars)[:3]
+    (257, ['piece_crack', 'piece_on_path', 'piece_along'])
+    """
+    return WallCracks(ds, hairline).profile(increment)
+
+
+class WallCracks:
+    """Follows the cracks of one wall once, for all that is to be read from them."""
+
+    def __init__(self, ds: xr.Dataset, hairline: float = HAIRLINE) -> None:
+        if "contact_opening" not in ds or "increment" not in ds["contact_opening"].dims:
+            raise InputError("the dataset has no contact_opening; cracks are read from the result of solve or replay.")
+        if not hairline > 0:
+            raise InputError(f"hairline = {hairline:g}: must be greater than 0 m.")
+        self.ds, self.joints = ds, JointMap.from_dataset(ds)
+        self.growth = Growth(self.joints, hairline)
+        self.states = [self._step(i) for i in range(ds.sizes["increment"])]
+
+    def _step(self, increment: int) -> list[Numbered]:
+        at = {name: self.ds[f"contact_{name}"].values[increment] for name in ("opening", "slip", "state")}
+        cracked = at["state"] == ContactState.CRACKED
+        return self.growth.step(
+            increment, at["opening"], at["slip"], cracked, self._links(increment, at["opening"], at["slip"], cracked)
+        )
+
+    def _links(self, increment: int, opening: Any, slip: Any, cracked: Any) -> Links | None:
+        if "zone_state" not in self.ds:
+            return None
+        x, y, zones = (self.ds[name].values for name in ("gridpoint_x", "gridpoint_y", "zone_gridpoint"))
+        hairline = self.growth.hairline
+        part = (cracked & (opening > hairline)) | (np.abs(slip) > hairline)
+        yielded = self.ds["zone_state"].values[increment] != ZoneState.ELASTIC
+        return links_of(self.growth.pieces, part, x, y, zones, yielded)
+
+    @cached_property
+    def _first(self) -> dict[int, Numbered]:
+        """Each crack as it was when it was first there."""
+        first: dict[int, Numbered] = {}
+        for state in self.states:
+            for one in state:
+                first.setdefault(one.number, one)
+        return dict(sorted(first.items()))
+
+    def dataset(self) -> xr.Dataset:
+        """Return all cracks through the increments; see ``cracks``."""
+        first, steps = self._first, len(self.states)
+        row = {number: i for i, number in enumerate(first)}
+        shape = (steps, len(first))
+        values: dict[str, Any] = {}
+        for name, variable in CRACK_VARIABLES.items():
+            if variable.dims == _BOTH:
+                values[name] = np.full(shape, -1 if variable.flags else np.nan, np.int8 if variable.flags else float)
+        for increment, state in enumerate(self.states):
+            for one in state:
+                for name, value in self._measures(one).items():
+                    values[f"crack_{name}"][increment, row[one.number]] = value
+        x, y = self.joints.contact_x.ravel(), self.joints.contact_y.ravel()
+        began = [one.first_increment for one in first.values()]
+        piece = np.array([one.first_piece for one in first.values()], dtype=np.int64)
+        values |= {
+            "increment": self.ds["increment"].values,
+            "crack": np.array(list(first), dtype=np.int64),
+            "crack_part": np.array([one.part for one in first.values()], dtype=np.int8),
+            "first_increment": self.ds["increment"].values[began] if began else np.empty(0, dtype=np.int64),
+            "first_x": x[piece],
+            "first_y": y[piece],
+            "merged_into": np.array([self.growth.merged.get(n, 0) for n in first], dtype=np.int64),
+        }
+        for name in self._movements:
+            values |= {
+                name: self.ds[name].values,
+                f"first_{name}": self.ds[name].values[np.array(began, dtype=np.int64)],
+            }
+        return dataset(values, self._attributes(), extra=CRACK_VARIABLES)
+
+    @property
+    def _movements(self) -> list[str]:
+        """Names of what has moved the wall: the ground, and in a laboratory test the loads."""
+        return ["central_deflection", *(name for name in ("load_displacement",) if name in self.ds)]
+
+    def _attributes(self) -> dict[str, Any]:
+        return {"title": self.ds.attrs.get("title", "wall"), "hairline": self.growth.hairline}
+
+    def _measures(self, one: Numbered) -> dict[str, float]:
+        crack = one.crack
+        place = crack.pieces[crack.widest]
+        return {
+            "width": float(crack.opening.max()),
+            "width_normal": max(float(crack.width.max()), 0.0),
+            "displacement": float(crack.displacement.max()),
+            "length": crack.length,
+            "length_through_blocks": crack.length_through_blocks,
+            "branches": crack.branches,
+            "inclination": crack.inclination,
+            "orientation": crack.orientation,
+            "x": float(self.joints.contact_x.ravel()[place]),
+            "y": float(self.joints.contact_y.ravel()[place]),
+        }
+
+    def profile(self, increment: int = -1) -> xr.Dataset:
+        """Return the pieces of the cracks of one increment; see ``crack_profile``."""
+        steps = len(self.states)
+        if not -steps <= increment < steps:
+            raise InputError(f"increment = {increment}: the wall has {steps} increments; take 0 to {steps - 1}, or -1.")
+        rows = [self._pieces_of(one) for one in self.states[increment]]
+        names = [name for name, variable in CRACK_VARIABLES.items() if variable.dims == _PIECE]
+        columns = {name: np.concatenate([r[name] for r in rows]) if rows else np.empty(0) for name in names}
+        for name in ("piece_crack", "piece_on_path"):
+            columns[name] = columns[name].astype(np.int64)
+        columns["piece_kind"] = columns["piece_kind"].astype(np.int8)
+        when = {name: float(self.ds[name].values[increment]) for name in self._movements}
+        return dataset(columns, {**self._attributes(), **when}, extra=CRACK_VARIABLES)
+
+    def _pieces_of(self, one: Numbered) -> dict[str, Any]:
+        crack, pieces = one.crack, self.growth.pieces
+        branch = np.setdiff1d(crack.pieces, crack.path_pieces)
+        number = np.concatenate((crack.path_pieces, branch))
+        known, on_path = number >= 0, np.arange(len(number)) < len(crack.path_pieces)
+        order = np.argsort(crack.pieces)
+        mine = order[np.minimum(np.searchsorted(crack.pieces[order], number), len(order) - 1)]
+
+        def along(values: Any) -> Any:
+            return np.where(known, values[mine], np.nan)
+
+        place = pieces.place[np.maximum(number, 0)].copy()
+        place[on_path, 0], place[on_path, 1] = crack.path[:-1], crack.path[1:]
+        contact = np.stack((self.joints.contact_x.ravel(), self.joints.contact_y.ravel()))[:, np.maximum(number, 0)]
+        at = np.where(known, contact, place.mean(axis=1).T)
+        q = self.joints.contact_x.shape[1]
+        return {
+            "piece_crack": np.full(len(number), one.number),
+            "piece_on_path": np.where(on_path, np.arange(len(number)), -1),
+            "piece_along": along(crack.along),
+            "piece_kind": np.where(known, self.joints.kind[np.maximum(number, 0) // q], len(ContactKind)),
+            "piece_x": at[0],
+            "piece_y": at[1],
+            "piece_x_start": place[:, 0, 0],
+            "piece_y_start": place[:, 0, 1],
+            "piece_x_end": place[:, 1, 0],
+            "piece_y_end": place[:, 1, 1],
+            "piece_opening": along(crack.opening),
+            "piece_width": along(crack.width),
+            "piece_displacement": along(crack.displacement),
+        }
+
+
+def crack_frame(found: xr.Dataset, increment: int | None = -1) -> pd.DataFrame:
+    """Return cracks as a table to read, SI units, a row a crack and increment.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        As ``cracks`` returns it.
+    increment : int or None
+        Position of the increment, -1 for the last; None: all of them.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Sorted by increment, parts of the wall, and width, the widest first; only cracks that are there.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> found = damagepred.cracks(xarray.open_dataset("wall.nc"))
+    >>> frame = damagepred.crack_frame(found)
+    >>> frame[["crack", "crack_width"]].round(5).head(2).to_numpy().tolist()
+    [[2.0, 0.0069], [3.0, 0.0069]]
+    """
+    at = found if increment is None else found.isel(increment=[increment])
+    frame = at.to_dataframe().reset_index()
+    frame = frame[np.isfinite(frame["crack_length"])].copy()
+    for name in ("crack_part", "crack_orientation"):
+        frame[name] = [CRACK_VARIABLES[name].flags[int(value)] for value in frame[name]]
+    frame["crack_branches"] = frame["crack_branches"].astype(np.int64)
+    front = ["increment", "central_deflection", *(n for n in ("load_displacement",) if n in frame.columns), "crack"]
+    frame = frame[front + [name for name in CRACK_VARIABLES if name in frame.columns and name not in front]]
+    order = frame.assign(part=[PARTS.index(p) for p in frame["crack_part"]], width=-frame["crack_width"])
+    return frame.loc[order.sort_values(["increment", "part", "width", "crack"]).index].reset_index(drop=True)

@@ -1,0 +1,62 @@
+"""Probability of damage by year: tables of a study whose movement has a time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from damagepred.enumerations import SOLVED, SampleStatus
+from damagepred.formatting import chance, with_band
+from damagepred.results.tables import Column, worst_so_far
+from damagepred.uq.capacity import highest_category
+from damagepred.uq.estimate import probability
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+YEARS = (1, 2, 5, 10, 20, 30, 50, 100)
+"""Years of a history that have a row, besides its last."""
+
+
+def year_frame(ds: xr.Dataset, confidence: float = 0.9) -> pd.DataFrame:
+    """Return the probability of each category by the worst so far, and by now, a row for each category and year.
+
+    That by now is NaN where some walls were not followed as far; that so far counts what these reached before.
+    """
+    import pandas as pd
+
+    ds = ds.isel(sample=np.isin(ds["status"].values, SOLVED))
+    time, category = np.atleast_2d(ds["time"].values), ds["damage_category"].values
+    unknown = (category < 0) | np.isnan(ds["crack_width_max"].values)
+    unknown &= (ds["status"].values != SampleStatus.COLLAPSED)[:, None]
+    weight = ds["weight"].values if "weight" in ds else None
+    so_far, last = worst_so_far(ds), float(time.max())
+    walls, rows = np.arange(len(category)), []
+    for least in range(1, min(max(int(so_far.max(initial=1)), 1), highest_category(ds)) + 1):
+        for year in sorted({year for year in YEARS if year < last} | {last}):
+            at = (time <= year + 1e-9).sum(axis=1) - 1
+            row = {"category": least, "year": float(year)}
+            for name, values in (("so_far", so_far), ("now", category)):
+                found = probability(values[walls, at] >= least, weight=weight, confidence=confidence)
+                known = name == "so_far" or not unknown[walls, at].any()
+                for end, value in (("", found.value), ("_lower", found.lower), ("_upper", found.upper)):
+                    row[name + end] = value if known else np.nan
+            rows.append(row)
+    return pd.DataFrame(rows).set_index(["category", "year"])
+
+
+def year_columns(ds: xr.Dataset, confidence: float = 0.9) -> list[Column]:
+    """Return the table of ``year_frame`` as columns of text, a row a year."""
+    frame = year_frame(ds, confidence)
+    years = frame.index.unique("year")
+    columns = [Column("year", [f"{year:g}" for year in years], short="year")]
+    for least, own in frame.groupby(level="category"):
+        for key, name in (("so_far", "so far"), ("now", "now")):
+            values = own[[key, f"{key}_lower", f"{key}_upper"]].to_numpy()
+            cells = ["–" if np.isnan(row[0]) else with_band(*map(chance, row)) for row in values]
+            brief = [cell.replace(" to ", "-") if key == "so_far" else cell.split()[0] for cell in cells]
+            head, short = f"category {least} or worse {name}", f"{least} or worse\n{name}"
+            columns.append(Column(head, cells, short=short, short_cells=brief))
+    return columns

@@ -1,0 +1,1 @@
+"""Settings of the process: one BLAS thread, defaults of NumPy, time limits, the version."""

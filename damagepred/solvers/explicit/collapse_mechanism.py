@@ -1,0 +1,65 @@
+"""Collapse-mechanism test of a wall that finds no equilibrium.
+
+Slightly beyond its limit load, a wall accelerates too slowly for a part to be detached in any affordable number of
+cycles. If it is a mechanism, the unbalanced forces do positive work along the whole motion. If not, a joint comes to
+resist. With small displacements, joints slide and open under constant forces, so a larger speed leads to the same end
+sooner. The test therefore raises the speed until a part is detached or forces balance. Bonds do not break meanwhile: a
+wall that collapses with them collapses without them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from damagepred.assembly import Model
+from damagepred.solvers.system.collapse_criterion import detached_blocks
+
+if TYPE_CHECKING:
+    from damagepred.solvers.explicit.scheme import DampedTimeStepping
+
+
+def with_lasting_bonds(model: Model) -> Model:
+    """Return the model with bonds that do not break; they may soften, and weak ones break."""
+    law = model.properties
+    softens, weak = law.critical_opening > 0, law.tensile_strength < model.block_stress
+    lasting = law._replace(
+        tensile_strength=np.where(softens | weak, law.tensile_strength, np.inf),
+        brittle_shear=np.zeros_like(law.brittle_shear),
+    )
+    return replace(model, properties=lasting)
+
+
+def is_mechanism(run: DampedTimeStepping, near_rest: bool = False) -> bool:
+    """Return whether a part of the wall is detached when its motion is sped up.
+
+    Parameters
+    ----------
+    run : DampedTimeStepping
+        A wall in motion, with lasting bonds; it is left at the end of that motion.
+    near_rest : bool
+        Whether the wall is nearly at rest; then it gets fewer rounds.
+    """
+    options = run.options.mechanism
+    rounds = options.max_rounds_near_rest if near_rest else options.max_rounds
+    moved, mass = run.motion.displacement, 1.0 / run.motion.inverse_mass[run.free]
+    for _ in range(rounds):
+        moves = []
+        for _ in range(2):
+            before = moved[run.free].copy()
+            run.cycle(options.cycles)
+            moves.append(moved[run.free] - before)
+        if not np.isfinite(moved).all():
+            return False
+        if detached_blocks(run.model, moved, run.load_factor).any():
+            return True
+        first, second = moves
+        load = run.load_share * run.motion.load + run.load_factor * run.motion.live_load
+        accelerates = float((mass * first) @ (second - first)) > 0.0 and float(load[run.free] @ second) > 0.0
+        # the mean speed: under an oscillation local damping acts like friction
+        run.motion.velocity[run.free] = (options.speed_factor if accelerates else 1.0) / options.cycles * second
+        if run.unbalanced_force_ratio().max() < run.settings.tolerance_used:
+            return False
+    return False

@@ -1,0 +1,308 @@
+"""Damped time stepping: central differences with local damping and scaled masses (Cundall 1971, 1987).
+
+The time step is 1 and the masses are scaled to it, each degree of freedom by its own stiffness (density scaling): a
+static run needs no physical time. Displacements are small: the geometry is that of the undeformed wall.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, NoReturn
+
+import numpy as np
+
+from damagepred.arrays import BoolArray, FloatArray, IntArray
+from damagepred.assembly import Model
+from damagepred.assembly.imposed_history import ImposedHistory
+from damagepred.assembly.section import SectionMemory
+from damagepred.errors import DivergenceError
+from damagepred.kernels.explicit.cycle import run_cycles
+from damagepred.runtime.time_limit import check_time
+from damagepred.scene import Solver
+from damagepred.solvers.explicit.jack_servo import Pump, PumpLine, PumpState
+from damagepred.solvers.explicit.tiles import (
+    history_of,
+    move_ground,
+    needs_full_law,
+    pack_joints,
+    pack_sections,
+    set_history,
+    softening_of,
+    take,
+)
+from damagepred.solvers.options import SolverOptions
+from damagepred.solvers.state.joint_history import JointHistory, fields_of, without_bond
+from damagepred.solvers.state.wall_state import NO_ZONES, State
+from damagepred.solvers.state.zone_history import ZoneField
+from damagepred.solvers.system.discrete_system import DiscreteSystem
+
+DRIFT_CYCLES = 100
+"""Least cycles of a mean velocity: a short part of the slow oscillations that damping must still oppose."""
+
+
+class Checkpoint(NamedTuple):
+    """State of a wall at rest, and of the pump of its jacks; what ``DampedTimeStepping.restore`` takes."""
+
+    state: State
+    pump: PumpState | None
+
+
+class Motion(NamedTuple):
+    """Motion of all degrees of freedom, arrays (size,); local damping opposes ``velocity`` less ``drift``."""
+
+    load: FloatArray
+    live_load: FloatArray
+    inverse_mass: FloatArray
+    drift: FloatArray
+    velocity: FloatArray
+    displacement: FloatArray
+    force: FloatArray
+    prescribed: IntArray
+    prescribed_displacement: FloatArray
+    start: FloatArray
+
+
+def scaled_mass(model: Model, damping: float, safety: float, pump: Pump | None = None) -> FloatArray:
+    """Masses for which a time step of 1 is stable (density scaling).
+
+    Central differences are stable while omega^2 <= 4. Local damping adds up to ``damping`` times the unbalanced
+    force and so lowers the limit to 4 / (1 + damping). The largest omega^2 is bounded by Gershgorin's circles of
+    the intact wall; cracking and slipping only take stiffness away.
+
+    Array (size,) in kg and kg m2; infinite where a degree of freedom is prescribed.
+    """
+    system = DiscreteSystem.of(model)
+    scale, stiffness = system.arms, abs(system.elastic_stiffness)
+    # columns of prescribed degrees of freedom count, too, though these do not move: a margin beside them
+    row_sum = (stiffness @ (1.0 / scale)) / scale
+    if pump is not None:
+        row_sum += pump.row_sum(scale)
+    mass = (1.0 + damping) / (4.0 * safety**2) * row_sum * scale**2
+    mass[system.constrained_dofs] = np.inf
+    # a block without any joint: its weight moves it as if on the mean joint
+    loose = mass == 0.0
+    if loose.any():
+        mass[loose] = np.median(mass[np.isfinite(mass) & ~loose]) if (np.isfinite(mass) & ~loose).any() else 1.0
+    return mass
+
+
+class DampedTimeStepping:
+    """A wall in motion under damped time stepping.
+
+    Parameters
+    ----------
+    model : Model
+        The wall.
+    settings : Solver
+        Damping, time step and ramp.
+    options : SolverOptions, optional
+        By default those of the settings.
+    commit_sections : bool
+        Whether sections of a footing that crack commit their internal variables on the way.
+    """
+
+    def __init__(
+        self, model: Model, settings: Solver, options: SolverOptions | None = None, commit_sections: bool = True
+    ) -> None:
+        self.model, self.settings = model, settings
+        self.options = SolverOptions.of(settings) if options is None else options
+        commit_interval = self.options.time_stepping.section_commit_interval if commit_sections else 0
+        self.joints, self.sections = pack_joints(model), pack_sections(model, commit_interval)
+        self.special = True if needs_full_law(model) else None
+        self.softening = softening_of(model)
+        self.zones = None if model.mesh is None else ZoneField(model)
+        size = model.size
+        self.system = DiscreteSystem.of(model, self.options.elastic_solution)
+        self.pump = None if model.jacks is None else Pump(model, self.options.jack_servo)
+        mass = scaled_mass(model, settings.damping, settings.time_step_safety, self.pump)
+        if self.pump is not None:
+            self.pump.set_gain(mass, settings.damping)
+        self.motion = Motion(
+            load=self.system.dead_load.copy(),
+            live_load=self.system.live_load.copy(),
+            inverse_mass=1.0 / mass,
+            drift=np.zeros(size),
+            velocity=np.zeros(size),
+            displacement=np.zeros(size),
+            force=np.zeros(size),
+            prescribed=model.supports.prescribed,
+            prescribed_displacement=model.supports.prescribed_displacement,
+            start=model.supports.start,
+        )
+        self.free, self.arm = self.system.free_dofs, self.system.arms
+        self.load_share = self.load_factor = 0.0
+        self.cycles, self.damping = 0, settings.damping
+        self.broken_at = np.full(model.interfaces.contact_area.shape, np.nan)
+        self.bonded = ~without_bond(model)
+
+    def start_from_elastic_solution(self) -> bool:
+        """Put the wall in its linear elastic equilibrium under dead load; False if a joint or zone yields there."""
+        if self.sections is not None:  # whose stiffness, even uncracked, is not that of their interfaces
+            return False
+        displacement = self.system.elastic_displacement() if self.pump is None else self.pump.level
+        if displacement is None:
+            return False
+        law = self.model.properties
+        fields = fields_of(self.model, JointHistory.fresh(self.model), displacement, 0.0)
+        # a joint that cracks or slips carries less than the elastic one would; one with a gap carries nothing
+        whole = (law.gap == 0.0)[:, None]
+        if not (
+            np.array_equal(fields.normal_stress, whole * law.normal_stiffness[:, None] * fields.opening)
+            and np.array_equal(fields.shear_stress, whole * law.shear_stiffness[:, None] * fields.shear)
+        ):
+            return False
+        if self.zones is not None and not self.zones.stays_elastic(displacement):
+            return False
+        self.motion.displacement[:] = displacement
+        self.load_share = 1.0
+        if self.pump is not None:
+            self.pump.begin_level()
+        return True
+
+    def joint_history(self) -> JointHistory:
+        """Copy of the internal variables of the joints."""
+        return history_of(self.joints)
+
+    def checkpoint(self) -> Checkpoint:
+        """Copy of the present state."""
+        plastic = NO_ZONES if self.zones is None else self.zones.plastic()
+        sections = SectionMemory.fresh(0) if self.sections is None else self.sections.memory.copy()
+        moved, jack = self.motion.displacement.copy(), 0.0 if self.pump is None else self.pump.load
+        state = State(self.load_share, self.load_factor, moved, self.joint_history(), plastic, jack, sections)
+        return Checkpoint(state, None if self.pump is None else self.pump.checkpoint())
+
+    def restore(self, state: State, pump: PumpState | None = None) -> None:
+        """Restore a state at rest; without a state of the pump, the jacks stay as they are."""
+        self.motion.displacement[:] = state.displacement
+        if self.zones is not None:
+            self.zones.set_plastic_strain(state.plastic)
+        if self.pump is not None and pump is not None:
+            self.pump.restore(pump)
+        if self.sections is not None:
+            for now, then in zip(self.sections.memory, state.sections, strict=True):
+                now[:] = then
+        set_history(self.joints, state.history)
+        self.load_share, self.load_factor = state.load, state.load_factor
+        self.broken_at[~state.history.cracked] = np.nan
+        self.stop()
+
+    def cycle(self, count: int) -> None:
+        """Run cycles at constant movement and load."""
+        self._cycle(count, self.load_share, self.load_factor, 0.0)
+
+    def advance(self, cycles: int, load_factor_to: float, load_to: float) -> None:
+        """Run cycles while movement and dead load are ramped to new values, in pieces of constant rate.
+
+        A sudden start would crack joints that a slow movement leaves intact. Local damping opposes the velocity beyond
+        the drift, the mean velocity of the last cycles. A drag of constant sign would let a moving wall ring (UDEC's
+        combined damping mends the same defect).
+        """
+        load_factor_from, load_from = self.load_factor, self.load_share
+        stages = min(cycles, self.settings.ramp_pieces)
+        since, before = self.cycles, self.motion.displacement.copy()
+        for stage in range(stages):
+            count = cycles * (stage + 1) // stages - cycles * stage // stages
+            reached = smooth_step((stage + 1) / stages)
+            load_factor = load_factor_from + reached * (load_factor_to - load_factor_from)
+            load = load_from + reached * (load_to - load_from)
+            if self.pump is not None:
+                self.pump.add_dead_load(load - self.load_share)
+            self._cycle(count, load, self.load_factor, (load_factor - self.load_factor) / count)
+            if self.cycles - since >= DRIFT_CYCLES:
+                moved = self.motion.displacement - before
+                self.motion.drift[self.free] = moved[self.free] / (self.cycles - since)
+                since, before = self.cycles, before + moved
+            self.load_factor, self.load_share = load_factor, load
+            self.record_broken_bonds()
+            # from rest, dead load alone cannot make blocks faster than by its work; once broken, they only seem to fall
+            alone = load_from == load_factor_from == load_factor_to == 0.0
+            if alone and self.has_too_much_energy():
+                self.diverge(0, self.cycles, "blocks move with more energy than the loads can have given them")
+        self.load_factor, self.load_share = load_factor_to, load_to
+        self.motion.drift[:] = 0.0
+
+    def stop(self) -> None:
+        """Set all velocities to zero, so that no block overshoots the equilibrium it is near."""
+        self.motion.velocity[:] = 0.0
+
+    def _cycle(self, count: int, load_share: float, load_factor: float, step: float) -> None:
+        check_time()
+        motion, line = self.motion, None if self.pump is None else self.pump.line
+        if not self.model.ground.proportional:
+            move_ground(self.joints, self.model.ground, load_factor, load_factor + count * step)
+        if isinstance(self.model.ground, ImposedHistory):
+            motion, line = self._along(self.model.ground, load_factor)
+        run_cycles(
+            self.joints,
+            self.special,
+            self.softening,
+            self.zones and self.zones.packed,
+            self.sections,
+            line,
+            motion,
+            self.damping,
+            load_share,
+            load_factor,
+            step,
+            count,
+        )
+        self.cycles += count
+        if self.zones is not None:
+            self.zones.mean_motion(self.motion.displacement)
+
+    def _along(self, history: ImposedHistory, coordinate: float) -> tuple[Motion, PumpLine | None]:
+        """Return motion and jacks in the step that begins at a path coordinate, whose load factor is linear in it."""
+        rate, supports = history.load_factor_rate(coordinate), self.model.supports
+        start = history.load_factor_at(coordinate) - rate * coordinate
+        motion = self.motion._replace(
+            start=supports.displacement(start), prescribed_displacement=rate * supports.prescribed_displacement
+        )
+        return motion, None if self.pump is None else self.pump.along(start, rate)
+
+    def unbalanced_force_ratio(self) -> FloatArray:
+        """Unbalanced force of every degree of freedom (size,) in mean block weights; 0 where it is prescribed.
+
+        The resultants of a deformable block count, too, its moment included: small forces on many gridpoints add up.
+        """
+        force = np.zeros_like(self.motion.force)
+        force[self.free] = (self.motion.force / self.system.residual_scale)[self.free]
+        if self.zones is not None:
+            self.zones.add_resultants(force)
+        return np.abs(force)
+
+    def kinetic_energy(self) -> float:
+        """Kinetic energy (J, of the scaled masses)."""
+        speed = self.motion.velocity[self.free]
+        return 0.5 * float((speed**2 / self.motion.inverse_mass[self.free]).sum())
+
+    def has_too_much_energy(self) -> bool:
+        """Whether the kinetic energy exceeds what the loads can have done by far."""
+        return self.kinetic_energy() > self.options.time_stepping.divergence_energy_ratio * self.work_of_loads() > 0.0
+
+    def work_of_loads(self) -> float:
+        """Upper bound of the work of dead and live load so far (J)."""
+        load = np.abs(self.motion.load) + self.load_factor * np.abs(self.motion.live_load)
+        if self.pump is not None:
+            load += abs(self.pump.load) * np.abs(self.pump.jacks.push)
+        return float((load * np.abs(self.motion.displacement)).sum())
+
+    def record_broken_bonds(self, cracked: BoolArray | None = None) -> None:
+        """Record the load factor of bonds that broke since the last call; cracked contacts (m, q) may be given."""
+        broken = take(self.joints.tiles["cracked"], self.joints.lane) != 0.0 if cracked is None else cracked
+        self.broken_at[broken & self.bonded[:, None] & np.isnan(self.broken_at)] = self.load_factor
+
+    def diverge(self, increment: int, spent: int, reason: str) -> NoReturn:
+        """Raise a DivergenceError that names the block farthest from its place."""
+        path = np.abs(self.motion.displacement)
+        path = np.where(np.isfinite(path), path, np.inf)[: 3 * self.model.n_blocks].reshape(-1, 3)
+        block = int(np.hypot(path[:, 0], path[:, 1]).argmax())
+        raise DivergenceError(
+            f"diverged in increment {increment} after {spent} cycles: {reason}; furthest is "
+            f"{self.model.describe_block(block)}. Lower solver.time_step_safety.",
+            increment=increment,
+            block=block,
+        )
+
+
+def smooth_step(share: float) -> float:
+    """Cubic from 0 to 1 with zero slope at either end."""
+    return share * share * (3.0 - 2.0 * share)

@@ -1,1 +1,0 @@
-"""Time stepping with local damping, used by the explicit solver and by dynamic relaxation."""

@@ -1,0 +1,56 @@
+"""Mean wall: the share of sampled walls with more damage, or the statement that it is unknown."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred.analyses.mean_wall import beyond_mean_wall
+from damagepred.archive.folder import open_study
+from damagepred.campaign.settings import StudySettings
+from damagepred.study import Study
+from damagepred.uq.exceedance import exceedance
+from tests.conftest import SMALL_STUDY
+from tests.synthetic_studies import synthetic_study
+
+
+def mean_wall(category: int, at: float) -> xr.Dataset:
+    """Path of a wall that ends in a category at a movement (m)."""
+    path = {"damage_category": [0, category], "central_deflection": [0.0, at]}
+    ds = xr.Dataset({name: ("increment", np.array(values)) for name, values in path.items()})
+    ds["central_deflection"].attrs["units"] = "m"
+    return ds
+
+
+def test_walls_with_movements_of_their_own_count_at_their_ends(tmp_path: Path) -> None:
+    ds = open_study(synthetic_study(tmp_path / "house.dp", 80))
+    settings = StudySettings.from_dict(tomllib.loads(SMALL_STUDY))
+    said = beyond_mean_wall(mean_wall(1, 6e-3), settings, tmp_path / "house.toml")
+    share = (ds["damage_category"].values.max(axis=1) >= 2).mean()
+    assert said.startswith(
+        "the mean wall is no worse than category 1 very slight; of 80 sampled walls in house.dp, a share"
+    )
+    assert f"a share of {share:.2f} (90 % interval" in said.replace("90%", "90 %")
+    assert said.endswith("reaches category 2 slight or worse by the end of its own movement")
+    worst = beyond_mean_wall(mean_wall(4, 6e-3), settings, tmp_path / "house.toml")
+    assert worst == "the mean wall has the highest category; no sampled wall goes beyond it"
+    # another study, or none, tells nothing
+    other = StudySettings.from_dict(tomllib.loads(SMALL_STUDY.replace("seed = 7", "seed = 8")))
+    unknown = "one wall without scatter; sampled walls may be worse: run `damagepred study house.toml`"
+    assert beyond_mean_wall(mean_wall(1, 6e-3), other, tmp_path / "house.toml") == unknown
+    assert beyond_mean_wall(mean_wall(1, 6e-3), settings, tmp_path / "nothing.toml").startswith("one wall without")
+
+
+def test_walls_of_one_movement_count_where_the_mean_wall_ends(tmp_path: Path) -> None:
+    text = SMALL_STUDY.partition('[variables."movement')[0].replace("increments = 6", "increments = 2")
+    settings = StudySettings.from_dict(tomllib.loads(text))
+    Study(settings).run(tmp_path / "house.dp", samples=4)
+    said = beyond_mean_wall(mean_wall(0, 3e-3), settings, tmp_path / "house.toml")
+    found = exceedance(open_study(tmp_path / "house.dp"), 1, 3e-3).estimate
+    assert said.endswith("reaches category 1 very slight or worse by 3 mm of central deflection")
+    assert f"a share of {found.value:.2f}" in said
+    assert pytest.approx(found.samples) == 4

@@ -1,0 +1,589 @@
+"""Reported values of a study, compared with hand calculation."""
+
+import json
+import math
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from damagepred.archive.folder import StudyFolder
+from damagepred.archive.parts import Column
+from damagepred.assembly import Limits, wall_geometry
+from damagepred.campaign import dispatch, sample
+from damagepred.campaign import preset_accuracy as accuracy
+from damagepred.campaign import stopping as running
+from damagepred.campaign.campaign import RunSummary, _Stop
+from damagepred.campaign.cost_estimate import CostEstimate, _zone_bytes, require_affordable
+from damagepred.campaign.dispatch import GivenExecutor, sample_timeout
+from damagepred.campaign.sample import _kept_of_movement
+from damagepred.campaign.settings import StudySettings, differing_keys
+from damagepred.campaign.status import study_status
+from damagepred.campaign.stopping import Ending, InterimAnalysis
+from damagepred.enumerations import SampleStatus
+from damagepred.errors import ConvergenceError, DivergenceError, InputError, StudyError
+from damagepred.formatting import duration
+from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
+from damagepred.scene.accuracy import Measured
+from damagepred.study import Study
+from damagepred.uq import estimate
+from damagepred.uq.stopping import StopWhen
+from tests.conftest import SMALL_STUDY
+from tests.synthetic_studies import synthetic_study
+
+
+def settings(changes: dict[str, Any] | None = None, **sampling: Any) -> StudySettings:
+    tables = tomllib.loads(SMALL_STUDY)
+    tables["study"] |= sampling
+    return StudySettings.from_dict(tables | (changes or {}))
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.26, "0.3 s"),
+        (9.9, "9.9 s"),
+        (10.0, "10 s"),
+        (89.4, "89 s"),
+        (90.0, "2 min"),
+        (5399.0, "90 min"),
+        (5400.0, "1.5 h"),
+        (9000.0, "2.5 h"),
+    ],
+)
+def test_times_in_words(seconds: float, words: str) -> None:
+    assert duration(seconds) == words
+
+
+@pytest.mark.parametrize("replicates", [1, 4])
+def test_every_number_of_a_standing(tmp_path: Path, replicates: int) -> None:
+    failed, missing = (3, 11, 17), (20, 21, 22, 23, 24)
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 40, (5e-3, 9e-3), failed=failed, missing=missing))
+    ds = folder.results()
+    ds["run_time"].values[:] = np.arange(40) * 0.5  # of 0 to 19.5 s: 9.75 s on average
+    if replicates > 1:
+        ds.attrs["replicates"] = replicates
+    found = standing_of(folder, ds)
+    assert (found.total, found.done, found.failed, found.remaining) == (40, 35, 3, 5)
+    assert found.lines[:2] == [
+        "small wall that cracks: 35 of 40 walls done, 3 failed, 5 remaining",
+        "9.8 s a wall, about 49 s of work left",
+    ]
+    said = [line for line in found.lines if line.startswith("failed sample")]
+    assert said == [f"failed sample {i}: not_converged: no equilibrium in increment 1" for i in failed]
+    good = np.setdiff1d(np.arange(40), (*failed, *missing))
+    worst = ds["damage_category"].values[good].max(axis=1)
+    assert len(set(worst.tolist())) == 3
+    label = good % replicates if replicates > 1 else None
+    for category, row in enumerate(found.rows):
+        number, worse = int((worst == category).sum()), int((worst >= category).sum())
+        interval = estimate.probability(worst >= category, replicate=label)
+        assert row[1:4] == [str(number), f"{number / 32:.3f}", f"{interval.value:.3f}"]
+        if category == 0:  # every wall is in it or worse, whatever became of it
+            assert row[4] == row[5] == "1.000 - 1.000"
+            continue
+        assert row[4] == f"{interval.lower:.3f} - {interval.upper:.3f}"
+        assert row[5] == f"{worse / 35:.3f} - {(worse + 3) / 35:.3f}"
+        if replicates == 1:
+            share, z = worse / 32, 1.6448536
+            middle, reach = share + z**2 / 64, z * math.sqrt(share * (1 - share) / 32 + z**2 / 64**2)
+            ends = [float(end) for end in row[4].split(" - ")]
+            assert ends == pytest.approx([(middle + way * reach) / (1 + z**2 / 32) for way in (-1, 1)], abs=6e-4)
+    assert found.columns == ["category", "walls", "share", "or worse", "90 % interval", "failed counted"]
+    assert [row[0] for row in found.rows] == ["0 negligible", "1 very slight", "2 slight", "3 moderate", "4 severe"]
+
+
+def standing_of(folder: StudyFolder, ds: Any) -> Any:
+    """Return the standing of a study whose results are these."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(StudyFolder, "results", lambda *given: ds)
+        return study_status(folder.path)
+
+
+def test_a_standing_of_weighted_walls_and_of_none_left(tmp_path: Path) -> None:
+    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 8, failed=(2,)))
+    weight = np.array([0.5, 3.0, 1.5, 0.25, 0.75, 1.0, 1.25, 2.0])
+    ds = folder.results().assign(weight=("sample", weight))
+    at = [np.nan, 3e-3, 5.5e-3, np.nan, 2e-3, np.nan, np.nan, 4e-3]
+    ended = standing_of(folder, ds.assign(limit_deflection=("sample", at))).lines[3]
+    assert ended.startswith("4 walls ended before the full movement, at 2 to 5.5 mm, where")
+    found = standing_of(folder, ds.assign(limit_deflection=("sample", np.full(8, np.nan))))
+    assert found.lines[3].startswith("failed sample 2")
+    assert found.lines[1:3] == [
+        "0.2 s a wall",
+        f"importance sampling: {weight.sum() ** 2 / (weight**2).sum():.0f} effective walls; shares are weighted",
+    ]
+    good = np.delete(np.arange(8), 2)
+    worst = ds["damage_category"].values.max(axis=1)
+    low = weight[good] @ (worst[good] >= 1) / 8
+    assert found.rows[1][5] == f"{min(low, 1):.3f} - {min(low + 1.5 / 8, 1):.3f}"
+    # the failed wall takes the share of the others
+    share = weight[good] @ (worst[good] == 1) / weight[good].sum() * weight.mean()
+    assert found.rows[1][2] == f"{share:.3f}"
+
+
+def test_a_cost_estimate_in_words() -> None:
+    cost = CostEstimate(
+        "house",
+        714,
+        6183,
+        2061,
+        20,
+        300,
+        7,
+        12.0,
+        4.0,
+        "quasi_static",
+        34_000_000,
+        "complete",
+        11,
+        128,
+        90,
+        5_600_000,
+        213_000_000,
+        ("steps too long",),
+        ("accuracy",),
+        "ground",
+    )
+    lines = [
+        "house: valid",
+        "  714 blocks, 6183 contacts, 2061 joints, 20 increments",
+        "  one wall: 4.0 s (complete); kernels made ready in 12 s",
+        "  solver: quasi_static, 34 MB of matrices",
+        "  11 deformable blocks: 128 zones, 90 gridpoints; at most 213 MB of memory in all",
+        "  300 walls with 7 uncertain numbers: about 20 min with -j 1, 10 min with -j 2",
+        "  ground",
+        "  caution: steps too long",
+        "accuracy",
+    ]
+    assert cost.lines() == lines
+    one = CostEstimate(**{**vars(cost), "variables": 0, "ground": None, "peak_bytes": 0, "matrix_bytes": 0})
+    assert one.lines()[3:5] == [
+        "  solver: quasi_static",
+        "  11 deformable blocks: 128 zones, 90 gridpoints, 5.6 MB of results (none with --no-zones)",
+    ]
+    mesh = SimpleNamespace(zones=np.zeros((7, 3)), x=np.zeros(5))
+    assert _zone_bytes(SimpleNamespace(mesh=mesh), 3) == 4 * (7 * 33 + 5 * 16)  # type: ignore[arg-type]
+    assert _zone_bytes(SimpleNamespace(mesh=None), 3) == 0  # type: ignore[arg-type]
+
+
+def test_looks_and_endings_in_words(tmp_path: Path) -> None:
+    found = estimate.Estimate(0.41234, 0.02, 0.35, 0.47, 0.99, 16, 15.5)
+    seen = [InterimAnalysis(8, None, False), InterimAnalysis(16, found, True)]
+    summary = RunSummary(tmp_path, 16, 16, 1, False, 3.0)
+    rule = StopWhen(category=2, at="6.5 mm", half_width=0.07, confidence=0.95)
+    assert Ending(summary, seen, "enough").lines(rule) == [
+        "look at 16 walls: P(category >= 2 at 6.5 mm) = 0.4123, 0.35 to 0.47 (95% over all looks)",
+        "narrow enough: no further walls are run",
+    ]
+    median = StopWhen(category=3, quantity="median", half_width="1 mm")
+    moved = found._replace(value=4.5e-3, lower=4e-3, upper=5.25e-3)
+    assert Ending(summary, [InterimAnalysis(16, moved, False)], "samples").lines(median) == [
+        "look at 16 walls: median movement of category 3 = 4.5 mm, 4 to 5.25 (90% over all looks)",
+        "all walls allowed are run, and the interval is not narrow enough yet",
+    ]
+    assert Ending(summary, seen, "time").lines(None) == ["the time is up; the same command goes on"]
+    assert Ending(summary, [], "interrupted").lines(rule) == []
+    running._record(tmp_path, rule, seen, "enough")
+    kept = json.loads((tmp_path / "stopping.json").read_text())
+    assert kept == {
+        "quantity": rule.name(),
+        "reason": "enough",
+        "looks": [{"samples": 8, "enough": False}, {"samples": 16, "enough": True, **found._asdict()}],
+    }
+    assert running._confidence(None, [8], 1, False) == 0.9
+    assert running._confidence(rule, [8, 16, 32], 4, False) == pytest.approx(0.95 ** (1 / 3))
+    assert running._confidence(rule, [8, 16, 32], 4, True) == pytest.approx(0.95 ** (1 / 4))  # 24 is a look more
+    assert running._confidence(rule, [8], 4, True) == 0.95
+    assert running._confidence(rule, [8, 16, 32], 3, True) == running.interim_confidence([8, 16, 24, 32], 0.95, False)
+
+
+def test_rows_of_a_batch_that_follow_each_other_share_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A failed sample is alone, one without results parts its neighbours, and so does another shape."""
+    written: list[tuple[Any, ...]] = []
+    monkeypatch.setattr(
+        sample, "write_part", lambda file, rows, name: written.append((*file, name, *rows["a"].values.ravel().tolist()))
+    )
+    folder: Any = SimpleNamespace(part_file=lambda first, last: (first, last), study_hash="h")
+    writer = sample._PartWriter(folder)
+
+    def row(value: int, size: int = 1) -> dict[str, Column]:
+        return {"a": Column(("sample", "b"), np.full((1, size), value), {})}
+
+    for number, status in (
+        (4, SampleStatus.COMPLETE),
+        (5, SampleStatus.COLLAPSED),
+        (6, SampleStatus.FAILED),
+        (7, SampleStatus.COMPLETE),
+        (9, SampleStatus.COMPLETE),
+    ):
+        writer.add(number, status, row(number))
+    writer.add(10, SampleStatus.FAILED, None)
+    writer.add(11, SampleStatus.COMPLETE, row(11))
+    writer.add(12, SampleStatus.COMPLETE, row(12, 2))
+    writer.write()
+    writer.write()
+    assert written == [
+        (4, 5, "h", 4, 5),
+        (6, 6, "h", 6),
+        (7, 7, "h", 7),
+        (9, 9, "h", 9),
+        (11, 11, "h", 11),
+        (12, 12, "h", 12, 12),
+    ]
+
+
+def test_stored_part_of_a_path() -> None:
+    values = np.array([[0.0, 1.5, 2.5, 4.0]])
+    columns = {
+        "crack_width_max": Column(("sample", "increment"), values, {"units": "m", "long_name": "widest crack"}),
+        "opening_width_change": Column(("sample", "increment", "opening"), np.stack((values, -values), 2), {}),
+        "status": Column(("sample",), np.array([1]), {}),
+        "increment": Column(("increment",), np.arange(4), {}),
+    }
+    assert _kept_of_movement(columns, "path", 2) is columns
+    end = _kept_of_movement(columns, "sampled", 2)
+    assert set(end) == {"crack_width_max", "opening_width_change", "status"}
+    assert (end["crack_width_max"].dims, end["crack_width_max"].values.tolist()) == (("sample",), [2.5])
+    assert (end["opening_width_change"].dims, end["opening_width_change"].values.tolist()) == (
+        ("sample", "opening"),
+        [[2.5, -2.5]],
+    )
+    both = _kept_of_movement(columns, "both", 3)
+    assert both["crack_width_max"] is columns["crack_width_max"]
+    assert both["end_crack_width_max"].values.tolist() == [4.0]
+    assert both["end_crack_width_max"].attributes["units"] == "m"
+    assert both["end_crack_width_max"].attributes["long_name"] != "widest crack"
+
+
+def test_reasons_of_failures() -> None:
+    errors = (DivergenceError("a"), ConvergenceError("b"), InputError("c"), ValueError("d"))
+    assert [sample._reason(e) for e in errors] == ["diverged", "not_converged", "bad_input", "error"]
+
+
+def test_settings_that_follow_from_others() -> None:
+    plain = settings()
+    assert (plain.with_samples(None, None) is plain, plain.title) == (True, "small wall that cracks")
+    assert (plain.with_samples(1, None).study.samples, settings(title=None).title) == (1, "masonry wall")
+    more = plain.with_samples(9, 0)
+    assert (more.study.samples, more.study.seed, plain.with_samples(9, None).study.seed) == (9, 0, 7)
+    for wrong in ((0, None), (None, -1)):
+        with pytest.raises(InputError, match="1 or more, and the seed 0 or more"):
+            plain.with_samples(*wrong)
+    assert [
+        settings(stop_at_category=stop, movement=kept).last_category
+        for stop, kept in ((2, "path"), (None, "path"), (None, "both"), (2, "both"), ("none", "path"))
+    ] == [2, 4, math.inf, 2, math.inf]
+    first, second = {"a": 1, "b": {"c": 2, "d": {"e": 3}}}, {"b": {"c": 5, "d": {"e": 3}}, "f": None, "g": "x"}
+    assert differing_keys(first, second) == ["a (was 1, is None)", "b.c (was 2, is 5)", "g (was None, is 'x')"]
+    coarse = settings(coarse={"wall": {"block_length": "480 mm"}, "dpc": {"course": 1}}).coarse_scene()
+    assert (coarse.wall.block_length, coarse.wall.length, coarse.dpc.course) == (0.48, 1.44, 1)  # type: ignore[union-attr]
+    assert not plain.shape_varies
+    for place, low in (("wall.length", 1.3), ("control_joint.1.x", 0.6)):
+        tables = {"variables": {place: {"distribution": "uniform", "lower": low, "upper": 2 * low}}, "correlation": {}}
+        tables["scene"] = {"wall": {"length": 3.0}, "control_joint": [{"x": 0.72}]}
+        assert settings(tables).shape_varies
+
+
+FIELD = {"distribution": "lognormal", "mean": 1e5, "cov": 0.3, "field": {"course_correlation": 0.4}}
+WALL = {"distribution": "lognormal", "mean": 0.75, "cov": 0.15}
+
+
+@pytest.mark.parametrize(
+    ("changes", "sampling", "words"),
+    [
+        ({}, {"stop_at_category": 5}, "stop_at_category = 5: .* goes up to category 4"),
+        ({}, {"stop_at_category": 0}, "must be the number of a category, 1 or more"),
+        ({}, {"stop_at_category": True}, "must be the number of a category"),
+        (
+            {"correlation": {"joint.friction": {"joint.friction": 0.5}}},
+            {},
+            "= 0.5: a variable has correlation 1 with itself",
+        ),
+        ({"correlation": {"joint.friction": {"joint.cohesion": 1.01}}}, {}, "= 1.01: must be a number from -1 to 1"),
+        ({"correlation": {"joint.friction": {"joint.cohesio": 0.1}}}, {}, "Did you mean 'joint.cohesion'"),
+        ({"variables": {"loads.roof": FIELD}, "correlation": {}}, {}, "only numbers of joint, head_joint and dpc"),
+        ({"variables": {"joint.friction": WALL}, "correlation": {}}, {"crossed": True}, "variables of both kinds"),
+        ({"variables": {"joint.cohesion": FIELD}, "correlation": {}}, {"crossed": True}, "variables of both kinds"),
+        ({}, {"crossed": True, "replicates": 4}, "no table, importance, replicates or stop_when"),
+        (
+            {
+                "variables": {
+                    "joint.cohesion": FIELD,
+                    "wall.length": {"distribution": "uniform", "lower": 1.2, "upper": 2},
+                },
+                "correlation": {},
+            },
+            {"crossed": True},
+            'variables."wall.length".* changes the number of joints',
+        ),
+        (
+            {"variables": {"joint.friction": {"distribution": "normal", "mean": 0.1, "std": 0.05}}, "correlation": {}},
+            {},
+            "one wall in 1000000 gets a value",
+        ),
+        (
+            {"variables": {"joint.friction": {"distribution": "uniform", "lower": -2, "upper": 1}}, "correlation": {}},
+            {},
+            "one wall in 1000000 gets",
+        ),
+        ({}, {"movement": "sampled", "stop_when": {"category": 1, "at": 0.006, "half_width": 0.1}}, "each wall is kno"),
+        ({}, {"stop_when": {"category": 5, "at": 0.006, "half_width": 0.1}}, "the damage table goes up to 4"),
+        ({}, {"replicates": 3, "stop_when": {"category": 4, "at": 0.006, "half_width": 0.1}}, "first = 64: must be a"),
+        ({}, {"sampler": "lhs", "replicates": 2}, "replicates = 2: is for sampler"),
+        ({}, {"nominal_share": 0.1}, "nominal_share = 0.1: goes with"),
+    ],
+)
+def test_incompatible_settings(changes: dict[str, Any], sampling: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        settings(changes, **sampling)
+
+
+def test_settings_at_the_edge_of_what_goes() -> None:
+    settings(stop_at_category=4)
+    settings({"correlation": {"joint.friction": {"movement.central_deflection": -0.9}}})
+    settings(stop_when={"category": 4, "at": 0.006, "half_width": 0.1}, replicates=4)
+    settings(crossed=True)
+
+
+def test_memory_of_a_design_and_time_of_a_sample() -> None:
+    """Four variables and the sample's number, eight copies of eight bytes: 320 bytes a sample."""
+    study = settings()
+    enough = Limits(memory=320.0 * 10**7, time=math.inf)
+    require_affordable(study, enough, 10**7)
+    with pytest.raises(InputError, match=r"samples = 10000001: the design alone .* 3\.2 GB"):
+        require_affordable(study, enough, 10**7 + 1)
+    limits = Limits(time=1800.0)
+    assert sample_timeout(None, limits, None) == 1800.0
+    assert sample_timeout(7.0, limits, None) == 7.0
+    assert sample_timeout(math.inf, limits, None) is None
+    executor = ThreadPoolExecutor(1)  # has no thread before it is used
+    assert sample_timeout(None, limits, executor) is None
+    for seconds, engine in ((7.0, executor), (0.0, None), (-1.0, None), (math.nan, None)):
+        with pytest.raises(InputError, match="timeout"):
+            sample_timeout(seconds, limits, engine)
+
+
+def test_workers_of_a_given_executor(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Threads of a client's workers come before those of an executor; counted again after ten seconds."""
+    clock = [50.0]
+    monkeypatch.setattr(dispatch, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    for executor, width in (
+        (SimpleNamespace(_max_workers=3), 3),
+        (SimpleNamespace(num_workers=5), 5),
+        (SimpleNamespace(), 8),
+        (SimpleNamespace(_max_workers=0), 8),
+        (SimpleNamespace(_max_workers=2.5), 8),
+        (SimpleNamespace(_max_workers=3, nthreads=lambda: {"a": 2, "b": 4}), 6),
+    ):
+        assert GivenExecutor("", executor).width == width
+    many = SimpleNamespace(_max_workers=3)
+    engine = GivenExecutor("", many)
+    assert engine.width == 3
+    many._max_workers, clock[0] = 7, 60.0
+    assert engine.width == 3
+    clock[0] = 60.1
+    assert engine.width == 7
+    asked: list[bool] = []
+    client = SimpleNamespace(get_executor=lambda pure: asked.append(pure) or many, nthreads=lambda: {"a": 9})
+    engine = GivenExecutor("there", client)
+    assert (asked, engine.executor, engine.width, engine.folder) == ([False], many, 9, "there")
+
+
+def test_interrupts_are_counted() -> None:
+    done: list[str] = []
+    stop = _Stop()
+    stop.at_first, stop.at_once = (lambda word=word: done.append(word) for word in ("first", "at once"))
+    stop(2, None)
+    assert (stop.asked, done) == (1, ["first"])
+    stop(2, None)
+    assert (stop.asked, done) == (2, ["first", "at once"])
+    with pytest.raises(KeyboardInterrupt):
+        stop(2, None)
+
+
+@pytest.mark.parametrize("importance", [{}, {"joint.friction": {"shift": -0.5}}], ids=["as stated", "importance"])
+@pytest.mark.parametrize("sampler", ["sobol", "lhs", "random"])
+@pytest.mark.parametrize("rho", [-0.9, -0.3, 0.9])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_correlation_is_drawn_with_its_sign(
+    rho: float, sampler: str, importance: dict[str, Any], turned: bool
+) -> None:
+    """Of values of a wall, weighted where they are drawn otherwise, and of values of joints, in either order."""
+    wall, joint = ("joint.friction", "movement.central_deflection"), ("joint.tensile_strength", "joint.cohesion")
+    pairs = [pair[::-1] if turned else pair for pair in (wall, joint)]
+    tables = {"correlation": {a: {b: rho} for a, b in pairs}}
+    if rho > 0:
+        tables["correlation"][pairs[1][0]][pairs[1][1]] = 0.9
+    design = settings(tables, sampler=sampler, importance=importance).design()
+    weight = design.weights(2000)
+    drawn = design.wall_values(2000)
+    found = np.cov([drawn[a] for a in wall], aweights=weight)
+    assert found[0, 1] / np.sqrt(found[0, 0] * found[1, 1]) == pytest.approx(rho, abs=0.1)
+    fields = design.joint_values(0, np.full(2000, -1))
+    assert np.corrcoef(fields[joint[0]], fields[joint[1]])[0, 1] == pytest.approx(rho, abs=0.1)
+
+
+def test_a_design_by_its_columns() -> None:
+    study = Study(settings(samples=5, seed=3, importance={"joint.friction": {"shift": -1.0}}))
+    ds = study.design_dataset(5)
+    assert ds["sample"].values.tolist() == [0, 1, 2, 3, 4]
+    np.testing.assert_array_equal(ds["weight"], study.design.weights(5))
+    assert ds["joint.cohesion"].dims == ("sample", "joint")
+    np.testing.assert_array_equal(ds["joint.cohesion"].values[3], study.sample(3)[1]["joint.cohesion"])
+    assert (ds.attrs["seed"], ds.attrs["span"], ds.attrs["highest_category"]) == (3, 1.44, 4)
+    assert (ds.attrs["sampler"], ds.attrs["replicates"], ds.attrs["damage_measure"]) == ("sobol", 1, "joint")
+    assert ds["joint.friction"].attrs["distribution"] == "lognormal"
+    assert (ds["movement.central_deflection"].attrs["units"], ds["joint.cohesion"].attrs["units"]) == ("m", "Pa")
+    manifest = study._manifest(5)
+    assert [manifest[key] for key in ("title", "samples", "seed", "sampler")] == [
+        "small wall that cracks",
+        5,
+        3,
+        "sobol",
+    ]
+    with pytest.raises(StudyError, match=r"no study folder|holds"):
+        study._prepare(StudyFolder(Path(__file__).parent), 5)
+
+
+def test_what_is_told_of_presets(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The largest error of each quantity, with its floor where the reference knows it worse than to 1 %."""
+    rows = [
+        ("draft", "dishing", True, "dpc", 0.12, 0.001, 0.31),
+        ("draft", "doming", True, "dpc", 0.034, 0.02, 0.36),
+        ("draft", "doming", True, "widest crack", 0.45, 0.0234, 0.33),
+        ("draft", "bare", False, "dpc", 0.9, 0, 9.0),
+        ("standard", "dishing", True, "dpc", 2e-6, 0.0, 1.0),
+        ("standard", "dishing", True, "damage category", 1.0, 0.0, 1.05),
+        ("draft", "bare", False, "damage category", 2.0, 0.0, 0.5),
+    ]
+    told = [Measured(a, "quasi_static", wall, dpc, False, *rest) for a, wall, dpc, *rest in rows]
+    told.append(told[0]._replace(method="explicit", error=0.99))
+    monkeypatch.setattr(accuracy, "measured", lambda: told)
+    unknown = "error not known, on no wall"
+    assert accuracy.accuracy_lines(Scene(dpc=Dpc(), solver=Solver(contacts_per_interface=5))) == [
+        '  accuracy = "standard", but for contacts_per_interface; largest errors measured on walls like it (dishing; '
+        "doming):",
+        '    draft: quadrature = "midpoint", contacts_per_interface = 2',
+        "      0.31-0.36 times the time of standard; dpc 12 %, widest crack 45 % (known to 2.3 %)",
+        "      damage category: error not known on walls like it; on other walls (bare) damage category 2",
+        "    standard: the defaults",
+        "      1 times the time of standard; dpc 0 %, damage category 1",
+        "      widest crack: " + unknown,
+        '    fine: blocks = "elastic"',
+        "      widest crack: " + unknown,
+        "      damage category: " + unknown,
+        '    reference: blocks = "deformable", zone_size = 0.04, contacts_per_interface = 5',
+        "      widest crack: " + unknown,
+        "      damage category: " + unknown,
+    ]
+    hole = Scene(opening=(Opening(x=2.0, y=0.9, width=0.9, height=1.2),))
+    assert "measured on other walls (dishing; doming; bare):" in accuracy.accuracy_lines(hole)[0]
+
+
+@pytest.mark.parametrize(
+    ("rule", "budget", "widths", "seconds", "reason", "counts", "left"),
+    [
+        (True, None, [0.5, 0.3, 0.1], 1.0, "enough", [8, 16, 32], [None] * 3),
+        (True, None, [0.5] * 4, 1.0, "samples", [8, 16, 32, 50], [None] * 4),
+        (True, 10.0, [0.5] * 4, 4.0, "time", [8, 16, 32], [10.0, 6.0, 2.0]),
+        (True, 12.0, [0.5, 0.5, 0.1, 0.1], 4.0, "enough", [8, 16, 32], [12.0, 8.0, 4.0]),
+        (False, 10.0, [], 4.0, "samples", [50], [10.0]),
+        (False, 3.0, [], 4.0, "time", [50], [3.0]),
+        (True, None, [0.5] * 4, -1.0, "interrupted", [8], [None]),
+    ],
+)
+def test_a_run_until_something(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    rule: bool,
+    budget: float | None,
+    widths: list[float],
+    seconds: float,
+    reason: str,
+    counts: list[int],
+    left: list[float | None],
+) -> None:
+    """Interim analyses at 8, 16, 32 and 50 walls, with given times of the pieces; negative times interrupt."""
+    clock, timers, seen = [100.0], [], []
+    monkeypatch.setattr(running, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(running, "open_study", lambda out: None)
+    wanted = StopWhen(category=2, at=6e-3, half_width=0.2, first=8)
+    study = Study(settings(samples=50, replicates=4, stop_when=wanted if rule else None, time_budget=budget))
+
+    def estimated(self: StopWhen, ds: object, confidence: float) -> estimate.Estimate:
+        width = widths[len(looked)]
+        looked.append(InterimAnalysis(0, None, False))
+        return estimate.Estimate(0.5, 0.1, 0.5 - width, 0.5 + width, confidence, 8, 8.0)
+
+    def run(out: Path, count: int, workers: int, executor: object, **how: object) -> RunSummary:
+        assert (workers, executor, how) == (2, None, {"on_progress": None, "timeout": 7.0})
+        seen.append(count)
+        clock[0] += abs(seconds)
+        return RunSummary(out, count, count, 0, seconds < 0, seconds)
+
+    class Timer:
+        def __init__(self, after: float, ask: Any) -> None:
+            assert ask.__name__ == "ask_to_stop"
+            timers.append(after)
+
+        def start(self) -> None:
+            assert self.daemon  # else the process waits for it
+
+        def cancel(self) -> None:
+            timers[-1] = (timers[-1],)
+
+    looked: list[InterimAnalysis] = []
+    monkeypatch.setattr(StopWhen, "estimate", estimated)
+    monkeypatch.setattr(running, "threading", SimpleNamespace(Timer=Timer))
+    monkeypatch.setattr(study, "run", run)
+    told: list[InterimAnalysis] = []
+    ending = running.run_until(study, tmp_path, workers=2, on_look=told.append, timeout=7.0)
+    assert (ending.reason, seen) == (reason, counts)
+    assert timers == [(after,) for after in left if after is not None]
+    assert told == ending.looks
+    assert [look.samples for look in told] == ([] if reason == "interrupted" else counts)
+    assert [look.enough for look in told] == [rule and reason == "enough" and n == counts[-1] for n in counts][
+        : len(told)
+    ]
+    assert (tmp_path / "stopping.json").exists() == (reason != "interrupted")
+    if rule and told:
+        assert told[0].estimate is not None
+        looks_at = 4 if budget is None else 5  # the end of the time is one more
+        assert told[0].estimate.confidence == pytest.approx(0.9 ** (1 / looks_at))
+
+
+def test_joints_that_are_neighbours_and_the_nearest_of_another_wall() -> None:
+    scene = Scene(wall=Wall(length=1.44, height=0.3), opening=(Opening(x=0.48, y=0.15, width=0.48, height=0.15),))
+    geometry, places = wall_geometry(scene).joints, sample.joint_places(scene)
+    for mine, theirs in ((places.kind, geometry.kind), (places.x, geometry.x), (places.y, geometry.y)):
+        np.testing.assert_array_equal(mine, theirs)
+    assert places.unit == 0.24
+    for number in np.unique(places.sequence):
+        here = places.sequence == number
+        assert len(set(places.kind[here])) == len(set(geometry.course[here])) == 1
+        assert np.diff(np.sort(places.x[here])).max(initial=0.0) < 0.36
+    plain = Scene(wall=Wall(length=1.44, height=0.3))
+    joints = wall_geometry(plain).joints
+    found = sample._on_nearest({"x": joints.x, "y": joints.y, "kind": joints.kind.astype(float)}, plain, scene)
+    np.testing.assert_array_equal(found["kind"], geometry.kind)
+    away = np.hypot(found["x"] - geometry.x, found["y"] - geometry.y)
+    assert np.median(away) < 1e-9
+    assert away.max() < 0.13
+
+
+def test_numbers_of_samples() -> None:
+    """The seventh wall of six is that of seven; a Latin hypercube depends on how many there are."""
+    study = Study(settings(samples=6, sampler="lhs"))
+    friction = {count: study.design.wall_values(count)["joint.friction"] for count in (6, 7, 12)}
+    assert study.sample(5)[0].joint.friction == friction[6][5]
+    assert study.sample(6)[0].joint.friction == friction[7][6]
+    assert study.sample(5, 12)[0].joint.friction == friction[12][5]
+    assert friction[6][5] != friction[12][5]
+    with pytest.raises(InputError, match="samples"):
+        study.sample(6, 6)
+    assert duration(7.2e6) == "2000.0 h"

@@ -1,0 +1,183 @@
+"""External executors: lost or repeated tasks do not change samples, and no sample is recorded as failed."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from damagepred.archive.folder import StudyFolder
+from damagepred.campaign.cluster import connect_dask_scheduler
+from damagepred.campaign.dispatch import GivenExecutor
+from damagepred.errors import InputError, StudyError
+from damagepred.study import Study, open_study
+from tests.campaign.test_run import same, settings
+from tests.conftest import SMALL_STUDY
+
+
+@pytest.fixture(scope="module")
+def serial(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("serial") / "study.dp"
+    with ThreadPoolExecutor(1) as executor:
+        Study(settings()).run(folder, samples=12, executor=executor)
+    return folder
+
+
+class Forgetful(Executor):
+    """Does the work, and then loses the answer of every other task; all that it shares with others is ``submit``."""
+
+    def __init__(self) -> None:
+        self.thread, self.count = ThreadPoolExecutor(1), 0
+
+    def submit(self, function: Any, /, *arguments: Any, **more: Any) -> Future:  # type: ignore[override]
+        self.count += 1
+        answer = self.thread.submit(function, *arguments, **more)
+        if self.count % 2:
+            return answer
+        lost: Future = Future()
+        answer.add_done_callback(lambda _: lost.set_exception(ConnectionError("the scheduler has gone away")))
+        return lost
+
+
+def test_the_folder_decides_not_the_answer_of_the_executor(serial: Path, tmp_path: Path) -> None:
+    executor = Forgetful()
+    summary = Study(settings()).run(tmp_path / "study.dp", samples=12, executor=executor)
+    assert (summary.done, summary.failed) == (12, 0)
+    same(open_study(serial), open_study(tmp_path / "study.dp"))
+    # nothing was solved twice
+    kept = [sample for samples in StudyFolder(tmp_path / "study.dp").part_files().values() for sample in samples]
+    assert sorted(kept) == list(range(12))
+
+
+def test_a_pool_that_breaks_keeps_what_is_done(serial: Path, tmp_path: Path) -> None:
+    with ProcessPoolExecutor(1) as pool, pytest.raises(StudyError, match=r"takes no more work .* goes on from there"):
+        Study(settings()).run(
+            tmp_path / "study.dp",
+            samples=12,
+            executor=pool,
+            on_progress=lambda state: [os.kill(p, signal.SIGKILL) for p in pool._processes if state.done],
+        )
+    folder = StudyFolder(tmp_path / "study.dp")
+    assert folder.finished()
+    assert not folder.failed_samples()
+    with ThreadPoolExecutor(1) as executor:
+        Study(settings()).run(folder.path, samples=12, executor=executor)
+    same(open_study(serial), open_study(folder.path))
+
+
+def test_workers_without_access_to_the_folder(tmp_path: Path) -> None:
+    from damagepred.campaign.sample import run_batch
+
+    with pytest.raises(StudyError, match="need a file system that they share"):
+        run_batch(str(tmp_path / "elsewhere.dp"), [(0, {})])
+
+
+def test_width_is_what_an_executor_tells() -> None:
+    with ThreadPoolExecutor(3) as executor:
+        assert GivenExecutor("", executor).width == 3
+    assert GivenExecutor("", Forgetful()).width == 8
+
+
+def test_each_thread_of_a_cluster_s_workers_takes_a_sample() -> None:
+    client = SimpleNamespace(nthreads=lambda: {"tcp://a": 4, "tcp://b": 2})
+    assert GivenExecutor("", client).width == 6
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "nowhere.json"])
+def test_no_scheduler_there(address: str) -> None:
+    pytest.importorskip("distributed")
+    with pytest.raises(InputError, match=f"--scheduler {address}: no Dask scheduler answers there"):
+        connect_dask_scheduler(address, timeout=0.5)
+
+
+def test_without_distributed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"pip install 'damagepred\[dask\]'"):
+        connect_dask_scheduler("tcp://127.0.0.1:8786")
+
+
+@pytest.fixture(scope="module")
+def dask() -> Iterator[Any]:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    ) as cluster:
+        yield cluster
+
+
+def test_a_dask_worker_that_is_killed_costs_nothing(serial: Path, tmp_path: Path, dask: Any) -> None:
+    client, folder = connect_dask_scheduler(dask.scheduler_address), StudyFolder(tmp_path / "study.dp")
+
+    def kill_one() -> None:
+        while not folder.finished():
+            time.sleep(0.01)
+        process = next(iter(client.run(os.getpid).values()))
+        os.kill(process, signal.SIGKILL)
+
+    killer = threading.Thread(target=kill_one)
+    killer.start()
+    with client:
+        summary = Study(settings()).run(folder.path, samples=12, executor=client)
+        killer.join()
+    assert (summary.done, summary.failed) == (12, 0)
+    same(open_study(serial), open_study(folder.path))
+
+
+def test_the_command_runs_on_a_scheduler(serial: Path, tmp_path: Path, dask: Any, small_study_file: Path) -> None:
+    command = [sys.executable, "-m", "damagepred", "study", str(small_study_file), "-n", "12"]
+    run = subprocess.run([*command, "--scheduler", dask.scheduler_address], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert "12 of 12 walls done, 0 failed" in run.stdout
+    same(open_study(serial), open_study(small_study_file.with_suffix(".dp")))
+
+
+MPI = """
+import sys
+from mpi4py.futures import MPIPoolExecutor
+from damagepred.study import Study
+if __name__ == "__main__":
+    with MPIPoolExecutor() as executor:
+        summary = Study.from_toml(sys.argv[1]).run(sys.argv[2], samples=12, executor=executor)
+    print(summary.done, summary.failed)
+"""
+
+
+def test_mpi(serial: Path, tmp_path: Path, small_study_file: Path) -> None:
+    pytest.importorskip("mpi4py")
+    import shutil
+
+    mpiexec = shutil.which("mpiexec") or shutil.which("mpiexec", path=str(Path(sys.executable).parent))
+    loads = subprocess.run([sys.executable, "-c", "from mpi4py import MPI"], capture_output=True, check=False)
+    if mpiexec is None or loads.returncode:
+        pytest.skip("needs an MPI library and mpiexec")
+    (tmp_path / "run.py").write_text(MPI)
+    run = subprocess.run(
+        [
+            mpiexec,
+            "-n",
+            "3",
+            sys.executable,
+            "-m",
+            "mpi4py.futures",
+            str(tmp_path / "run.py"),
+            str(small_study_file),
+            str(tmp_path / "mpi.dp"),
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.stdout.split() == ["12", "0"], run.stderr
+    same(open_study(serial), open_study(tmp_path / "mpi.dp"))
+
+
+def test_the_small_study_is_the_one_of_the_command(small_study_file: Path) -> None:
+    assert small_study_file.read_text() == SMALL_STUDY

@@ -1,0 +1,330 @@
+"""Guarantees of a study folder: one writer, no lost result, clear messages, fast also when large."""
+
+import json
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.archive.parts import Columns, read_part
+from damagepred.archive.provenance import environment
+from damagepred.campaign.replay import replay
+from damagepred.campaign.settings import StudySettings
+from damagepred.campaign.status import study_status, watching
+from damagepred.errors import ArchiveWarning, ConvergenceError, InputError, StudyError
+from damagepred.study import Progress, Study
+from tests.campaign.test_run import settings
+from tests.conftest import SMALL_STUDY
+from tests.regressions.measure import seconds
+
+
+def run(folder: Path, study: StudySettings | None = None, **more) -> None:
+    with ThreadPoolExecutor(1) as executor:
+        Study(study or settings()).run(folder, executor=executor, **more)
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("done") / "study.dp"
+    run(folder)
+    return folder
+
+
+def test_the_design_is_there_before_any_part_and_the_folder_reads_while_it_runs(tmp_path: Path) -> None:
+    folder, seen = StudyFolder(tmp_path / "study.dp"), []
+
+    def look(state: Progress) -> None:
+        assert folder.design().sizes["sample"] == 6
+        found = folder.results()
+        seen.append((state.done, int((found["status"].values == 0).sum())))
+        assert study_status(folder.path).total == 6
+
+    run(folder.path, on_progress=look)
+    assert seen[0] == (0, 0)
+    assert [reported for reported, _ in seen] == list(range(7))
+    assert all(there >= reported for reported, there in seen), "what is acknowledged is there"
+
+
+@pytest.mark.parametrize("moment", ["manifest.json", "design.nc", "study.toml"])
+def test_killed_while_the_folder_is_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str) -> None:
+    """Files left behind are no obstacle, and an incomplete study is not taken for one."""
+    from damagepred.archive import files
+    from damagepred.archive import folder as module
+
+    honest = files.write_whole
+
+    def deadly(path: Path, write) -> None:
+        if path.name == moment:
+            (path.parent / f".{path.name}.abc.tmp").touch()  # what a kill leaves, with nobody to tidy up
+            raise KeyboardInterrupt
+        honest(path, write)
+
+    for where in (files, module):
+        monkeypatch.setattr(where, "write_whole", deadly)
+    folder = StudyFolder(tmp_path / "study.dp")
+    with pytest.raises(KeyboardInterrupt):
+        run(folder.path, samples=1)
+    assert not folder.exists
+    with pytest.raises(InputError, match="is not a study folder"):
+        open_study(folder.path)
+    monkeypatch.undo()
+    run(folder.path, samples=1)
+    assert open_study(folder.path)["status"].values.tolist() == [0]
+    assert not list(folder.path.glob(".*.tmp"))
+
+
+def test_a_design_records_the_joints_of_as_many_walls_as_is_sensible(monkeypatch: pytest.MonkeyPatch) -> None:
+    from damagepred.campaign import campaign as module
+
+    study = Study(settings())
+    places = set(study.design.joint)
+    stored = study.design_dataset(3)
+    assert places <= set(stored.data_vars)
+    values = sum(stored[place].size for place in places)
+    monkeypatch.setattr(module, "MOST_VALUES", values)
+    assert places <= set(study.design_dataset(3).data_vars)
+    monkeypatch.setattr(module, "MOST_VALUES", values - 1)
+    assert not places & set(study.design_dataset(3).data_vars)
+
+
+def test_the_lock_of_a_killed_writer_is_no_hindrance(done: Path) -> None:
+    script = f"""
+import time
+from damagepred.archive.folder import StudyFolder
+lock = StudyFolder({str(done)!r}).lock()
+print("mine", flush=True)
+time.sleep(60)
+"""
+    writer = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    assert writer.stdout is not None
+    assert writer.stdout.readline() == "mine\n"
+    with pytest.raises(
+        StudyError, match=rf"another damagepred .*\(process {writer.pid} on .* since 20.*\); wait for it"
+    ):
+        run(done)
+    assert open_study(done).sizes["sample"] == 6, "reading needs no lock"
+    os.kill(writer.pid, signal.SIGKILL)
+    writer.wait()
+    run(done)
+
+
+def test_the_record_of_a_failure_tells_how_to_replay_it(tmp_path: Path) -> None:
+    text = SMALL_STUDY + '\n[scene.solver]\nmethod = "explicit"\ntolerance = 1e-9\nmaximum_cycles = 100\n'
+    folder = StudyFolder(tmp_path / "study.dp")
+    run(folder.path, settings(text), samples=2)
+    record = json.loads(folder.failure_file(1).read_text())
+    assert record["reason"] == "not_converged"
+    assert record["replay"] == "damagepred replay study.dp 1"
+    assert record["inputs"]["joint.friction"] == folder.design()["joint.friction"].values[1]
+    assert {"damagepred_version", "damagepred_commit", "schema_version"} <= set(record)
+    with pytest.raises(ConvergenceError) as again:  # the dead load already: there is no path to return
+        replay(folder.path, 1)
+    assert record["message"] == f"ConvergenceError: {again.value}"
+
+
+EXPLICIT = '[scene.solver]\nmethod = "explicit"\ntolerance = 1e-2\n'
+DEFORMABLE = '[scene.solver]\nblocks = "deformable"\n'
+SOFTENING = """
+[variables."joint.fracture_energy"]
+distribution = "uniform"
+lower = 5
+upper = 20
+field = { course_correlation = 0.2 }
+"""
+
+
+@pytest.mark.parametrize("kind", ["explicit", "deformable", "softening"])
+def test_replay_is_bit_for_bit_with_any_solver_and_fields(tmp_path: Path, kind: str) -> None:
+    text = SMALL_STUDY.replace("increments = 6", "increments = 2")
+    if kind == "softening":
+        text = text.replace("[scene.joint]", "[scene.joint]\nfracture_energy = 10.0").replace(
+            "[correlation]", SOFTENING + "[correlation]"
+        )
+    else:
+        text += EXPLICIT if kind == "explicit" else DEFORMABLE
+    folder = tmp_path / "study.dp"
+    run(folder, settings(text), samples=2)
+    for sample in range(2):
+        ds, comparison = replay(folder, sample)
+        assert comparison == f"bit for bit what the archive holds for sample {sample}"
+        file = StudyFolder(folder).part_of(sample)
+        assert file is not None
+        part = read_part(file)
+        row = part["sample"].values.tolist().index(sample)
+        for name in ("crack_width_max", "external_work", "newton_iterations", "unbalanced_force_ratio"):
+            np.testing.assert_array_equal(ds[name].values, part[name].values[row][: ds.sizes["increment"]])
+
+
+@pytest.mark.parametrize("beside", [-1, 0])
+def test_a_sample_beside_the_last_or_first_is_refused(done: Path, beside: int) -> None:
+    count = StudyFolder(done).design().sizes["sample"]
+    with pytest.raises(InputError, match=rf"has samples 0 to {count - 1}\.$"):
+        replay(done, beside if beside < 0 else count)
+
+
+COMMITTED = environment() | {"damagepred_commit": "0123456789ab"}
+
+
+@pytest.mark.parametrize(
+    ("recorded", "here", "says"),
+    [
+        ({}, {}, "kernel hash, libraries and BLAS core are the same: this is a defect of damagepred."),
+        ({"machine": "Zen 5"}, {"machine": "Skylake"}, "another machine (Zen 5, here Skylake)."),
+        ({"blas": "Haswell"}, {"blas": "SkylakeX"}, "another BLAS core (Haswell, here SkylakeX)."),
+        ({"kernel_hash": "ab"}, {"kernel_hash": "cd"}, "another kernel hash (ab, here cd)."),
+        ({"damagepred_commit": "ab"}, {"damagepred_commit": "cd"}, "another commit (ab, here cd)."),
+        ({"damagepred_version": "1"}, {"damagepred_version": "2"}, "another version (1, here 2)."),
+        (
+            {"machine": "A", "blas": "B"},
+            {"machine": "C", "blas": "D"},
+            "machine (A, here C); another BLAS core (B, here",
+        ),
+        ({"damagepred_commit": "ab+"}, {"damagepred_commit": "ab+"}, "changes that are not committed"),
+        (None, {}, "older version, which did not record where"),
+    ],
+)
+def test_a_replay_that_differs_names_other_differences(
+    recorded: dict[str, str] | None, here: dict[str, str], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from damagepred.campaign import replay as module
+    from damagepred.campaign import sample
+
+    monkeypatch.setattr(sample, "environment", lambda: COMMITTED | (recorded or {}))
+    if recorded is None:
+        monkeypatch.setattr(sample, "_row", without_environment(sample._row))
+    study = Study(settings())
+    with ThreadPoolExecutor(1) as executor:
+        study.run(tmp_path / "study.dp", samples=1, executor=executor)
+    monkeypatch.setattr(module, "environment", lambda: COMMITTED | here)
+
+    honest = module.solve
+
+    def other(*arguments, **more):
+        ds = honest(*arguments, **more)
+        ds["base_reaction"].values[1] *= 1 + 1e-15
+        return ds
+
+    monkeypatch.setattr(module, "solve", other)
+    comparison = replay(tmp_path / "study.dp", 0)[1]
+    assert comparison.startswith("differs from the archive in base_reaction. ")
+    assert says in comparison
+    assert "other machines" not in comparison
+    assert comparison.count("another") == len([key for key in recorded or {} if recorded[key] != here[key]])
+
+
+def without_environment(row: Callable[..., Columns]) -> Callable[..., Columns]:
+    """Return rows as versions wrote them that did not record where a sample was solved."""
+
+    def older(*arguments: Any) -> Columns:
+        columns = row(*arguments)
+        del columns["environment"]
+        return columns
+
+    return older
+
+
+def test_each_sample_records_where_it_was_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from damagepred.campaign import sample
+
+    folder = StudyFolder(tmp_path / "study.dp")
+    here = environment()
+    assert all(here.values())
+    for samples, machine in ((1, "A"), (2, "B"), (3, "A")):
+        monkeypatch.setattr(sample, "environment", lambda machine=machine: here | {"machine": machine})
+        with ThreadPoolExecutor(1) as executor:
+            Study(settings()).run(folder.path, samples=samples, executor=executor)
+    for _ in range(2):  # from the file of all samples, and from the parts
+        ds = open_study(folder.path)
+        table = json.loads(ds["environment"].attrs["environments"])
+        assert [table[i]["machine"] for i in ds["environment"].values] == ["A", "B", "A"]
+        assert [one | {"machine": ""} for one in table] == 2 * [here | {"machine": ""}]
+        folder.results_file.unlink(missing_ok=True)
+    wall, _ = replay(folder.path, 0)
+    assert {key: wall.attrs[key] for key in here} == here
+
+
+def test_a_damaged_part_is_named_and_solved_again(done: Path, tmp_path: Path) -> None:
+    import shutil
+
+    folder = StudyFolder(shutil.copytree(done, tmp_path / "study.dp"))
+    folder.results_file.unlink()
+    part = folder.part_of(2)
+    assert part is not None
+    part.write_bytes(part.read_bytes()[:100])
+    with pytest.warns(ArchiveWarning, match=rf"{part.name}: is damaged .* left out"):
+        left = folder.results()["status"].values
+    assert set(np.flatnonzero(left == 3)) == set(folder.part_files()[part])
+    with pytest.warns(ArchiveWarning, match=rf"{part.name}: is damaged .* set aside as .*damaged/{part.name}"):
+        run(folder.path)
+    assert (folder.path / "damaged" / part.name).stat().st_size == 100
+    np.testing.assert_array_equal(
+        open_study(folder.path)["crack_width_max"].values, open_study(done)["crack_width_max"].values
+    )
+
+
+def test_failures_that_came_to_a_result_after_all_count_as_solved(done: Path, tmp_path: Path) -> None:
+    """A worker given up too early may have written its part all the same."""
+    import shutil
+
+    folder = StudyFolder(shutil.copytree(done, tmp_path / "study.dp"))
+    folder.results_file.unlink()
+    folder.record_failure(1, "timeout", "took long", {})
+    assert folder.results()["status"].values.tolist() == [0] * 6
+
+
+def test_watching_ends_when_nothing_is_left(done: Path) -> None:
+    (report,) = watching(done, 60.0)
+    assert report.remaining == 0
+
+
+def without_rights(folder: str, answer) -> None:
+    """Try to resume a study without permission to write."""
+    if os.getuid() == 0:
+        os.setgid(65534)
+        os.setuid(65534)
+    try:
+        Study.from_folder(folder).run(folder, samples=8)
+    except StudyError as error:
+        answer.put(str(error))
+    answer.put(str(open_study(folder).sizes["sample"]))
+
+
+def test_a_folder_that_may_only_be_read(done: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
+    import shutil
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as place:  # pytest's own folders are closed to others
+        Path(place).chmod(0o755)
+        folder = Path(shutil.copytree(done, Path(place) / "study.dp"))
+        (folder / ".lock").unlink(missing_ok=True)
+        folder.chmod(0o555)
+        context = multiprocessing.get_context("fork")
+        answer = context.Queue()
+        process = context.Process(target=without_rights, args=(str(folder), answer))
+        process.start()
+        said = [answer.get(timeout=60), answer.get(timeout=60)]
+        process.join()
+        folder.chmod(0o755)
+    assert "study.dp: cannot be written" in said[0]
+    assert "choose another with -o" in said[0]
+    assert said[1] == "6", "reading it is no matter"
+
+
+def test_a_hundred_thousand_samples_are_listed_fast(done: Path, tmp_path: Path) -> None:
+    """With the parts of a study of that size; their names determine the finished samples."""
+    import shutil
+
+    folder = StudyFolder(shutil.copytree(done, tmp_path / "study.dp"))
+    for first in range(10, 100_010, 10):
+        folder.part_file(first, first + 9).touch()
+    assert len(folder.finished()) == 100_006
+    assert seconds(folder.finished) < 2.0  # of processor

@@ -1,0 +1,175 @@
+"""Studies of walls on a flexible footing: on a mound, and on jacks up to the limit of the rig."""
+
+import sys
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred.campaign.settings import StudySettings
+from damagepred.campaign.status import study_status
+from damagepred.cli import main
+from damagepred.errors import InputError
+from damagepred.plotting.fragility import draw_fragility
+from damagepred.plotting.study import common_paths, draw_category_shares
+from damagepred.study import Study, open_study
+from damagepred.uq.fragility import capacities, fit_fragility
+
+WALL = """
+[study]
+samples = 4
+seed = 3
+[scene.wall]
+length = 1.92
+height = 0.45
+[scene.footing]
+width = 0.1
+depth = 0.06
+elastic_modulus = "7 GPa"
+[scene.joint]
+tensile_strength = "5 kPa"
+cohesion = "10 kPa"
+[variables."joint.tensile_strength"]
+distribution = "lognormal"
+mean = "5 kPa"
+cov = 0.3
+"""
+MOUND = """
+[scene.movement]
+kind = "doming"
+shape = "mound"
+increments = 5
+[scene.mound]
+surface_movement = "50 mm"
+edge_distance = 0.8
+[scene.soil]
+shrinking_stiffness = 2e7
+[variables."mound.surface_movement"]
+distribution = "uniform"
+lower = "50 mm"
+upper = "80 mm"
+"""
+JACKS = """
+[scene.movement]
+kind = "dishing"
+shape = "jacks"
+increments = 6
+central_deflection = "30 mm"
+[scene.dpc]
+course = 1
+"""
+
+
+def run(tables: str, folder: Path) -> Path:
+    settings = StudySettings.from_dict(tomllib.loads(WALL + tables))
+    with ThreadPoolExecutor(1) as executor:
+        summary = Study(settings).run(folder, executor=executor)
+    assert (summary.done, summary.failed) == (4, 0)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def mound(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return run(MOUND, tmp_path_factory.mktemp("mound") / "mound.dp")
+
+
+@pytest.fixture(scope="module")
+def jacks(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return run(JACKS, tmp_path_factory.mktemp("jacks") / "jacks.dp")
+
+
+def test_a_mound_s_study_keeps_the_movement_of_its_surface(mound: Path) -> None:
+    ds = open_study(mound)
+    full = ds["mound.surface_movement"].values
+    assert ds["surface_movement"].dims == ("sample", "increment")
+    assert ds["surface_movement"].values == pytest.approx(full[:, None] * np.linspace(0.0, 1.0, 6), rel=1e-12)
+    assert ds["surface_movement"].attrs["units"] == "m"
+    deflection = ds["central_deflection"].values
+    # the footing does not follow: between nothing and what the edges do at most, and not in proportion
+    assert (deflection[:, -1] > 0).all()
+    assert (deflection[:, -1] < 0.7 * full).all()
+    assert np.abs(deflection[:, 3] - 0.6 * deflection[:, -1]).min() > 1e-6
+
+
+def test_curves_of_a_mound_s_study_are_against_the_movement_of_its_surface(mound: Path) -> None:
+    ds = open_study(mound)
+    curves = fit_fragility(ds, bootstrap=0)
+    assert curves.attrs["intensity_measure"] == "surface_movement"
+    assert float(curves["intensity"][-1]) == pytest.approx(float(ds["mound.surface_movement"].max()))
+    assert draw_fragility(curves).get_xlabel() == "surface movement $y_s$ (mm)"
+    assert draw_category_shares(ds).get_xlabel() == "surface movement $y_s$ (mm)"
+    bounds = capacities(ds, 1, "surface_movement")
+    category = ds["damage_category"].values
+    for wall in range(4):  # by hand: the first increment in the category, and the one before
+        reached = np.flatnonzero(category[wall] >= 1)
+        assert reached.size
+        assert bounds.upper[wall] == ds["surface_movement"].values[wall, reached[0]]
+        assert bounds.lower[wall] == ds["surface_movement"].values[wall, reached[0] - 1]
+    # read against the deflection, the same walls make another curve
+    assert fit_fragility(ds, intensity="central_deflection", bootstrap=0)["intensity"][-1] < curves["intensity"][-1]
+
+
+def test_the_command_names_what_its_curves_are_against(
+    mound: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for options, words in (
+        ([], "against the surface movement"),
+        (["--intensity", "central_deflection"], "against the central deflection"),
+    ):
+        monkeypatch.setattr(sys, "argv", ["damagepred", "fragility", str(mound), "--bootstrap", "0", *options])
+        with pytest.raises(SystemExit, match="0"):
+            main()
+        assert words in " ".join(capfd.readouterr().out.split())
+
+
+def test_a_study_without_mounds_has_no_movement_of_a_surface(jacks: Path) -> None:
+    with pytest.raises(InputError, match="no variable 'surface_movement' with values; it has central_deflection"):
+        fit_fragility(open_study(jacks), intensity="surface_movement")
+
+
+def test_a_wall_on_jacks_is_known_up_to_the_limit_of_its_rig_and_no_further(jacks: Path) -> None:
+    ds = open_study(jacks)
+    limit = ds["limit_deflection"].values
+    assert (ds["status"].values == 0).all()  # nothing failed
+    assert ((limit > 0) & (limit < 30e-3)).all()
+    known = np.isfinite(ds["central_deflection"].values)
+    assert (known.sum(axis=1) < ds.sizes["increment"]).all()
+    assert np.nanmax(ds["central_deflection"].values, axis=1) == pytest.approx(limit, rel=1e-9)
+    assert ((ds["damage_category"].values >= 0) == known).all()
+    assert (np.isfinite(ds["crack_width_max"].values) == known).all()
+
+
+def test_fits_take_a_wall_at_the_limit_of_its_rig_as_censored_there(jacks: Path) -> None:
+    ds = open_study(jacks)
+    highest = int(ds["damage_category"].max())
+    bounds = capacities(ds, highest + 1)
+    assert np.isinf(bounds.upper).all()
+    assert bounds.lower == pytest.approx(ds["limit_deflection"].values, rel=1e-9)
+    assert not bounds.failed.any()
+
+
+def test_status_and_pictures_report_the_limit(jacks: Path) -> None:
+    ds = open_study(jacks)
+    line = next(text for text in study_status(jacks).lines if "ended before the full movement" in text)
+    assert line.startswith("4 walls ended")
+    assert "censored" in line
+    paths = common_paths(ds, points=7)
+    beyond = paths.movement[None] > ds["limit_deflection"].values[:, None] * (1 + 1e-6)
+    assert (paths.category[beyond] == -1).all()
+    assert np.isnan(paths.width[beyond]).all()
+
+
+def test_a_deflection_that_falls_again_gives_no_empty_interval() -> None:
+    both = ("sample", "increment")
+    ds = xr.Dataset(
+        {
+            "damage_category": (both, np.array([[0, 0, 0, 1]], dtype=np.int8)),
+            "status": ("sample", np.zeros(1, dtype=np.int8)),
+            "central_deflection": (both, np.array([[1.0, 4.0, 2.0, 3.0]])),
+        }
+    )
+    bounds = capacities(ds, 1)
+    assert (bounds.lower[0], bounds.upper[0]) == (4.0, 4.0)

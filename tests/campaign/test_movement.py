@@ -1,0 +1,93 @@
+"""Stored part of the movement: the path, its sampled end, or both."""
+
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damagepred.campaign.replay import replay
+from damagepred.campaign.settings import StudySettings
+from damagepred.campaign.status import study_status
+from damagepred.errors import InputError
+from damagepred.plotting.study import draw_crack_widths
+from damagepred.study import Study, open_study
+from damagepred.uq.exceedance import exceedance
+from tests.campaign.test_ground import JACKS, MOUND, WALL
+from tests.conftest import SMALL_STUDY
+
+
+def run(folder: Path, movement: str, samples: int = 6) -> xr.Dataset:
+    text = SMALL_STUDY.replace("stop_at_category = 4", f'stop_at_category = "none"\nmovement = "{movement}"')
+    with ThreadPoolExecutor(1) as executor:
+        Study(StudySettings.from_dict(tomllib.loads(text))).run(folder, samples=samples, executor=executor)
+    return open_study(folder)
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    place = tmp_path_factory.mktemp("movement")
+    for kind in ("path", "sampled", "both"):
+        run(place / kind, kind)
+    return {kind: place / kind for kind in ("path", "sampled", "both")}
+
+
+def test_the_end_is_the_last_increment_of_the_path(folders: dict[str, Path]) -> None:
+    path, end, both = (open_study(folders[kind]) for kind in ("path", "sampled", "both"))
+    assert "increment" not in end.dims
+    for name in ("damage_category", "crack_width_max", "dpc_opening_max", "central_deflection", "deflection_ratio"):
+        assert end[name].dims == ("sample",)
+        last = path[name].values[:, -1]
+        np.testing.assert_array_equal(end[name].values, last)
+        np.testing.assert_array_equal(both[name].values, path[name].values)
+        np.testing.assert_array_equal(both[f"end_{name}"].values, last)
+        assert both[f"end_{name}"].attrs.get("units") == path[name].attrs.get("units")
+    np.testing.assert_array_equal(end["central_deflection"].values, end["movement.central_deflection"].values)
+    assert end["damage_category"].attrs["flag_meanings"] == path["damage_category"].attrs["flag_meanings"]
+    assert len(set(end["crack_width_max"].values)) == 6
+
+
+def test_studies_of_ends_are_read_everywhere(folders: dict[str, Path]) -> None:
+    assert study_status(folders["sampled"]).rows == study_status(folders["path"]).rows
+    for kind in ("sampled", "both"):
+        assert replay(folders[kind], 4)[1] == "bit for bit what the archive holds for sample 4"
+    end = open_study(folders["sampled"])
+    with pytest.raises(InputError, match="no paths to draw"):
+        draw_crack_widths(end)
+    with pytest.raises(InputError, match="give no curve to read the probability from"):
+        exceedance(end, 1, 0.005)  # six walls
+
+
+@pytest.mark.parametrize(("ground", "measure"), [(MOUND, "surface_movement"), (JACKS, "central_deflection")])
+def test_ends_on_mounds_and_jacks(ground: str, measure: str) -> None:
+    """A mound's movement is the sampled one; unloaded jacks end the movement, and the wall is known there."""
+    study = Study(StudySettings.from_dict(tomllib.loads(WALL + ground)))
+    outputs = (measure, "damage_category", "crack_width_max", "base_reaction")
+    vectors = study.function().from_unit(np.full((1, len(study.design.wall)), 0.3))
+    end = study.function(outputs, movement="sampled")(vectors)
+    path = study.function(outputs, movement="path")(vectors).isel(sample=0)
+    last = int(np.flatnonzero(np.isfinite(path["base_reaction"].values))[-1])
+    for name in outputs:
+        assert end[name].values[0] == path[name].values[last]
+    if ground is MOUND:
+        assert end[measure].values[0] == vectors[0, study.design.wall.index("mound.surface_movement")]
+    else:
+        assert last < study.settings.scene.movement.increments, "jacks that never let go test nothing"
+
+
+def test_a_path_whose_end_counts_reaches_it() -> None:
+    tables = tomllib.loads(SMALL_STUDY.replace("stop_at_category = 4", ""))
+    for movement, last in (("path", 4), ("sampled", np.inf), ("both", np.inf)):
+        tables["study"]["movement"] = movement
+        assert StudySettings.from_dict(tables).last_category == last
+    tables["study"]["stop_at_category"] = 2
+    assert StudySettings.from_dict(tables).last_category == 2
+    tables["study"] |= {"movement": "sampled", "stop_when": {"category": 1, "at": "8 mm", "half_width": 0.05}}
+    with pytest.raises(InputError, match="tells no probability at one"):
+        StudySettings.from_dict(tables)
+    tables["study"].pop("stop_when")
+    tables["study"]["movement"] = "end"
+    with pytest.raises(InputError, match="movement = 'end': must be 'path', 'sampled' or 'both'"):
+        StudySettings.from_dict(tables)

@@ -1,0 +1,271 @@
+"""Serial, parallel, resumed, extended and replayed samples are bit for bit the same."""
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import damagepred
+from damagepred.archive.files import read_dataset
+from damagepred.archive.folder import StudyFolder
+from damagepred.assembly import wall_geometry, wall_model
+from damagepred.campaign.replay import replay
+from damagepred.campaign.sample import sampled_wall
+from damagepred.campaign.settings import StudySettings
+from damagepred.errors import InputError, StudyError
+from damagepred.study import Study, open_study
+from tests.conftest import SMALL_STUDY
+
+
+def settings(text: str = SMALL_STUDY) -> StudySettings:
+    import tomllib
+
+    return StudySettings.from_dict(tomllib.loads(text))
+
+
+def same(first: xr.Dataset, second: xr.Dataset) -> None:
+    """All variables except time and place are the same to the last bit."""
+    assert set(first.data_vars) == set(second.data_vars)
+    for name in set(first.data_vars) - {"run_time", "environment"}:
+        np.testing.assert_array_equal(first[name].values, second[name].values, err_msg=str(name))
+
+
+@pytest.fixture(scope="module")
+def serial(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("serial") / "study.dp"
+    summary = Study(settings()).run(folder, workers=1)
+    assert (summary.total, summary.done, summary.failed, summary.interrupted) == (6, 6, 0, False)
+    return folder
+
+
+def test_two_workers_give_the_same_bits(serial: Path, tmp_path: Path) -> None:
+    Study(settings()).run(tmp_path / "two.dp", workers=2)
+    same(open_study(serial), open_study(tmp_path / "two.dp"))
+
+
+def test_any_executor_gives_the_same_bits(serial: Path, tmp_path: Path) -> None:
+    with ThreadPoolExecutor(2) as executor:
+        Study(settings()).run(tmp_path / "threads.dp", executor=executor)
+    same(open_study(serial), open_study(tmp_path / "threads.dp"))
+
+
+def test_extending_keeps_samples_and_adds_those_of_a_larger_run(serial: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "grown.dp"
+    with ThreadPoolExecutor(2) as executor:
+        Study(settings()).run(folder, samples=2, executor=executor)
+        before = {p.name: p.read_bytes() for p in StudyFolder(folder).parts.glob("*.nc")}
+        assert len(before) == 2
+        Study(settings()).run(folder, samples=6, executor=executor)
+    for name, content in before.items():
+        assert (StudyFolder(folder).parts / name).read_bytes() == content
+    same(open_study(serial), open_study(folder))
+
+
+def test_a_lost_part_and_a_lost_summary_are_made_again(serial: Path, tmp_path: Path) -> None:
+    import shutil
+
+    folder = StudyFolder(shutil.copytree(serial, tmp_path / "hurt.dp"))
+    lost = folder.part_of(3)
+    assert lost is not None
+    gone = np.isin(np.arange(6), folder.part_files()[lost])
+    assert 0 < gone.sum() < 6
+    lost.unlink()
+    folder.results_file.unlink()
+    ds = folder.results()
+    np.testing.assert_array_equal(ds["status"].values, 3 * gone)
+    assert np.isnan(ds["crack_width_max"].values[gone]).all()
+    assert (ds["damage_category"].values[gone] == -1).all()
+    assert np.isfinite(ds["crack_width_max"].values[~gone, 0]).all()
+    with ThreadPoolExecutor(1) as executor:
+        Study(settings()).run(folder.path, executor=executor)
+    same(open_study(serial), open_study(folder.path))
+
+
+def test_replay_gives_the_archived_sample_with_all_fields(serial: Path) -> None:
+    ds, comparison = replay(serial, 4)
+    assert comparison == "bit for bit what the archive holds for sample 4"
+    assert ds.attrs["title"] == f"{open_study(serial).attrs['title']}: sample 4"
+    archived = open_study(serial).isel(sample=4)
+    steps = ds.sizes["increment"]
+    np.testing.assert_array_equal(ds["crack_width_max"].values, archived["crack_width_max"].values[:steps])
+    assert {"contact_opening", "block_rotation", "contact_state"} <= set(ds.data_vars)
+    # its joints have the strengths that the design recorded
+    design = read_dataset(StudyFolder(serial).design_file)
+    strength = design["joint.tensile_strength"].values[4][ds["contact_joint"].values]
+    cohesion = design["joint.cohesion"].values[4][ds["contact_joint"].values]
+    apex = cohesion / float(design["joint.friction"].values[4])
+    np.testing.assert_allclose(ds["contact_tensile_strength"].values, np.minimum(strength, apex), rtol=1e-14)
+    np.testing.assert_array_equal(ds["contact_cohesion"].values, cohesion)
+
+
+def test_replay_of_an_unknown_sample_is_refused(serial: Path) -> None:
+    with pytest.raises(InputError, match="samples 0 to 5"):
+        replay(serial, 6)
+
+
+def test_design_is_written_with_every_input(serial: Path) -> None:
+    design = read_dataset(serial / "design.nc")
+    study = Study(settings())
+    assert set(study.settings.variables) <= set(design.data_vars)
+    for sample in (0, 5):
+        scene, fields = study.sample(sample)
+        assert scene.joint.friction == design["joint.friction"].values[sample]
+        assert scene.movement.central_deflection == design["movement.central_deflection"].values[sample]
+        for place, values in fields.items():
+            np.testing.assert_array_equal(design[place].values[sample], values)
+    assert design["joint.tensile_strength"].attrs["units"] == "Pa"
+
+
+def test_the_dataset_is_complete(serial: Path) -> None:
+    ds = damagepred.open_study(serial)
+    assert ds.sizes["sample"] == 6
+    assert ds.sizes["increment"] == 7
+    for name in ("crack_width_max", "dpc_opening_max", "damage_category", "deflection_ratio"):
+        assert ds[name].dims == ("sample", "increment")
+    assert ds["status"].dims == ("sample",)
+    assert {"joint.friction", "movement.central_deflection"} <= set(ds.data_vars)
+    assert ds["sample"].attrs["standard_name"] == "realization"
+    assert ds["damage_category"].dtype == np.int8
+    np.testing.assert_allclose(
+        ds["deflection_ratio"].values[:, -1], ds["movement.central_deflection"].values / 1.44, rtol=1e-14
+    )
+    assert ds.attrs["seed"] == 7
+    assert "scene" in ds.attrs
+    assert (ds["crack_width_max"].values[:, -1] > 0).any(), "a study in which nothing cracks tests nothing"
+
+
+def test_another_study_is_refused_and_the_keys_are_named(serial: Path) -> None:
+    other = settings(SMALL_STUDY.replace("mean = 0.75", "mean = 0.7").replace("height = 0.45", "height = 0.375"))
+    before = sorted(p.name for p in serial.rglob("*"))
+    with pytest.raises(StudyError) as caught:
+        Study(other).run(serial)
+    assert "variables.joint.friction.mean (was 0.75, is 0.7)" in str(caught.value)
+    assert "scene.wall.height" in str(caught.value)
+    assert sorted(p.name for p in serial.rglob("*")) == before
+
+
+def test_a_second_writer_is_refused(serial: Path) -> None:
+    lock = StudyFolder(serial).lock()
+    try:
+        with pytest.raises(StudyError, match="another damagepred is writing"):
+            Study(settings()).run(serial)
+    finally:
+        lock.release()
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "letters").mkdir()
+    (tmp_path / "letters" / "love.txt").write_text("dear")
+    with pytest.raises(StudyError, match="no study folder"):
+        Study(settings()).run(tmp_path / "letters")
+    assert (tmp_path / "letters" / "love.txt").read_text() == "dear"
+
+
+def test_a_latin_hypercube_cannot_be_extended(tmp_path: Path) -> None:
+    text = SMALL_STUDY.replace("seed = 7", 'seed = 7\nsampler = "lhs"')
+    with ThreadPoolExecutor(2) as executor:
+        Study(settings(text)).run(tmp_path / "lhs.dp", samples=2, executor=executor)
+        with pytest.raises(InputError, match="cannot be extended"):
+            Study(settings(text)).run(tmp_path / "lhs.dp", samples=4, executor=executor)
+
+
+def test_a_failed_sample_is_recorded_and_the_others_continue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from damagepred.campaign import sample as module
+    from damagepred.errors import ConvergenceError
+
+    honest, calls = module.follow, []
+
+    def moody(*arguments: object):
+        calls.append(1)
+        for number, step in enumerate(honest(*arguments)):
+            if len(calls) == 2 and number == 3:
+                raise ConvergenceError("increment 3 did not settle, block 5", increment=3, block=5)
+            yield step
+
+    monkeypatch.setattr(module, "follow", moody)
+    with ThreadPoolExecutor(1) as executor:
+        summary = Study(settings()).run(tmp_path / "moody.dp", samples=3, executor=executor)
+    assert (summary.done, summary.failed) == (3, 1)
+    folder = StudyFolder(tmp_path / "moody.dp")
+    ((number, record),) = folder.failed().items()
+    assert record["reason"] == "not_converged"
+    assert "block 5" in record["message"]
+    assert set(record["inputs"]) == {"joint.friction", "movement.central_deflection"}
+    ds = folder.results()
+    assert ds["status"].values[number] == 2
+    # what was reached before it failed is kept, what came after is unknown
+    assert np.isfinite(ds["crack_width_max"].values[number, :3]).all()
+    assert np.isnan(ds["crack_width_max"].values[number, 3:]).all()
+    assert (ds["damage_category"].values[number, 3:] == -1).all()
+    monkeypatch.setattr(module, "follow", honest)
+    with ThreadPoolExecutor(1) as executor:
+        again = Study(settings()).run(folder.path, samples=3, executor=executor)
+        assert (again.done, again.failed) == (3, 1), "a failed sample is not run again unless asked"
+        again = Study(settings()).run(folder.path, samples=3, executor=executor, retry_failed=True)
+    assert (again.done, again.failed) == (3, 0)
+    assert (folder.results()["status"].values == 0).all()
+
+
+def test_threads_may_write_and_read_at_once(tmp_path: Path) -> None:
+    """The HDF5 library itself crashes then."""
+    from damagepred.archive.files import write_dataset
+    from damagepred.archive.schema import dataset
+
+    def write_and_read(number: int) -> int:
+        ds = dataset({"increment": np.arange(50), "base_reaction": np.full(50, float(number))}, {})
+        for _ in range(10):
+            write_dataset(ds, tmp_path / f"{number}.nc")
+            assert (read_dataset(tmp_path / f"{number}.nc")["base_reaction"].values == number).all()
+        return number
+
+    with ThreadPoolExecutor(4) as executor:
+        assert list(executor.map(write_and_read, range(8))) == list(range(8))
+
+
+@pytest.mark.parametrize("field", ["", "field = { course_correlation = 0.3 }"])
+def test_the_fracture_energy_may_be_uncertain(field: str) -> None:
+    text = SMALL_STUDY.replace("[scene.joint]", '[scene.joint]\nfracture_energy = "10 N/m"')
+    table = f'[variables."joint.fracture_energy"]\ndistribution = "lognormal"\nmean = "10 J/m2"\ncov = 0.3\n{field}\n'
+    study = settings(text.replace("[correlation]", f"{table}\n[correlation]"))
+    design = study.design()
+    values = {place: column[2] for place, column in design.wall_values(6).items()}
+    scene, fields = sampled_wall(study, design, 2, values)
+    law, joint = wall_model(scene, fields).properties, wall_geometry(scene).interfaces.joint
+    energy = fields["joint.fracture_energy"][joint] if field else values["joint.fracture_energy"]
+    assert (len(set(np.ravel(energy))) > 50) == bool(field)
+    np.testing.assert_allclose(law.critical_opening, 2 * energy / law.tensile_strength, rtol=1e-12)
+
+
+def test_a_fracture_energy_that_the_scene_leaves_out_cannot_be_sampled() -> None:
+    table = '[variables."joint.fracture_energy"]\ndistribution = "uniform"\nlower = 5\nupper = 20\n'
+    with pytest.raises(
+        InputError, match=r"joint\.fracture_energy.*leaves this number out; give it a value there first"
+    ):
+        settings(SMALL_STUDY.replace("[correlation]", f"{table}\n[correlation]"))
+
+
+@pytest.mark.parametrize("stop", [2, '"none"'])
+def test_a_path_ends_at_the_category_of_the_study(serial: Path, tmp_path: Path, stop: int | str) -> None:
+    """The table's highest, which no wall of this study reaches, category 2, or nowhere."""
+    study = settings(SMALL_STUDY.replace("stop_at_category = 4", f"stop_at_category = {stop}"))
+    with ThreadPoolExecutor(2) as executor:
+        Study(study).run(tmp_path / "study.dp", executor=executor)
+    ds, whole = open_study(tmp_path / "study.dp"), open_study(serial)
+    passed = whole["damage_category"].values >= 2
+    assert (passed[:, -1] & ~passed[:, 0]).sum() > 2
+    reached = np.where(passed.any(axis=1), passed.argmax(axis=1), 6)
+    for sample in range(6):
+        end = reached[sample] if stop == 2 else 6
+        known = ds["crack_width_max"].values[sample]
+        np.testing.assert_array_equal(known[: end + 1], whole["crack_width_max"].values[sample, : end + 1])
+        assert np.isnan(known[end + 1 :]).all()
+    assert StudySettings.from_dict(study.to_dict()) == study
+
+
+def test_left_out_the_category_to_stop_at_is_the_highest() -> None:
+    for table, highest in (("as2870", 4), ("bre251", 5)):
+        text = SMALL_STUDY.replace("stop_at_category = 4\n", "") + f'\n[scene.damage]\ntable = "{table}"\n'
+        assert settings(text).last_category == highest
+    assert settings(SMALL_STUDY.replace("= 4", '= "none"', 1)).last_category == np.inf

@@ -1,0 +1,338 @@
+"""A worker that dies or hangs costs only time; a sample that always kills its worker has failed."""
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from damagepred import Study, open_study
+from damagepred.campaign import campaign
+from damagepred.campaign.dispatch import Batches, DispatchOptions, LostSample, run_all
+from damagepred.campaign.sample import Outcome
+from damagepred.campaign.workers import LocalPool, PoolOptions, SharedPool
+from damagepred.errors import StudyError
+
+Batch = Sequence[tuple[int, Mapping[str, float]]]
+
+
+def at_once(folder: str) -> None:
+    """Nothing to prepare."""
+
+
+def troubled(folder: str, batch: Batch) -> list[Outcome]:
+    """Die, hang, fail or succeed, by number."""
+    found = []
+    for sample, values in batch:
+        if sample % 10 == 3:
+            os._exit(9)
+        if sample % 10 == 6:
+            time.sleep(3600)  # longer than this test may take
+        if sample % 10 == 8:
+            raise RuntimeError("no memory for this one")
+        found.append(Outcome(sample, 0, values["x"], os.environ["OPENBLAS_NUM_THREADS"]))
+    return found
+
+
+def moody(folder: str, batch: Batch) -> list[Outcome]:
+    """Die, hang or fail at the first attempt only; a file in the folder records the attempt."""
+    for sample, _ in batch:
+        note = Path(folder) / str(sample)
+        if not note.exists():
+            note.touch()
+            if sample % 4 == 1:
+                os.kill(os.getpid(), signal.SIGKILL)
+            if sample % 4 == 2:
+                os.kill(os.getpid(), signal.SIGSTOP)
+            if sample % 4 == 3:
+                raise RuntimeError("once")
+    return [Outcome(sample, 0, 1e-3) for sample, _ in batch]
+
+
+def stillborn(folder: str) -> None:
+    os._exit(7)
+
+
+def asleep(folder: str) -> None:
+    time.sleep(3600)
+
+
+def tasks(count: int) -> list[tuple[int, dict[str, float]]]:
+    return [(i, {"x": float(i)}) for i in range(count)]
+
+
+def never() -> int:
+    return 0
+
+
+def test_the_others_survive() -> None:
+    pool = LocalPool("nowhere", workers=2, timeout=1.0, task=troubled, ready=at_once)
+    try:
+        results = list(run_all(pool, "nowhere", Batches(tasks(10), 10), never))
+    finally:
+        pool.kill()
+    lost = {r.sample: r for r in results if isinstance(r, LostSample)}
+    reasons = {3: "worker_died", 6: "timeout", 8: "error"}
+    assert {sample: r.reason for sample, r in lost.items()} == reasons
+    assert "exit code 9" in lost[3].message
+    assert "1 s" in lost[6].message
+    assert "no memory for this one" in lost[8].message
+    good = [r for r in results if isinstance(r, Outcome)]
+    assert sorted(r.sample for r in good) == [i for i in range(10) if i not in lost]
+    assert all(r.seconds == r.sample and r.message == "1" for r in good), "one BLAS thread a worker"
+
+
+def test_lost_samples_are_tried_again(tmp_path: Path) -> None:
+    """Killed workers, stopped workers, lost answers: each sample has its result."""
+    pool = LocalPool(str(tmp_path), workers=2, timeout=0.5, task=moody, ready=at_once)
+    try:
+        results = list(run_all(pool, str(tmp_path), Batches(tasks(4), 4), never))
+    finally:
+        pool.kill()
+    assert sorted(r.sample for r in results if isinstance(r, Outcome)) == list(range(4))
+
+
+def test_idle_workers_that_are_killed_are_replaced() -> None:
+    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once)
+    try:
+        pool.submit([(0, {"x": 0.0})]).result(timeout=60)
+        first = pool.processes
+        for process in first:
+            os.kill(process, signal.SIGKILL)
+        assert pool.submit([(1, {"x": 1.0})]).result(timeout=60)[0].sample == 1
+        assert not set(first) & set(pool.processes)
+    finally:
+        pool.kill()
+
+
+def test_workers_ignore_interrupts_while_they_load_the_program() -> None:
+    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once, preload=True)
+    try:
+        time.sleep(0.4)
+        first = pool.processes
+        for process, number in zip(2 * first, (signal.SIGINT, signal.SIGTERM)):
+            os.kill(process, number)
+        assert pool.submit([(1, {"x": 1.0})]).result(timeout=60)[0].sample == 1
+        assert pool.processes == first
+    finally:
+        pool.kill()
+
+
+def test_no_more_workers_than_batches() -> None:
+    pool = LocalPool("", workers=16, timeout=None, task=troubled, ready=at_once)
+    try:
+        assert not pool.processes
+        futures = [pool.submit([(number, {"x": 1.0})]) for number in (1, 2)]
+        assert [future.result(timeout=60)[0].sample for future in futures] == [1, 2]
+        assert 1 <= len(pool.processes) <= 2
+    finally:
+        pool.kill()
+
+
+def test_a_study_starts_no_more_workers_than_walls(
+    small_study_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    widths: list[int] = []
+
+    def pool(folder: str, width: int, *rest: Any, **how: Any) -> LocalPool:
+        widths.append(width)
+        return LocalPool(folder, width, *rest, **how)
+
+    monkeypatch.setattr(campaign, "LocalPool", pool)
+    study = Study.from_toml(small_study_file)
+    study.run(tmp_path / "a.dp", samples=1, workers=32)
+    study.run(tmp_path / "a.dp", samples=2, workers=32)
+    assert widths == [1, 1]
+
+
+def test_workers_end_if_the_design_cannot_be_drawn(
+    small_study_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pools: list[LocalPool] = []
+
+    def pool(*arguments: Any, **how: Any) -> LocalPool:
+        pools.append(LocalPool(*arguments, **how))
+        return pools[-1]
+
+    def refuse(*_: Any) -> None:
+        assert not pools[0]._over(), "workers load the program meanwhile"
+        raise StudyError("no such design")
+
+    monkeypatch.setattr(campaign, "LocalPool", pool)
+    monkeypatch.setattr(campaign.Campaign, "_prepare", refuse)
+    with pytest.raises(StudyError, match="no such design"):
+        Study.from_toml(small_study_file).run(tmp_path / "a.dp", workers=2)
+    assert pools[0]._over()
+    assert not pools[0].processes
+
+
+def test_idle_workers_that_hang_are_replaced() -> None:
+    """A worker that is stopped between two batches never says that the next has begun."""
+    options = PoolOptions(answer_limit=0.5)
+    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once, options=options)
+    try:
+        pool.submit([(0, {"x": 0.0})]).result(timeout=60)
+        (first,) = pool.processes
+        os.kill(first, signal.SIGSTOP)
+        assert pool.submit([(1, {"x": 1.0})]).result(timeout=60)[0].sample == 1
+        assert first not in pool.processes
+    finally:
+        pool.kill()
+
+
+def test_workers_that_hang_at_the_start_end_the_run() -> None:
+    pool = LocalPool("", 1, None, task=troubled, ready=asleep, options=PoolOptions(start_limit=0.5))
+    try:
+        with pytest.raises(StudyError, match="3 worker processes in a row died before they began"):
+            list(run_all(pool, "", Batches(tasks(2), 2), never))
+    finally:
+        pool.kill()
+
+
+def test_workers_that_cannot_start_end_the_run() -> None:
+    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=stillborn)
+    try:
+        with pytest.raises(StudyError, match=r"3 worker processes in a row died before they began \(exit code 7\)"):
+            list(run_all(pool, "", Batches(tasks(2), 2), never))
+    finally:
+        pool.kill()
+
+
+def test_workers_end_with_their_parent(tmp_path: Path) -> None:
+    import subprocess
+    import sys
+
+    script = """
+import sys, time
+from damagepred.campaign.workers import LocalPool, PoolOptions, SharedPool
+from tests.campaign.test_workers import at_once, troubled
+pool = LocalPool("", 2, None, troubled, at_once)
+pool.submit([(6, {"x": 1.0})]); pool.submit([(16, {"x": 1.0})])
+time.sleep(0.5)
+print(*pool.processes, flush=True)
+time.sleep(60)
+"""
+    parent = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    assert parent.stdout is not None
+    workers = [int(number) for number in parent.stdout.readline().split()]
+    assert len(workers) == 2
+    parent.kill()  # the parent alone
+    parent.wait()
+    while any(Path(f"/proc/{worker}").exists() for worker in workers):
+        time.sleep(0.1)  # until the test takes too long
+
+
+class Threads:
+    """An engine of threads, for tests without processes."""
+
+    width = 2
+
+    def __init__(self, task) -> None:
+        self.executor, self.task = ThreadPoolExecutor(2), task
+
+    def submit(self, batch: Batch) -> Future:
+        return self.executor.submit(self.task, "", batch)
+
+    def close(self) -> None:
+        self.executor.shutdown()
+
+    kill = terminate = close
+
+
+def test_draining_waits_for_running_samples_and_starts_no_others() -> None:
+    started: list[int] = []
+
+    def slow(folder: str, batch: Batch) -> list[Outcome]:
+        started.extend(sample for sample, _ in batch)
+        time.sleep(0.2)
+        return [Outcome(sample, 0, 60.0) for sample, _ in batch]
+
+    engine, seen = Threads(slow), []
+    results = run_all(engine, "", Batches(tasks(50), 50), lambda: int(len(seen) >= 2))
+    seen.extend(result.sample for result in results)
+    engine.close()
+    assert 2 <= len(seen) < 10
+    assert sorted(seen) == sorted(started)
+
+
+def test_asked_twice_it_returns_at_once() -> None:
+    gate, ended = threading.Event(), threading.Event()
+
+    def stuck(folder: str, batch: Batch) -> list[Outcome]:
+        gate.wait(300)
+        ended.set()
+        return []
+
+    engine, began = Threads(stuck), time.monotonic()
+    assert list(run_all(engine, "", Batches(tasks(5), 5), lambda: 2 * (time.monotonic() - began > 0.3))) == []
+    assert not ended.is_set()
+    gate.set()
+    engine.close()
+
+
+# -- batches ----------------------------------------------------------------------------------------------------------
+
+
+def numbers(batch: Batch | None) -> list[int]:
+    return [sample for sample, _ in batch or ()]
+
+
+def test_batches_hold_samples_that_follow_each_other() -> None:
+    batches = Batches([(i, {}) for i in (0, 1, 4, 5, 6, 7, 9)], 7)
+    assert numbers(batches.next()) == [0]  # nothing is known yet of what one takes
+    batches.note(DispatchOptions.shortest_batch / 3.0)
+    assert [numbers(batches.next()) for _ in range(5)] == [[1], [4, 5, 6], [7], [9], []]
+
+
+@pytest.mark.parametrize("width", [2, 8])
+def test_the_last_batches_are_short(width: int) -> None:
+    """Each takes at most half of a worker's share of the rest, so no worker is left with much when others have none."""
+    batches = Batches([(i, {}) for i in range(200)], 200)
+    batches.note(DispatchOptions.shortest_batch / 20.0)
+    sizes = [len(batch) for batch in iter(lambda: batches.next(width), None)]
+    assert sum(sizes) == 200
+    assert sizes == sorted(sizes, reverse=True)
+    assert sizes[0] == min(20, 100 // width)
+    assert set(sizes[-width:]) == {1}
+
+
+@pytest.mark.parametrize(
+    ("seconds", "count", "timeout", "size"),
+    [
+        (60.0, 100, None, 1),
+        (0.01, 1000, None, round(DispatchOptions.shortest_batch / 0.01)),
+        (0.5, 10 * DispatchOptions.most_parts, None, 10),  # as many files as a folder is to hold
+        (1.0, 10**6, None, int(DispatchOptions.longest_batch)),
+        (0.01, 1000, 0.4, 10),  # well within what one sample may take
+        (0.5, 1000, 0.4, 1),
+    ],
+)
+def test_size_of_batches(seconds: float, count: int, timeout: float | None, size: int) -> None:
+    batches = Batches([], count, timeout)
+    batches.note(seconds)
+    assert batches.size() == pytest.approx(size, abs=1)
+
+
+def test_one_pool_runs_one_study_after_the_other_as_each_alone(small_study_file: Path, tmp_path: Path) -> None:
+    """Its workers stay; one that is killed in between is replaced."""
+    study, pids = Study.from_toml(small_study_file), []
+    with ThreadPoolExecutor(1) as executor:
+        study.run(tmp_path / "alone.dp", samples=3, executor=executor)
+    with SharedPool(1, timeout=600.0) as pool:
+        for name in ("first.dp", "second.dp", "third.dp"):
+            study.run(tmp_path / name, samples=3, executor=pool)
+            pids += pool._pool.processes
+            if name == "second.dp":
+                os.kill(pids[-1], signal.SIGKILL)
+    assert pids[0] == pids[1] != pids[2]
+    alone = open_study(tmp_path / "alone.dp")
+    for name in ("first.dp", "second.dp", "third.dp"):
+        found = open_study(tmp_path / name)
+        for variable in ("crack_width_max", "damage_category", "joint.tensile_strength"):
+            if variable in alone:
+                assert found[variable].values.tobytes() == alone[variable].values.tobytes()

@@ -1,0 +1,210 @@
+"""Results that cannot be right are refused where the input shows it, and marked where only the result does."""
+
+import tomllib
+from pathlib import Path
+from typing import get_args
+
+import pytest
+import tomli_w
+
+import damagepred
+from damagepred import Scene
+from damagepred.archive.files import read_dataset
+from damagepred.campaign.settings import StudySettings, read_frozen
+from damagepred.campaign.template import Template, write_template
+from damagepred.errors import InputError
+from damagepred.scene.plausibility import unlikely_values
+from damagepred.scene.reading import build
+from damagepred.scene.scene import archived_scene
+from tests.cli.conftest import Run, command
+
+__all__ = ["command"]
+
+SOFT = "[wall]\nlength = 1.2\nheight = 0.6\n[movement]\nincrements = 2\n[joint]\nnormal_stiffness = 2e5\n"
+
+REFUSED = {
+    "density": ({"block": {"density": 2e15}}, "at most 100000 kg/m3"),
+    "thickness": ({"wall": {"thickness": 1e-9}}, "at least 0.001 m"),
+    "modulus": ({"block": {"elastic_modulus": 1e30}}, "at most 1e+16 Pa"),
+    "a slit": ({"opening": [{"x": 2.0, "y": 0.9, "width": 0.9, "height": 0.0002}]}, "would vanish as bricks are laid"),
+    "a sliver of wall": (
+        {"opening": [{"x": 0.002, "y": 0.9, "width": 0.9, "height": 0.9}]},
+        "the strip of wall on its left is 0.002 m and would vanish",
+    ),
+    "a narrow hole": ({"opening": [{"x": 2.0, "y": 0.9, "width": 0.005, "height": 0.9}]}, "the width is 0.005 m"),
+    "a low sill": ({"opening": [{"x": 2.0, "y": 0.003, "width": 0.9, "height": 0.9}]}, "strip of wall below it"),
+}
+
+LIKELY = {
+    "a wall in millimetres": ({"wall": {"length": 6000}}, "at most 1000 m. Did you mean '6000 mm'?"),
+    "a brick in millimetres": ({"wall": {"block_length": 240}}, "Did you mean '240 mm'?"),
+    "an opening in millimetres": ({"opening": [{"x": 2550, "y": 0.9, "width": 900, "height": 1}]}, "'3450 mm'?"),
+    "a movement in millimetres": ({"movement": {"central_deflection": 8}}, "Did you mean '8 mm'?"),
+    "a ratio in per cent": ({"block": {"poisson_ratio": 20}}, "Did you mean '20 %'?"),
+    "a wall beyond millimetres": ({"wall": {"length": 6e9}}, "must be at most 1000 m."),
+}
+
+
+@pytest.mark.parametrize("name", LIKELY)
+def test_the_likely_meaning_is_asked_back(name: str) -> None:
+    tables, words = LIKELY[name]
+    with pytest.raises(InputError) as refused:
+        Scene.from_dict(tables)
+    assert str(refused.value).endswith(words)
+
+
+IMPOSSIBLE = {
+    "a strength in MPa": (
+        {"joint": {"tensile_strength": 0.453}},
+        "joint.tensile_strength = 0.453 Pa: must be 0, or at least 10 Pa. Did you mean '0.453 MPa'?",
+    ),
+    "a residual strength in MPa": ({"joint": {"residual_cohesion": 0.2}}, "Did you mean '0.2 MPa'?"),
+    "a cap in MPa": ({"joint": {"compressive_strength": 12}}, "Did you mean '12 MPa'?"),
+    "a head joint in MPa": ({"head_joint": {"tensile_strength": 0.1}}, "Did you mean '0.1 MPa'?"),
+    "a stiffness in N/mm3": (
+        {"joint": {"normal_stiffness": 82.9}},
+        "= 82.9 Pa/m: must be 0, or at least 10000 Pa/m. Did you mean '82.9 N/mm3'?",
+    ),
+    "a modulus in MPa": ({"block": {"elastic_modulus": 7000}}, "Did you mean '7000 MPa'?"),
+    "a modulus in GPa": ({"block": {"elastic_modulus": 7}}, "Did you mean '7 GPa'?"),
+    "a weight for a density": ({"block": {"density": 19}}, "least 50 kg/m3. Did you mean '1937 kg/m3'?"),
+    "a weight in N/m3": ({"block": {"density": 19000}}, "at most 12000 kg/m3. Did you mean '1937 kg/m3'?"),
+    "a density in t/m3": ({"block": {"density": 1.9}}, "Did you mean '1900 kg/m3'?"),
+    "an angle of friction": (
+        {"dpc": {"friction": 36.9}},
+        "dpc.friction = 36.9: must be at most 5. Did you mean 0.75, the tangent of 36.9 degrees?",
+    ),
+    "an angle of the soil": ({"soil": {"friction": 25}}, "Did you mean 0.47, the tangent of 25 degrees?"),
+    "soil in kPa/m": ({"soil": {"swelling_stiffness": 4000}}, "Did you mean '4000 kPa/m'?"),
+    "a depth in mm": ({"mound": {"suction_depth": 2300}}, "must be at most 300 m. Did you mean '2300 mm'?"),
+    "a gap in mm": ({"control_joint": [{"x": 3.0, "width": 10}]}, "Did you mean '10 mm'?"),
+}
+
+
+@pytest.mark.parametrize("name", IMPOSSIBLE)
+def test_an_impossible_number_is_refused(name: str) -> None:
+    """Not in archives, which stay readable."""
+    tables, words = IMPOSSIBLE[name]
+    with pytest.raises(InputError) as refused:
+        Scene.from_dict(tables)
+    assert str(refused.value).endswith(words)
+    assert archived_scene({"scene": tomli_w.dumps(tables)}) == build(Scene, tables, "scene")
+    study = tomli_w.dumps({"scene": tables})
+    with pytest.raises(InputError, match="Did you mean"):
+        StudySettings.from_dict(tomllib.loads(study))
+    assert read_frozen(study).scene == build(Scene, tables, "scene")
+
+
+EXTREMES = [
+    {"head_joint": {"factor": {"tensile_strength": 0.5, "normal_stiffness": 0.1, "compressive_strength": 2.0}}},
+    {"joint": {"tensile_strength": 0.0, "cohesion": 0.0}},
+    {"joint": {"normal_stiffness": 1e18, "shear_stiffness": 1e18}, "block": {"elastic_modulus": 1e16, "density": 0.0}},
+    {"joint": {"tensile_strength": 1e9, "cohesion": 1e9, "friction": 0.0}},
+]
+
+
+@pytest.mark.parametrize("tables", EXTREMES)
+def test_ideal_joints_and_blocks_are_taken(tables: dict) -> None:
+    assert unlikely_values(Scene.from_dict(tables)) == []
+
+
+UNLIKELY = {
+    "a strength": ({"joint": {"tensile_strength": 45.3}}, "joint.tensile_strength = 45.3 Pa: did you mean '45.3 MPa'?"),
+    "a load in kN": ({"loads": {"roof": 6}}, "loads.roof = 6 N: did you mean '6 kN'?"),
+    "soft soil": ({"soil": {"swelling_stiffness": 4e4}}, "did you mean '40000 kPa/m'?"),
+    "a deep soil": ({"mound": {"suction_depth": 40}}, "mound.suction_depth = 40 m: did you mean '40 mm'?"),
+}
+
+
+@pytest.mark.parametrize("name", UNLIKELY)
+def test_an_unlikely_number_is_asked_back(name: str) -> None:
+    tables, words = UNLIKELY[name]
+    (said,) = unlikely_values(Scene.from_dict(tables))
+    assert said.endswith(words)
+
+
+def test_values_of_templates_are_likely(tmp_path: Path) -> None:
+    assert unlikely_values(Scene()) == []
+    for name in get_args(Template):
+        write_template(tmp_path / f"{name}.toml", name)
+        settings = StudySettings.from_toml(tmp_path / f"{name}.toml")
+        assert unlikely_values(settings.scene, settings.means()) == []
+
+
+def test_means_of_a_study_are_asked_back(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "house.toml").write_text(
+        "[study]\nsamples = 2\n[scene.wall]\nlength = 1.2\nheight = 0.3\n[scene.movement]\nincrements = 1\n"
+        '[variables."joint.cohesion"]\ndistribution = "normal"\nmean = 37.5\ncov = 0.1\n'
+    )
+    asked = "caution: joint.cohesion = 37.5 Pa: did you mean '37.5 MPa'?"
+    other = "caution: variable joint.cohesion: mean 37.5 Pa, the scene has 0.375 MPa by default; walls follow the"
+    for name in ("check", "solve", "study"):
+        said = command(name, tmp_path / "house.toml").out
+        assert asked in said, name
+        assert other in said, name
+
+
+@pytest.mark.parametrize("name", ["check", "solve", "study", "rare", "sensitivity"])
+def test_impossible_means_are_refused(command: Run, tmp_path: Path, name: str) -> None:
+    (tmp_path / "house.toml").write_text(
+        '[scene.wall]\nlength = 1.2\n[variables."joint.friction"]\ndistribution = "normal"\nmean = 36.9\ncov = 0.1\n'
+        '[variables."joint.cohesion"]\ndistribution = "normal"\nmean = "0.453"\ncov = 0.1\n'
+    )
+    more = {"rare": ("--category", 2, "--at", "8 mm"), "sensitivity": ("--category", 2)}
+    refused = command(name, tmp_path / "house.toml", *more.get(name, ()))
+    assert refused.code == 2
+    assert (
+        '[variables."joint.friction"]: mean of joint.friction = 36.9: must be at most 5. Did you mean 0.75'
+        in refused.err
+    )
+    assert "joint.cohesion = 0.453 Pa: must be 0, or at least 10 Pa. Did you mean '0.453 MPa'?" in refused.err
+
+
+def test_a_coefficient_of_variation_in_per_cent_is_asked_back() -> None:
+    with pytest.raises(InputError, match=r"cov = 30.*Did you mean '30 %'\?"):
+        StudySettings.from_dict(
+            {"variables": {"dpc.friction": {"distribution": "normal", "mean": 0.5, "cov": 30}}, "scene": {}}
+        )
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused(name: str) -> None:
+    tables, words = REFUSED[name]
+    with pytest.raises(InputError) as refused:
+        Scene.from_dict(tables)
+    assert words in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_openings_that_reach_the_ends_are_taken() -> None:
+    for hole in ({"kind": "door", "x": 0.0, "height": 2.4}, {"x": 2.0, "y": 0.9, "height": 1.5}):
+        Scene.from_dict({"opening": [{"width": 0.9, **hole}]})
+
+
+def test_a_plausible_wall() -> None:
+    ds = damagepred.solve(Scene.from_dict({"wall": {"length": 1.2, "height": 0.6}, "movement": {"increments": 2}}))
+    assert ds.attrs["implausible"] == 0
+    assert 0.0 <= ds.attrs["displacement_share"] < ds.attrs["displacement_tolerance"] == 0.05
+    assert 0.0 <= ds.attrs["crack_share"] < ds.attrs["crack_tolerance"] == 0.05
+
+
+def test_a_wall_that_sinks_is_marked(command: Run, tmp_path: Path) -> None:
+    """On the screen, in the archive and in the report."""
+    file, archive, page = tmp_path / "wall.toml", tmp_path / "wall.nc", tmp_path / "wall.html"
+    file.write_text(SOFT, encoding="utf-8")
+    solved = command("solve", file, "-o", archive)
+    assert "displacement_tolerance = 0.05" in solved.out + solved.err
+    ds = read_dataset(archive)
+    assert ds.attrs["implausible"] == 1
+    assert ds.attrs["displacement_share"] > 0.05
+    assert command("report", archive, "-o", page).code == 0
+    assert "the result is implausible" in page.read_text(encoding="utf-8")
+
+
+def test_walls_of_a_study_are_marked(command: Run, tmp_path: Path) -> None:
+    file, folder = tmp_path / "study.toml", tmp_path / "study.dp"
+    file.write_text("[study]\nsamples = 2\n" + SOFT.replace("[", "[scene."), encoding="utf-8")
+    run = command("study", file, "-o", folder)
+    assert "In 2 walls the largest displacement" in run.out + run.err
+    assert damagepred.open_study(folder).implausible.values.tolist() == [1, 1]
+    assert "the result is implausible" in command("status", folder).out
