@@ -1,13 +1,11 @@
 """The timed cases: kernels, and commands of a user."""
 
-import os
 import subprocess
 import sys
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
@@ -79,11 +77,11 @@ def explicit_cycle(wall: str) -> Callable[[Path], Ready]:
     return prepare
 
 
-def zone_cycle(material: str, size: Wall | None, cycles: int, alone: bool) -> Callable[[Path], Ready]:
+def zone_cycle(material: str, cycles: int, alone: bool) -> Callable[[Path], Ready]:
     """Cycles of the explicit solver with deformable blocks, or of their zones alone."""
 
     def prepare(folder: Path) -> Ready:
-        run = walls.bent(getattr(walls, material), size)
+        run = walls.bent(getattr(walls, material), PIECE)
         work = walls.alone(run) if alone else walls.whole(run)
         return Ready(lambda: work(cycles), cycles * len(run.model.mesh.zones) * 1e-9)
 
@@ -135,50 +133,32 @@ def joint_law(coulomb: bool) -> Callable[[Path], Ready]:
     return prepare
 
 
-def path(name: str, increments: int, **changes: object) -> Callable[[Path], Ready]:
-    """One path of equilibria, judged, from the model on."""
-
-    def prepare(folder: Path) -> Ready:
-        scene = replace(Scene.from_toml(ROOT / "data" / f"{name}.toml"), **changes)
-        model = wall_model(scene)
-        return Ready(lambda: list(follow(model, scene.solver, scene.damage, increments)), 1e-3)
-
-    return prepare
+def path(folder: Path) -> Ready:
+    """The path of the paper's wall in five increments, judged, from the model on."""
+    scene = Scene.from_toml(ROOT / "data" / "bryant_dishing.toml")
+    model = wall_model(scene)
+    return Ready(lambda: list(follow(model, scene.solver, scene.damage, 5)), 1e-3)
 
 
-def sample(settings: Callable[[], StudySettings]) -> Callable[[Path], Ready]:
-    """One sample of a study, as a worker does it: drawn, solved, judged, archived."""
+def sample(folder: Path) -> Ready:
+    """One sample of the small study of many tests, as a worker does it: drawn, solved, judged, archived."""
+    study = Study(StudySettings.from_dict(tomllib.loads(SMALL_STUDY)))
+    study._prepare(place := study_folder(folder), 4)
+    values = {name: float(column[1]) for name, column in study.design.wall_values(4).items()}
+    part = place.part_file(1, 1)
 
-    def prepare(folder: Path) -> Ready:
-        study = Study(settings())
-        study._prepare(place := study_folder(folder), 4)
-        values = {name: float(column[1]) for name, column in study.design.wall_values(4).items()}
-        part = place.part_file(1, 1)
+    def work() -> None:
+        part.unlink(missing_ok=True)
+        outcomes = run_batch(str(place.path), [(1, values)])
+        assert outcomes[0].status < SampleStatus.FAILED, outcomes
+        assert part.is_file()
 
-        def work() -> None:
-            part.unlink(missing_ok=True)
-            outcomes = run_batch(str(place.path), [(1, values)])
-            assert outcomes[0].status < SampleStatus.FAILED, outcomes
-            assert part.is_file()
-
-        return Ready(work, 1e-3)
-
-    return prepare
+    return Ready(work, 1e-3)
 
 
 def study_folder(folder: Path) -> StudyFolder:
     """Return an empty study's folder."""
     return StudyFolder(folder / "study.dp")
-
-
-def small() -> StudySettings:
-    """Return the small study of many tests."""
-    return StudySettings.from_dict(tomllib.loads(SMALL_STUDY))
-
-
-def window() -> StudySettings:
-    """Return the study of the window wall of the full-scale test."""
-    return Study.from_toml(ROOT / "data" / "bryant_study.toml").settings
 
 
 def read_archive(folder: Path) -> Ready:
@@ -222,42 +202,21 @@ def compile_kernel(folder: Path) -> Ready:
     return Ready(work)
 
 
-def compile_all(method: str) -> Callable[[Path], Ready]:
-    """A small wall solved in a separate process without compiled kernels."""
-    code = (
-        "from damagepred import Scene, solve; from damagepred.scene import Dpc, Solver, Wall; "
-        f"solve(Scene(wall=Wall(length=1.44, height=0.45), dpc=Dpc(), solver=Solver(method={method!r})), increments=1)"
-    )
-
-    def prepare(folder: Path) -> Ready:
-        def work() -> None:
-            with TemporaryDirectory() as empty:
-                environment = os.environ | {"NUMBA_CACHE_DIR": empty, "PYTHONPATH": str(ROOT)}
-                subprocess.run([sys.executable, "-c", code], check=True, env=environment)
-                assert any(Path(empty).rglob("*.nbc"))
-
-        return Ready(work)
-
-    return prepare
-
-
 PIECE = Wall(length=2.4, height=0.9)
 """Size of the wall for kernels whose time does not depend on it."""
-WALL = {"compiled": 100, "interpreter": 50, "lapack": 100}
-"""Beside a wall of full size."""
 
 GATE = (
     Case("explicit cycle, intact", "ns a contact", explicit_cycle("intact"), {"compiled": 4}),
     Case("explicit cycle, cracked", "ns a contact", explicit_cycle("cracked"), {"compiled": 4}),
-    Case("zones alone", "ns a zone", zone_cycle("STRONG", PIECE, 100, True), {"compiled": 4}),
-    Case("zone cycle", "ns a zone", zone_cycle("STRONG", PIECE, 40, False), {"compiled": 4}),
-    Case("zone cycle, yielding", "ns a zone", zone_cycle("WEAK", PIECE, 40, False), {"compiled": 6}),
+    Case("zones alone", "ns a zone", zone_cycle("STRONG", 100, True), {"compiled": 4}),
+    Case("zone cycle", "ns a zone", zone_cycle("STRONG", 40, False), {"compiled": 4}),
+    Case("zone cycle, yielding", "ns a zone", zone_cycle("WEAK", 40, False), {"compiled": 6}),
     Case("dynamic step", "ns a point", dynamic_step, {"compiled": 2}),
     Case("joints, quasi-static", "ns a joint", joint_law(True), {"compiled": 2}),
     Case("joints, limits frozen", "ns a joint", joint_law(False), {"compiled": 2}),
     Case("factorisation", "ms", factorisation, {"lapack": 5}),
-    Case("path", "ms", path("bryant_dishing", 5), {"compiled": 20, "interpreter": 10, "lapack": 20}, rounds=5),
-    Case("sample", "ms", sample(small), {"compiled": 5, "interpreter": 5, "files": 5}, rounds=8),
+    Case("path", "ms", path, {"compiled": 20, "interpreter": 10, "lapack": 20}, rounds=5),
+    Case("sample", "ms", sample, {"compiled": 5, "interpreter": 5, "files": 5}, rounds=8),
     Case("archive read", "ms", read_archive, {"files": 2}),
     Case("curves fitted", "ms", fit_curves, {"interpreter": 40}, rounds=6),
     Case("damagepred --help", "s", HELP, {"process": 1}, rounds=8),
@@ -265,15 +224,3 @@ GATE = (
     Case("import what solves", "s", command("-c", "from damagepred import solve"), {"process": 4}, rounds=3),
     Case("compile a kernel", "s", compile_kernel, {"compiler": 5}, rounds=2),
 )
-
-LONG = (
-    Case("zone cycle, 51 200", "ns a zone", zone_cycle("STRONG", None, 5, False), {"compiled": 8}),
-    Case("zone cycle, 51 200, yielding", "ns a zone", zone_cycle("WEAK", None, 5, False), {"compiled": 12}),
-    Case("zones alone, 51 200", "ns a zone", zone_cycle("STRONG", None, 10, True), {"compiled": 6}),
-    Case("path, 20 increments", "ms", path("bryant_dishing", 20), WALL, rounds=4),
-    Case("path, window", "ms", path("bryant_window_dishing", 20), WALL, rounds=4),
-    Case("sample, window", "ms", sample(window), WALL, rounds=4),
-    Case("compile quasi-static", "s", compile_all("quasi_static"), {"compiler": 30}, rounds=2),
-    Case("compile explicit", "s", compile_all("explicit"), {"compiler": 20}, rounds=2),
-)
-"""Run with ``-m benchmark``."""

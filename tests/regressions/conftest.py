@@ -11,14 +11,14 @@ import pytest
 
 from damagepred.runtime.one_thread import one_blas_thread
 from studies.benchmarks.pages import machine, markdown, processor_model, put_in
-from tests.regressions.cases import GATE, LONG, Case
-from tests.regressions.measure import PAUSE, Rounds, processor, slow
+from tests.regressions.cases import GATE, Case
+from tests.regressions.measure import PAUSE, Rounds, slow
 from tests.regressions.yardsticks import yardstick
 
 HERE = Path(__file__).parent
 BASELINE = HERE / "baseline.json"
 PAGE = HERE / "README.md"
-COMMAND = 'python -m pytest tests/regressions -m "benchmark or not benchmark" --renew-baseline'
+COMMAND = "python -m pytest tests/regressions --renew-baseline"
 WITH_CARE = 4
 """Times that all is measured again when the baseline is renewed."""
 
@@ -107,11 +107,11 @@ class Record:
         }
         processors, model = kept(), processor_model()
         both = processors.get(model, {"cases": {}})["cases"] | measured
-        cases = {case.name: both[case.name] for case in (*GATE, *LONG) if case.name in both}
+        cases = {case.name: both[case.name] for case in GATE if case.name in both}
         processors[model] = {"machine": machine(), "cases": cases}
         text = json.dumps({"renewed by": COMMAND, "processors": processors}, indent=2)
         BASELINE.write_text(text + "\n", encoding="utf-8")
-        bounds = {case.name: case.bound for case in (*GATE, *LONG)}
+        bounds = {case.name: case.bound for case in GATE}
         parts = []
         for one in processors.values():
             rows = [{"case": name, **known, "bound": bounds[name]} for name, known in one["cases"].items()]
@@ -138,12 +138,9 @@ def _one_thread() -> Iterator[None]:
 
 
 @pytest.fixture
-def is_no_slower(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[[Case], None]:
+def is_no_slower(request: pytest.FixtureRequest, benchmark: Any, tmp_path: Path) -> Callable[[Case], None]:
     """Return a function that measures a case, and fails where it takes longer than its bound."""
     record = request.config.stash[RECORD]
-    # not marked so in the file: there, the mark would take it out of the default run
-    request.node.add_marker(pytest.mark.benchmark(group="regressions", timer=processor))
-    benchmark: Any = request.getfixturevalue("benchmark")
 
     def check(case: Case) -> None:
         if not benchmark.enabled:

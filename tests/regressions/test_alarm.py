@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from damagepred.solvers.explicit import scheme as explicit
-from tests.regressions import cases
 from tests.regressions.cases import GATE, Case
 from tests.regressions.conftest import BASELINE, OTHER_PROCESSOR, reference
 from tests.regressions.measure import TRIES, Rounds, Work, slow
@@ -110,11 +109,11 @@ def test_busy_neighbours_do_not_make_it_slow(tmp_path: Path) -> None:
 
 
 def test_each_case_has_a_baseline_and_a_unique_name() -> None:
-    names = [case.name for case in (*GATE, *cases.LONG)]
+    names = [case.name for case in GATE]
     assert len(set(names)) == len(names)
     for processor in PROCESSORS.values():
         ratios = {name: kept["ratio"] for name, kept in processor["cases"].items()}
-        assert {case.name for case in GATE} <= set(ratios) <= set(names)
+        assert set(ratios) == set(names)
         assert all(np.isfinite(ratio) and ratio > 0.0 for ratio in ratios.values())
     assert all(case.bound < 2.0 for case in GATE)  # so that work done twice is caught
 

@@ -4,19 +4,15 @@ from collections.abc import Callable
 
 import pytest
 
-from tests.regressions.cases import GATE, LONG, Case
+from tests.regressions.cases import GATE, Case
+from tests.regressions.measure import processor
 
 
 def name(case: Case) -> str:
     return case.name
 
 
+@pytest.mark.benchmark(group="regressions", timer=processor)
 @pytest.mark.parametrize("case", GATE, ids=name)
 def test_is_no_slower(case: Case, is_no_slower: Callable[[Case], None]) -> None:
-    is_no_slower(case)
-
-
-@pytest.mark.benchmark
-@pytest.mark.parametrize("case", LONG, ids=name)
-def test_is_no_slower_at_full_size(case: Case, is_no_slower: Callable[[Case], None]) -> None:
     is_no_slower(case)

@@ -44,10 +44,10 @@ def zones_alone(zones, displacement, force, cycles):
         zone_forces(zones, displacement, force)
 
 
-def bent(block: BlockMaterial, size: Wall | None = None) -> DampedTimeStepping:
+def bent(block: BlockMaterial, size: Wall) -> DampedTimeStepping:
     """Return the wall of deformable blocks, still moving while it dishes by 1 mm."""
     scene = Scene(
-        wall=size or Wall(),
+        wall=size,
         block=block,
         dpc=Dpc(),
         loads=Loads(roof=6000.0),

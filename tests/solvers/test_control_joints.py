@@ -111,20 +111,19 @@ def test_condensed_and_full_systems_agree():
     assert quick.control_joint_closing_max[-1] > 0.2e-3
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["doming", "dishing"])
 def test_both_solvers_agree_on_a_dpc(kind: str):
-    """Without cracks below the dpc, on which the slip of the panels depends. The first panel to slide depends on the
-    path, so the quasi-static steps must be short.
+    """Without cracks. How far a panel slides on the dpc depends on the path, so the joint's opening is compared less the
+    slip of both panels.
     """
     described = scene(LENGTH / 2, kind=kind, width=1e-3, dpc=Dpc(), joint=UNBROKEN)
-    count = described.movement.increments
-    fine = replace(described, movement=replace(described.movement, increments=4 * count))
-    quasi_static = damagepred.solve(fine, solver=QUASI_STATIC).isel(increment=slice(None, None, 4))
-    explicit = damagepred.solve(described, solver=EXPLICIT)
-    np.testing.assert_allclose(quasi_static["progress"], explicit["progress"])
-    for name in ("dpc_opening_max", "control_joint_opening_max", "control_joint_closing_max"):
-        np.testing.assert_allclose(quasi_static[name].values, explicit[name].values, rtol=0.02, atol=1e-5)
+    quasi_static, explicit = (damagepred.solve(described, solver=solver) for solver in (QUASI_STATIC, EXPLICIT))
+    for ds in (quasi_static, explicit):
+        ds["opening_by_rotation"] = ds["control_joint_opening_max"] - 2.0 * ds["dpc_slip_max"]
+    names = ["dpc_opening_max", *(["opening_by_rotation"] if kind == "doming" else ["control_joint_closing_max"])]
+    for name in names:
+        np.testing.assert_allclose(quasi_static[name].values, explicit[name].values, rtol=0.01, atol=1e-5)
+        assert quasi_static[name].values[-1] > 0.9e-3
 
 
 def pushed(solver: Solver, width: float, by: float) -> float:
