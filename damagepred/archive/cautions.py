@@ -107,17 +107,33 @@ def wall_cautions(ds: xr.Dataset) -> list[str]:
             f"The run ends before the motion of base or ground: the motion {ds.attrs['loading_not_run']} is not run. "
             "Give [dynamics] a longer duration, or leave it out."
         )
-    if ds.attrs.get("solver_method") == "explicit" and "contact_state" in ds:
+    if "contact_state" in ds:
         in_wall = np.isin(ds["contact_kind"].values, (ContactKind.BED_JOINT, ContactKind.HEAD_JOINT))
         cracked = (ds["contact_state"].values == ContactState.CRACKED).any(axis=0) & in_wall
+        reasons = [_RINGING] if ds.attrs.get("solver_method") == "explicit" else []
+        if (passes := _passes_of_zero(ds)) >= PASSES_DETERMINED:
+            reasons.append(_HISTORY.format(passes))
         if count := int(cracked.sum()):
-            said.append(f"In {count} contacts of bed and head joints the wall has cracked: {_UNDETERMINED}")
+            said += [f"In {count} contacts of bed and head joints the wall has cracked: {why}" for why in reasons]
     return said
 
 
-_UNDETERMINED = (
+def _passes_of_zero(ds: xr.Dataset) -> int:
+    """Count returns to zero and changes of sign of a movement."""
+    progress = ds["progress"].values if "progress" in ds else np.zeros(1)
+    side = np.sign(progress[np.isfinite(progress)])
+    return int(((side[:-1] != 0.0) & (side[1:] != side[:-1])).sum())
+
+
+PASSES_DETERMINED = 3
+"""Passes of zero from which histories of cracked walls are undetermined (studies/determined)."""
+_RINGING = (
     "the explicit solver oscillates as bonds break, and rounding may decide which bond breaks next. Single widths may "
     'differ on another processor. Compare with method = "quasi_static", or judge on many walls.'
+)
+_HISTORY = (
+    "the movement passes zero {} times. Each time differences grow where loose bricks slide, and after some passes "
+    "rounding may decide single widths. They may differ on another processor: judge on many walls."
 )
 _SNAP_BACK = (
     "fracture_energy or shear_fracture_energy is less than the joint holds elastically as it breaks (snap-back). The "

@@ -45,6 +45,37 @@ MORE: dict[str, dict] = {
     "2.4 x 0.9 m on a dpc": DPC | {"wall": {"length": 2.4, "height": 0.9}, "movement": MOVED},
     "4.8 x 1.8 m on a dpc, doming": DPC | {"wall": {"length": 4.8, "height": 1.8}, "movement": DOMED},
 }
+PANEL: dict = {
+    "wall": {"length": 4.0, "height": 2.0, "block_length": 0.4, "block_height": 0.2},
+    "opening": [{"x": 1.4, "y": 0.6, "width": 1.2, "height": 0.8}],
+    "dpc": {"course": 1},
+    "joint": {"tensile_strength": 0.2e6, "cohesion": 0.3e6},
+}
+"""The wall of the notebook of seasons, with brittle bonds."""
+ELASTIC = {"solver": {"blocks": "elastic"}}
+SOFTENING = {"joint": PANEL["joint"] | {"fracture_energy": 20.0}}
+LEAK = {"year": 12, "movement": 6e-3, "end": 14}
+SEASONS = {"years": 30, "swing": 8e-3, "swing_cov": 0.3, "trend": 3e-3, "increments": 1, "step": [LEAK]}
+
+
+def history(*ends: float) -> dict:
+    """Table of a movement through these deflections (m), dishing positive."""
+    kinds = ("dishing" if end >= 0.0 else "doming" for end in ends)
+    stages = [{"kind": k, "central_deflection": abs(end), "increments": 4} for k, end in zip(kinds, ends)]
+    return {"movement": {"kind": "dishing", "stage": stages}}
+
+
+YEARS = {"movement": {"kind": "dishing", "seasons": SEASONS}}
+HISTORIES: dict[str, dict] = {
+    "30 years": PANEL | YEARS,
+    "30 years, elastic blocks": PANEL | YEARS | ELASTIC,
+    "30 years, elastic blocks, 20 N/m": PANEL | YEARS | ELASTIC | SOFTENING,
+    "30 years, bonds that hold": PANEL | YEARS | {"joint": {"tensile_strength": 5e6, "cohesion": 5e6}},
+    "dishing, doming, dishing": PANEL | history(8e-3, -8e-3, 8e-3),
+    "dishing and doming, 8 times": PANEL | history(*8 * (8e-3, -8e-3)),
+    "dishing to 8 and 4 mm, 10 times": PANEL | history(*10 * (8e-3, 4e-3)),
+    "dishing to 8 and 0 mm, 10 times": PANEL | history(*10 * (8e-3, 0.0)),
+}
 QUICK = ("dry", "1.2 x 0.45 m on a dpc, 2 increments")
 WIDTHS = {"dpc_opening_max": "dpc opening", "crack_width_max": "widest joint", "crack_band_width_max": "crack band"}
 
@@ -62,8 +93,8 @@ class Outputs(NamedTuple):
 
 
 def scenes(only: Iterable[str] = ()) -> dict[str, Scene]:
-    """Return the walls by name: the reference walls that are not dynamic, and small walls."""
-    tables = tomllib.loads(REFERENCE.read_text(encoding="utf-8")) | MORE
+    """Return the walls by name: the reference walls that are not dynamic, small walls, and histories."""
+    tables = tomllib.loads(REFERENCE.read_text(encoding="utf-8")) | MORE | HISTORIES
     named = {name: table for name, table in tables.items() if "dynamics" not in table}
     return {name: scene_of(table) for name, table in named.items() if not only or name in only}
 

@@ -74,7 +74,8 @@ def test_every_number_of_a_caution() -> None:
     (undetermined,) = wall_cautions(explicit)
     assert undetermined.startswith("In 2 contacts of bed and head joints the wall has cracked: the explicit solver")
     assert wall_cautions(explicit.isel(contact=[0, 2, 3])) == []
-    assert wall_cautions(explicit.assign_attrs(solver_method="quasi_static")) == []
+    still = explicit.assign_attrs(solver_method="quasi_static")
+    assert wall_cautions(still) == []
     study = xr.Dataset(
         {
             "energy_error_share": ("sample", [0.01, 0.03, 0.04, np.nan, 0.02], {"tolerance": 0.02}),
@@ -90,6 +91,39 @@ def test_every_number_of_a_caution() -> None:
     assert bonds.startswith("In 3 walls bonds break at once, in 7 joints of a wall at most: fracture_energy")
     study["snap_through_share"].attrs["tolerance"] = 0.09
     assert study_cautions(study.drop_vars("snap_back_limited")) == [energy]
+
+
+@pytest.mark.parametrize(
+    ("progress", "passes"),
+    [
+        ([0.0, 0.5, 1.0, 0.5, 1.0, 0.5, 1.0, 0.5, 1.0], None),  # turns, without a pass of zero
+        ([0.0, 1.0, 0.0, -1.0, 0.0, 1.0], None),  # dishing, doming, dishing
+        ([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0], 3),
+        ([0.0, 1.0, -0.5, 0.5, 0.0, 0.0, -0.1, 0.7], 4),
+        ([0.0, 1.0, -0.5, 0.5, np.nan], None),
+    ],
+)
+def test_a_history_that_passes_zero_often_is_undetermined(progress: list[float], passes: int | None) -> None:
+    state = np.full((len(progress), 3), INTACT)
+    state[1:, :2] = CRACKED
+    wall = xr.Dataset(
+        {
+            "contact_state": (("increment", "contact"), state),
+            "contact_kind": ("contact", [BED, DPC, HEAD]),
+            "progress": ("increment", progress),
+        },
+        attrs={"solver_method": "quasi_static"},
+    )
+    said = wall_cautions(wall)
+    assert len(said) == (passes is not None)
+    assert all(
+        one.startswith(
+            f"In 1 contacts of bed and head joints the wall has cracked: the movement passes zero {passes} times"
+        )
+        for one in said
+    )
+    assert wall_cautions(wall.isel(contact=[1, 2])) == []  # only the dpc opens
+    assert len(wall_cautions(wall.assign_attrs(solver_method="explicit"))) == 1 + len(said)
 
 
 @pytest.mark.parametrize(("joint", "tolerance"), [("", 1.0), (TOO_LITTLE, 1e-12)])
