@@ -113,7 +113,7 @@ def test_condensed_and_full_systems_agree():
 
 @pytest.mark.parametrize("kind", ["doming", "dishing"])
 def test_both_solvers_agree_on_a_dpc(kind: str):
-    """Without cracks. How far a panel slides depends on the path: the joint's opening is compared less the panels' slip."""
+    """Without cracks. How far panels slide depends on the path: the joint's opening is compared without their slip."""
     described = scene(LENGTH / 2, kind=kind, width=1e-3, dpc=Dpc(), joint=UNBROKEN)
     quasi_static, explicit = (damagepred.solve(described, solver=solver) for solver in (QUASI_STATIC, EXPLICIT))
     for ds in (quasi_static, explicit):
