@@ -133,7 +133,7 @@ Intensity = Literal[
 ]
 
 
-_DOING = {
+DOING = {
     "new": "writing the template",
     "check": "reading the file",
     "solve": "reading the file",
@@ -170,7 +170,7 @@ def common(
     ] = False,
 ) -> None:
     """How likely is which damage to a masonry wall when the ground under it moves."""
-    context.with_resource(terminal.doing(_DOING.get(context.invoked_subcommand or "", "loading the program")))
+    context.with_resource(terminal.doing(DOING.get(context.invoked_subcommand or "", "loading the program")))
 
 
 def say_pictures(files: Iterable[Path]) -> None:

@@ -12,10 +12,12 @@ import pytest
 
 from damagepred import cli
 from damagepred.cli import terminal
+from damagepred.cli.options import DOING
 
 SLOW = """
 import sys, time
 from damagepred import cli
+from damagepred.cli.options import DOING
 import damagepred.archive.folder as folder
 def slow(path):
     print("a result"); sys.stdout.flush()
@@ -112,4 +114,4 @@ def test_each_command_has_words() -> None:
         command.name or command.callback.__name__.replace("_", "-")  # type: ignore[union-attr]
         for command in cli.app.registered_commands
     }
-    assert commands == set(cli._DOING)
+    assert commands == set(DOING)
