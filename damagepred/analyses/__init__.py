@@ -1,1 +1,1 @@
-"""Analyses that run campaigns: rare events, two levels, shares of variance."""
+"""Analyses that run campaigns: rare events, sensitivity, design, back-analysis."""

@@ -80,7 +80,6 @@ def study_for_limit_state(settings: StudySettings, question: Question) -> StudyS
         stop_when=None,
         time_budget=None,
         stop_at_category=question.category,
-        coarse={},
         movement="path",
     )
     return replace(

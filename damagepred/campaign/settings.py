@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import warnings
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -21,7 +22,6 @@ from damagepred.inputs.input_files import parse_toml, read_toml
 from damagepred.inputs.text import check_title
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
-from damagepred.scene.accuracy import PRESETS, preset
 from damagepred.scene.described import described
 from damagepred.scene.material_library import material
 from damagepred.scene.plausibility import require_possible
@@ -41,6 +41,12 @@ def _stop(value: Any) -> Any:
         return value
     raise ValueError('must be the number of a category, 1 or more, or "none" to solve every path to its end')
 
+
+_REMOVED = {
+    "coarse": "two-level estimates have been removed; take more walls, or `damagepred rare` for small probabilities",
+    "crossed": "crossed walls have been removed; `damagepred sensitivity` takes the independent walls of any study",
+}
+"""Keys of ``[study]`` in files of older versions, and what to use instead."""
 
 VERSION = "schema_version"
 """Key of the frozen copy of a study; without it the study is of version 7 or older."""
@@ -80,9 +86,6 @@ class Sampling:
     epistemic : dict
         Alternatives to the distributions, by name: ``[study.epistemic."less sure"."dpc.friction"] cov = 0.3``. Walls
         are not run anew but weighted (``damagepred estimate``).
-    coarse : dict
-        Tables of a coarser wall that stands beside each sampled one, as far as they differ from the scene's, such as
-        ``[study.coarse.wall] block_length = "480 mm"``: a control variate (``damagepred two-level``).
     fields_from : Scene or None
         The wall on whose joints the fields are drawn, if not the scene's own; a joint has the value of the nearest.
     store_fields : bool
@@ -95,8 +98,7 @@ class Sampling:
         A path ends once this category is reached, and the movement beyond is not solved. None: the table's highest;
         "none": every path is solved to the end of the movement.
     crossed : bool
-        Samples come in fours, two walls and two fields in every combination. ``damagepred sensitivity`` needs them to
-        tell what varies from joint to joint from what holds for a wall.
+        Samples come in fours, two walls and two fields in every combination: in archives of 0.1 alone, which replay it.
     movement : {"path", "sampled", "both"}
         What is kept of each wall. ``path``: every increment up to its own sampled movement. ``sampled``: only the end
         of that, one value a sample. ``both``: the latter as ``end_*``. Where the end counts, paths are
@@ -115,7 +117,6 @@ class Sampling:
     stop_when: StopWhen | None = None
     time_budget: Duration | None = Field(default=None, gt=0)
     epistemic: dict[str, dict[str, dict[str, Any]]] = Field(default_factory=dict)
-    coarse: dict[str, dict[str, Any]] = Field(default_factory=dict)
     fields_from: Scene | None = None
     store_fields: bool = True
     material_scatter: bool = False
@@ -192,6 +193,12 @@ class StudySettings:
     @classmethod
     def _checked(cls, tables: Mapping[str, Any], folder: Path, source: str) -> StudySettings:
         """Return the settings of a user's tables, none of them physically impossible."""
+        how = tables.get("study")
+        for key in _REMOVED if isinstance(how, Mapping) else ():
+            if how.get(key):
+                warnings.warn(f"{source}: [study] {key} has no effect: {_REMOVED[key]}; leave it out", stacklevel=4)
+        if isinstance(how, Mapping):
+            tables = {**tables, "study": {key: value for key, value in how.items() if key not in _REMOVED}}
         settings = cls.of_tables(tables, folder, source)
         require_possible(settings.scene, settings.means(), source)
         return settings
@@ -311,8 +318,6 @@ class StudySettings:
         self._check_correlation(source, self.scene.numbers)
         self._check_sampling(source)
         self._check_range(source)
-        if self.study.coarse:
-            self.coarse_scene(f"{source}: [study.coarse]")
 
     def _check_correlation(self, source: str, places: Collection[str]) -> None:
         stated: dict[frozenset[str], float] = {}
@@ -347,8 +352,6 @@ class StudySettings:
         if how.nominal_share and not how.importance:
             raise InputError(f"{source}: study.nominal_share = {how.nominal_share:g}: goes with [study.importance].")
         check(wall, how.importance)
-        if how.crossed:
-            self._check_crossed(source, wall)
         if how.stop_when is not None:
             how.stop_when.check()
             if how.movement == "sampled" and how.stop_when.quantity == "probability":
@@ -363,24 +366,6 @@ class StudySettings:
                     f"{source}: [study.stop_when] first = {how.stop_when.first}: must be a multiple of replicates = "
                     f"{how.replicates}."
                 )
-
-    def _check_crossed(self, source: str, wall: list[str]) -> None:
-        how = self.study
-        if how.sampler == "table" or how.importance or how.replicates > 1 or how.stop_when is not None:
-            raise InputError(
-                f"{source}: study.crossed: is for walls drawn as stated; no table, importance, replicates or stop_when."
-            )
-        if not wall or len(wall) == len(self.variables):
-            raise InputError(
-                f"{source}: study.crossed: tells what varies from joint to joint from what holds for a wall; there "
-                "must be variables of both kinds, with field and without."
-            )
-        shapes = [place for place in wall if place.split(".")[0] in ("wall", "opening")]
-        if shapes and how.fields_from is None:
-            raise InputError(
-                f'{source}: study.crossed: [variables."{shapes[0]}"] changes the number of joints, so that two walls '
-                "cannot have the same field; give it a fixed value."
-            )
 
     def _check_range(self, source: str) -> None:
         """Refuse distributions of which the scene cannot take the middle, or can never take the ends."""
@@ -402,27 +387,6 @@ class StudySettings:
                         f'{source}: [variables."{place}"]: one wall in {1 / min(share, 1 - share):.0f} gets a value '
                         f"the scene cannot take: {reason} Use a distribution that stays in range, or lower and upper."
                     ) from None
-
-    def coarse_scene(self, source: str = "[study.coarse]") -> Scene:
-        """Return the scene of the coarse wall.
-
-        Parameters
-        ----------
-        source : str
-            For messages.
-
-        Raises
-        ------
-        InputError
-            If the scene cannot be like that.
-        """
-        changes = dict(self.study.coarse)
-        solver = changes.get("solver")
-        if isinstance(solver, Mapping) and solver.get("accuracy") in PRESETS:
-            method = solver.get("method", self.scene.solver.method)
-            if method in PRESETS[solver["accuracy"]]:  # a preset, though all keys of the fine wall are given
-                changes["solver"] = {**preset(solver["accuracy"], method), **solver}
-        return Scene.from_dict(merged(self.scene.free_tables(), changes), source=source)
 
     @one_blas_thread()
     def mean_wall(self) -> tuple[Scene, str]:
@@ -579,6 +543,7 @@ def differing_keys(first: Mapping[str, Any], second: Mapping[str, Any], place: s
 def read_frozen(text: str) -> StudySettings:
     """Study settings from their frozen copy; of a pair correlated twice the last value counts, as it did."""
     tables = parse_toml(text, "study.toml")
+    tables["study"] = {key: value for key, value in tables.get("study", {}).items() if key != "coarse"}
     pairs = {frozenset((a, b)): (a, b, r) for a, row in tables.get("correlation", {}).items() for b, r in row.items()}
     if pairs:
         tables["correlation"] = {a: {d: r for c, d, r in pairs.values() if c == a} for a, *_ in pairs.values()}
@@ -593,7 +558,7 @@ def _of_older(tables: Mapping[str, Any]) -> dict[str, Any]:
     def counted(values: Mapping[str, Any]) -> dict[str, Any]:
         return {from_1(place): value for place, value in values.items()}
 
-    how = dict(tables.get("study", {}))
+    how = dict(tables["study"])
     found = {**tables, "study": how, "variables": counted(tables.get("variables", {}))}
     found["correlation"] = counted({a: counted(row) for a, row in tables.get("correlation", {}).items()})
     how["importance"] = counted(how.get("importance", {}))

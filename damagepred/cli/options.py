@@ -146,7 +146,6 @@ DOING = {
     "compare": "reading the studies and comparing them",
     "infer": "reading the studies and the observations",
     "design": "pricing the search: solving one wall",
-    "two-level": "solving walls, fine and coarse",
     "fragility": "fitting curves, their bands and their goodness",
     "export": "reading, fitting and writing",
     "sensitivity": "reading the walls and resampling them",

@@ -9,8 +9,7 @@
   category before any movement (share at start).
 - At a movement, a wall has reached the category with probability 1 from ``upper`` on, 0 up to ``lower``, and
   between as if the capacity were evenly distributed in the interval: ``probability_reached``. It is unknown beyond the
-  movement to which a censored wall was followed: ``censored_before``. Estimates, stopping rules, two levels and the
-  proposal of importance sampling count so.
+  movement to which a censored wall was followed: ``censored_before``. Estimates and stopping rules count so.
 - Where one number is needed, for the limit state of rare events, the crack width is taken to grow in proportion to the
   movement within the interval: ``interpolated_capacity``. It is above a movement that an increment meets just when
   the wall has not reached the category there, as in all the others.

@@ -16,7 +16,6 @@ class Stream(IntEnum):
     BOOTSTRAP = 3
     SUBSET = 4
     SUBSET_START = 5
-    PILOT = 6
     GOODNESS = 7
 
 

@@ -14,7 +14,6 @@ import xarray as xr
 from scipy import special
 
 from damagepred.arrays import FloatArray
-from damagepred.uq.control_variate import two_level
 from damagepred.uq.crossed import crossed_shares
 from damagepred.uq.estimate import probability
 from damagepred.uq.exceedance import exceedance, median_movement
@@ -223,16 +222,6 @@ def _each(at: tuple[int, ...]) -> float:
     return interim_confidence(list(at), 0.9, replicated=False)
 
 
-def two_levels(random: np.random.Generator, fine: int, correlation: float, share: float) -> Found:
-    """Give a share with the control variate, ten coarse walls a fine one."""
-    x = random.standard_normal(11 * fine)
-    y = correlation * x + np.sqrt(1 - correlation**2) * random.standard_normal(11 * fine)
-    limit = special.ndtri(1 - share)
-    hit, coarse = (x > limit) * 1.0, (y > limit - 0.3) * 1.0
-    e = two_level(hit[:fine], coarse[:fine], coarse[fine:])
-    return {"probability": (e.lower, e.upper, share)}
-
-
 def linear(z: FloatArray, _: object) -> FloatArray:
     """Return margins of one region."""
     return np.asarray(3.0 - z.sum(axis=1) / np.sqrt(z.shape[1]))
@@ -387,10 +376,6 @@ def cases() -> dict[tuple[str, str], Case]:
             found["estimate, importance", name] = partial(importance, walls=n, beta=beta, shift=shift, nominal=nominal)
     for p in (0.05, 0.1, 0.4):
         found["stopped early", f"probability {p:g}"] = partial(stopped, share=p)
-    for n in (20, 60):
-        for r, p in ((0.9, 0.2), (0.98, 0.2), (0.9, 0.05), (0.98, 0.05)):
-            name = f"{n} fine walls, correlation {r:g}, probability {p:g}"
-            found["two-level", name] = partial(two_levels, fine=n, correlation=r, share=p)
     for d in (2, 50, 500):
         found["subset simulation", f"one region, {d} dimensions"] = partial(subset, kind="one region", dimensions=d)
     for kind in ("two regions", "second region", "late region"):

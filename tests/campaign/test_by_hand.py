@@ -4,12 +4,14 @@ import json
 import math
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import Column
@@ -21,7 +23,7 @@ from damagepred.campaign.campaign import RunSummary, _Stop
 from damagepred.campaign.cost_estimate import CostEstimate, _zone_bytes, require_affordable
 from damagepred.campaign.dispatch import GivenExecutor, sample_timeout
 from damagepred.campaign.sample import _kept_of_movement
-from damagepred.campaign.settings import StudySettings, differing_keys
+from damagepred.campaign.settings import StudySettings, differing_keys, read_frozen
 from damagepred.campaign.status import study_status
 from damagepred.campaign.stopping import Ending, InterimAnalysis
 from damagepred.enumerations import SampleStatus
@@ -280,8 +282,6 @@ def test_settings_that_follow_from_others() -> None:
     ] == [2, 4, math.inf, 2, math.inf]
     first, second = {"a": 1, "b": {"c": 2, "d": {"e": 3}}}, {"b": {"c": 5, "d": {"e": 3}}, "f": None, "g": "x"}
     assert differing_keys(first, second) == ["a (was 1, is None)", "b.c (was 2, is 5)", "g (was None, is 'x')"]
-    coarse = settings(coarse={"wall": {"block_length": "480 mm"}, "dpc": {"course": 1}}).coarse_scene()
-    assert (coarse.wall.block_length, coarse.wall.length, coarse.dpc.course) == (0.48, 1.44, 1)  # type: ignore[union-attr]
     assert not plain.shape_varies
     for place, low in (("wall.length", 1.3), ("control_joint.1.x", 0.6)):
         tables = {"variables": {place: {"distribution": "uniform", "lower": low, "upper": 2 * low}}, "correlation": {}}
@@ -307,20 +307,6 @@ WALL = {"distribution": "lognormal", "mean": 0.75, "cov": 0.15}
         ({"correlation": {"joint.friction": {"joint.cohesion": 1.01}}}, {}, "= 1.01: must be a number from -1 to 1"),
         ({"correlation": {"joint.friction": {"joint.cohesio": 0.1}}}, {}, "Did you mean 'joint.cohesion'"),
         ({"variables": {"loads.roof": FIELD}, "correlation": {}}, {}, "only numbers of joint, head_joint and dpc"),
-        ({"variables": {"joint.friction": WALL}, "correlation": {}}, {"crossed": True}, "variables of both kinds"),
-        ({"variables": {"joint.cohesion": FIELD}, "correlation": {}}, {"crossed": True}, "variables of both kinds"),
-        ({}, {"crossed": True, "replicates": 4}, "no table, importance, replicates or stop_when"),
-        (
-            {
-                "variables": {
-                    "joint.cohesion": FIELD,
-                    "wall.length": {"distribution": "uniform", "lower": 1.2, "upper": 2},
-                },
-                "correlation": {},
-            },
-            {"crossed": True},
-            'variables."wall.length".* changes the number of joints',
-        ),
         (
             {"variables": {"joint.friction": {"distribution": "normal", "mean": 0.1, "std": 0.05}}, "correlation": {}},
             {},
@@ -343,11 +329,27 @@ def test_incompatible_settings(changes: dict[str, Any], sampling: dict[str, Any]
         settings(changes, **sampling)
 
 
+@pytest.mark.parametrize(("key", "value"), [("coarse", {"wall": {"block_length": "480 mm"}}), ("crossed", True)])
+def test_a_key_that_has_been_removed_is_named_and_has_no_effect(key: str, value: object) -> None:
+    with pytest.warns(UserWarning, match=rf"\[study\] {key} has no effect: .*removed; .*leave it out"):
+        assert settings(**{key: value}) == settings()
+
+
+@pytest.mark.filterwarnings("error")
+def test_frozen_studies_with_removed_keys_are_read_as_before() -> None:
+    tables = tomllib.loads(settings().to_toml())
+    tables["study"] |= {"crossed": True, "coarse": {"wall": {"block_length": 0.48}}}
+    frozen = read_frozen(tomli_w.dumps(tables))
+    assert frozen == replace(settings(), study=replace(settings().study, crossed=True))
+    friction = frozen.design().wall_values(8)["joint.friction"].reshape(2, 2, 2)
+    np.testing.assert_array_equal(friction[:, :, 0], friction[:, :, 1])
+    assert len(np.unique(friction)) == 4
+
+
 def test_settings_at_the_edge_of_what_goes() -> None:
     settings(stop_at_category=4)
     settings({"correlation": {"joint.friction": {"movement.central_deflection": -0.9}}})
     settings(stop_when={"category": 4, "at": 0.006, "half_width": 0.1}, replicates=4)
-    settings(crossed=True)
 
 
 def test_memory_of_a_design_and_time_of_a_sample() -> None:

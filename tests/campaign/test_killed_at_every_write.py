@@ -15,7 +15,6 @@ import xarray as xr
 
 from damagepred import Scene, solve
 from damagepred.analyses.rare_event import rare_event
-from damagepred.analyses.two_level import run_two_level
 from damagepred.archive.files import read_dataset, write_dataset
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import read_part, write_part
@@ -152,12 +151,6 @@ def rare(folder: Path) -> None:
         rare_event(settings(RARE), ASKED, folder, samples=10, level_share=0.5, executor=executor)
 
 
-def two_level(folder: Path) -> None:
-    text = RARE + '[study.coarse.wall]\nblock_length = "480 mm"\n'
-    with ThreadPoolExecutor(1) as executor:
-        run_two_level(settings(text), 1, 4e-3, folder, pilot=10, budget=10, executor=executor)
-
-
 def what_is_found(folder: Path) -> dict[str, object]:
     """Results of a folder without times: of files of JSON, logs and studies."""
     found: dict[str, object] = {f.name: json.loads(f.read_text()) for f in folder.glob("*.json")}
@@ -173,9 +166,7 @@ def what_is_found(folder: Path) -> dict[str, object]:
     ("go_on", "at_each"),
     [
         (rare, 9),
-        (two_level, 60),
         pytest.param(rare, 1, marks=pytest.mark.slow),
-        pytest.param(two_level, 1, marks=pytest.mark.slow),
     ],
 )
 def test_estimates_that_solve_walls(

@@ -79,10 +79,6 @@ upper = 0.8
 
 BAD_STUDIES = {
     "no number": (STUDY.replace("0.8", "nan"), ["[variables.joint.friction] upper = nan: must be a finite number"]),
-    "coarse wall that cannot be": (
-        STUDY + '[study.coarse.wall]\nblock_length = "-480 mm"\n',
-        ["[study.coarse]", "[wall] block_length", "at least 0.001 m"],
-    ),
     "unknown key of importance": (
         STUDY + '[study.importance."joint.friction"]\nshft = -1.5\n',
         ["unknown key", "joint.friction", "shft"],
@@ -204,7 +200,6 @@ def test_a_folder_that_cannot_be_written(command: Run, tmp_path: Path, monkeypat
         "study study.toml -o study.toml",
         "study study.toml -o house.nc",
         "rare study.toml --category 1 --at 2mm -o house.html",
-        "two-level study.toml --category 1 --at 2mm -o study.toml",
         "replay house.dp 0 -o wall",
         "plot wall.nc -o picture.png",
         "report wall.nc -o report",

@@ -7,7 +7,6 @@ from dataclasses import fields, replace
 import pytest
 
 from damagepred.campaign.preset_accuracy import accuracy_lines
-from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Solver
 from damagepred.scene.accuracy import PRESETS, STANDARD, measured, preset
@@ -60,17 +59,6 @@ def test_unknown_presets_are_named():
         solver(accuracy="standart")
     with pytest.raises(InputError, match="accuracy = 3"):
         solver(accuracy=3)
-
-
-def test_a_coarse_wall_may_have_another_preset():
-    tables = {
-        "scene": {"solver": {"accuracy": "reference"}},
-        "study": {"samples": 4, "coarse": {"solver": {"accuracy": "draft", "tolerance": 1e-3}}},
-        "variables": {"joint.friction": {"distribution": "uniform", "lower": 0.6, "upper": 0.8}},
-    }
-    settings = StudySettings.from_dict(tables, source="study")
-    assert settings.scene.solver == Solver(accuracy="reference")
-    assert settings.coarse_scene().solver == Solver(accuracy="draft", tolerance=1e-3)
 
 
 def test_what_is_told_is_what_was_measured():

@@ -362,7 +362,6 @@ Sampling
   stop_when = None
   time_budget = None s (0 1e+09]
   epistemic = {}
-  coarse = {}
   fields_from = None
   store_fields = True
   material_scatter = False

@@ -9,7 +9,6 @@ import xarray as xr
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.errors import InputError
-from damagepred.uq.control_variate import PilotReport, _of_scrambles
 from damagepred.uq.design import Sampler
 from damagepred.uq.estimate import Estimate
 from damagepred.uq.exceedance import exceedance
@@ -28,23 +27,6 @@ def test_walls_and_fields_of_a_crossed_design() -> None:
     assert crossed.wall_of(np.arange(8)).tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
     assert [crossed.field_of(i) for i in range(8)] == [0, 1, 0, 1, 2, 3, 2, 3]
     assert plain.wall_of(np.arange(3)).tolist() == [plain.field_of(i) for i in range(3)] == [0, 1, 2]
-
-
-def test_a_pilot_in_words() -> None:
-    pilot = PilotReport(24, 0.912, 0.834, 0.956, 0.0512, 0.273, 0.418, 6.37, True)
-    assert pilot.line() == (
-        "correlation 0.91 (0.83 to 0.96, 90 %), a coarse wall costs 0.05 of a fine one: the same error for 0.27 of the "
-        "cost (0.42 at worst) with 6.4 coarse walls a fine one: it pays"
-    )
-    assert pilot._replace(pays=False).line().endswith("it does not pay")
-
-
-def test_scrambles_have_one_degree_of_freedom_less_than_there_are() -> None:
-    """Without variance of the coarse results the estimates are the means of scrambles 0 to 3."""
-    fine = np.array([1.0, 2.0, 4.0, 8.0, 3.0, 6.0, 6.0, 12.0])
-    value, error, freedom = _of_scrambles(fine, np.ones(8), np.ones(8), 4)
-    means = np.array([2.0, 4.0, 5.0, 10.0])
-    assert (value, error, freedom) == pytest.approx((5.25, np.std(means, ddof=1) / 2, 3))
 
 
 def test_table_of_values_at_its_values() -> None:

@@ -9,12 +9,12 @@ import xarray as xr
 
 from damagepred.analyses import limit_state
 from damagepred.analyses.limit_state import Question, margin
-from damagepred.analyses.two_level import _hits
 from damagepred.analyses.variance_shares import _output_of
 from damagepred.enumerations import SampleStatus
 from damagepred.uq.capacity import capacities, censored_before, interpolated_capacity, probability_reached, reached_by
-from damagepred.uq.exceedance import exceedance
+from damagepred.uq.exceedance import category_capacities, exceedance, known_hits, pseudo_values
 from damagepred.uq.fragility import fit_fragility
+from damagepred.uq.movement_distribution import as_distribution
 from damagepred.uq.running import running_probability
 from damagepred.uq.stopping import StopWhen
 from tests.analyses.test_rare import settings
@@ -63,11 +63,12 @@ def test_all_agree_at_an_increment(category: int, mark: int, ended: bool) -> Non
     np.testing.assert_array_equal(hit, truth)
     np.testing.assert_array_equal(reached_by(known.upper, at), truth == 1.0)
     solved = ds["status"].values != SampleStatus.FAILED
+    walls = category_capacities(ds, category)
     for unknown in (0.0, 1.0):
-        two_levels = _hits(ds, category, at, 40, unknown)
-        np.testing.assert_array_equal(two_levels[solved], np.nan_to_num(truth[solved], nan=unknown))
+        bound = known_hits(walls, as_distribution(at), unknown)
+        np.testing.assert_array_equal(bound[solved], np.nan_to_num(truth[solved], nan=unknown))
     found = exceedance(ds, category, at)
-    assert _hits(ds, category, at, 40).mean() == pytest.approx(found.estimate.value, abs=1e-9)
+    assert pseudo_values(walls, as_distribution(at)).hit.mean() == pytest.approx(found.estimate.value, abs=1e-9)
     assert found.failed + found.not_followed == np.isnan(truth).sum()
     # walls that ended before take the share of the others, failed ones among them
     assert found.failed_damaged - found.failed_undamaged >= found.failed / 40 - 1e-9

@@ -32,7 +32,6 @@ def study() -> ModuleType:
         ("median", "8 walls"),
         ("shares of variance, crossed", "100 tables"),
         ("estimate, random walls", "50 walls, probability 0.2"),
-        ("two-level", "20 fine walls, correlation 0.98, probability 0.05"),
     ],
 )
 def test_intervals_have_the_stated_coverage(study: ModuleType, interval: str, samples: str) -> None:

@@ -18,7 +18,8 @@ from damagepred.analyses.rare_event_samples import normals_to_wall
 from damagepred.archive.files import write_whole
 from damagepred.arrays import FloatArray
 from damagepred.campaign.sample import joint_places, sampled_wall, solve_sample
-from damagepred.campaign.settings import StudySettings
+from damagepred.campaign.settings import StudySettings, merged
+from damagepred.scene import Scene
 from damagepred.uq.importance import Proposal
 from damagepred.uq.subset import subset_simulation
 from studies.benchmarks.walls import read as read_tables
@@ -87,9 +88,9 @@ def settings_of(wall: str, variant: str = "") -> StudySettings:
     settings = replace(settings, study=replace(settings.study, sampler="random", store_fields=False))
     if not variant:
         return settings
-    changed = replace(settings, study=replace(settings.study, coarse=SETS[wall]["variants"][variant]))
+    scene = Scene.from_dict(merged(settings.scene.free_tables(), SETS[wall]["variants"][variant]))
     how = replace(settings.study, fields_from=settings.scene)
-    return replace(settings, scene=changed.coarse_scene(), study=how)
+    return replace(settings, scene=scene, study=how)
 
 
 def rare_settings(wall: str, variant: str = "") -> StudySettings:
