@@ -1,14 +1,7 @@
-"""What a study's damage depends on: ranks and shares of variance of its inputs, and of what varies from joint to joint.
-
-Any study tells how its output goes with each input that holds for a wall. What varies from joint to joint is no single
-number; for its share of the variance walls and fields are crossed (``[study] crossed``): the same wall with another
-field, the same field in another wall. Such a study is an ordinary one, with workers, failures and a folder; only its
-samples come in fours.
-"""
+"""Sensitivity of damage to the inputs of a study: ranks and shares of variance."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,23 +9,12 @@ import xarray as xr
 
 from damagepred.archive.schema import FLAG_FILL
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError, nearest
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.uq.capacity import category_number, require_categories, sample_weights
-from damagepred.uq.crossed import crossed_shares
+from damagepred.uq.capacity import category_number, require_categories
 from damagepred.uq.fragility import movement_measure, read_capacities
 from damagepred.uq.given_data import first_order, rank_correlation
-from damagepred.uq.ranks import interval_ranks
-
-
-def crossed_study(settings: StudySettings) -> StudySettings:
-    """Study in which walls and fields are crossed."""
-    how = replace(settings.study, crossed=True, replicates=1, stop_when=None, time_budget=None, store_fields=False)
-    crossed = replace(settings, study=how)
-    crossed.check("study")
-    return crossed
 
 
 class Output(NamedTuple):
@@ -132,9 +114,7 @@ def study_sensitivity(
     -------
     xarray.Dataset
         ``spearman``, ``partial`` and ``first_order`` with their intervals on (variable,), of the inputs with one value
-        a wall (of a crossed study from the half of its samples that share nothing); of a crossed study also
-        ``first_order`` and ``total`` of ``wall`` and ``joints`` on (group,), as ``group_first_order`` and
-        ``group_total``, and ``interaction``.
+        per wall.
 
     Raises
     ------
@@ -149,9 +129,9 @@ def study_sensitivity(
     {'joint.friction': -0.2, 'joint.cohesion': 0.1}
     """
     found = _output_of(ds, None if category is None else category_number(ds, category), output, own_ground)
-    crossed = bool(int(ds.attrs.get("crossed", 0)))
-    # of each table, one wall with one field and the other with the other
-    alone = np.isin(found.sample % 4, (0, 3)) if crossed else np.ones(len(found.sample), dtype=bool)
+    alone = np.ones(len(found.sample), dtype=bool)
+    if int(ds.attrs.get("crossed", 0)):  # of an archive of 0.1: of four walls two share neither inputs nor joints
+        alone = np.isin(found.sample % 4, (0, 3))
     inputs = {
         str(name): np.asarray(variable.values, dtype=np.float64)[found.sample[alone]]
         for name, variable in ds.data_vars.items()
@@ -166,14 +146,6 @@ def study_sensitivity(
     )
     indices = first_order(inputs, values, weight=weight, confidence=confidence, resamples=resamples, seed=seed)
     result = correlations.merge(indices, combine_attrs="override")
-    if crossed:
-        whole = found.value
-        if whole.ndim == 2:
-            whole = interval_ranks(whole[0], whole[1], sample_weights(ds)[found.sample])
-        tables = _tables(found._replace(value=whole))
-        shares = crossed_shares(tables, confidence=confidence, resamples=resamples, seed=seed)
-        renamed = {n: f"group_{n}" for n in shares.data_vars if str(n).startswith(("first_order", "total"))}
-        result = result.merge(shares.rename(renamed)).assign_attrs(tables=len(tables))
     return result.assign_attrs(
         title=f"sensitivity of {ds.attrs.get('title', 'a study')}",
         output=found.name,
@@ -181,12 +153,3 @@ def study_sensitivity(
         samples_failed=int((ds["status"].values == SampleStatus.FAILED).sum()),
         bootstrap_samples=resamples,
     )
-
-
-def _tables(found: Output) -> FloatArray:
-    """Return the values of whole tables, array (tables, 2, 2); one of which a wall was not run yet is left out."""
-    table = found.sample // 4
-    whole = np.flatnonzero(np.bincount(table) == 4)
-    values = np.full((int(table.max()) + 1, 4), np.nan)
-    values[table, found.sample % 4] = found.value
-    return values[whole].reshape(-1, 2, 2)

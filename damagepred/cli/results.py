@@ -9,15 +9,12 @@ import typer
 
 from damagepred.cli import terminal
 from damagepred.cli.options import (
-    INTERRUPTED,
-    SOME_FAILED,
     Category,
     FootingGap,
     Full,
     Intensity,
     Json,
     Measure,
-    MixVersions,
     MovementOrClass,
     NetcdfFile,
     Picture,
@@ -25,7 +22,6 @@ from damagepred.cli.options import (
     StudyFolderPath,
     WallOrStudy,
     Workers,
-    Yes,
     app,
     keep_curves,
     keep_wall,
@@ -48,9 +44,6 @@ def estimate(
     study_file: Annotated[
         Path | None, typer.Option("--study", help="Study file whose [study.epistemic] to take instead.")
     ] = None,
-    shifts: Annotated[
-        bool, typer.Option("--propose", help="Say what importance sampling should shift, with these walls as a pilot.")
-    ] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
@@ -59,16 +52,6 @@ def estimate(
     from damagepred.campaign.settings import StudySettings
     from damagepred.uq.movement_distribution import movement_distribution
 
-    if shifts:
-        from damagepred.analyses.importance_proposal import propose
-
-        proposed = propose(folder, category, terminal.quantity("--at", at, "m"))
-        if json:
-            terminal.print_json(proposed)
-            return
-        for line in proposed.lines():
-            terminal.say(line)
-        return
     movement = movement_distribution(at, option="--at")
     others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
     found = alternatives(folder, category, movement, others=others, confidence=confidence)
@@ -304,53 +287,30 @@ def export(
 
 @app.command()
 def sensitivity(
-    path: Annotated[Path, typer.Argument(help="Study file (TOML), or study folder (*.dp).", show_default=False)],
+    folder: StudyFolderPath,
     category: Annotated[
         int | None,
         typer.Option("--category", parser=terminal.category, metavar="NUMBER|NAME", help="Of the capacity for it."),
     ] = None,
     result: Annotated[str | None, typer.Option("--of", help="Of this result, at the end of the movement.")] = None,
-    samples: Annotated[int | None, typer.Option("-n", "--samples", min=8, help="Walls in all, for a file.")] = None,
-    workers: Workers = 1,
-    folder: Annotated[
-        Path | None, typer.Option("--folder", help="Study folder of the walls that are run.", callback=output_check())
-    ] = None,
     plot: Picture = None,
     output: NetcdfFile = None,
     confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
-    yes: Yes = False,
-    mix_versions: MixVersions = False,
     json: Json = False,
     full: Full = False,
     quiet: Quiet = False,
 ) -> None:
-    """Say what damage depends on; of a file, run crossed walls first, which tell what varies from joint to joint."""
-    from damagepred.analyses.variance_shares import crossed_study, study_sensitivity
+    """Rank the inputs of a study by their influence on damage: rank correlations and shares of variance."""
+    from damagepred.analyses.variance_shares import study_sensitivity
     from damagepred.archive.folder import open_study
-    from damagepred.assembly import Limits
-    from damagepred.campaign.settings import StudySettings
-    from damagepred.study import Study
 
-    place, failed = path, 0
-    if not path.is_dir():
-        place = folder or path.with_suffix(".crossed.dp")
-        crossed = crossed_study(StudySettings.from_toml(path).with_samples(samples, None))
-        with terminal.StudyBar() as bar:
-            walls = Study(crossed, Limits.asked(yes))
-            summary = walls.run(place, samples, workers, mix_versions=mix_versions, on_progress=bar.update)
-        terminal.say(f"{place}: {summary.done} of {summary.total} walls done, {summary.failed} failed")
-        if summary.interrupted:
-            raise typer.Exit(INTERRUPTED)
-        failed = summary.failed
-    asked = 1 if category is None and result is None else category
-    found = study_sensitivity(open_study(place), category=asked, output=result, confidence=confidence)
-    keep_curves(found, output, plot)
+    chosen = 1 if category is None and result is None else category
+    indices = study_sensitivity(open_study(folder), category=chosen, output=result, confidence=confidence)
+    keep_curves(indices, output, plot)
     if json:
-        terminal.print_json(found)
+        terminal.print_json(indices)
     else:
-        terminal.sensitivity_tables(found)
-    if failed:
-        raise typer.Exit(SOME_FAILED)
+        terminal.sensitivity_tables(indices)
 
 
 @app.command()

@@ -693,14 +693,10 @@ def surface_lines(surface: xr.Dataset) -> list[str]:
 
 def sensitivity_tables(found: xr.Dataset) -> None:
     """Print the sensitivity of a study's damage to its inputs."""
-    from damagepred.results.tables import banded, group_columns, sensitivity_columns
+    from damagepred.results.tables import sensitivity_columns
 
     title = f"{found.attrs['title']}: {found.attrs['output']}, {found.attrs['walls']} walls"
     table_of(title, sensitivity_columns(found))
-    if "group" in found.dims:
-        title = f"Shares of the variance, from {found.attrs['tables']} tables of two walls and two fields"
-        table_of(title, group_columns(found))
-        say(f"interaction of both groups: {banded(found, 'interaction')}")
     if found.attrs["share_censored"]:
         say(f"{found.attrs['share_censored']:.0%} of the walls had not reached it: they share the highest ranks")
     if found.attrs["samples_failed"]:

@@ -18,7 +18,6 @@ from damagepred.plotting.sheet import (
     several_or_new,
     title_of,
 )
-from damagepred.results.tables import GROUPS
 
 
 @checked
@@ -36,7 +35,7 @@ def draw_sensitivity(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> l
     -------
     list of Axes
         Of rank correlations and of shares of variance: points with their intervals, one line an input, the strongest
-        on top; below them the groups of a crossed study.
+        on top.
 
     Raises
     ------
@@ -55,8 +54,7 @@ def draw_sensitivity(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> l
     order = np.argsort(np.abs(found["spearman"].values))
     some = found.isel(variable=order)
     names = [str(n).replace(".", ", ").replace("_", " ") for n in some["variable"].values]
-    groups = list(found["group"].values) if "group" in found.dims else []
-    upper, lower = several_or_new(axes, 2, 1, 9.0, 3.6 + 0.45 * (2 * len(names) + len(groups)))
+    upper, lower = several_or_new(axes, 2, 1, 9.0, 3.6 + 0.9 * len(names))
     at = np.arange(len(names), dtype=np.float64)
     _points(upper, some, "spearman", at + 0.12, RANK_COLOURS[0], "rank correlation")
     _points(upper, some, "partial", at - 0.12, RANK_COLOURS[1], "partial, without what others explain")
@@ -65,18 +63,14 @@ def draw_sensitivity(found: xr.Dataset, axes: Sequence[Axes] | None = None) -> l
     upper.axvline(0.0, color="0.4", linewidth=0.8)
     upper.set_xlabel("rank correlation (1)")
     upper.set_yticks(at, names)
-    below = -1.0 - np.arange(len(groups), dtype=np.float64)
     _points(lower, some, "first_order", at, SHARE_COLOURS[0], "by itself")
-    if groups:
-        _points(lower, found, "group_first_order", below + 0.12, SHARE_COLOURS[0], "")
-        _points(lower, found, "group_total", below - 0.12, SHARE_COLOURS[1], "with what both do together")
     lower.axvline(0.0, color="0.4", linewidth=0.8)
     lower.axvline(1.0, color="0.4", linewidth=0.8)
     lower.set_xlim(min(-0.05, lower.get_xlim()[0]), max(1.05, lower.get_xlim()[1]))
     lower.set_xlabel("share of the variance (1)")
-    lower.set_yticks([*below, *at], [*(GROUPS[str(g)].replace(" with", "\nwith") for g in groups), *names])
-    for ax, lines_below in ((upper, 0), (lower, len(groups))):
-        ax.set_ylim(-0.6 - lines_below, len(names) - 0.4)
+    lower.set_yticks(at, names)
+    for ax in (upper, lower):
+        ax.set_ylim(-0.6, len(names) - 0.4)
         grid(ax, "x")
         legend_below(ax, ax.get_legend_handles_labels()[0], 2, 0.6, left=True)
     title = title_of(found, "sensitivity")

@@ -139,7 +139,7 @@ def influences(
 _NOTE = (
     "Rank correlation: from −1 to 1. Partial: without what the other inputs explain. Share of variance: what "
     "the input brings about by itself. A wall that is not damaged counts as censored at its own end. Inputs that vary "
-    "from joint to joint are not in the table; `damagepred sensitivity` of the study file tells their share."
+    "from joint to joint are not in the table."
 )
 
 

@@ -321,22 +321,12 @@ def curve_notes(curves: xr.Dataset) -> list[str]:
 
 # -- sensitivity -----------------------------------------------------------------------------------------------------
 
-GROUPS = {"wall": "inputs with one value a wall", "joints": "inputs with one value a joint"}
-"""Names of the groups of a crossed study."""
-
 
 def sensitivity_columns(found: xr.Dataset) -> list[Column]:
     """Return how damage depends on each input, a row an input."""
     inputs = [str(v) for v in found["variable"].values]
     kinds = {"spearman": "rank correlation", "partial": "partial", "first_order": "share of variance"}
     return [Column("input", inputs, short="input", words=True), *_intervals(found, "variable", kinds)]
-
-
-def group_columns(found: xr.Dataset) -> list[Column]:
-    """Return the shares of variance of the groups of a crossed study, a row a group."""
-    groups = [GROUPS[str(g)] for g in found["group"].values]
-    kinds = {"group_first_order": "by itself", "group_total": "with the interaction"}
-    return [Column("group", groups, short="group", words=True), *_intervals(found, "group", kinds)]
 
 
 def _intervals(found: xr.Dataset, dim: str, heads: Mapping[str, str]) -> list[Column]:

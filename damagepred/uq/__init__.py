@@ -7,7 +7,6 @@
 - ``design``: all of it together: every input of every sample
 - ``capacity``: the movement at which a category is reached, the one definition of it; ``intensity``: its measures
 - ``fragility``: curves and surfaces, their bands and how well they fit; ``exceedance``: one probability, one median
-- ``sensitivity``: Sobol's indices; ``given_data``: rank correlation and first-order shares from any study;
-  ``crossed``: what varies from joint to joint against what holds for a wall
+- ``sensitivity``: Sobol's indices; ``given_data``: rank correlation and first-order shares from any study
 - ``ranks``: of numbers and of interval-censored capacities
 """

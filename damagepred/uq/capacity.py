@@ -73,7 +73,7 @@ class StudyCapacities(NamedTuple):
     sample : array of int (walls,)
         Numbers of the walls in the study.
     crossed : bool
-        Whether walls share fields, and fields walls (see ``damagepred.uq.crossed``).
+        Whether walls share fields, and fields walls (archives of 0.1).
     """
 
     capacities: Capacities

@@ -42,7 +42,7 @@ class Sampler:
     read_table : callable or None
         Returns the table: place -> array (samples,).
     crossed : bool
-        Samples come in fours: two walls, and two fields, in every combination (see ``damagepred.uq.crossed``).
+        Samples come in fours: two walls, and two fields, in every combination (archives of 0.1).
     """
 
     kind: str = "sobol"

@@ -14,7 +14,6 @@ import xarray as xr
 from scipy import special
 
 from damagepred.arrays import FloatArray
-from damagepred.uq.crossed import crossed_shares
 from damagepred.uq.estimate import probability
 from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.fragility import fit_fragility, fit_surface, stripes_from_counts
@@ -297,20 +296,6 @@ def shares(random: np.random.Generator, walls: int) -> Found:
     }
 
 
-def crossed(random: np.random.Generator, tables: int) -> Found:
-    """Give shares of variance of walls and joints: 0.5 and 0.3, and 0.2 of both together."""
-    wall, joints = random.standard_normal((tables, 2, 1)), random.standard_normal((tables, 1, 2))
-    y = np.sqrt(0.5) * wall + np.sqrt(0.3) * joints + np.sqrt(0.2) * wall * joints
-    found = crossed_shares(y, seed=seed_of(random))
-    truth = {"first_order": (0.5, 0.3), "total": (0.7, 0.5)}
-    said = {
-        f"{key} {group}": (float(found[f"{key}_lower"][k]), float(found[f"{key}_upper"][k]), value[k])
-        for key, value in truth.items()
-        for k, group in enumerate(("wall", "joints"))
-    }
-    return said | {"interaction": (float(found["interaction_lower"]), float(found["interaction_upper"]), 0.2)}
-
-
 def indices(random: np.random.Generator, size: int) -> Found:
     """Give Sobol's indices of a sum of three inputs and a product."""
     u = saltelli_points(3, size, seed_of(random))
@@ -384,8 +369,6 @@ def cases() -> dict[tuple[str, str], Case]:
     for n in (30, 100, 400):
         found["rank correlation", f"{n} walls"] = partial(ranks, walls=n)
         found["shares of variance", f"{n} walls"] = partial(shares, walls=n)
-    for n in (8, 25, 100):
-        found["shares of variance, crossed", f"{n} tables"] = partial(crossed, tables=n)
     for n in (32, 256):
         found["Sobol's indices", f"{n} base points"] = partial(indices, size=n)
     return found

@@ -217,7 +217,6 @@ def test_a_folder_that_cannot_be_written(command: Run, tmp_path: Path, monkeypat
         "fragility house.dp --csv curves",
         "export house.dp walls -o walls",
         "sensitivity house.dp -o shares",
-        "sensitivity study.toml --folder study.toml",
         "compare a.dp b.dp --category 1 --at 2mm -o found",
         "infer a.dp survey.toml -o found",
         "design choices.toml -o found",

@@ -7,13 +7,12 @@ from damagepred.plotting import draw_sensitivity
 from tests.analyses.test_variance_shares import crossed_walls
 
 
-def test_inputs_and_groups_are_drawn_with_their_intervals():
+def test_inputs_are_drawn_with_their_intervals():
     ds = crossed_walls(60, 0.4, 0.2)
     ds["dpc.friction"] = ("sample", np.random.default_rng(3).standard_normal(240), {"role": "input"})
     found = study_sensitivity(ds, category=1, resamples=30)
     left, right = draw_sensitivity(found)
     assert [t.get_text() for t in left.get_yticklabels()] == ["dpc, friction", "joint, friction"]  # strongest on top
-    assert {t.get_text() for t in right.get_yticklabels()} >= {"inputs\nwith one value a wall"}
     assert left.get_xlabel() == "rank correlation (1)"
     points = left.lines[0].get_xdata()
     assert points == pytest.approx(found["spearman"].sel(variable=["dpc.friction", "joint.friction"]).values)
@@ -21,7 +20,7 @@ def test_inputs_and_groups_are_drawn_with_their_intervals():
     order = ["dpc.friction", "joint.friction"]
     for ax, shown in (
         (left, [("spearman", {"variable": order}), ("partial", {"variable": order})]),
-        (right, [("first_order", {"variable": order}), ("group_first_order", {}), ("group_total", {})]),
+        (right, [("first_order", {"variable": order})]),
     ):
         assert len(ax.containers) == len(shown)
         for points, (name, of) in zip(ax.containers, shown):
@@ -33,14 +32,9 @@ def test_inputs_and_groups_are_drawn_with_their_intervals():
         bottom, top = ax.get_ylim()
         assert all(bottom < y < top for points in ax.containers for y in points.lines[0].get_ydata())
     assert right.get_xlabel() == "share of the variance (1)"
-    heights = [round(float(points.lines[0].get_ydata()[0])) for points in right.containers]
-    assert [right.get_yticks().tolist().index(y) for y in heights] == [2, 0, 0]  # beside the names of what they are of
 
 
-def test_an_ordinary_study_has_no_groups_and_others_are_refused():
+def test_other_datasets_are_refused():
     ds = crossed_walls(30, 0.4, 0.2)
-    del ds.attrs["crossed"]
-    _, right = draw_sensitivity(study_sensitivity(ds, category=1, resamples=10))
-    assert len(right.get_yticklabels()) == 1
     with pytest.raises(InputError, match="study_sensitivity"):
         draw_sensitivity(ds)

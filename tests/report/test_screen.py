@@ -277,42 +277,31 @@ def banded(cell: str, one: xr.Dataset, name: str) -> None:
 
 
 def test_every_number_of_a_sensitivity(shown: Screen) -> None:
-    """Each column and row is its own; those of groups stand in a second table."""
     inputs = ("spearman", "partial", "first_order")
     values = {name: ("variable", v) for name, v in bands(inputs, (2,)).items()}
-    values |= {name: ("group", v) for name, v in bands(("group_first_order", "group_total"), (2,), 0.2).items()}
-    values |= {name: ((), v) for name, v in bands(("interaction",), (), 0.35).items()}
     found = xr.Dataset(
         values,
-        {"variable": ["joint.friction", "dpc.friction"], "group": ["wall", "joints"]},
+        {"variable": ["joint.friction", "dpc.friction"]},
         {
             "title": "house",
             "output": "capacity",
             "walls": 96,
-            "tables": 24,
             "confidence": 0.8,
             "share_censored": 0.13,
             "samples_failed": 5,
         },
     )
     terminal.sensitivity_tables(found)
-    (title, heads, rows), (beyond, group_heads, groups) = shown.tables
+    ((title, heads, rows),) = shown.tables
     assert title == "house: capacity, 96 walls"
     assert heads == ["input", *(f"{w}\n(80% interval)" for w in ("rank correlation", "partial", "share of variance"))]
-    assert "24 tables" in beyond
-    assert group_heads == ["group", "by itself\n(80% interval)", "with the interaction\n(80% interval)"]
     for name, cells in zip(("joint.friction", "dpc.friction"), rows, strict=True):
         assert cells[0] == name
         for cell, column in zip(cells[1:], inputs, strict=True):
             banded(cell, found.sel(variable=name), column)
-    assert [cells[0] for cells in groups] == ["inputs with one value a wall", "inputs with one value a joint"]
-    for name, cells in zip(("wall", "joints"), groups):
-        banded(cells[1], found.sel(group=name), "group_first_order")
-        banded(cells[2], found.sel(group=name), "group_total")
-    banded(shown.lines[0].partition(":")[2], found, "interaction")
-    assert [line[:8] for line in shown.lines[1:]] == ["13% of t", "5 failed"]
+    assert [line[:8] for line in shown.lines] == ["13% of t", "5 failed"]
     shown.tables.clear(), shown.lines.clear()
-    terminal.sensitivity_tables(found.drop_dims("group").assign_attrs(share_censored=0.0, samples_failed=0))
+    terminal.sensitivity_tables(found.assign_attrs(share_censored=0.0, samples_failed=0))
     assert len(shown.tables) == 1
     assert not shown.lines
 

@@ -1,11 +1,10 @@
-"""Rank correlation, first-order shares and crossed shares: scipy, closed forms, coverage, censored walls."""
+"""Rank correlation, first-order shares: scipy, closed forms, coverage, censored walls."""
 
 import numpy as np
 import pytest
 from scipy import stats
 
 from damagepred.errors import InputError
-from damagepred.uq.crossed import crossed_shares
 from damagepred.uq.given_data import DEFAULT, first_order, rank_correlation
 from damagepred.uq.ranks import interval_ranks, ranks
 from tests.uq.test_fragility import brackets
@@ -186,48 +185,3 @@ def test_intervals_of_first_order_shares_cover_about_nine_times_in_ten() -> None
 def test_invalid_input_is_refused(what, inputs: dict, output: np.ndarray, words: str) -> None:
     with pytest.raises(InputError, match=words):
         what(inputs, output)
-
-
-# -- crossed -----------------------------------------------------------------------------------------------------------
-
-
-def tables(random: np.random.Generator, count: int, wall: float, joints: float, both: float) -> np.ndarray:
-    """Values a w + b f + c w f of two walls w and two fields f a table."""
-    w, f = random.standard_normal((2, count, 2))
-    return wall * w[:, :, None] + joints * f[:, None, :] + both * w[:, :, None] * f[:, None, :]
-
-
-def test_crossed_shares_in_closed_form() -> None:
-    found = crossed_shares(tables(np.random.default_rng(1), 40_000, 2.0, 1.0, 0.5), resamples=50)
-    variance = 4 + 1 + 0.25
-    np.testing.assert_allclose(found["first_order"], np.array([4, 1]) / variance, atol=0.015)
-    np.testing.assert_allclose(found["total"], np.array([4.25, 1.25]) / variance, atol=0.015)
-    assert float(found["interaction"]) == pytest.approx(0.25 / variance, abs=0.01)
-
-
-def test_crossed_shares_add_up() -> None:
-    found = crossed_shares(tables(np.random.default_rng(2), 20, 1.0, 1.0, 1.0), resamples=0)
-    assert float(found["first_order"].sum() + found["interaction"]) == pytest.approx(1.0, abs=1e-12)
-    np.testing.assert_allclose(found["total"], found["first_order"] + found["interaction"], atol=1e-12)
-
-
-def test_crossed_intervals_cover_about_nine_times_in_ten() -> None:
-    held = []
-    for seed in range(80):
-        found = crossed_shares(tables(np.random.default_rng([3, seed]), 60, 1.0, 1.0, 0.5), resamples=200, seed=seed)
-        truth = np.array([1, 1]) / 2.25
-        held.append((found["first_order_lower"].values <= truth) & (truth <= found["first_order_upper"].values))
-    assert 0.8 <= np.mean(held) <= 0.98
-
-
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        (np.full((4, 2, 2), np.nan), "16 of 16 values are not finite"),
-        (np.ones((4, 2, 2)), "does not vary"),
-        (np.ones((4, 4)), "two or more tables"),
-    ],
-)
-def test_tables_that_give_no_shares(values: np.ndarray, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        crossed_shares(values)

@@ -1,15 +1,9 @@
 """Importance sampling with correlated variables, and the shift that a pilot proposes."""
 
-import tomllib
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy import special
 
-from damagepred.analyses.importance_proposal import propose
-from damagepred.archive.folder import open_study
-from damagepred.errors import InputError
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.uq.correlation import gaussian_correlation
 from damagepred.uq.design import Design, Sampler
@@ -19,8 +13,6 @@ from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.importance import Proposal, conditional_shift, cross_entropy_shift
 from damagepred.uq.variable import Variable
 from tests.cli.conftest import Run, command  # noqa: F401
-from tests.conftest import SMALL_STUDY
-from tests.synthetic_studies import synthetic_study
 from tests.uq.test_fragility import fail, lognormal, study
 
 NORMALS = {place: Variable(distribution="normal", mean=0.0, std=1.0) for place in ("a", "b")}
@@ -67,22 +59,6 @@ def test_the_proposed_shift_is_the_mean_beyond_the_limit() -> None:
         found = cross_entropy_shift(drawn.normal[hit], drawn.weight[hit])
         assert (abs(found.mean - exact * np.array([1.0, 0.6])) < 4 * found.error).all()
         assert found.error.max() < 0.15
-
-
-def test_a_study_s_walls_propose_a_shift(tmp_path: Path, command: Run) -> None:  # noqa: F811
-    house = synthetic_study(tmp_path / "house.dp", 200)
-    found = propose(house, 1, 1e-3)
-    assert found.walls >= 20
-    assert set(found.shift) <= {"joint.friction", "movement.central_deflection"}
-    said = command("estimate", house, "--category", 1, "--at", "1 mm", "--propose")
-    assert said.code == 0
-    assert f"{found.reached} of which reached the category" in said.out
-    tables = tomllib.loads("\n".join(propose(house, 1, 1e-3)._replace(shift={"joint.friction": -1.5}).lines()))
-    assert tables == {"study": {"nominal_share": 0.1, "importance": {"joint.friction": {"shift": -1.5}}}}
-    assert tomllib.loads(SMALL_STUDY)["variables"]["joint.friction"]
-    with pytest.raises(InputError, match="take more walls or a larger movement"):
-        propose(synthetic_study(tmp_path / "b.dp", 10), 1, 1e-3)
-    assert "weight" not in open_study(house)
 
 
 def test_failures_that_favour_weak_walls_are_drawn_as_bands() -> None:

@@ -30,7 +30,6 @@ def study() -> ModuleType:
         ("curve", "8 damaged, half of the walls"),
         ("surface", "8 walls"),
         ("median", "8 walls"),
-        ("shares of variance, crossed", "100 tables"),
         ("estimate, random walls", "50 walls, probability 0.2"),
     ],
 )
