@@ -193,11 +193,9 @@ class StudySettings:
     @classmethod
     def _checked(cls, tables: Mapping[str, Any], folder: Path, source: str) -> StudySettings:
         """Return the settings of a user's tables, none of them physically impossible."""
-        how = tables.get("study")
-        for key in _REMOVED if isinstance(how, Mapping) else ():
-            if how.get(key):
+        if isinstance(how := tables.get("study"), Mapping):
+            for key in (key for key in _REMOVED if how.get(key)):
                 warnings.warn(f"{source}: [study] {key} has no effect: {_REMOVED[key]}; leave it out", stacklevel=4)
-        if isinstance(how, Mapping):
             tables = {**tables, "study": {key: value for key, value in how.items() if key not in _REMOVED}}
         settings = cls.of_tables(tables, folder, source)
         require_possible(settings.scene, settings.means(), source)
