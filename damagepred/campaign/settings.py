@@ -248,9 +248,8 @@ class StudySettings:
         library = material(self.scene.material)
         variables, pairs = dict(self.variables), {a: dict(row) for a, row in self.correlation.items()}
         for place, value in library.values.items():
-            if value.cov is not None and place not in variables:
-                table, key = place.split(".")
-                mean = getattr(getattr(self.scene, table), key)
+            mean = self.scene.numbers.get(place)
+            if value.cov is not None and mean is not None and place not in variables:
                 source = f"{library.source} (mean {value.confidence}, cov {value.cov_confidence})"
                 variables[place] = Variable(distribution="lognormal", mean=mean, cov=value.cov, source=source)
         for (a, b), rho in library.correlation.items():
@@ -283,19 +282,7 @@ class StudySettings:
         return self if read == self.variables else dataclasses.replace(self, variables=read)
 
     def check(self, source: str) -> None:
-        """Check what only all tables together can tell.
-
-        Parameters
-        ----------
-        source : str
-            Where the settings came from, for messages.
-
-        Raises
-        ------
-        InputError
-            If a variable names no number of the scene, a correlation no variable, or the damage table does not know the
-            category to stop at.
-        """
+        """Check what only all tables together can tell; the source is for messages."""
         table = self.damage_table
         if isinstance(stop := self.study.stop_at_category, int) and stop > table.highest:
             raise InputError(

@@ -10,6 +10,15 @@ from typing import Any, NamedTuple
 from damagepred.errors import InputError, nearest
 from damagepred.inputs.data_files import data_file
 
+REMOVED = "none"
+"""Word of a scene that takes away a value or table of its material."""
+
+OPTIONAL = {
+    *(f"joint.{key}" for key in ("fracture_energy", "shear_fracture_energy", "compressive_strength")),
+    "block.tensile_strength",
+}
+"""Values that a scene can do without."""
+
 
 class MaterialValue(NamedTuple):
     """Value of a material.
@@ -35,8 +44,8 @@ class Material(NamedTuple):
 
     Attributes
     ----------
-    name, description, source : str
-        In words.
+    name, description, calibrated_on, source : str
+        In words; ``calibrated_on`` is the test that the values fit together.
     values : dict of str to MaterialValue
         By their place in the scene, such as "joint.cohesion".
     correlation : dict of (str, str) to float
@@ -52,6 +61,7 @@ class Material(NamedTuple):
 
     name: str
     description: str
+    calibrated_on: str
     source: str
     values: dict[str, MaterialValue]
     correlation: dict[tuple[str, str], float]
@@ -59,13 +69,13 @@ class Material(NamedTuple):
 
 @lru_cache(maxsize=1)
 def masonry_library() -> dict[str, Material]:
-    """Return all masonry of the library, by name.
+    """All masonry of the library, by name.
 
     Examples
     --------
     >>> from damagepred import scene
-    >>> list(scene.masonry_library())
-    ['clay brick, Dutch, 1940s', 'clay brick, Australian, 1990s']
+    >>> [name for name in scene.masonry_library() if "Dutch" not in name]
+    ['clay brick, Australian, 1990s']
     >>> scene.masonry_library()["clay brick, Dutch, 1940s"].values["joint.tensile_strength"].cov
     0.3
     """
@@ -81,23 +91,13 @@ def masonry_library() -> dict[str, Material]:
             for place, value in table["values"].items()
         }
         pairs = {(pair["places"][0], pair["places"][1]): pair["value"] for pair in table.get("correlation", ())}
-        found[name] = Material(name, table["description"], table["source"], values, pairs)
+        words = (table[key] for key in ("description", "calibrated_on", "source"))
+        found[name] = Material(name, *words, values, pairs)
     return found
 
 
 def material(name: str) -> Material:
-    """Return a material by its name.
-
-    Parameters
-    ----------
-    name : str
-        As the library has it.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Material of a name; others are refused with the names of the library."""
     known = masonry_library()
     if name not in known:
         raise InputError(f"material = '{name}': the library has {'; '.join(known)}.{nearest(name, list(known))}")
@@ -105,18 +105,35 @@ def material(name: str) -> Material:
 
 
 def with_material(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables of a scene with the values of the material that they name; what they give themselves wins.
-
-    Parameters
-    ----------
-    tables : mapping
-        Tables of the scene, or objects in their place, which stay as they are.
-    """
+    """Tables of a scene with the values of their material; own values win, and ``"none"`` takes a value away."""
     found = dict(tables)
-    if isinstance(name := found.get("material"), str):
-        for place, value in material(name).values.items():
-            table, key = place.split(".")
-            own = found.get(table, {})
-            if isinstance(own, Mapping):
-                found[table] = {key: value.mean, **own}
+    name = found.get("material")
+    for place, value in material(name).values.items() if isinstance(name, str) else ():
+        *way, key = place.split(".")
+        table: Any = found
+        for step in way:
+            own = table.get(step, {})
+            table[step] = dict(own) if isinstance(own, Mapping) else None if own == REMOVED else own
+            if not isinstance(table := table[step], dict):
+                break
+        else:
+            table.setdefault(key, value.mean)
+    for place in OPTIONAL:
+        table, key = place.split(".")
+        if isinstance(own := found.get(table), Mapping) and own.get(key) == REMOVED:
+            found[table] = {**own, key: None}
     return found
+
+
+def with_removals(tables: dict[str, Any]) -> dict[str, Any]:
+    """Plain tables of a scene that say ``"none"`` where it lacks a value or table of its material."""
+    for place in material(tables["material"]).values if "material" in tables else ():
+        *way, key = place.split(".")
+        table: Any = tables
+        for step in way:
+            table = table.setdefault(step, REMOVED)
+            if table == REMOVED:
+                break
+        else:
+            table.setdefault(key, REMOVED)
+    return tables

@@ -165,7 +165,10 @@ class Joint:
                 (self.brittle_shear, "brittle_shear = false"),
             ):
                 if wrong:
-                    raise ValueError(f"shear_fracture_energy = {self.shear_fracture_energy:g}: goes only with {name}")
+                    raise ValueError(
+                        f"shear_fracture_energy = {self.shear_fracture_energy:g}: goes only with {name}; "
+                        "or take it away: shear_fracture_energy = 'none'"
+                    )
         if self.compressive_strength is not None and self.dilation > 0:
             raise ValueError(
                 f"compressive_strength = {self.compressive_strength:g}: goes only with dilation = 0, not "
@@ -268,19 +271,11 @@ class HeadJoint:
     strength_factor: Pure | None = Field(default=None, gt=0)
 
     def joint(self, bed: Joint) -> Joint:
-        """Return the head joints of a wall with such beds."""
+        """Head joints of a wall with such beds."""
         return replace(bed, **{name: self.of_bed(name, getattr(bed, name)) for name in Joint.__dataclass_fields__})
 
     def of_bed(self, name: str, value: Any) -> Any:
-        """Return the value of a key of head joints.
-
-        Parameters
-        ----------
-        name : str
-            The key.
-        value : Any
-            That of the beds: a number or an array of them, a word, a bool or None.
-        """
+        """Value of a key of head joints, from that of the beds: a number, an array, a word, a bool or None."""
         own = getattr(self, name)
         if own is not None or value is None or isinstance(value, bool | str):
             return value if own is None else own

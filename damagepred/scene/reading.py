@@ -9,6 +9,7 @@ from typing import Any, TypeVar, get_args, get_origin
 from pydantic import TypeAdapter, ValidationError
 
 from damagepred.errors import InputError, likely_unit, nearest, shown
+from damagepred.scene.material_library import with_removals
 from damagepred.scene.quantity import Quantity
 
 T = TypeVar("T")
@@ -31,10 +32,10 @@ def complaint(kind: type, error: ValidationError, source: str) -> InputError:
 
 
 def plain(value: Any) -> Any:
-    """Return a described object as nested dicts and lists of plain values, without None and without empty lists."""
+    """A described object as nested dicts and lists of plain values, without None and without empty lists."""
     if dataclasses.is_dataclass(value):
         items = ((f.name, plain(getattr(value, f.name))) for f in dataclasses.fields(value))
-        return {name: item for name, item in items if item is not None and item != []}
+        return with_removals({name: item for name, item in items if item is not None and item != []})
     if isinstance(value, tuple | list):
         return [plain(item) for item in value]
     if isinstance(value, Mapping):

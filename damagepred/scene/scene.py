@@ -55,7 +55,8 @@ class Scene:
         What the wall is, for plots and archives.
     material : str or None
         Masonry of the library, such as "clay brick, Dutch, 1940s"; ``damagepred materials`` lists it. Its values stand
-        in place of the defaults of ``block`` and ``joint``; keys that are given win.
+        in place of the defaults of ``block``, ``joint`` and ``head_joint``; keys that are given win, and ``"none"``
+        takes away a fracture energy, a compressive strength, a brick's tensile strength, or all of ``head_joint``.
     wall, block, joint, head_joint, dpc, opening, control_joint, footing, movement, rig, soil, soil_layer, suction,
     mound, loads, support, load, loading, strain, creep, solver, damage, dynamics
         The tables of the scene file; see their classes.

@@ -1,5 +1,6 @@
 """Masonry by name: values under the user's own, scatter, correlation, and where the report says they come from."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,19 +14,62 @@ from damagepred.report.sources import source_of_value
 from damagepred.scene import masonry_library
 
 DUTCH = "clay brick, Dutch, 1940s"
+JOINTS = f"{DUTCH}, joints"
+ENERGIES = ("fracture_energy", "shear_fracture_energy")
 
 
 @pytest.mark.parametrize("name", list(masonry_library()))
 def test_every_material_makes_a_wall(name: str) -> None:
     scene, library = Scene.from_dict({"material": name}), masonry_library()[name]
     for place, value in library.values.items():
-        table, key = place.split(".")
-        assert getattr(getattr(scene, table), key) == value.mean
+        assert scene.numbers[place] == value.mean
         assert value.confidence in CONFIDENCE
         assert (value.cov is None) == (value.cov_confidence == "")
     assert all(place in library.values for pair in library.correlation for place in pair)
     assert library.source
     assert library.description
+    assert library.calibrated_on
+    assert Scene.from_dict(scene.to_dict()) == scene
+
+
+def test_beds_heads_and_batch_of_a_micro_model_belong_together() -> None:
+    scene = Scene.from_dict({"material": JOINTS})
+    assert (scene.joint.tensile_strength, scene.joint.cohesion, scene.joint.shear_fracture_energy) == (9e4, 9e4, 75.3)
+    assert scene.heads.tensile_strength == pytest.approx(0.05e6, rel=1e-3)
+    assert scene.heads.fracture_energy == pytest.approx(4.99, rel=1e-3)
+    weaker = Scene.from_dict({"material": JOINTS, "joint": {"cohesion": 6e4}, "head_joint": {"tensile_strength": 2e4}})
+    assert (weaker.heads.tensile_strength, weaker.heads.cohesion) == (2e4, pytest.approx(0.556 * 6e4))
+    for name, batch in ((JOINTS, 0.30), ("calcium silicate brick, Dutch", 0.08)):
+        tables = {"scene": {"material": name}, "study": {"samples": 512, "material_scatter": True}}
+        factor = StudySettings.from_dict(tables, source="study").design().wall_values(512)["joint.strength_factor"]
+        assert factor.std() / factor.mean() == pytest.approx(batch, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("tables", "value"),
+    [
+        ({"joint": {"compressive_strength": "none"}}, lambda s: s.joint.compressive_strength),
+        ({"joint": dict.fromkeys(ENERGIES, "none")}, lambda s: s.joint.fracture_energy),
+        ({"joint": {"brittle_shear": True, "shear_fracture_energy": "none"}}, lambda s: s.joint.shear_fracture_energy),
+        ({"head_joint": "none"}, lambda s: s.head_joint),
+        ({"head_joint": {"factor": "none"}}, lambda s: s.head_joint.factor),
+    ],
+)
+def test_a_value_of_the_library_can_be_taken_away_and_stays_away(tables: dict, value: Callable) -> None:
+    for name in (DUTCH, JOINTS) if "joint" in tables else (JOINTS,):
+        scene = Scene.from_dict({"material": name} | tables)
+        assert value(scene) is None
+        assert Scene.from_dict(scene.to_dict()) == scene
+        study = StudySettings.from_dict({"scene": {"material": name} | tables}, source="study")
+        assert value(StudySettings.from_dict(study.to_dict(), source="study").scene) is None
+
+
+def test_none_is_no_number_where_a_joint_needs_one() -> None:
+    assert Scene.from_dict({"joint": {"fracture_energy": "none"}}) == Scene()
+    with pytest.raises(InputError, match=r"\[joint\] cohesion = 'none': is not a number"):
+        Scene.from_dict({"material": DUTCH, "joint": {"cohesion": "none"}})
+    with pytest.raises(InputError, match="or take it away: shear_fracture_energy = 'none'"):
+        Scene.from_dict({"material": DUTCH, "joint": {"brittle_shear": True}})
 
 
 def test_own_keys_win_and_others_stay_those_of_the_material() -> None:
