@@ -275,7 +275,13 @@ class HeadJoint:
         return replace(bed, **{name: self.of_bed(name, getattr(bed, name)) for name in Joint.__dataclass_fields__})
 
     def of_bed(self, name: str, value: Any) -> Any:
-        """Value of a key of head joints, from that of the beds: a number, an array, a word, a bool or None."""
+        """Value of a key of head joints.
+
+        Parameters
+        ----------
+        name, value : str, Any
+            The key, and its value for the beds: a number or an array of them, a word, a bool or None.
+        """
         own = getattr(self, name)
         if own is not None or value is None or isinstance(value, bool | str):
             return value if own is None else own
