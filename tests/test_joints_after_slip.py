@@ -5,7 +5,7 @@ import re
 import pandas as pd
 import pytest
 
-from damagepred.data_files import CONFIDENCE, data_file
+from damagepred.inputs.data_files import CONFIDENCE, data_file
 from damagepred.scene import masonry_library
 
 TABLE = pd.read_csv(data_file("statistics", "joints_after_slip.csv"))

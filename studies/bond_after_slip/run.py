@@ -20,8 +20,8 @@ import pandas as pd
 import xarray as xr
 
 from damagepred import Scene, Study, exceedance, open_study, solve
-from damagepred.data_files import data_file
-from damagepred.study.settings import StudySettings
+from damagepred.campaign.settings import StudySettings
+from damagepred.inputs.data_files import data_file
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
