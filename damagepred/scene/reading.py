@@ -32,7 +32,7 @@ def complaint(kind: type, error: ValidationError, source: str) -> InputError:
 
 
 def plain(value: Any) -> Any:
-    """A described object as nested dicts and lists of plain values, without None and without empty lists."""
+    """Nested dicts and lists of plain values of a described object, without None and without empty lists."""
     if dataclasses.is_dataclass(value):
         items = ((f.name, plain(getattr(value, f.name))) for f in dataclasses.fields(value))
         return with_removals({name: item for name, item in items if item is not None and item != []})

@@ -2,7 +2,8 @@
 
     python studies/bond_after_slip/run.py [--evidence] [--walls 24]
 
-solves what is not stored yet, one process, and writes the table of the README; ``--evidence`` writes that of ``data/README.md``.
+solves what is not stored yet, in one process, and writes the table of the README; ``--evidence`` writes the table of
+``data/README.md``.
 """
 
 from __future__ import annotations
