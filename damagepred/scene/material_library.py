@@ -91,8 +91,7 @@ def masonry_library() -> dict[str, Material]:
             for place, value in table["values"].items()
         }
         pairs = {(pair["places"][0], pair["places"][1]): pair["value"] for pair in table.get("correlation", ())}
-        words = (table[key] for key in ("description", "calibrated_on", "source"))
-        found[name] = Material(name, *words, values, pairs)
+        found[name] = Material(name, table["description"], table["calibrated_on"], table["source"], values, pairs)
     return found
 
 
