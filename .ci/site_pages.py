@@ -9,6 +9,7 @@ import re
 import subprocess
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -99,7 +100,7 @@ def _reference_pages() -> dict[str, str]:
     """Text of the reference pages, by name."""
     import damagepred
 
-    modules = {name for name in damagepred.__all__ if name.islower() and hasattr(getattr(damagepred, name), "__path__")}
+    modules = {name for name in damagepred.__all__ if isinstance(getattr(damagepred, name), ModuleType)}
     names = [n for n in damagepred.__all__ if n not in modules and n != "__version__"]
     elsewhere = {
         n for _, homes in REFERENCE.values() for home in homes for n in import_module(f"damagepred.{home}").__all__

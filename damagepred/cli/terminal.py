@@ -253,13 +253,15 @@ def _plain(value: Any) -> Any:
 
 
 def markdown(text: str) -> None:
-    """Print Markdown, in a terminal laid out and without comments, elsewhere as it is."""
+    """Print Markdown, in a terminal laid out, without comments and with plain equations, elsewhere as it is."""
     if not _out.is_terminal:
         _OUTPUT.write(text)
         return
     from rich.markdown import Markdown
 
-    shown = re.sub(r"^<!--.*-->\n", "", text, flags=re.MULTILINE)
+    from damagepred.guide import with_plain_equations
+
+    shown = with_plain_equations(re.sub(r"^<!--.*-->\n", "", text, flags=re.MULTILINE))
     Console(file=cast(IO[str], _OUTPUT), width=min(_out.width, 100)).print(Markdown(shown))
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import html
+import re
 from pathlib import Path
 
 from damagepred.errors import InputError, nearest
 
 TOPICS = (
     "my-house-on-h1-clay",
+    "how-far-to-trust-it",
     "reading-a-result",
     "uncertainty",
-    "how-far-to-trust-it",
     "footing-and-ground",
     "seasons",
     "control-joints",
@@ -54,5 +56,46 @@ def page(topic: str) -> str:
 
 
 def title(topic: str) -> str:
-    """Return the heading of a page."""
+    """Heading of a page."""
     return page(topic).partition("\n")[0].removeprefix("# ")
+
+
+def with_plain_equations(text: str) -> str:
+    """Page with its LaTeX in plain characters, for a terminal."""
+    text = re.sub(r"^\$\$\n(.*?)\n\$\$$", lambda m: f"```\n{_plain(m[1])}\n```", text, flags=re.MULTILINE | re.DOTALL)
+    return re.sub(r"(?<!`)\$([^$\n]+)\$", lambda m: f"`{_plain(m[1])}`", text)
+
+
+_COMMANDS = {
+    "varphi": "φ",
+    "varepsilon": "ε",
+    "cdot": "·",
+    "infty": "∞",
+    "partial": "∂",
+    "lvert": "|",
+    "rvert": "|",
+    "top": "T",
+    "quad": "  ",
+    "qquad": "    ",
+}
+
+
+def _plain(latex: str) -> str:
+    """Equation in plain characters: fractions with a slash, indices after ``_``."""
+    latex = re.sub(
+        r"\\(begin|end)\{\w+\}\n?|\\(left|right|mathbf|boldsymbol|text|operatorname)\b|\\[,;]|&|\\\\", "", latex
+    )
+    before = ""
+    while before != latex:
+        before = latex
+        latex = re.sub(r"\\frac\{([^{}]*)\}\{([^{}]*)\}", lambda m: f"{_factor(m[1])}/{_factor(m[2])}", latex)
+        latex = re.sub(r"\\sqrt\{([^{}]*)\}", r"√(\1)", latex)
+        latex = re.sub(r"\\dot\{([^{}]*)\}", "\\1\u0307", latex)
+        latex = re.sub(r"([_^])\{([^{}]*)\}", lambda m: m[1] + _factor(m[2]), latex)
+        latex = re.sub(r"(?<![\w}])\{([^{}]*)\}", r"\1", latex)
+    named = re.sub(r"\\([A-Za-z]+)", lambda m: _COMMANDS.get(m[1]) or html.unescape(f"&{m[1]};").strip("&;"), latex)
+    return "\n".join(line.rstrip() for line in named.splitlines())
+
+
+def _factor(text: str) -> str:
+    return f"({text})" if re.search(r"[^\s] *[-+/ ]", text) else text

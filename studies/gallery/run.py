@@ -1,6 +1,7 @@
-"""Pictures of the guide's gallery, made by the files and commands that its page shows.
+"""Pictures of the guide: its sketches, and its gallery by the files and commands that the page shows.
 
-Run: python studies/gallery/run.py     (a minute; writes damagepred/guide/gallery/*.png)
+Run: python studies/gallery/run.py     (a minute; writes damagepred/guide/gallery/*.png and sketches/*.png)
+     python studies/gallery/run.py --sketches     (sketches alone, in seconds)
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import tempfile
 from pathlib import Path
 
 from PIL import Image
+from sketches import write
 
 GUIDE = Path(__file__).resolve().parents[2] / "damagepred" / "guide"
 WIDTH = 1000
@@ -23,7 +25,10 @@ _PICTURE = re.compile(r"!\[.*?\]\(gallery/(?P<name>\w+\.png)\)")
 
 
 def main() -> None:
-    """Run the page from top to bottom; keep each picture that it shows after the command that drew it."""
+    """Draw the sketches; then run the page from top to bottom and keep the pictures that it shows."""
+    write(GUIDE / "sketches")
+    if "--sketches" in sys.argv:
+        return
     page = (GUIDE / "gallery.md").read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as name:
         place = Path(name)

@@ -54,14 +54,15 @@ def blocks(path: Path) -> list[Block]:
 
 
 def sentences(text: str) -> list[str]:
-    """Return the sentences of a page, without code, tables, comments and headings."""
+    """Sentences of a page, without code, equations, tables, comments and headings."""
     text = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"^\$\$$.*?^\$\$$", "", text, flags=re.MULTILINE | re.DOTALL)
     text = re.sub(r"<!--.*?-->", "", text)
     text = re.sub(r"!\[([^\]]*)\]\([^)]*\)", "", text)
     text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
     text = re.sub(r"^(\||#).*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"^\*References\.\*.*?(\n\n|\Z)", "\n\n", text, flags=re.MULTILINE | re.DOTALL)
     text = re.sub(r"^- `[^`]*` \(.*?\):", "-", text, flags=re.MULTILINE | re.DOTALL)  # facts of a key or variable
-    text = re.sub(r"`[^`]*`", "Code", text)
+    text = re.sub(r"`[^`]*`|\$[^$\n]*\$", "Code", text)
     paragraphs = re.split(r"\n\s*\n|\n(?=[-*] |\d+\. )", text)
     return [s for p in paragraphs for s in re.split(r"(?<=[.?!])\*{0,2}\s+(?=[\"*(A-Z])", " ".join(p.split())) if s]

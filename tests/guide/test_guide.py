@@ -12,7 +12,7 @@ import pytest
 
 from damagepred.cli import main
 from damagepred.errors import InputError
-from damagepred.guide import TOPICS, page
+from damagepred.guide import TOPICS, page, with_plain_equations
 from damagepred.guide.reference import PAGES, described_fields
 from damagepred.runtime.version import __version__
 from damagepred.scene import Scene, Wall
@@ -124,6 +124,39 @@ def test_sentences_are_short_and_words_are_not_private(path: Path) -> None:
 def test_links_lead_to_files(path: Path) -> None:
     for link in re.findall(r"\]\(([^)#]+)\)", path.read_text(encoding="utf-8")):
         assert link.startswith("https://") or (path.parent / link).exists(), link
+
+
+@pytest.mark.parametrize("path", ALL.values(), ids=lambda p: p.stem)
+def test_equations_are_whole_and_legible_in_a_terminal(path: Path) -> None:
+    text = re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    assert all(line.count("$") % 2 == 0 for line in text.splitlines()), "an equation in a line ends in that line"
+    for equation in re.findall(r"^\$\$\n.*?\n\$\$$|\$[^$\n]+\$", text, re.MULTILINE | re.DOTALL):
+        assert not re.search(r"[$\\{}&]", with_plain_equations(equation)), equation
+
+
+@pytest.mark.parametrize(
+    ("latex", "plain"),
+    [
+        (r"$\frac{1}{k} = \frac{1}{k_n} + \frac{(1 - \nu^2) h}{E}$", "`1/k = 1/k_n + ((1 - ν^2) h)/E`"),
+        (r"$\lvert \tau \rvert \le \sqrt{(f_c^2 - \sigma^2) / C_{ss}}$", "`| τ | ≤ √((f_c^2 - σ^2) / C_ss)`"),
+        (
+            "$$\n\\begin{aligned}\na &= b_{ext} \\\\\nc &\\le e^{-a \\xi}\n\\end{aligned}\n$$",
+            "```\na = b_ext\nc ≤ e^(-a ξ)\n```",
+        ),
+    ],
+)
+def test_an_equation_in_plain_characters(latex: str, plain: str) -> None:
+    assert with_plain_equations(latex) == plain
+
+
+def test_functions_that_compute_the_equations_exist() -> None:
+    table = page("theory").partition("## Where each equation is computed")[2]
+    rows = re.findall(r"^\| (\d+ .*) \| (`.*`) \| (`.*`) \|$", table, re.MULTILINE)
+    assert len(rows) >= 40
+    for equation, modules, functions in rows:
+        text = "".join((ROOT / "damagepred" / m).read_text(encoding="utf-8") for m in re.findall("`(.*?)`", modules))
+        for name in re.findall(r"`(?:\w+\.)?(\w+)`", functions):
+            assert re.search(rf"\b(def|class) {name}\b", text), f"{equation}: {name} is not in {modules}"
 
 
 def test_studies_and_data_that_pages_name_exist() -> None:
