@@ -50,9 +50,10 @@ class Structure(structref.StructRefProxy):
         listed = ", ".join(cls.fields)
         setters = "\n".join(f"    made_.{name} = {name}" for name in cls.fields)
         source = f"def make_{cls.__name__}({listed}):\n    made_ = new_(kind_)\n{setters}\n    return made_\n"
+        source += f"def make_empty_{cls.__name__}():\n    return new_(kind_)\n"
         scope = {"new_": new, "kind_": cls.kind, "__name__": cls.__module__}
         exec(compile(source, inspect.getfile(cls), "exec"), scope)  # as of this file: numba caches by files
-        cls.make = kernel(scope[f"make_{cls.__name__}"])
+        cls.make, cls.make_empty = kernel(scope[f"make_{cls.__name__}"]), kernel(scope[f"make_empty_{cls.__name__}"])
 
     def __new__(cls, **values: Any) -> Any:
         """Check the values, and make the structure."""
@@ -69,19 +70,29 @@ class Structure(structref.StructRefProxy):
                     f"dimensions, not {array.dtype} {array.shape}"
                 )
         if config.DISABLE_JIT:
-            made = cls._numba_box_(cls.kind, None)
-            for name, value in values.items():
-                records = isinstance(value, np.ndarray) and value.dtype.names
-                setattr(made, name, value.view(np.recarray) if records else value)
-            return made
+            return cls._plain(values)
         made = cls.make(*map(values.__getitem__, cls.fields))
         made._values = values
         return made
 
     @classmethod
+    def _plain(cls, values: dict[str, Any]) -> Any:
+        """Make the structure for functions that run in Python."""
+        made = cls._numba_box_(cls.kind, None)
+        for name, value in values.items():
+            records = isinstance(value, np.ndarray) and value.dtype.names
+            setattr(made, name, value.view(np.recarray) if records else value)
+        return made
+
+    @classmethod
     def empty(cls) -> Any:
-        """Make a structure whose arrays have no entries."""
-        return cls(**{name: np.empty((0,) * dimensions, dtype) for name, dtype, dimensions in cls._arrays})
+        """Make a structure of arrays without entries and of zeros; it has no inner structures and no functions."""
+        arrays = {name: np.empty((0,) * dimensions, dtype) for name, dtype, dimensions in cls._arrays}
+        if config.DISABLE_JIT:
+            return cls._plain(dict.fromkeys(cls.fields, 0) | arrays)
+        made = cls.make_empty()
+        made._values = arrays
+        return made
 
     def __reduce__(self) -> Any:
         """Refuse copies: they would share arrays that kernels change."""

@@ -11,10 +11,18 @@ from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.residual import _parameters_of
 
 
-class Spring:
-    """A spring under a load of 1 N that pulls it by ``rest``; longer than ``limit`` it has no force."""
+@pytest.fixture(autouse=True)
+def springs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Residuals are those of springs."""
+    monkeypatch.setattr(
+        "damagepred.kernels.equilibrium.line_search.wall_residual", lambda wall, state, *values: wall.residual(*values)
+    )
 
-    parameters = _parameters_of(DEFAULTS, 1e-9)[0]
+
+class Spring:
+    """A wall that is a spring under a load of 1 N that pulls it by ``rest``; longer than ``limit`` it has no force."""
+
+    parameters = _parameters_of(DEFAULTS, 1e-9)
 
     def __init__(self, rest: float, limit: float = np.inf) -> None:
         self.rest, self.limit, self.evaluations = rest, limit, 0
@@ -29,7 +37,7 @@ class Spring:
         """Return the length of a step of 1 from 0."""
         start, step, end, force = np.zeros(1), np.ones(1), np.ones(1), np.zeros(1)
         ratio = self.residual(0.0, end, False, force)
-        length, _ = line_search(self, 0.0, 0.0, start, step, 1.0, ratio, 0.1, 64.0, False, end, force)
+        length, _ = line_search(self, None, 0.0, 0.0, start, step, 1.0, ratio, 0.1, 64.0, False, end, force)
         assert end[0] == length
         return float(length)
 

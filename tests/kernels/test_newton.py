@@ -17,32 +17,38 @@ class SlidingPart:
     Without the stop the tangent is the regularisation alone.
     """
 
-    parameters, regularisation = _parameters_of(DEFAULTS, 1e-9)[0], 0.1
+    parameters, regularisation, stiffness, deflection = _parameters_of(DEFAULTS, 1e-9), 0.1, None, np.nan
 
     def __init__(self, distance: float) -> None:
-        self.distance, self.iterations = distance, 0
+        self.distance, self.iterations, self.room = distance, 0, np.empty((4, 1))
 
     def residual(self, jack: float, displacement: FloatArray, coulomb: bool, force: FloatArray) -> float:
         """Compute the residual force."""
         force[0] = 1.0 - max(displacement[0] - self.distance, 0.0)
         return abs(force[0])
 
-    def solve(self, bordered: bool, displacement: FloatArray, force: FloatArray, step: FloatArray) -> float:
+    def solve(self, _: None, bordered: bool, displacement: FloatArray, force: FloatArray, step: FloatArray) -> float:
         """Solve the tangent equations."""
         self.iterations += 1
         step[0] = force[0] / (self.regularisation + float(displacement[0] > self.distance))
         return 0.0
 
-    def controls_deflection(self) -> bool:
-        """Whether the deflection at the jacks is given."""
-        return False
+
+@pytest.fixture(autouse=True)
+def sliding_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Residuals and steps are those of sliding parts."""
+    for module in ("newton", "line_search"):
+        name = f"damagepred.kernels.equilibrium.{module}.wall_residual"
+        monkeypatch.setattr(name, lambda wall, state, *values: wall.residual(*values))
+    name = "damagepred.kernels.equilibrium.newton.solve_step"
+    monkeypatch.setattr(name, lambda wall, state, *values: wall.solve(*values))
 
 
 @pytest.mark.parametrize("distance", [0.0, 5.0, 100.0, 1e3, 1e4])
 def test_part_that_slides_freely_reaches_its_stop(distance: float) -> None:
     """A step of the regularisation's length is 10 m: without longer ones, 1000 would lead to the farthest stop."""
     part, found = SlidingPart(distance), np.empty(1)
-    ratio, _ = newton_with_line_search(part, 0.0, np.zeros(1), found, np.empty((4, 1)))
+    ratio, _ = newton_with_line_search(part, part, 0.0, np.zeros(1), found)
     assert ratio < 1e-9
     assert found[0] == pytest.approx(distance + 1.0)
     assert part.iterations <= 30

@@ -18,7 +18,7 @@ from damagepred.campaign.sample import run_batch
 from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import SampleStatus
 from damagepred.kernels import jit
-from damagepred.kernels.equilibrium.joints import joint_steps
+from damagepred.kernels.equilibrium.joints import add_internal_forces, joint_steps
 from damagepred.one_wall.judged_path import dynamic_run, follow
 from damagepred.scene import Dpc, Dynamics, Scene, Wall
 from damagepred.solvers.quasi_static.continuation import Continuation
@@ -122,11 +122,12 @@ def joint_law(coulomb: bool) -> Callable[[Path], Ready]:
         follower = Continuation(wall_model(scene), scene.solver)
         follower.advance(1.0, 0.1)
         equilibrium, state = follower.equilibrium, follower.state
-        everything, times = equilibrium._all_interfaces, 40
+        everything, times, u = equilibrium._all_interfaces, 40, state.displacement
+        inside, force, stiffness = equilibrium._in_state(state), np.zeros_like(u), np.zeros((len(everything), 9))
 
         def work() -> None:
             for _ in range(times):
-                equilibrium._forces_at(everything, state, state.displacement, 0.0, coulomb)
+                add_internal_forces(equilibrium.components, inside, everything, coulomb, u, force, stiffness)
 
         return Ready(work, times * len(everything) * 1e-9)
 

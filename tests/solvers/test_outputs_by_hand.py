@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from damagepred.assembly import Assembly, Model
 from damagepred.assembly.assembly import rectangle
@@ -13,8 +14,9 @@ from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.kernels.dynamics.contact import FREE
 from damagepred.kernels.interface.checks import joint_law_violation_of
-from damagepred.kernels.interface.residual import free_residual, largest_block_resultant
+from damagepred.kernels.interface.residual import free_residual
 from damagepred.kernels.jit import kernel
+from damagepred.kernels.zone.superelement import largest_sum
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics.body_arrays import body_arrays
@@ -101,14 +103,21 @@ def test_residual_is_the_largest_of_free_degrees_of_freedom() -> None:
 
 def test_resultants_of_forces_on_gridpoints() -> None:
     """Two blocks of two gridpoints: the largest is in turn a horizontal force, a vertical force and a moment."""
-    block, dof_x, dof_y = np.array([0, 0, 1, 1]), np.array([0, 2, 4, 6]), np.array([1, 3, 5, 7])
     arm_x, arm_y = np.array([-1.0, 2.0, 0.5, -3.0]), np.array([0.5, -1.0, 2.0, 4.0])
-    total = np.empty((2, 3))
+    sums = np.zeros((6, 8))
+    for gridpoint, block in enumerate((0, 0, 1, 1)):
+        sums[3 * block, 2 * gridpoint] = sums[3 * block + 1, 2 * gridpoint + 1] = 1.0
+        sums[3 * block + 2, 2 * gridpoint : 2 * gridpoint + 2] = -arm_y[gridpoint], arm_x[gridpoint]
     force = np.array([1.0, 2.0, 4.0, -3.0, 0.5, 0.25, -1.0, 2.0])
-    turning = [(-2.0 - 0.5) + (-6.0 + 4.0), (0.125 - 1.0) + (-6.0 + 4.0)]
-    assert largest_block_resultant(force, block, dof_x, dof_y, arm_x, arm_y, total) == 5.0
-    np.testing.assert_allclose(total, [[5.0, -1.0, turning[0]], [-0.5, 2.25, turning[1]]])
-    assert largest_block_resultant(-force, block, dof_x, dof_y, 3 * arm_x, 3 * arm_y, total) == pytest.approx(13.5)
+
+    def largest(matrix: np.ndarray) -> float:
+        rows = sparse.csr_array(matrix)
+        return float(kernel(largest_sum)(rows.indptr, rows.indices, rows.data, force))
+
+    assert largest(sums) == 5.0
+    assert largest(sums[[1, 4]]) == 2.25
+    sums[[2, 5]] *= 3.0
+    assert largest(sums) == pytest.approx(13.5)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from damagepred import Assembly, Scene
 from damagepred.assembly import wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ZoneState
+from damagepred.kernels.equilibrium.joints import add_internal_forces
 from damagepred.one_wall.judged_path import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Solver
 from damagepred.solvers import solve_path
@@ -79,8 +80,8 @@ def test_forces_on_whole_bricks_balance_as_those_on_their_gridpoints_do() -> Non
 def test_bricks_of_one_shape_share_one_condensation() -> None:
     model = panel(BlockMaterial(), courses=8).build(QUASI)
     superelements = Superelements(DiscreteSystem.of(model))
-    assert len(superelements.shapes) == 1
-    assert superelements.shapes[0].boundary.shape[0] == 24
+    assert len(superelements.law.blocks.shapes.size) == 1
+    assert len(superelements.boundary) == 24
     assert all(stiffness is superelements.elastic[0] for stiffness in superelements.elastic)
 
 
@@ -156,7 +157,9 @@ def test_zone_states_return_with_the_state_of_the_wall(leave: str, monkeypatch: 
 def test_forces_are_the_slope_of_what_the_blocks_push_back_also_where_they_yield() -> None:
     model = panel(WEAK).build(QUASI)
     assert model.mesh is not None
-    superelements = Superelements(DiscreteSystem.of(model))
+    equilibrium = Equilibrium(model, 1e-6)
+    superelements, state = equilibrium.superelements, State.rest(model)
+    assert superelements is not None
     rng = np.random.default_rng(11)
     u = np.zeros(model.size)
     d = 4
@@ -166,17 +169,21 @@ def test_forces_are_the_slope_of_what_the_blocks_push_back_also_where_they_yield
     x, y = model.mesh.x - model.blocks.x[block], model.mesh.y - model.blocks.y[block]
     u[model.mesh.dof_x], u[model.mesh.dof_y] = -8e-3 * x * y, 4e-3 * x**2
     u[boundary] += 2e-7 * rng.normal(size=len(boundary))
-    plastic = State.rest(model).plastic
-    superelements.activate_plastic(np.where(np.arange(len(plastic))[:, None] == model.mesh.first_zone[d], 1e-30, 0.0))
+    zones = np.arange(len(state.plastic))[:, None]
+    superelements.activate_plastic(np.where(zones == model.mesh.first_zone[d], 1e-30, 0.0))
+    inside, none = equilibrium._in_state(state), np.empty(0, dtype=np.int64)
+    stiffness = np.zeros((len(model.interfaces.kind), 9))
 
     def force(moved: np.ndarray) -> np.ndarray:
         out = np.zeros(model.size)
-        superelements.add_internal_forces(0.0, 0.0, moved, plastic, out)
+        add_internal_forces(equilibrium.components, inside, none, True, moved, out, stiffness)
         return out[boundary]
 
     before = force(u.copy())
-    assert superelements.update_tangents() == [d]
-    tangent = superelements.tangent(d).copy()
+    superelements.update_tangents(equilibrium.equations.solver)
+    assert np.flatnonzero(superelements.law.blocks.yielding).tolist() == [d]
+    first = superelements.first_entry[d]
+    tangent = superelements.tangents[first : first + superelements.elastic[d].size].reshape(len(boundary), -1).copy()
     assert np.abs(tangent - superelements.elastic[d]).max() > 0.01 * np.abs(tangent).max()
     for column in range(0, len(boundary), 5):
         nudged, step = u.copy(), 1e-10

@@ -2,9 +2,10 @@
 
 from typing import NamedTuple
 
+from damagepred.kernels.equilibrium.joints import internal_forces
 from damagepred.kernels.equilibrium.vectors import copy
 from damagepred.kernels.interface.residual import within_limit
-from damagepred.kernels.jit import kernel, rule
+from damagepred.kernels.jit import kernel
 from damagepred.kernels.linear.condensation import recover
 
 
@@ -27,51 +28,49 @@ class Completed(NamedTuple):
     condensed_load: float
 
 
-@rule
-def _add_moving_forces(wall, state, history, displacement):
-    """Add the forces of sections, and of the joints that ground and supports move, to the rate."""
-    law, moving, stiffness = wall.law, wall.interfaces.moving, wall.stiffness
-    law.add_section_forces(wall.sections, state.sections, wall.joints, displacement, wall.rate, stiffness)
-    law.add_forces(wall.joints, history, wall.bounds, moving, True, displacement, wall.rate, stiffness)
-
-
 @kernel
-def store_tangent(wall, state, ahead, support_step, displacement):
+def store_tangent(wall, state, ground_ahead, support_step, displacement):
     """Store the tangents of the active interfaces, and the force of the joints per load factor, at an equilibrium.
 
-    Where ground and supports move, the rate of the force is a forward difference: ``ahead`` and ``support_step`` are
-    history with the ground, and movement of the prescribed degrees of freedom, a small step of the load factor ahead.
+    Where ground and supports move, or live load acts in deformable blocks, the rate of the force is a forward
+    difference: ``ground_ahead`` and ``support_step`` are the ground, and the movement of the prescribed degrees of
+    freedom, a small step of the load factor ahead.
     """
-    stiffness, tangent, interfaces = wall.stiffness, wall.tangent, wall.interfaces
-    for i in interfaces.active:
+    stiffness, tangent, listed, components = wall.stiffness, wall.tangent, wall.interfaces.moving, wall.components
+    for i in wall.interfaces.active:
         for j in range(9):
             tangent[i, j] = stiffness[i, j]
     rate, moved, prescribed = wall.rate, wall.room[1], wall.freedoms.prescribed
     for i in range(rate.size):
         rate[i] = 0.0
-    if interfaces.moving.size == 0:
+    if listed.size == 0 and not components.blocks.present:
         return
-    _add_moving_forces(wall, state, state.history, displacement)
+    internal_forces(components, state, state.ground, state.live, listed, True, False, displacement, rate, stiffness)
     for i in range(rate.size):
         rate[i] = -rate[i]
     copy(displacement, moved)
     for i in range(prescribed.size):
         moved[prescribed[i]] += support_step[i]
-    _add_moving_forces(wall, state, ahead, moved)
+    ahead = state.live + wall.rate_step
+    internal_forces(components, state, ground_ahead, ahead, listed, True, False, moved, rate, stiffness)
     for i in range(rate.size):
         rate[i] /= wall.rate_step
 
 
 @kernel
 def complete(wall, state, displacement):
-    """Recover the displacements of the condensed subtrees, check the interfaces in them, and compute all bond loads."""
+    """Recover condensed subtrees and the inside of blocks, check condensed interfaces, and compute all bond loads."""
     within = within_limit(displacement, wall.freedoms.free, wall.freedoms.arms, state.limit)
     interfaces, bonds, sliding, condensed_load = wall.interfaces, wall.bonds, 0, 0.0
-    bond_load = wall.law.bond_loads(wall.joints, state.history, interfaces.active, displacement, bonds.load)
+    law, joints, blocks = wall.components.law, wall.components.joints, wall.components.blocks
     if interfaces.condensed.size > 0:
         recover(wall.condensation, displacement, state.load, state.live)
-        condensed_load = wall.law.check_elastic(
-            wall.joints, state.history, interfaces.condensed, displacement, bonds.slides, bonds.load
+    if blocks.present:
+        blocks.recover(blocks.blocks, state.plastic, state.load, state.live, displacement)
+    bond_load = law.bond_loads(joints, state.history, state.ground, interfaces.active, displacement, bonds.load)
+    if interfaces.condensed.size > 0:
+        condensed_load = law.check_elastic(
+            joints, state.history, state.ground, interfaces.condensed, displacement, bonds.slides, bonds.load
         )
         for i in interfaces.condensed:
             sliding += bonds.slides[i]

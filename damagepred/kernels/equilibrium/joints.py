@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from damagepred.kernels.concrete_section.forces import section_forces
 from damagepred.kernels.equilibrium.wall import BOND_LOADS, CHECK_ELASTIC, FORCES, SECTION_FORCES, JointLaw
 from damagepred.kernels.interface import checks, commit, internal_force
-from damagepred.kernels.jit import kernel, law, phase
+from damagepred.kernels.jit import kernel, law, phase, rule
 from damagepred.kernels.joint.return_mapping import ReturnMapping
 
 
-class _Ground(NamedTuple):
+class _OnGround(NamedTuple):
     normal: NDArray[np.float64]
     shear: NDArray[np.float64]
 
@@ -39,27 +39,33 @@ def _law_of(joints, general, elastic):
     return _Interfaces(joints.edge, joints.contact_offset, joints.contact_area, sides), joints.properties, options
 
 
-@kernel
-def add_joint_forces(law, joints, history, bounds, listed, coulomb, displacement, force, stiffness):
-    """Add the forces of listed joints and of strained blocks, and fill the tangents of the joints."""
-    law.add_forces(joints, history, bounds, listed, coulomb, displacement, force, stiffness)
+@rule
+def internal_forces(components, state, ground, live, listed, coulomb, condensed_too, displacement, force, stiffness):
+    """Add the forces of listed joints, of sections and of deformable blocks; fill the tangents of the interfaces.
+
+    Ground and live load may be ahead of the state. ``condensed_too``: also blocks in condensed fronts.
+    """
+    footing, blocks, joints, law = components.footing, components.blocks, components.joints, components.law
+    if blocks.present:
+        blocks.place_facets(blocks.blocks, displacement, force)
+    if footing.present:
+        footing.add_forces(footing.sections, state.sections, joints, displacement, force, stiffness)
+    bounds, history = components.bounds, state.history
+    law.add_forces(joints, history, ground, bounds, listed, coulomb, displacement, force, stiffness)
+    if blocks.present:
+        blocks.add_forces(blocks.blocks, state.plastic, state.load, live, condensed_too, displacement, force)
 
 
 @kernel
-def fill_bond_loads(law, joints, history, listed, displacement, load):
+def add_internal_forces(components, state, listed, coulomb, displacement, force, stiffness):
+    """Add the forces of listed joints, and of all sections and blocks; see ``internal_forces``."""
+    internal_forces(components, state, state.ground, state.live, listed, coulomb, True, displacement, force, stiffness)
+
+
+@kernel
+def fill_bond_loads(components, history, ground, listed, displacement, load):
     """Fill the loads of the bonds of listed interfaces; the largest."""
-    return law.bond_loads(joints, history, listed, displacement, load)
-
-
-@kernel
-def find_inelastic(law, joints, history, listed, displacement, slides, load):
-    """Find listed interfaces that leave the elastic range, and fill the loads of their bonds; the largest."""
-    return law.check_elastic(joints, history, listed, displacement, slides, load)
-
-
-@phase(SECTION_FORCES)
-def no_section_forces(sections, memory, joints, displacement, force, stiffness):
-    """Add no force: the footing does not crack, or there is none."""
+    return components.law.bond_loads(components.joints, history, ground, listed, displacement, load)
 
 
 @phase(SECTION_FORCES)
@@ -82,11 +88,12 @@ class JointSteps:
     """
 
     def __init__(self, general, elastic):
+        self.plain = general is None
+
         @phase(FORCES)
-        def add_forces(joints, history, bounds, listed, coulomb, displacement, force, stiffness):
+        def add_forces(joints, history, ground, bounds, listed, coulomb, displacement, force, stiffness):
             """Add the forces of joints and strained blocks to ``force``, and fill tangents of joints ``stiffness``."""
             interfaces, properties, options = _law_of(joints, general, elastic)
-            ground = _Ground(history.ground_normal, history.ground_shear)
             tresca = bounds.bound, bounds.dilatant_opening, bounds.kappa
             internal_force.joint_forces(
                 listed,
@@ -107,10 +114,9 @@ class JointSteps:
                     force[first + i] -= strains[i] * displacement[first + i]
 
         @phase(BOND_LOADS)
-        def bond_loads(joints, history, listed, displacement, load):
+        def bond_loads(joints, history, ground, listed, displacement, load):
             """Fill the loads of the bonds of listed interfaces; the largest."""
             interfaces, properties, options = _law_of(joints, general, elastic)
-            ground, no_strength = _Ground(history.ground_normal, history.ground_shear), joints.no_strength
             return checks.bond_loads(
                 listed,
                 interfaces,
@@ -119,16 +125,15 @@ class JointSteps:
                 ground,
                 history,
                 displacement,
-                no_strength,
+                joints.no_strength,
                 joints.block_stress,
                 load,
             )
 
         @phase(CHECK_ELASTIC)
-        def check_elastic(joints, history, listed, displacement, slides, load):
+        def check_elastic(joints, history, ground, listed, displacement, slides, load):
             """Find listed interfaces that leave the elastic range, and fill the loads of their bonds; the largest."""
             interfaces, properties, options = _law_of(joints, general, elastic)
-            ground, no_strength = _Ground(history.ground_normal, history.ground_shear), joints.no_strength
             return checks.check_elastic(
                 listed,
                 interfaces,
@@ -137,36 +142,34 @@ class JointSteps:
                 ground,
                 history,
                 displacement,
-                no_strength,
+                joints.no_strength,
                 joints.block_stress,
                 slides,
                 load,
             )[1]
 
         @kernel
-        def update_tresca_bounds(joints, history, bounds, listed, displacement, relaxation):
+        def update_tresca_bounds(joints, history, ground, bounds, listed, displacement, relaxation):
             """Move the bounds of the Tresca problem by a share of the way to Coulomb's limits."""
             interfaces, properties, options = _law_of(joints, general, elastic)
-            ground = _Ground(history.ground_normal, history.ground_shear)
             tresca = bounds.bound, bounds.dilatant_opening, bounds.kappa
             internal_force.update_tresca_bounds(
                 listed, interfaces, properties, options, ground, history, displacement, tresca, relaxation
             )
 
         @kernel
-        def contact_stresses(joints, history, displacement, opening, normal_stress, shear_stress):
+        def contact_stresses(joints, history, ground, displacement, opening, normal_stress, shear_stress):
             """Fill opening (m), normal and shear stress (Pa) of all contacts."""
             interfaces, properties, options = _law_of(joints, general, elastic)
-            ground = _Ground(history.ground_normal, history.ground_shear)
             internal_force.contact_stresses(
                 interfaces, properties, options, ground, history, displacement, opening, normal_stress, shear_stress
             )
 
         @kernel
-        def commit_history(joints, history, listed, displacement, never_opened, force_normal, force_shear):
+        def commit_history(joints, history, ground, listed, displacement, never_opened, force_normal, force_shear):
             """Commit the history; dissipation by friction, crushing and mode I, stored and softening energy (J)."""
             interfaces, properties, options = _law_of(joints, general, elastic)
-            ground, on_ground = _Ground(history.ground_normal, history.ground_shear), _Ground(force_normal, force_shear)
+            on_ground = _OnGround(force_normal, force_shear)
             return commit.commit_joint_history(
                 listed, interfaces, properties, options, ground, history, displacement, never_opened, on_ground
             )
@@ -182,13 +185,10 @@ class JointSteps:
         self.update_tresca_bounds, self.contact_stresses = update_tresca_bounds, contact_stresses
         self.commit_history, self.law_violation = commit_history, law_violation
 
-    def law(self, sections: bool) -> JointLaw:
-        """Return the functions that other steps call, of a wall whose footing may crack or not."""
+    def law(self) -> JointLaw:
+        """Return the functions that other steps call."""
         made: JointLaw = JointLaw(
-            add_forces=self.add_forces,
-            bond_loads=self.bond_loads,
-            check_elastic=self.check_elastic,
-            add_section_forces=add_section_forces if sections else no_section_forces,
+            add_forces=self.add_forces, bond_loads=self.bond_loads, check_elastic=self.check_elastic
         )
         return made
 

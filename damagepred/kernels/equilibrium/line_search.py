@@ -2,20 +2,20 @@
 
 import numpy as np
 
-from damagepred.kernels.equilibrium.residual import residual
+from damagepred.kernels.equilibrium.residual import wall_residual
 from damagepred.kernels.equilibrium.vectors import dot, move_along
 from damagepred.kernels.jit import rule
 
 
 @rule
 def line_search(
-    problem, jack, jack_step, start, step, slope, ratio, slope_tolerance, maximum_step, coulomb, end, force
+    wall, state, jack, jack_step, start, step, slope, ratio, slope_tolerance, maximum_step, coulomb, end, force
 ):
     """Return the step length at which the residual does next to no work, and the unbalanced force ratio there.
 
     Parameters
     ----------
-    problem : Problem
+    wall, state : Wall, State
         A wall in a state.
     jack, jack_step : float
         Load of the jacks at the iterate, and its step (N).
@@ -34,7 +34,7 @@ def line_search(
     end, force : array (size,)
         Displacements and residual force at the whole step; become those at the step length.
     """
-    options = problem.parameters.line_search
+    options = wall.parameters[0].line_search
     low, high, slope_low, slope_high, length = 0.0, 1.0, slope, np.nan, 1.0
     for _ in range(options.max_iterations):
         slope_here = dot(force, step) if ratio < np.inf else -np.inf
@@ -55,5 +55,5 @@ def line_search(
             root = slope_low / (slope_low - slope_high)
             length = low + (high - low) * min(max(root, options.safeguard), 1.0 - options.safeguard)
         move_along(start, length, step, end)
-        ratio = residual(problem, jack + length * jack_step, end, coulomb, force)
+        ratio = wall_residual(wall, state, jack + length * jack_step, end, coulomb, force)
     return length, ratio

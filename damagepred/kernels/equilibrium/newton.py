@@ -11,34 +11,32 @@ import numpy as np
 
 from damagepred.kernels.equilibrium.completion import Completed, complete, store_tangent
 from damagepred.kernels.equilibrium.line_search import line_search
-from damagepred.kernels.equilibrium.residual import Problem, controls_deflection, residual, solve
+from damagepred.kernels.equilibrium.residual import controls_deflection, solve_step, wall_residual
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
 from damagepred.kernels.jit import kernel, rule
 
 
 @rule
-def newton(problem, jack, start, best, room):
+def newton(wall, state, jack, start, best):
     """Newton's method with backtracking on the Coulomb law; return unbalanced force ratio and load of the jacks.
 
     The first iterations are undamped: active sets of contacts often stabilise although the residual grows.
 
     Parameters
     ----------
-    problem : Problem
+    wall, state : Wall, State
         A wall in a state.
     jack : float
         Load of each jack at the start (N).
     start, best : array (size,)
         First displacements, and the best iterate, filled (m, rad).
-    room : array (4, size)
-        Scratch.
     """
-    options, tolerance = problem.parameters.newton, problem.parameters.tolerance
-    near = problem.parameters.warm_start_residual
+    parameters, room = wall.parameters[0], wall.room
+    options, tolerance, near = parameters.newton, parameters.tolerance, parameters.warm_start_residual
     u, trial, step, force = room[0], room[1], room[2], room[3]
     copy(start, u)
     copy(start, best)
-    ratio = residual(problem, jack, u, True, force)
+    ratio = wall_residual(wall, state, jack, u, True, force)
     first, least, best_jack, diverging = ratio, ratio, jack, 0
     for taken in range(options.max_iterations + 1):
         if ratio < tolerance:
@@ -46,17 +44,17 @@ def newton(problem, jack, start, best, room):
         diverging = diverging + 1 if ratio > options.early_divergence_ratio * least else 0
         if diverging >= options.early_divergence_iterations and least < near:
             break
-        jack_step = solve(problem, True, u, force, step)
+        jack_step = solve_step(wall, state, wall.stiffness, True, u, force, step)
         before, length = ratio, 1.0
         move_along(u, length, step, trial)
-        ratio = residual(problem, jack + jack_step, trial, True, force)
+        ratio = wall_residual(wall, state, jack + jack_step, trial, True, force)
         while length > options.minimum_step and (
             (ratio > before and taken >= options.undamped_iterations) or ratio == np.inf
         ):
             # active sets that alternate: backtracking
             length *= 0.5
             move_along(u, length, step, trial)
-            ratio = residual(problem, jack + length * jack_step, trial, True, force)
+            ratio = wall_residual(wall, state, jack + length * jack_step, trial, True, force)
         if not ratio < options.divergence_ratio * max(first, 1.0):
             break
         copy(trial, u)
@@ -71,7 +69,7 @@ def newton(problem, jack, start, best, room):
 
 
 @rule
-def newton_with_line_search(problem, jack, start, best, room):
+def newton_with_line_search(wall, state, jack, start, best):
     """Newton's method with line search on the Coulomb law; return unbalanced force ratio and load of the jacks.
 
     A step that does not halve the residual ends where the work of the residual along it vanishes (Crisfield 1991,
@@ -82,30 +80,32 @@ def newton_with_line_search(problem, jack, start, best, room):
 
     Parameters
     ----------
-    problem, jack, start, best, room
+    wall, state, jack, start, best
         As ``newton``.
     """
-    options, tolerance = problem.parameters.newton_with_line_search, problem.parameters.tolerance
+    parameters, room = wall.parameters[0], wall.room
+    options, tolerance = parameters.newton_with_line_search, parameters.tolerance
     u, trial, step, force = room[0], room[1], room[2], room[3]
     copy(start, u)
     copy(start, best)
-    ratio = residual(problem, jack, u, True, force)
+    ratio = wall_residual(wall, state, jack, u, True, force)
     least, best_jack, stagnating = ratio, jack, 0
     for taken in range(options.max_iterations + 1):
         if ratio < tolerance or taken == options.max_iterations or stagnating > options.stagnation_limit:
             break
-        jack_step = solve(problem, True, u, force, step)
+        jack_step = solve_step(wall, state, wall.stiffness, True, u, force, step)
         slope, before, length = dot(force, step), ratio, 1.0
-        if slope < 0.0 and not controls_deflection(problem):
+        if slope < 0.0 and not controls_deflection(state):
             slope = -slope
             move_along(step, -2.0, step, step)
         move_along(u, length, step, trial)
-        ratio = residual(problem, jack + jack_step, trial, True, force)
+        ratio = wall_residual(wall, state, jack + jack_step, trial, True, force)
         if not ratio < options.full_step_reduction * before and slope > 0.0:
             flat = ratio < np.inf and dot(force, step) > options.flat_slope * slope
-            longest = problem.parameters.line_search.maximum_step if flat else 1.0
+            longest = parameters.line_search.maximum_step if flat else 1.0
+            within = options.slope_tolerance
             length, ratio = line_search(
-                problem, jack, jack_step, u, step, slope, ratio, options.slope_tolerance, longest, True, trial, force
+                wall, state, jack, jack_step, u, step, slope, ratio, within, longest, True, trial, force
             )
         if ratio == np.inf:
             break
@@ -119,18 +119,17 @@ def newton_with_line_search(problem, jack, start, best, room):
 
 
 @kernel
-def run_newton(wall, state, ahead, support_step, jack, start, best, searching):
+def run_newton(wall, state, ground_ahead, support_step, jack, start, best, searching):
     """Newton's method on a wall, with line search or with backtracking, from ``start``; fills the best iterate.
 
     Returns unbalanced force ratio and load of the jacks there, and if it is an equilibrium, whose tangent is stored,
     what ``complete`` finds.
     """
-    problem = Problem(wall.parameters[0], wall, state)
     if searching:
-        ratio, jack = newton_with_line_search(problem, jack, start, best, wall.room)
+        ratio, jack = newton_with_line_search(wall, state, jack, start, best)
     else:
-        ratio, jack = newton(problem, jack, start, best, wall.room)
+        ratio, jack = newton(wall, state, jack, start, best)
     if not ratio < wall.parameters[0].tolerance:
         return ratio, jack, Completed(False, 0, 0.0, 0.0)
-    store_tangent(wall, state, ahead, support_step, best)
+    store_tangent(wall, state, ground_ahead, support_step, best)
     return ratio, jack, complete(wall, state, best)

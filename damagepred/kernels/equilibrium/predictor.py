@@ -17,14 +17,14 @@ def _allowed_overload(bonds, joints, p, tolerance):
 
 
 @kernel
-def interpolate_event(bonds, joints, law, history, listed, displacement, aim):
+def interpolate_event(bonds, components, history, ground, listed, displacement, aim):
     """Share of a step at which the first bond reaches its strength and a share ``aim`` of its event tolerance.
 
-    Bond loads are taken as linear along the step: those at its end are in ``bonds``; history and displacement are
-    those at its start. The share is 1 if no bond of the listed interfaces fails.
+    Bond loads are taken as linear along the step: those at its end are in ``bonds``; history, ground and displacement
+    are those at its start. The share is 1 if no bond of the listed interfaces fails.
     """
-    properties, count = joints.properties, 0
-    after, start, overloaded = bonds.load, bonds.load_at_start, bonds.overloaded
+    joints, count = components.joints, 0
+    properties, after, start, overloaded = joints.properties, bonds.load, bonds.load_at_start, bonds.overloaded
     for i in listed:
         least, fails = 1.0 + _allowed_overload(bonds, joints, properties[i], bonds.overload_tolerance), False
         for k in range(after.shape[1]):
@@ -33,7 +33,7 @@ def interpolate_event(bonds, joints, law, history, listed, displacement, aim):
             overloaded[count] = i
             count += 1
     share = np.inf if count > 0 else 1.0
-    law.bond_loads(joints, history, overloaded[:count], displacement, start)
+    components.law.bond_loads(joints, history, ground, overloaded[:count], displacement, start)
     for i in overloaded[:count]:
         least = 1.0 + _allowed_overload(bonds, joints, properties[i], bonds.overload_tolerance)
         wanted = 1.0 + aim * _allowed_overload(bonds, joints, properties[i], bonds.event_tolerance)
@@ -44,14 +44,14 @@ def interpolate_event(bonds, joints, law, history, listed, displacement, aim):
 
 
 @kernel
-def predict(wall, state, history, increment, prescribed_ahead, start, ahead, bonds_of_all, aim):
+def predict(wall, state, ground, increment, prescribed_ahead, start, ahead, bonds_of_all, aim):
     """Predict the displacements ``ahead`` at the end of a step with the tangent of the last equilibrium.
 
-    ``state`` is at the end of the step, ``history`` at its start; ``increment`` is that of the load. Supports move to
+    ``state`` is at the end of the step, ``ground`` at its start; ``increment`` is that of the load. Supports move to
     ``prescribed_ahead``. Returns whether displacements are below the limit, and the share of the step to the next event
     in active interfaces, or in all.
     """
-    freedoms, interfaces, step = wall.freedoms, wall.interfaces, wall.room[0]
+    freedoms, interfaces, components, step = wall.freedoms, wall.interfaces, wall.components, wall.room[0]
     solve_step(wall, state, wall.tangent, True, start, increment, step)
     move_along(start, 1.0, step, ahead)
     prescribed = freedoms.prescribed
@@ -59,8 +59,10 @@ def predict(wall, state, history, increment, prescribed_ahead, start, ahead, bon
         ahead[prescribed[i]] = prescribed_ahead[i]
     if not within_limit(ahead, freedoms.free, freedoms.arms, state.limit):
         return False, 1.0
-    if bonds_of_all:
+    if bonds_of_all or components.blocks.present:
         complete(wall, state, ahead)
-        return True, interpolate_event(wall.bonds, wall.joints, wall.law, history, interfaces.all, start, aim)
-    wall.law.bond_loads(wall.joints, state.history, interfaces.active, ahead, wall.bonds.load)
-    return True, interpolate_event(wall.bonds, wall.joints, wall.law, history, interfaces.active, start, aim)
+    else:
+        joints, bonds = components.joints, wall.bonds
+        components.law.bond_loads(joints, state.history, state.ground, interfaces.active, ahead, bonds.load)
+    listed = interfaces.all if bonds_of_all else interfaces.active
+    return True, interpolate_event(wall.bonds, components, state.history, ground, listed, start, aim)

@@ -18,6 +18,7 @@ from damagepred.kernels.structures import (
     INTEGERS,
     Structure,
 )
+from damagepred.kernels.zone.superelement import BlockLaw
 
 
 def record_type(integers: str, numbers: str) -> np.dtype:
@@ -70,14 +71,19 @@ class Joints(Structure):
 
 
 class History(Structure):
-    """History variables of the contacts (m, q), and displacement of the ground (g, q) under the last interfaces."""
+    """History variables of the contacts (m, q)."""
 
     slip = FLOAT_ROWS
     dilatant_opening = FLOAT_ROWS
     cracked = FLAG_ROWS
     kappa = FLOAT_ROWS
-    ground_normal = FLOAT_ROWS
-    ground_shear = FLOAT_ROWS
+
+
+class Ground(Structure):
+    """Displacement of the ground (g, q) under the last interfaces (m)."""
+
+    normal = FLOAT_ROWS
+    shear = FLOAT_ROWS
 
 
 class TrescaBounds(Structure):
@@ -128,19 +134,38 @@ class SectionMemory(Structure):
     plastic = FLOAT_ROWS
 
 
-FORCES = types.void(Joints.kind, History.kind, TrescaBounds.kind, INTEGERS, types.boolean, FLOATS, FLOATS, FLOAT_ROWS)
-BOND_LOADS = types.float64(Joints.kind, History.kind, INTEGERS, FLOATS, FLOAT_ROWS)
+FORCES = types.void(
+    Joints.kind, History.kind, Ground.kind, TrescaBounds.kind, INTEGERS, types.boolean, FLOATS, FLOATS, FLOAT_ROWS
+)
+BOND_LOADS = types.float64(Joints.kind, History.kind, Ground.kind, INTEGERS, FLOATS, FLOAT_ROWS)
 SECTION_FORCES = types.void(Sections.kind, SectionMemory.kind, Joints.kind, FLOATS, FLOATS, FLOAT_ROWS)
-CHECK_ELASTIC = types.float64(Joints.kind, History.kind, INTEGERS, FLOATS, FLAGS, FLOAT_ROWS)
+CHECK_ELASTIC = types.float64(Joints.kind, History.kind, Ground.kind, INTEGERS, FLOATS, FLAGS, FLOAT_ROWS)
 
 
 class JointLaw(Structure):
-    """Functions of the joints of one kind, and of sections; see ``damagepred.kernels.equilibrium.joints``."""
+    """Functions of the joints of one kind; see ``damagepred.kernels.equilibrium.joints``."""
 
     add_forces = types.FunctionType(FORCES)
     bond_loads = types.FunctionType(BOND_LOADS)
     check_elastic = types.FunctionType(CHECK_ELASTIC)
-    add_section_forces = types.FunctionType(SECTION_FORCES)
+
+
+class SectionLaw(Structure):
+    """Sections of a footing that cracks, and the function that only walls with them compile; ``empty`` in others."""
+
+    present = types.boolean
+    sections = Sections.kind
+    add_forces = types.FunctionType(SECTION_FORCES)
+
+
+class Components(Structure):
+    """Components that resist: joints, sections of a footing that cracks, deformable blocks."""
+
+    joints = Joints.kind
+    law = JointLaw.kind
+    bounds = TrescaBounds.kind
+    footing = SectionLaw.kind
+    blocks = BlockLaw.kind
 
 
 class Interfaces(Structure):
@@ -188,13 +213,10 @@ class Freedoms(Structure):
 
 
 class Wall(Structure):
-    """A wall of rigid or elastic blocks, on a footing that may crack, with its linear solver."""
+    """A wall with its linear solver."""
 
     parameters = types.Array(from_dtype(PARAMETERS), 1, "C")
-    joints = Joints.kind
-    sections = Sections.kind
-    law = JointLaw.kind
-    bounds = TrescaBounds.kind
+    components = Components.kind
     bonds = Bonds.kind
     interfaces = Interfaces.kind
     freedoms = Freedoms.kind
@@ -218,7 +240,10 @@ class State(Structure):
     """Loads and history of a state."""
 
     history = History.kind
+    ground = Ground.kind
     sections = SectionMemory.kind
+    plastic = FLOAT_ROWS
+    """Plastic strain of the zones (z, 4)."""
     external = FLOATS
     """External load, with that of condensed fronts, without that of jacks (N, N m)."""
     load = types.float64

@@ -33,35 +33,6 @@ def free_residual(force, free, per_weight, residual):
 
 
 @kernel
-def largest_block_resultant(force, block, dof_x, dof_y, arm_x, arm_y, total):
-    """Return the largest resultant x, y or moment (N) of the forces on the gridpoints of a block.
-
-    Parameters
-    ----------
-    force : array (size,)
-        On every degree of freedom (N).
-    block, dof_x, dof_y : array of int (g,)
-        Block of each gridpoint, and its degrees of freedom.
-    arm_x, arm_y : array (g,)
-        From its block's centroid, over the block's radius of gyration.
-    total : array (n, 3)
-        Filled with the resultants.
-    """
-    total[:] = 0.0
-    largest = 0.0
-    for g in range(block.size):
-        x, y = force[dof_x[g]], force[dof_y[g]]
-        of_block = total[block[g]]
-        of_block[0] += x
-        of_block[1] += y
-        of_block[2] += arm_x[g] * y - arm_y[g] * x
-    for b in range(len(total)):
-        for axis in range(3):
-            largest = max(largest, abs(total[b, axis]))
-    return largest
-
-
-@kernel
 def within_limit(displacement, free, arms, limit):
     """Whether the displacements of all free degrees of freedom are below a limit; false for NaN.
 

@@ -68,6 +68,8 @@ class BlockTangents(Structure):
     first_entry = INTEGERS
     tangents = FLOATS
     """Tangent of each block row by row (N/m), and where it begins."""
+    front = INTEGERS
+    """Front of each block."""
 
 
 class Factors(Structure):

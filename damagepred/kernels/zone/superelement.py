@@ -1,67 +1,113 @@
-"""Superelement of a yielding block in the quasi-static solver: equilibrium of its interior, static condensation."""
+"""Deformable blocks as superelements on their boundaries: forces, tangents and interior of elastic and yielding blocks.
+
+A block has n degrees of freedom, r of its boundary before those of its interior. Elastic, it is condensed once (Guyan
+1965). A block in which zones yield is active: its interior is in equilibrium at each displacement of the boundary.
+"""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numba import types
 
-from damagepred.kernels.jit import kernel, law, rule
+from damagepred.kernels.jit import kernel, law, phase, rule
+from damagepred.kernels.linear.solver import Solver
+from damagepred.kernels.linear.substitution import add_row
+from damagepred.kernels.structures import (
+    FLAGS,
+    FLOAT_BLOCKS,
+    FLOAT_ROWS,
+    FLOATS,
+    INTEGER_ROWS,
+    INTEGERS,
+    Structure,
+)
+from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces
 from damagepred.kernels.zone.law import within_yield_surface, zone_return, zone_tangent
 
 
-class ShapeArrays(NamedTuple):
-    """Blocks of one shape, b of them: n degrees of freedom each, r of the boundary before i of the interior.
+class BlockShapes(Structure):
+    """Matrices that blocks of one geometry, material and support share."""
 
-    Attributes
-    ----------
-    dof : array of int (b, n)
-        Degrees of freedom of each block.
-    first_zone : array of int (b,)
-        First zone of each block.
-    cells : array of int (c, 10)
-        Places, among a block's n, of x and y of the five gridpoints of its cells of four zones.
-    stiffness, flexibility, recovery : array (n, n), (i, i), (i, r)
-        Elastic stiffness (N/m), inverse of the interior's (m/N), and recovery matrix.
-    condensed : array (r, r)
-        Schur complement on the boundary (N/m).
-    elasticity, strength : array (7,), (b, 7)
-        See ``damagepred.kernels.zone.law``.
-    loads : array (2, b, i)
-        Dead and live load on the interior (N).
-    inelastic : array (b, i)
-        Inelastic part of the interior displacement in the last solution (m).
-    """
-
-    dof: NDArray[np.int64]
-    first_zone: NDArray[np.int64]
-    cells: NDArray[np.int64]
-    stiffness: NDArray[np.float64]
-    flexibility: NDArray[np.float64]
-    recovery: NDArray[np.float64]
-    condensed: NDArray[np.float64]
-    elasticity: NDArray[np.float64]
-    strength: NDArray[np.float64]
-    loads: NDArray[np.float64]
-    inelastic: NDArray[np.float64]
+    size = INTEGERS
+    boundary = INTEGERS
+    """n and r of each shape."""
+    first_entry = INTEGERS
+    """Where the matrices (n, n) of each shape begin, row by row."""
+    stiffness = FLOATS
+    """Of all degrees of freedom (N/m)."""
+    condensed = FLOATS
+    """[[S, 0], [R, F]]: Schur complement on the boundary (N/m), recovery matrix, interior flexibility (m/N)."""
+    first_cell = INTEGERS
+    cells = INTEGER_ROWS
+    """Places, among the n, of x and y of the five gridpoints of each cell (c, 10); where those of a shape begin."""
+    elasticity = FLOAT_ROWS
+    """See ``damagepred.kernels.zone.law`` (s, 7)."""
 
 
-class ZoneArrays(NamedTuple):
-    """All z zones.
+class FacetPieces(Structure):
+    """See ``damagepred.solvers.system.deformable_blocks.Facets``, whose fields these are."""
 
-    Attributes
-    ----------
-    rows : array (z, 3, 10)
-        Strain-displacement matrices; see ``damagepred.solvers.system.deformable_blocks.strain_rows``.
-    volume : array (z,)
-        Area times thickness (m3).
-    trial : array (z, 4)
-        Trial stresses of active blocks in the last residual (Pa).
-    """
+    start_x = INTEGERS
+    start_y = INTEGERS
+    end_x = INTEGERS
+    end_y = INTEGERS
+    start_share = FLOATS
+    end_share = FLOATS
+    turn_x = FLOATS
+    turn_y = FLOATS
+    first_dof = types.int64
 
-    rows: NDArray[np.float64]
-    volume: NDArray[np.float64]
-    trial: NDArray[np.float64]
+
+class BlockSums(Structure):
+    """Weighted sums over the gridpoints of each block: three rows of a sparse matrix, for x, y and turning."""
+
+    dof = INTEGERS
+    """Degrees of freedom of the blocks as a whole."""
+    first = INTEGERS
+    column = INTEGERS
+    """Degree of freedom of each entry, and where those of each row begin."""
+    motion = FLOATS
+    """Weights in the mean motion."""
+    resultant = FLOATS
+    """Weights in the resultant over the mean block weight (1/N)."""
+
+
+class DeformableBlocks(Structure):
+    """Deformable blocks, d of them, of z zones; loads and interior displacements stand at their degrees of freedom."""
+
+    shapes = BlockShapes.kind
+    facets = FacetPieces.kind
+    sums = BlockSums.kind
+    shape = INTEGERS
+    first_zone = INTEGERS
+    """Shape and first zone of each block."""
+    first_dof = INTEGERS
+    dof = INTEGERS
+    """Degrees of freedom block by block, boundaries first, and where those of each begin (d + 1,)."""
+    strength = FLOAT_ROWS
+    """See ``damagepred.kernels.zone.law`` (d, 7)."""
+    loads = FLOAT_ROWS
+    """Dead and live load (2, size) (N)."""
+    particular = FLOAT_ROWS
+    """Interior displacement under them, boundaries held (2, size) (m)."""
+    inelastic = FLOATS
+    """Inelastic part of the interior displacement in the last solution (size,) (m)."""
+    rows = FLOAT_BLOCKS
+    volume = FLOATS
+    """Strain-displacement matrices (z, 3, 10), and volumes (z,) (m3)."""
+    trial = FLOAT_ROWS
+    """Trial stresses of the zones of active blocks at the last residual (z, 4) (Pa)."""
+    active = FLAGS
+    """Blocks of which a zone yields, or has yielded."""
+    condensed = FLAGS
+    """Blocks of condensed fronts."""
+    yielding = FLAGS
+    """Blocks of which a zone yields in the last tangents."""
+    outdated = FLAGS
+    """Whether there was a residual since the last tangents: one entry."""
+    tolerance = types.float64
+    """Residual of the interior over the largest nodal force of a zone (1)."""
 
 
 class InteriorOptions(NamedTuple):
@@ -111,22 +157,32 @@ def _trial_stress(rows, dof, moduli, plastic, u):
     )
 
 
-@rule
-def _internal_force(shape, zones, b, plastic, u, trial, force):
-    """Compute the internal force of a block; return the largest nodal force of a zone (N), and whether one yields.
+@law
+def _matrix(shapes, s, matrices):
+    """Matrix (n, n) of a shape."""
+    n, first = shapes.size[s], shapes.first_entry[s]
+    return matrices[first : first + n * n].reshape(n, n)
 
-    ``trial`` (all zones, 4) and ``force`` (n,) are filled.
-    """
-    moduli, limits, largest, yields = _as_tuple(shape.elasticity), _as_tuple(shape.strength[b]), 0.0, False
-    first = shape.first_zone[b]
+
+@law
+def _cells(shapes, s):
+    return shapes.cells[shapes.first_cell[s] : shapes.first_cell[s + 1]]
+
+
+@rule
+def _internal_force(blocks, d, plastic, u, trial, force):
+    """Fill trial stresses and internal force (n,) of a block; its largest nodal force (N), and whether it yields."""
+    shapes, s = blocks.shapes, blocks.shape[d]
+    moduli, limits, largest, yields = _as_tuple(shapes.elasticity[s]), _as_tuple(blocks.strength[d]), 0.0, False
+    first, cells = blocks.first_zone[d], _cells(shapes, s)
     for i in range(force.size):
         force[i] = 0.0
-    for z in range(4 * shape.cells.shape[0]):
-        dof, rows, t = shape.cells[z // 4], zones.rows[first + z], trial[first + z]
+    for z in range(4 * cells.shape[0]):
+        dof, rows, t = cells[z // 4], blocks.rows[first + z], trial[first + z]
         t[0], t[1], t[2], t[3] = _trial_stress(rows, dof, moduli, plastic[first + z], u)
         s_xx, s_yy, s_xy, _, _, _, _, _, how = zone_return(t[0], t[1], t[2], t[3], moduli, limits)
         yields |= how != 0
-        volume = zones.volume[first + z]
+        volume = blocks.volume[first + z]
         for i in range(10):
             nodal = volume * (rows[0, i] * s_xx + rows[1, i] * s_yy + rows[2, i] * s_xy)
             force[dof[i]] += nodal
@@ -135,16 +191,20 @@ def _internal_force(shape, zones, b, plastic, u, trial, force):
 
 
 @rule
-def _add_yielding(shape, zones, b, trial, tangent):
-    """Add to the elastic stiffness of a block (n, n) what its yielding zones change; return whether any yields."""
-    moduli, limits, yields = _as_tuple(shape.elasticity), _as_tuple(shape.strength[b]), False
-    first = shape.first_zone[b]
-    for z in range(4 * shape.cells.shape[0]):
+def _fill_tangent(blocks, d, trial, tangent):
+    """Fill the tangent of all degrees of freedom of a block (n, n) at trial stresses; return whether a zone yields."""
+    shapes, s = blocks.shapes, blocks.shape[d]
+    moduli, limits, yields = _as_tuple(shapes.elasticity[s]), _as_tuple(blocks.strength[d]), False
+    first, cells, stiffness = blocks.first_zone[d], _cells(shapes, s), _matrix(shapes, s, shapes.stiffness)
+    for i in range(tangent.shape[0]):
+        for j in range(tangent.shape[0]):
+            tangent[i, j] = stiffness[i, j]
+    for z in range(4 * cells.shape[0]):
         t = trial[first + z]
         if within_yield_surface(t[0], t[1], t[2], t[3], limits):
             continue
         yields = True
-        dof, rows, volume = shape.cells[z // 4], zones.rows[first + z], zones.volume[first + z]
+        dof, rows, volume = cells[z // 4], blocks.rows[first + z], blocks.volume[first + z]
         xx, xy, xs, yx, yy, ys, sx, sy, ss = zone_tangent(t[0], t[1], t[2], t[3], moduli, limits)
         rest = OPTIONS.residual_stiffness
         xx, xy, yx = xx + (rest - 1.0) * moduli[0], xy - moduli[1], yx - moduli[1]
@@ -206,169 +266,255 @@ def _dot(a, b):
     return total
 
 
-@kernel
-def condensed_forces(shape, zones, listed, plastic, shares, tolerance, trial, displacement, force):
-    """Bring the interior of yielding blocks to equilibrium, and correct the elastic forces on their boundaries.
+@rule
+def _correct(blocks, d, plastic, load, live, trial, displacement, force):
+    """Bring the interior of a yielding block to equilibrium, and correct the elastic forces on its boundary.
 
     Newton's method with line search on the energy, from the elastic interior shifted by the inelastic part of the last
-    solution.
-
-    Parameters
-    ----------
-    shape, zones : ShapeArrays, ZoneArrays
-        The blocks, and all zones.
-    listed : array of int
-        Active blocks of the shape.
-    plastic : array (z, 4)
-        Plastic strain of the last equilibrium.
-    shares : tuple of float
-        Shares of the dead and of the live load (1).
-    tolerance : float
-        Largest residual force over the largest nodal force of a zone (1).
-    trial : array (z, 4)
-        Filled with the trial stresses of the blocks (Pa).
-    displacement : array (size,)
-        Of all degrees of freedom (m); the interior's are updated.
-    force : array (size,)
-        Residual force with elastic blocks (N), corrected on boundaries; NaN where an interior has no equilibrium.
+    solution. Forces are NaN where the interior has no equilibrium.
     """
-    n, r = shape.stiffness.shape[0], shape.recovery.shape[1]
+    s, dof, tolerance = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]], blocks.tolerance
+    n, r, condensed = dof.size, blocks.shapes.boundary[s], _matrix(blocks.shapes, s, blocks.shapes.condensed)
     i_count = n - r
     u, internal, tangent, matrix = np.zeros(n), np.zeros(n), np.zeros((n, n)), np.zeros((i_count, i_count))
-    load, elastic, start = np.zeros(i_count), np.zeros(i_count), np.zeros(i_count)
+    applied, elastic, start = np.zeros(i_count), np.zeros(i_count), np.zeros(i_count)
     residual, step = np.zeros((i_count, 1)), np.zeros((i_count, 1))
-    for b in listed:
-        dof = shape.dof[b]
-        for i in range(r):
-            u[i] = displacement[dof[i]]
-        for i in range(i_count):
-            load[i] = shares[0] * shape.loads[0, b, i] + shares[1] * shape.loads[1, b, i]
-        for i in range(i_count):
-            total = 0.0
-            for j in range(i_count):
-                total += shape.flexibility[i, j] * load[j]
-            for j in range(r):
-                total -= shape.recovery[i, j] * u[j]
-            elastic[i] = total
-            u[r + i] = total + shape.inelastic[b, i]
-        largest, yields = _internal_force(shape, zones, b, plastic, u, trial, internal)
-        out = _interior_residual(load, internal, residual)
-        for _ in range(OPTIONS.max_iterations):
-            if not out > tolerance * largest:
-                break
-            slope = 0.0
-            if yields:
-                for i in range(n):
-                    for j in range(n):
-                        tangent[i, j] = shape.stiffness[i, j]
-                _add_yielding(shape, zones, b, trial, tangent)
-                for i in range(i_count):
-                    step[i, 0] = residual[i, 0]
-                    for j in range(i_count):
-                        matrix[i, j] = tangent[r + i, r + j]
-                _solve(matrix, step)
-                slope = _dot(residual, step)
-            if not slope > 0.0:
-                for i in range(i_count):
-                    step[i, 0] = 0.0
-                    for j in range(i_count):
-                        step[i, 0] += shape.flexibility[i, j] * residual[j, 0]
-                slope = _dot(residual, step)
-            # line search: to where the energy no longer decreases along the step
-            share = 1.0
+    for i in range(r):
+        u[i] = displacement[dof[i]]
+    for i in range(i_count):
+        applied[i] = load * blocks.loads[0, dof[r + i]] + live * blocks.loads[1, dof[r + i]]
+    for i in range(i_count):
+        total = 0.0
+        for j in range(i_count):
+            total += condensed[r + i, r + j] * applied[j]
+        for j in range(r):
+            total -= condensed[r + i, j] * u[j]
+        elastic[i] = total
+        u[r + i] = total + blocks.inelastic[dof[r + i]]
+    largest, yields = _internal_force(blocks, d, plastic, u, trial, internal)
+    out = _interior_residual(applied, internal, residual)
+    for _ in range(OPTIONS.max_iterations):
+        if not out > tolerance * largest:
+            break
+        slope = 0.0
+        if yields:
+            _fill_tangent(blocks, d, trial, tangent)
             for i in range(i_count):
-                start[i] = u[r + i]
-            for _ in range(OPTIONS.max_line_search_steps):
-                for i in range(i_count):
-                    u[r + i] = start[i] + share * step[i, 0]
-                largest, yields = _internal_force(shape, zones, b, plastic, u, trial, internal)
-                out = _interior_residual(load, internal, residual)
-                now = _dot(residual, step)
-                if now >= -OPTIONS.slope_ratio * slope:
-                    break
-                share *= min(max(slope / (slope - now), 0.1), 0.9)
-        found = out <= 1e3 * tolerance * largest
+                step[i, 0] = residual[i, 0]
+                for j in range(i_count):
+                    matrix[i, j] = tangent[r + i, r + j]
+            _solve(matrix, step)
+            slope = _dot(residual, step)
+        if not slope > 0.0:
+            for i in range(i_count):
+                step[i, 0] = 0.0
+                for j in range(i_count):
+                    step[i, 0] += condensed[r + i, r + j] * residual[j, 0]
+            slope = _dot(residual, step)
+        # line search: to where the energy no longer decreases along the step
+        share = 1.0
         for i in range(i_count):
-            displacement[dof[r + i]] = u[r + i]
-            if found:
-                shape.inelastic[b, i] = u[r + i] - elastic[i]
-        for i in range(r):
-            total = -internal[i]
-            for j in range(r):
-                total += shape.condensed[i, j] * u[j]
-            for j in range(i_count):
-                total += shape.recovery[j, i] * load[j]
-            force[dof[i]] += total if found else math.nan
+            start[i] = u[r + i]
+        for _ in range(OPTIONS.max_line_search_steps):
+            for i in range(i_count):
+                u[r + i] = start[i] + share * step[i, 0]
+            largest, yields = _internal_force(blocks, d, plastic, u, trial, internal)
+            out = _interior_residual(applied, internal, residual)
+            now = _dot(residual, step)
+            if now >= -OPTIONS.slope_ratio * slope:
+                break
+            share *= min(max(slope / (slope - now), 0.1), 0.9)
+    found = out <= 1e3 * tolerance * largest
+    for i in range(i_count):
+        displacement[dof[r + i]] = u[r + i]
+        if found:
+            blocks.inelastic[dof[r + i]] = u[r + i] - elastic[i]
+    for i in range(r):
+        total = -internal[i]
+        for j in range(r):
+            total += condensed[i, j] * u[j]
+        for j in range(i_count):
+            total += condensed[r + j, i] * applied[j]
+        force[dof[i]] += total if found else math.nan
 
 
-@kernel
-def condensed_tangents(shape, zones, listed, first_entry, tangents, yields):
-    """Condense the tangents of yielding blocks to their boundaries, from the trial stresses of the last residual.
+PLACE_FACETS = types.void(DeformableBlocks.kind, FLOATS, FLOATS)
+BLOCK_FORCES = types.void(
+    DeformableBlocks.kind, FLOAT_ROWS, types.float64, types.float64, types.boolean, FLOATS, FLOATS
+)
+RESULTANT = types.float64(DeformableBlocks.kind, FLOATS)
+UPDATE_TANGENTS = types.void(DeformableBlocks.kind, Solver.kind)
+RECOVER_BLOCKS = types.void(DeformableBlocks.kind, FLOAT_ROWS, types.float64, types.float64, FLOATS)
 
-    Parameters
-    ----------
-    shape, zones, listed
-        As ``condensed_forces``.
-    first_entry : array of int (b,)
-        Where the entries of each block begin.
-    tangents : array
-        Schur complements (r, r) of all blocks, row by row (N/m); those of the listed blocks are updated.
-    yields : array of bool (b,)
-        Whether a zone of the block yields; updated. Blocks that have not yielded, and do not, stay as they are.
+
+class BlockLaw(Structure):
+    """Deformable blocks, and the functions that only walls with them compile; ``empty`` in other walls."""
+
+    present = types.boolean
+    blocks = DeformableBlocks.kind
+    place_facets = types.FunctionType(PLACE_FACETS)
+    add_forces = types.FunctionType(BLOCK_FORCES)
+    largest_resultant = types.FunctionType(RESULTANT)
+    update_tangents = types.FunctionType(UPDATE_TANGENTS)
+    recover = types.FunctionType(RECOVER_BLOCKS)
+
+
+@phase(PLACE_FACETS)
+def place_block_facets(blocks, displacement, force):
+    """Compute the motion of the facets from their gridpoints, and set the forces on facets to 0."""
+    facets = blocks.facets
+    place_facets(facets, displacement)
+    for i in range(facets.first_dof, facets.first_dof + 3 * facets.turn_x.size):
+        force[i] = 0.0
+
+
+@phase(BLOCK_FORCES)
+def add_block_forces(blocks, plastic, load, live, condensed_too, displacement, force):
+    """Add the forces on facets, and the internal forces of the blocks, on their boundaries.
+
+    ``condensed_too``: also those of blocks in condensed fronts. The interior of active blocks comes to equilibrium.
     """
-    n, r = shape.stiffness.shape[0], shape.recovery.shape[1]
-    tangent, matrix, across = np.zeros((n, n)), np.zeros((n - r, n - r)), np.zeros((n - r, r))
-    for b in listed:
-        for i in range(n):
-            for j in range(n):
-                tangent[i, j] = shape.stiffness[i, j]
-        before, at = yields[b], first_entry[b]
-        yields[b] = _add_yielding(shape, zones, b, zones.trial, tangent)
-        if not yields[b]:
-            if before:
-                for i in range(r):
-                    for j in range(r):
-                        tangents[at + i * r + j] = shape.condensed[i, j]
+    shapes = blocks.shapes
+    scatter_facet_forces(blocks.facets, force)
+    product = np.empty(blocks.dof.size)
+    for d in range(blocks.shape.size):
+        if blocks.condensed[d] and not condensed_too:
             continue
-        for i in range(n - r):
-            for j in range(n - r):
-                matrix[i, j] = tangent[r + i, r + j]
-            for j in range(r):
-                across[i, j] = tangent[r + i, j]
-        _solve(matrix, across)
+        s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
+        r, condensed, resisting = (
+            shapes.boundary[s],
+            _matrix(shapes, s, shapes.condensed),
+            product[: shapes.boundary[s]],
+        )
         for i in range(r):
-            row = tangents[at + i * r : at + (i + 1) * r]
+            resisting[i] = 0.0
+        for j in range(r):
+            add_row(displacement[dof[j]], condensed[j, :r], resisting)  # symmetric: row by row
+        for i in range(r):
+            force[dof[i]] -= resisting[i]
+    for d in range(blocks.shape.size):
+        if blocks.active[d]:
+            _correct(blocks, d, plastic, load, live, blocks.trial, displacement, force)
+    blocks.outdated[0] = True
+
+
+@law
+def largest_sum(first, column, weight, values):
+    """Largest absolute value of the sums in the rows of a sparse matrix."""
+    largest = 0.0
+    for row in range(first.size - 1):
+        total = 0.0
+        for k in range(first[row], first[row + 1]):
+            total += weight[k] * values[column[k]]
+        largest = max(largest, abs(total))
+    return largest
+
+
+@phase(RESULTANT)
+def largest_block_resultant(blocks, force):
+    """Largest resultant on a block over the mean block weight: small forces on many gridpoints may add up."""
+    return largest_sum(blocks.sums.first, blocks.sums.column, blocks.sums.resultant, force)
+
+
+@rule
+def _condense_tangent(blocks, d, tangents):
+    """Condense the tangent of an active block to its boundary (r r,), from trial stresses; return whether it yields."""
+    s = blocks.shape[d]
+    n, r, condensed = (
+        blocks.shapes.size[s],
+        blocks.shapes.boundary[s],
+        _matrix(blocks.shapes, s, blocks.shapes.condensed),
+    )
+    tangent, matrix, across = np.zeros((n, n)), np.zeros((n - r, n - r)), np.zeros((n - r, r))
+    if not _fill_tangent(blocks, d, blocks.trial, tangent):
+        for i in range(r):
             for j in range(r):
-                row[j] = tangent[i, j]
-            for k in range(n - r):
-                for j in range(r):
-                    row[j] -= tangent[i, r + k] * across[k, j]
+                tangents[i * r + j] = condensed[i, j]
+        return False
+    for i in range(n - r):
+        for j in range(n - r):
+            matrix[i, j] = tangent[r + i, r + j]
+        for j in range(r):
+            across[i, j] = tangent[r + i, j]
+    _solve(matrix, across)
+    for i in range(r):
+        row = tangents[i * r : (i + 1) * r]
+        for j in range(r):
+            row[j] = tangent[i, j]
+        for k in range(n - r):
+            for j in range(r):
+                row[j] -= tangent[i, r + k] * across[k, j]
+    return True
+
+
+@phase(UPDATE_TANGENTS)
+def update_block_tangents(blocks, solver):
+    """Condense the tangents of active blocks as of the last residual; the solver eliminates the fronts that change."""
+    if not blocks.outdated[0]:
+        return
+    factors, yielding = solver.substitution.factors, blocks.yielding
+    tangents, first, front = factors.blocks.tangents, factors.blocks.first_entry, factors.blocks.front
+    for d in range(yielding.size):
+        if blocks.active[d]:
+            before = yielding[d]
+            yielding[d] = _condense_tangent(blocks, d, tangents[first[d] : first[d + 1]])
+            blocks.outdated[0] = False
+            if before or yielding[d]:
+                solver.stale[front[d]] = True
+                solver.must_factorise[0] = True
+    for k in range(factors.yields.size):
+        factors.yields[k] = False
+    for d in range(yielding.size):
+        factors.yields[front[d]] |= yielding[d]
+
+
+@phase(RECOVER_BLOCKS)
+def recover_blocks(blocks, plastic, load, live, displacement):
+    """Recover the interior of the blocks from their boundaries, and the motion of facets and of whole blocks."""
+    shapes, particular, sums, any_active = blocks.shapes, blocks.particular, blocks.sums, False
+    for d in range(blocks.shape.size):
+        s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
+        r, condensed = shapes.boundary[s], _matrix(shapes, s, shapes.condensed)
+        any_active |= blocks.active[d]
+        for i in range(r, dof.size):
+            total = 0.0
+            for j in range(r):
+                total += condensed[i, j] * displacement[dof[j]]
+            displacement[dof[i]] = load * particular[0, dof[i]] + live * particular[1, dof[i]] - total
+    if any_active:  # the tangents stay those of the last residual
+        trial, force = np.empty_like(blocks.trial), np.zeros(displacement.size)
+        for d in range(blocks.shape.size):
+            if blocks.active[d]:
+                _correct(blocks, d, plastic, load, live, trial, displacement, force)
+    place_facets(blocks.facets, displacement)
+    for i in range(sums.dof.size):
+        total = 0.0
+        for k in range(sums.first[i], sums.first[i + 1]):
+            total += sums.motion[k] * displacement[sums.column[k]]
+        displacement[sums.dof[i]] = total
 
 
 @kernel
-def commit_plastic_strain(shape, zones, listed, displacement, plastic, state):
-    """Commit the plastic strain of yielding blocks at an equilibrium; return the plastic work (J).
+def update_from_python(law, solver):
+    """Update the tangents of active blocks; see ``update_block_tangents``."""
+    law.update_tangents(law.blocks, solver)
 
-    Parameters
-    ----------
-    shape, zones, listed
-        As ``condensed_forces``.
-    displacement : array (size,)
-        Of all degrees of freedom (m).
-    plastic : array (z, 4)
-        Plastic strain, brought up to date.
-    state : array of int8 (z,)
-        Filled: what yields now.
-    """
-    moduli, work, n = _as_tuple(shape.elasticity), 0.0, shape.dof.shape[1]
-    u = np.empty(n)
-    for b in listed:
-        first, limits = shape.first_zone[b], _as_tuple(shape.strength[b])
-        for i in range(n):
-            u[i] = displacement[shape.dof[b, i]]
-        for k in range(4 * shape.cells.shape[0]):
+
+@kernel
+def commit_plastic_strain(blocks, displacement, plastic, state):
+    """Commit plastic strain (z, 4) and state (z,) of the zones of active blocks; return the plastic work (J)."""
+    work = 0.0
+    for d in range(blocks.shape.size):
+        if not blocks.active[d]:
+            continue
+        s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
+        moduli, limits = _as_tuple(blocks.shapes.elasticity[s]), _as_tuple(blocks.strength[d])
+        first, cells, u = blocks.first_zone[d], _cells(blocks.shapes, s), np.empty(dof.size)
+        for i in range(dof.size):
+            u[i] = displacement[dof[i]]
+        for k in range(4 * cells.shape[0]):
             z = first + k
-            t = _trial_stress(zones.rows[z], shape.cells[k // 4], moduli, plastic[z], u)
+            t = _trial_stress(blocks.rows[z], cells[k // 4], moduli, plastic[z], u)
             s_xx, s_yy, s_xy, s_zz, p_xx, p_yy, p_xy, p_zz, how = zone_return(t[0], t[1], t[2], t[3], moduli, limits)
             state[z] = how
             if how != 0:
@@ -376,5 +522,5 @@ def commit_plastic_strain(shape, zones, listed, displacement, plastic, state):
                 plastic[z, 1] += p_yy
                 plastic[z, 2] += p_xy
                 plastic[z, 3] += p_zz
-                work += zones.volume[z] * (s_xx * p_xx + s_yy * p_yy + s_xy * p_xy + s_zz * p_zz)
+                work += blocks.volume[z] * (s_xx * p_xx + s_yy * p_yy + s_xy * p_xy + s_zz * p_zz)
     return work

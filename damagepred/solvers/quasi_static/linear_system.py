@@ -197,7 +197,13 @@ class MultifrontalSystem:
         if blocks is None:
             first = np.zeros(self.tree.count + 1, dtype=np.int64)
             made = BlockTangents(
-                front_blocks=none, first_block=first, first_dof=none, index=none, first_entry=none, tangents=np.empty(0)
+                front_blocks=none,
+                first_block=first,
+                first_dof=none,
+                index=none,
+                first_entry=none,
+                tangents=np.empty(0),
+                front=none,
             )
         else:
             made = BlockTangents(
@@ -207,6 +213,7 @@ class MultifrontalSystem:
                 index=self.tree.superelement_index,
                 first_entry=blocks.first_entry,
                 tangents=blocks.tangents,
+                front=self.tree.superelement_front,
             )
         return made
 
@@ -385,7 +392,8 @@ class MultifrontalSystem:
         array
             Of the same shape; 0 where prescribed or condensed.
         """
-        self._update_blocks()
+        if self._superelements is not None:
+            self._superelements.update_tangents(self.solver)
         rows = np.ascontiguousarray(force.reshape(-1, force.shape[-1]))
         if rows.shape[1] != self.model.size or len(rows) > 2 or self._stiffness.shape != self.elastic.shape:
             raise ValueError(
@@ -396,18 +404,6 @@ class MultifrontalSystem:
         displacement = np.empty_like(rows)
         solve_from_python(self._solution, self.solver, self._stiffness, rows, displacement)
         return displacement.reshape(force.shape)
-
-    def _update_blocks(self) -> None:
-        """Take over the tangents of active deformable blocks."""
-        if (blocks := self._superelements) is None:
-            return
-        front = self.tree.superelement_front
-        changed = blocks.update_tangents()
-        self._stale[front[changed]] = True
-        if len(changed):
-            self.solver.must_factorise[0] = True
-        self._yields[:] = False
-        self._yields[front[blocks.yielding]] = True
 
     def continue_counts(self, before: MultifrontalSystem) -> None:
         """Count iterations and factorisations on from those of the same wall with other supports."""

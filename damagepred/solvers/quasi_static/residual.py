@@ -3,51 +3,114 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import Ground
-from damagepred.kernels.concrete_section.forces import section_forces
 from damagepred.kernels.equilibrium.completion import Completed, complete, store_tangent
 from damagepred.kernels.equilibrium.joints import (
-    JointSteps,
-    add_joint_forces,
+    add_internal_forces,
+    add_section_forces,
     fill_bond_loads,
-    find_inelastic,
     joint_steps,
 )
-from damagepred.kernels.equilibrium.newton import newton, newton_with_line_search, run_newton
+from damagepred.kernels.equilibrium.newton import run_newton
 from damagepred.kernels.equilibrium.predictor import interpolate_event, predict
-from damagepred.kernels.equilibrium.residual import bordered_step, wall_residual, with_constraint
-from damagepred.kernels.equilibrium.tresca import minimise, minimise_tresca
+from damagepred.kernels.equilibrium.residual import wall_residual
+from damagepred.kernels.equilibrium.tresca import minimise_tresca
 from damagepred.kernels.equilibrium.wall import (
     PARAMETERS,
     Bonds,
+    Components,
     Freedoms,
     History,
     Interfaces,
     Joints,
+    SectionLaw,
     SectionMemory,
     Sections,
     TrescaBounds,
     Wall,
 )
+from damagepred.kernels.equilibrium.wall import Ground as WallGround
 from damagepred.kernels.equilibrium.wall import State as WallState
-from damagepred.kernels.interface.residual import free_residual, within_limit
+from damagepred.kernels.interface.residual import within_limit
 from damagepred.kernels.joint.limits import NO_LIMIT
+from damagepred.kernels.joint.return_mapping import ReturnMapping
 from damagepred.kernels.linear.solver import solve_tangent
+from damagepred.kernels.zone.superelement import BlockLaw
 from damagepred.runtime.time_limit import check_time
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.jacks import JackControl
 from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
 from damagepred.solvers.quasi_static.static_condensation import StaticCondensation, nothing_condensed
 from damagepred.solvers.quasi_static.superelements import Superelements
+from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.wall_state import Point, State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
+
+
+class ExternalLoad:
+    """Dead and live load, at the load factors of the last state, with that of condensed fronts, without that of jacks.
+
+    Parameters
+    ----------
+    dead, live : array (size,)
+        At load factor 1 (N, N m).
+    """
+
+    def __init__(self, dead: FloatArray, live: FloatArray) -> None:
+        self.dead, self.live, self.grows, self._force = dead, live, bool(live.any()), np.zeros(dead.size)
+        self._factors: tuple[object, ...] = ()
+
+    def at(self, load: float, load_factor: float, condensation: StaticCondensation | None) -> FloatArray:
+        """Return the load at factors of dead and live load; the next call changes it."""
+        factors = load, load_factor if self.grows else 0.0, condensation
+        if factors != self._factors:
+            np.multiply(self.dead, load, out=self._force)
+            if self.grows:
+                self._force += load_factor * self.live
+            if condensation is not None:
+                self._force[condensation.boundary_dofs] += condensation.load(load, load_factor)
+            self._factors = factors
+        return self._force
+
+
+class _Structures:
+    """Structures of the last histories and grounds, as kernels take them: most steps ask for the same ones again."""
+
+    def __init__(self) -> None:
+        self._histories: tuple[tuple[JointHistory, History], ...] = ()
+        self._grounds: tuple[tuple[Ground, WallGround], ...] = ()
+        self._no_sections = SectionMemory.empty()
+
+    def history(self, history: JointHistory) -> History:
+        """Return the structure of the arrays of a history."""
+        for known, made in self._histories:
+            if known is history:
+                return made
+        made = History(**history._asdict())
+        self._histories = ((history, made), *self._histories[:1])
+        return made
+
+    def ground(self, ground: Ground) -> WallGround:
+        """Return the structure of a state of the ground."""
+        for known, made in self._grounds:
+            if known is ground:
+                return made
+        normal, shear = map(np.ascontiguousarray, ground)
+        made = WallGround(normal=normal, shear=shear)
+        self._grounds = ((ground, made), *self._grounds[:2])
+        return made
+
+    def sections(self, state: State) -> SectionMemory:
+        """Return the structure of the history of a footing's sections."""
+        none = len(state.sections.cracked) == 0
+        return self._no_sections if none else SectionMemory(**state.sections._asdict())
 
 
 class Residual:
@@ -65,34 +128,25 @@ class Residual:
 
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         self.model, self.tolerance, self.options = model, tolerance, options
-        self.return_mapping = options.return_mapping.for_kernels(model.joint_parameters)
-        self.plain = self.return_mapping.general is None
         self.system = DiscreteSystem.of(model, options.elastic_solution)
-        self.dead_load, self.live_load = self.system.dead_load, self.system.live_load
         self.jacks, self.superelements = JackControl.of(model), None
+        loads = self.system.dead_load, self.system.live_load
         if model.mesh is not None:
             self.superelements = Superelements(self.system, options.newton.interior_tolerance)
-            self.dead_load, self.live_load = self.superelements.condensed_loads
-        self.weight, self._has_live_load = model.mean_block_weight, bool(self.live_load.any())
-        self.per_weight = 1.0 / self.system.residual_scale
-        shape = model.interfaces.contact_area.shape
-        all_interfaces = self._all_interfaces = np.arange(shape[0])
-        self.tresca = (np.full(shape, NO_LIMIT), np.zeros(shape), np.zeros(shape))
-        self.bond_load: FloatArray = np.zeros(shape)
+            loads = self.superelements.condensed_loads[0], self.superelements.condensed_loads[1]
+        self.loads, self._structures = ExternalLoad(*loads), _Structures()
         self._completed = Completed(True, 0, 0.0, 0.0)
-        rest, self.tangent = State.rest(model), np.zeros((shape[0], 9))
+        rest, supports = State.rest(model), model.supports
+        self._make_components()
         elastic = self._elastic_stiffness(rest)
-        self.tangent[:] = elastic
         self.equations = MultifrontalSystem(self.system, elastic, self.superelements, options.linear_system)
-        supports = model.supports
         moves = supports.prescribed_displacement != 0.0
-        # forces inside deformable blocks may depend on the load factor
-        self._no_imposed_movement = self.superelements is None and not (moves.any() or model.ground.moves)
-        self._moving_interfaces = (
-            all_interfaces[:0] if self._no_imposed_movement else self._interfaces_of(self._blocks_of(moves))
-        )
+        self._moving: IntArray | None = None
         if model.is_strained:
-            self._moving_interfaces = all_interfaces
+            self._moving = self._all_interfaces
+        # forces inside deformable blocks may depend on the load factor
+        elif self.superelements is not None or moves.any() or model.ground.moves:
+            self._moving = self._interfaces_of(self._blocks_of(moves))
         # condensed fronts have fixed supports, and no load but dead and live ones
         displaced = self._blocks_of(moves | (supports.start != 0.0))
         if self.jacks is not None:
@@ -107,23 +161,63 @@ class Residual:
             self._never_condensed |= tree.fronts_of_superelements(np.isin(self.superelements.block, displaced))
         if model.is_strained:
             self._never_condensed[:] = True
-        self._detachment_limit = DetachmentLimit.of(model)
-        self._initial_support_displacement = float(np.abs(supports.start).max(initial=0.0))
-        self._find_supports()
-        self._set_problem()
-        self._stiffness[:] = elastic
+        self._detachment_limit = float(np.abs(supports.start).max(initial=0.0)), DetachmentLimit.of(model)
+        self._make_wall()
+        self._arrays["stiffness"][:] = elastic
         self.store_tangent(rest, rest.displacement)
+
+    @property
+    def plain(self) -> bool:
+        """Whether all joints are plain."""
+        return bool(self.steps.plain)
+
+    @property
+    def per_weight(self) -> FloatArray:
+        """One over the reference force of each degree of freedom (1/N, 1/(N m))."""
+        return 1.0 / self.system.residual_scale
+
+    @property
+    def bond_load(self) -> FloatArray:
+        """Loads of all bonds (m, q), 1 at the strength."""
+        load: FloatArray = self.bonds.load
+        return load
 
     @property
     def newton_iterations(self) -> int:
         """Number of Newton iterations so far."""
         return self.equations.iterations
 
+    @property
+    def free(self) -> IntArray:
+        """Free degrees of freedom of active fronts."""
+        return self.equations.active_dofs
+
+    @property
+    def supports_move(self) -> bool:
+        """Whether a support moves."""
+        return bool(self.model.supports.prescribed_displacement.any())
+
+    @property
+    def has_potential(self) -> bool:
+        """Whether residual forces of the elastic wall are the slope of a potential, and a line search leads down it.
+
+        Jacks do no work on the deflection that controls them: under them only a wall of given load has one.
+        """
+        return self.jacks is None or self.jacks.by_load
+
+    @property
+    def condensed(self) -> bool:
+        """Whether elastic parts are condensed."""
+        return self.equations.condensation is not None
+
     def change_model(self, model: Model) -> None:
         """Continue with other supports of the same stiffness."""
         self.model = model
-        self._find_supports()
-        self._set_problem()
+        self._make_wall()
+
+    @property
+    def _all_interfaces(self) -> IntArray:
+        return np.arange(len(self.model.interfaces.kind))
 
     def _blocks_of(self, prescribed: BoolArray) -> IntArray:
         """Return the blocks of some prescribed degrees of freedom."""
@@ -139,60 +233,48 @@ class Residual:
         face = self.model.interfaces
         return np.isin(face.block_a, bodies) | np.isin(face.block_b, bodies)
 
-    def _find_supports(self) -> None:
-        """Find the interfaces that act on ground and prescribed degrees of freedom; all if blocks are deformable."""
-        supports, self._support_interfaces = self.model.supports, self._all_interfaces
-        self.supports_move = bool(supports.prescribed_displacement.any())
-        if self.superelements is None:
-            held = self.system.block_of_dof[supports.prescribed]
-            self._support_interfaces = np.flatnonzero(self._are_on(np.append(held, self.model.n_blocks)))
-
-    @property
-    def has_potential(self) -> bool:
-        """Whether residual forces of the elastic wall are the slope of a potential, and a line search leads down it.
-
-        Jacks do no work on the deflection that controls them: under them only a wall of given load has one.
-        """
-        return self.jacks is None or self.jacks.by_load
-
-    @property
-    def condensed(self) -> bool:
-        """Whether elastic parts are condensed."""
-        return self.equations.condensation is not None
-
     # -- what kernels take --------------------------------------------------------------------------------------------
 
-    def _elastic_stiffness(self, rest: State) -> FloatArray:
-        """Return the stiffness of the interfaces of the unloaded wall (m, 9)."""
-        size, count = self.dead_load.size, len(self._all_interfaces)
-        self._force, self._stiffness = np.zeros(size), np.zeros((count, 9))
-        self._external, self._room, self._rate = np.zeros(size), np.empty((4, size)), np.zeros(size)
-        self._pairs, self._slides = np.empty((4, size)), np.zeros(count, dtype=np.bool_)
-        self._loads_set: tuple[object, ...] = ()
-        self._parameters = _parameters_of(self.options, self.tolerance)
-        self._compiled = self.superelements is None
-        elastic = self.model.interfaces.elastic
-        self.steps: JointSteps = joint_steps(self.return_mapping.general, None if elastic is None else True)
-        self._joint_records = self._make_joints()
-        self._law = self.steps.law(self.model.sections is not None)
-        self._sections, self._no_sections = _sections_of(self.model), SectionMemory.empty()
-        options = self.options.continuation
-        self._bonds = Bonds(
-            load=self.bond_load,
-            load_at_start=np.zeros_like(self.bond_load),
-            slides=self._slides,
-            overloaded=np.empty_like(self._all_interfaces),
+    def _make_components(self) -> None:
+        """Make the components that resist, and the arrays that iterations fill."""
+        model, options, shape = self.model, self.options.continuation, self.model.interfaces.contact_area.shape
+        return_mapping = self.options.return_mapping.for_kernels(model.joint_parameters)
+        elastic = model.interfaces.elastic
+        self.steps = joint_steps(return_mapping.general, None if elastic is None else True)
+        footing = SectionLaw.empty()
+        if model.sections is not None:
+            sections = Sections(**model.sections._asdict())
+            footing = SectionLaw(present=True, sections=sections, add_forces=add_section_forces)
+        self.components = Components(
+            joints=self._joint_structure(return_mapping),
+            law=self.steps.law(),
+            bounds=TrescaBounds(
+                bound=np.full(shape, NO_LIMIT), dilatant_opening=np.zeros(shape), kappa=np.zeros(shape)
+            ),
+            footing=footing,
+            blocks=BlockLaw.empty() if self.superelements is None else self.superelements.law,
+        )
+        self.bonds = Bonds(
+            load=np.zeros(shape),
+            load_at_start=np.zeros(shape),
+            slides=np.zeros(shape[0], dtype=np.bool_),
+            overloaded=self._all_interfaces,
             overload_tolerance=options.overload_tolerance,
             event_tolerance=options.event_tolerance,
             weak_bond_overload=options.weak_bond_overload,
         )
-        self._bounds = TrescaBounds(**dict(zip(("bound", "dilatant_opening", "kappa"), self.tresca)))
-        self._set_loads(rest)
-        self._forces_at(self._all_interfaces, rest, rest.displacement, 0.0, coulomb=False)
-        self._stiffness[self.model.properties.gap > 0.0] = 0.0  # until it closes
-        return self._stiffness.copy()
+        size, count = model.size, shape[0]
+        self._arrays: dict[str, Any] = {
+            "parameters": _parameters_of(self.options, self.tolerance),
+            "stiffness": np.zeros((count, 9)),
+            "tangent": np.zeros((count, 9)),
+            "rate": np.zeros(size),
+            "force": np.zeros(size),
+            "room": np.empty((4, size)),
+            "pairs": np.empty((4, size)),
+        }
 
-    def _make_joints(self) -> Joints:
+    def _joint_structure(self, return_mapping: ReturnMapping) -> Joints:
         """Interfaces and joint law, as kernels take them."""
         model, system, records = self.model, self.system, self.model.interface_records
         elastic = model.interfaces.elastic
@@ -205,36 +287,38 @@ class Residual:
             side_rows=np.zeros((len(records.edge), 2, 3, 2)) if elastic is None else elastic.rows,
             strain_stiffness=system.strain_stiffness,
             first_strain=system.strain_dofs.start,
-            return_mapping=np.array(self.return_mapping[:-1], dtype=np.float64),
+            return_mapping=np.array(return_mapping[:-1], dtype=np.float64),
             block_stress=model.block_stress,
             # a bond without strength breaks at the first tension: one that balance, to its tolerance, does not explain
             no_strength=self.tolerance * model.block_stress,
         )
         return made
 
-    def _set_problem(self) -> None:
+    def _elastic_stiffness(self, rest: State) -> FloatArray:
+        """Return the stiffness of the interfaces of the unloaded wall (m, 9)."""
+        stiffness: FloatArray = self._arrays["stiffness"]
+        listed, force = self._jointed(self._all_interfaces), np.zeros(self.model.size)
+        inside = self._structure_of(rest, None)
+        add_internal_forces(self.components, inside, listed, False, rest.displacement, force, stiffness)
+        stiffness[self.model.properties.gap > 0.0] = 0.0  # until it closes
+        return stiffness.copy()
+
+    def _make_wall(self) -> None:
         """Make the wall that the iterations take, with the present active fronts."""
         equations, jacks, none = self.equations, self.jacks, np.empty(0)
         if self.superelements is not None:
             active = np.append(equations.active_fronts, True)[equations.tree.superelement_front]
             self.superelements.set_condensed(~active)
-        self.free = equations.active_dofs
-        if not self._compiled:
-            return
-        condensation = equations.condensation
+        condensation, moving = equations.condensation, self._moving
         self.wall = Wall(
-            parameters=self._parameters,
-            joints=self._joint_records,
-            sections=self._sections,
-            law=self._law,
-            bounds=self._bounds,
-            bonds=self._bonds,
+            components=self.components,
+            bonds=self.bonds,
             interfaces=Interfaces(
                 all=self._all_interfaces,
                 active=equations.active,
                 condensed=equations.condensed_interfaces,
-                jointed=self._joints(equations.active),
-                moving=self._joints(self._moving_interfaces),
+                jointed=self._jointed(equations.active),
+                moving=self._jointed(equations.active[:0] if moving is None else moving),
             ),
             freedoms=Freedoms(
                 free=self.free,
@@ -249,87 +333,39 @@ class Residual:
             if condensation is None
             else condensation.structure,
             solve_tangent=solve_tangent,
-            stiffness=self._stiffness,
-            tangent=self.tangent,
-            rate=self._rate,
             rate_step=self.options.newton.finite_difference_step,
-            force=self._force,
-            room=self._room,
-            pairs=self._pairs,
+            **self._arrays,
         )
 
-    def _joints(self, interfaces: IntArray) -> IntArray:
+    def _jointed(self, interfaces: IntArray) -> IntArray:
         """Return those of some interfaces that follow the joint law, not that of a concrete section."""
         sections = self.model.sections
         return interfaces if sections is None else np.setdiff1d(interfaces, sections.interface)
 
-    # -- forces -----------------------------------------------------------------------------------------------------
-
-    def _set_loads(self, state: State, condensation: StaticCondensation | None = None) -> None:
-        """Set the external load to that of a state, with that of condensed fronts, without the load of jacks."""
-        loads = state.load, state.load_factor if self._has_live_load else 0.0, condensation
-        if loads == self._loads_set:
-            return
-        np.multiply(self.dead_load, state.load, out=self._external)
-        if self._has_live_load:
-            self._external += state.load_factor * self.live_load
-        if condensation is not None:
-            self._external[condensation.boundary_dofs] += condensation.load(state.load, state.load_factor)
-        self._loads_set = loads
-
-    def _history(self, state: State, load_factor: float | None = None) -> History:
-        """History variables of a state, with the ground at its load factor or at another."""
-        ground = self.model.ground.at(state.load_factor if load_factor is None else load_factor)
-        made: History = History(
-            **state.history._asdict(),
-            ground_normal=np.ascontiguousarray(ground.normal),
-            ground_shear=np.ascontiguousarray(ground.shear),
-        )
-        return made
-
     def _displacement_of(self, state: State, displacement: FloatArray | None) -> FloatArray:
         """Displacements (size,) that kernels take: those of a state by default."""
         u = state.displacement if displacement is None else displacement
-        if u.shape != self._force.shape or u.dtype != np.float64 or not u.flags.c_contiguous:
+        if u.shape != (self.model.size,) or u.dtype != np.float64 or not u.flags.c_contiguous:
             raise ValueError(
-                f"displacements must be a contiguous array of float64 {self._force.shape}, not {u.dtype} {u.shape}"
+                f"displacements must be a contiguous array of float64 {(self.model.size,)}, not {u.dtype} {u.shape}"
             )
         return u
 
-    def _add_forces(self, interfaces: IntArray, state: State, displacement: FloatArray, coulomb: bool) -> None:
-        """Add forces of joints, sections and deformable blocks to the residual, and set joint tangents."""
-        model, superelements = self.model, self.superelements
-        if superelements is not None:
-            superelements.place_facets(displacement)
-            self._force[superelements.facet_dofs] = 0.0
-        if model.sections is not None:
-            section_forces(
-                model.sections,
-                state.sections,
-                model.interface_records,
-                model.joint_parameters,
-                displacement,
-                self._force,
-                self._stiffness,
-            )
-        listed, u = self._joints(interfaces), self._displacement_of(state, displacement)
-        law, joints, history, bounds = self._law, self._joint_records, self._history(state), self._bounds
-        add_joint_forces(law, joints, history, bounds, listed, coulomb, u, self._force, self._stiffness)
-        if superelements is not None:
-            superelements.scatter_facet_forces(self._force)
-            condensed_too = interfaces is self._all_interfaces
-            superelements.add_internal_forces(
-                state.load, state.load_factor, displacement, state.plastic, self._force, condensed_too
-            )
+    def _history_of(self, state: State) -> tuple[History, WallGround]:
+        """History of a state, and the ground at its load factor, as kernels take them."""
+        made = self._structures
+        return made.history(state.history), made.ground(self.model.ground.at(state.load_factor))
 
-    def _in_state(self, state: State, limit: float = np.inf) -> WallState:
-        """Return loads and history of a state, for the compiled iterations."""
+    def _structure_of(self, state: State, condensation: StaticCondensation | None, limit: float = np.inf) -> WallState:
+        """Return loads, with those of condensed fronts, and history of a state, as kernels take them."""
         check_time()
-        self._set_loads(state, self.equations.condensation)
+        history, ground = self._history_of(state)
         made: WallState = WallState(
-            history=self._history(state),
-            sections=self._no_sections if self.model.sections is None else SectionMemory(**state.sections._asdict()),
-            external=self._external,
+            history=history,
+            ground=ground,
+            sections=self._structures.sections(state),
+            plastic=state.plastic,
+            external=self.loads.at(state.load, state.load_factor, condensation),
             load=float(state.load),
             live=float(state.load_factor),
             deflection=np.nan if self.jacks is None else self.jacks.required_deflection(state.load_factor),
@@ -337,64 +373,47 @@ class Residual:
         )
         return made
 
-    def _interpreted(self, state: State) -> _InterpretedProblem:
-        """Set the loads of a state; return the problem for iterations in Python."""
-        check_time()
-        self._set_loads(state, self.equations.condensation)
-        return _InterpretedProblem(self, state)
+    def _in_state(self, state: State, limit: float = np.inf) -> WallState:
+        """Return loads and history of a state, with the present condensed fronts."""
+        return self._structure_of(state, self.equations.condensation, limit)
+
+    def _ahead(self, state: State) -> tuple[WallGround, FloatArray]:
+        """Ground, and movement of the supports, a small step of the load factor ahead of a state."""
+        ground, supports, load_factor = self.model.ground, self.model.supports, state.load_factor
+        if self._moving is None:
+            return self._history_of(state)[1], supports.prescribed_displacement
+        step = self.options.newton.finite_difference_step
+        moved = step * ground.load_factor_rate(load_factor) * supports.prescribed_displacement
+        return self._structures.ground(ground.at(load_factor + step)), moved
+
+    # -- forces -----------------------------------------------------------------------------------------------------
 
     def residual(self, state: State, displacement: FloatArray) -> tuple[FloatArray, float]:
         """Return the residual force of every degree of freedom, and the unbalanced force ratio.
 
-        Parameters
-        ----------
-        state : State
-            Load, load factor and history.
-        displacement : array (size,)
-            Of all degrees of freedom; facets and the inside of yielding blocks are updated.
+        Facets and the inside of yielding blocks are updated in the displacements.
         """
         force, u = np.empty_like(displacement), self._displacement_of(state, displacement)
-        if not self._compiled:
-            return force, self._interpreted(state).residual(state.jack, displacement, True, force)
         return force, wall_residual(self.wall, self._in_state(state), float(state.jack), u, True, force)
 
     def newton(self, state: State, start: FloatArray, searching: bool | None = None) -> tuple[FloatArray, float]:
         """Run Newton's method; return its best iterate and the unbalanced force ratio there.
 
-        Parameters
-        ----------
-        state : State
-            Load, load factor and history; the load of the jacks becomes that of the best iterate.
-        start : array (size,)
-            First displacements.
-        searching : bool, optional
-            Whether with line search, or with backtracking; None: with line search if the wall has a potential.
+        The load of the jacks becomes that of the best iterate. ``searching``: with line search, or with backtracking;
+        None: with line search if the wall has a potential.
         """
         searching, found = self.has_potential if searching is None else searching, np.empty_like(start)
-        begin, jack = self._displacement_of(state, start), float(state.jack)
-        if self._compiled:
-            inside = self._in_state(state, self._divergence_limit(state))
-            ahead = self._ahead(state, inside.history)
-            ratio, state.jack, completed = run_newton(self.wall, inside, *ahead, jack, begin, found, searching)
-            self._completed, within = completed, ratio < self.tolerance and completed.within
-        else:
-            iterate = newton_with_line_search if searching else newton
-            ratio, state.jack = iterate(self._interpreted(state), jack, begin, found, self._room)
-            within = False
-            if ratio < self.tolerance:
-                self.store_tangent(state, found)
-                self.complete(state, found)
+        begin, inside = self._displacement_of(state, start), self._in_state(state, self._divergence_limit(state))
+        ratio, state.jack, completed = run_newton(
+            self.wall, inside, *self._ahead(state), float(state.jack), begin, found, searching
+        )
+        self._completed, within = completed, ratio < self.tolerance and completed.within
         return found, np.inf if not within and self.has_diverged(state, found) else ratio
 
     def minimise(self, state: State, tolerance: float) -> None:
-        """Minimise the potential of the Tresca problem.
+        """Minimise the potential of the Tresca problem, from the displacements of a state on, which become the minimum.
 
-        Parameters
-        ----------
-        state : State
-            Its displacements are the start, and become the minimum.
-        tolerance : float
-            Unbalanced force ratio at which the minimisation ends.
+        It ends at an unbalanced force ratio, ``tolerance``.
         """
         limit, u, arms = self._divergence_limit(state), state.displacement, self.system.arms
         self._minimise_within(limit, state, tolerance)
@@ -405,38 +424,26 @@ class Residual:
 
     def _minimise_within(self, limit: float, state: State, tolerance: float) -> None:
         """Minimise the potential of the Tresca problem, up to a displacement."""
-        u, jack = self._displacement_of(state, None), float(state.jack)
-        if self._compiled:
-            state.jack = minimise_tresca(self.wall, self._in_state(state, limit), jack, tolerance, u)
-        else:
-            state.jack = minimise(self._interpreted(state), jack, tolerance, limit, u, self._room)
+        u = self._displacement_of(state, None)
+        state.jack = minimise_tresca(self.wall, self._in_state(state, limit), float(state.jack), tolerance, u)
 
     def missing_deflection(self, state: State, displacement: FloatArray) -> float:
-        """Return the missing deflection of jacks whose deflection is given (m).
-
-        Parameters
-        ----------
-        state : State
-            Its load factor counts.
-        displacement : array (size,)
-            Of all degrees of freedom.
-        """
+        """Return the missing deflection of jacks whose deflection is given (m)."""
         return 0.0 if self.jacks is None else self.jacks.missing_deflection(state.load_factor, displacement)
 
     def forces_on_supports(self, state: State) -> FloatArray:
         """Return the force of joints and loads on prescribed degrees of freedom (N, N m); others are incomplete."""
-        self._set_loads(state)
-        return self._forces_at(self._support_interfaces, state, state.displacement, state.jack)
-
-    def _forces_at(
-        self, interfaces: IntArray, state: State, displacement: FloatArray, jack: float, coulomb: bool = True
-    ) -> FloatArray:
-        """Return the forces of the joints of some interfaces, of blocks, of jacks and of the external load set."""
-        self._force[:] = self._external
+        model, listed, u = self.model, self._all_interfaces, self._displacement_of(state, None)
+        if self.superelements is None:
+            held = self.system.block_of_dof[model.supports.prescribed]
+            listed = np.flatnonzero(self._are_on(np.append(held, model.n_blocks)))
+        inside = self._structure_of(state, None)
+        force = self.loads.at(state.load, state.load_factor, None).copy()
         if self.jacks is not None:
-            self._force += jack * self.jacks.push
-        self._add_forces(interfaces, state, displacement, coulomb)
-        return self._force
+            force += state.jack * self.jacks.push
+        stiffness = self._arrays["stiffness"]
+        add_internal_forces(self.components, inside, self._jointed(listed), True, u, force, stiffness)
+        return force
 
     def commit_joint_history(self, state: State, never_opened: BoolArray) -> tuple[JointEnergy, Ground]:
         """Commit the history of the joints to an equilibrium.
@@ -459,8 +466,8 @@ class Residual:
         condensation, shape = self.equations.condensation, self.model.ground.full.normal.shape
         whole = condensation is None or self.superelements is not None
         listed, on_ground = self._all_interfaces if whole else self.equations.active, Ground(*np.zeros((2, *shape)))
-        u, history = self._displacement_of(state, None), self._history(state)
-        work = self.steps.commit_history(self._joint_records, history, listed, u, never_opened, *on_ground)
+        u, history = self._displacement_of(state, None), self._history_of(state)
+        work = self.steps.commit_history(self.components.joints, *history, listed, u, never_opened, *on_ground)
         joints = JointEnergy(*work)
         stored = joints.stored
         if condensation is not None and self.superelements is None:
@@ -474,31 +481,25 @@ class Residual:
     def contact_stresses(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return opening (m), normal and shear stress (Pa) of all contacts, arrays (m, q)."""
         opening, sigma, tau = np.empty((3, *self.bond_load.shape))
-        u, history = self._displacement_of(state, None), self._history(state)
-        self.steps.contact_stresses(self._joint_records, history, u, opening, sigma, tau)
+        u, history = self._displacement_of(state, None), self._history_of(state)
+        self.steps.contact_stresses(self.components.joints, *history, u, opening, sigma, tau)
         return opening, sigma, tau
 
     def joint_law_violation(self, state: State, normal_stress: FloatArray, shear_stress: FloatArray) -> float:
         """Return the largest stress by which stresses (m, q) violate the joint law (Pa)."""
-        return float(self.steps.law_violation(self._joint_records, self._history(state), normal_stress, shear_stress))
+        history = self._structures.history(state.history)
+        return float(self.steps.law_violation(self.components.joints, history, normal_stress, shear_stress))
 
     def load_increment(self, load: float, load_factor: float) -> FloatArray:
-        """Return the force increment of a step, with sliding joints as in the last equilibrium (N, N m).
-
-        Parameters
-        ----------
-        load, load_factor : float
-            Increments of dead load and movement (1).
-        """
-        force = load_factor * self._rate
+        """Return the force increment of a step, with sliding joints as in the last equilibrium (N, N m)."""
+        loads, force = self.loads, load_factor * self._arrays["rate"]
         if load != 0.0:
-            force += load * self.dead_load
-        if self._has_live_load:
-            force += load_factor * self.live_load
+            force += load * loads.dead
+        if loads.grows:
+            force += load_factor * loads.live
         if self.jacks is not None and self.jacks.by_load:
             force += load_factor * (self.jacks.load_at(1.0, 0.0) - self.jacks.load_at(0.0, 0.0)) * self.jacks.push
-        loaded = load != 0.0 or self._has_live_load
-        if (superelement := self.equations.condensation) is not None and loaded:
+        if (superelement := self.equations.condensation) is not None and (load != 0.0 or loads.grows):
             force[superelement.boundary_dofs] += superelement.load(load, load_factor)
         return force
 
@@ -508,13 +509,6 @@ class Residual:
         Of plain joints, bonds of condensed fronts do not count: where one fails first, the step to it is found by
         interpolation. Paths of softening joints amplify the difference.
 
-        Parameters
-        ----------
-        state : State
-            The last equilibrium.
-        target : (float, float)
-            Load and load factor.
-
         Returns
         -------
         displacement : array (size,)
@@ -523,50 +517,28 @@ class Residual:
             Share of the step to the next event; 1 if there is none.
         """
         increment = self.load_increment(target[0] - state.load, target[1] - state.load_factor)
-        start, prescribed = state.displacement, self.model.support_displacement(target[1])
+        start, prescribed = self._displacement_of(state, None), self.model.support_displacement(target[1])
         ahead = replace(state, load=target[0], load_factor=target[1], displacement=np.empty_like(start))
-        aim = self.options.continuation.predictor_aim
-        if self._compiled:
-            inside = self._in_state(ahead, self._divergence_limit(ahead))
-            within, share = predict(
-                self.wall,
-                inside,
-                self._history(state),
-                increment,
-                prescribed,
-                self._displacement_of(state, None),
-                ahead.displacement,
-                not self.plain,
-                aim,
-            )
-            if within:
-                return ahead.displacement, float(share)
-        else:
-            step, _ = self.solve(self.tangent, increment, self.missing_deflection(ahead, start))
-            np.add(start, step, out=ahead.displacement)
-            ahead.displacement[self.model.supports.prescribed] = prescribed
+        inside, ground = self._in_state(ahead, self._divergence_limit(ahead)), self._history_of(state)[1]
+        found, aim = ahead.displacement, self.options.continuation.predictor_aim
+        within, share = predict(self.wall, inside, ground, increment, prescribed, start, found, not self.plain, aim)
+        if within:
+            return found, float(share)
         self.complete(ahead)
         if self.has_diverged(ahead):
             return start, 1.0
-        return ahead.displacement, self.event_share(state, aim, active_only=self.plain)
+        return found, self.event_share(state, aim, active_only=self.plain)
 
     def largest_bond_load(self, state: State) -> float:
         """Return the largest bond load of an equilibrium just completed, 1 at the strength; ``bond_load`` has all.
 
-        Parameters
-        ----------
-        state : State
-            The equilibrium. Its commit changes the bonds of joints that are not plain.
+        Its commit changes the bonds of joints that are not plain.
         """
         if not self.plain:
-            self._fill_bond_loads(state, state.displacement)
+            u, history, active = self._displacement_of(state, None), self._history_of(state), self.equations.active
+            load = float(fill_bond_loads(self.components, *history, active, u, self.bond_load))
+            self._completed = self._completed._replace(bond_load=load)
         return max(self._completed.bond_load, self._completed.condensed_load)
-
-    def _fill_bond_loads(self, state: State, displacement: FloatArray) -> None:
-        """Fill the bond loads of active interfaces at a displacement, with the history of a state."""
-        u, history, active = self._displacement_of(state, displacement), self._history(state), self.equations.active
-        load = float(fill_bond_loads(self._law, self._joint_records, history, active, u, self.bond_load))
-        self._completed = self._completed._replace(bond_load=load)
 
     def event_share(self, state: State, aim: float, active_only: bool = False) -> float:
         """Interpolate the share of a step at which the first bond fails; ``bond_load`` is that at its end.
@@ -581,19 +553,11 @@ class Residual:
             Whether bonds of condensed fronts do not count.
         """
         listed = self.equations.active if active_only else self._all_interfaces
-        u, history = self._displacement_of(state, None), self._history(state)
-        return float(interpolate_event(self._bonds, self._joint_records, self._law, history, listed, u, aim))
+        u, history = self._displacement_of(state, None), self._history_of(state)
+        return float(interpolate_event(self.bonds, self.components, *history, listed, u, aim))
 
     def has_diverged(self, state: State, displacement: FloatArray | None = None) -> bool:
-        """Return whether displacements are so large that no equilibrium is sought any more.
-
-        Parameters
-        ----------
-        state : State
-            Its load factor counts.
-        displacement : array (size,), optional
-            Of all degrees of freedom; by default the state's own.
-        """
+        """Return whether displacements are so large that no equilibrium is sought any more."""
         displacement = state.displacement if displacement is None else displacement
         limit, arms = self._divergence_limit(state), self.system.arms
         if within_limit(displacement, self.free, arms, limit):
@@ -603,76 +567,15 @@ class Residual:
 
     def _divergence_limit(self, state: State) -> float:
         """Return the displacement beyond which no equilibrium is sought, but for those of the elastic wall (m)."""
-        allowed = self._detachment_limit.at(state.load_factor)
-        return self._initial_support_displacement + self.options.newton.divergence_displacement * allowed
+        at_start, allowed = self._detachment_limit
+        return at_start + self.options.newton.divergence_displacement * allowed.at(state.load_factor)
 
     # -- linearisation ----------------------------------------------------------------------------------------------
 
     def store_tangent(self, state: State, displacement: FloatArray) -> None:
-        """Store the last tangent stiffness, and the force of the joints per load factor, for the predictor.
-
-        Parameters
-        ----------
-        state : State
-            Load, load factor and history of an equilibrium.
-        displacement : array (size,)
-            Its displacements.
-        """
-        if self._compiled:
-            u = self._displacement_of(state, displacement)
-            inside = self._in_state(state)
-            store_tangent(self.wall, inside, *self._ahead(state, inside.history), u)
-            return
-        self.tangent[self.equations.active] = self._stiffness[self.equations.active]
-        if self._no_imposed_movement:
-            return
-        step, moved, (_, support_step) = (
-            self.options.newton.finite_difference_step,
-            displacement.copy(),
-            self._ahead(state, self._history(state)),
-        )
-        moved[self.model.supports.prescribed] += support_step
-        self._rate[:] = self._moving_forces(replace(state, load_factor=state.load_factor + step), moved)
-        self._rate -= self._moving_forces(state, displacement)
-        self._rate /= step
-
-    def _ahead(self, state: State, history: History) -> tuple[History, FloatArray]:
-        """History with the ground, and movement of the supports, a step of the load factor ahead of a history."""
-        step, ground, supports = self.options.newton.finite_difference_step, self.model.ground, self.model.supports
-        if self._no_imposed_movement:
-            return history, supports.prescribed_displacement
-        moved = step * ground.load_factor_rate(state.load_factor) * supports.prescribed_displacement
-        return self._history(state, state.load_factor + step), moved
-
-    def _moving_forces(self, state: State, displacement: FloatArray) -> FloatArray:
-        """Return the forces of the interfaces that ground and supports move, without external load."""
-        self._external.fill(0.0)
-        self._loads_set = ()
-        return self._forces_at(self._moving_interfaces, state, displacement, 0.0)
-
-    def solve(self, stiffness: FloatArray, force: FloatArray, missing_deflection: float) -> tuple[FloatArray, float]:
-        """Solve the linear system, bordered by the condition on the deflection where jacks are controlled by it.
-
-        Parameters
-        ----------
-        stiffness : array (m, 9)
-            Of the joints.
-        force : array (size,)
-            Right-hand side (N, N m).
-        missing_deflection : float
-            Residual of that condition (m).
-
-        Returns
-        -------
-        tuple of array (size,), float
-            Displacements (m, rad) and load of each jack (N).
-        """
-        self.equations.update(stiffness)
-        self.equations.count_iteration()
-        if self.jacks is None or self.jacks.by_load:
-            return self.equations.solve(force), 0.0
-        responses, step = self.equations.solve(np.stack((force, self.jacks.push))), np.empty_like(force)
-        return step, float(bordered_step(self.jacks.weights, responses, missing_deflection, step))
+        """Store the last tangent stiffness, and the force per load factor, of an equilibrium for the predictor."""
+        u = self._displacement_of(state, displacement)
+        store_tangent(self.wall, self._in_state(state), *self._ahead(state), u)
 
     def volume_per_deflection(self) -> float | None:
         """Return the sum of the jacks' lifts, the volume they take, per deflection with the last tangent (1).
@@ -681,7 +584,7 @@ class Residual:
         """
         if self.jacks is None or self.jacks.by_load:
             return None
-        self.equations.update(self.tangent)
+        self.equations.update(self._arrays["tangent"])
         push_response = self.equations.solve(self.jacks.push)
         deflection, volume = float(self.jacks.weights @ push_response), float(self.jacks.push @ push_response)
         return volume / deflection if deflection > 0.0 else None
@@ -689,17 +592,10 @@ class Residual:
     # -- Tresca problem and condensation ----------------------------------------------------------------------------
 
     def update_tresca_bounds(self, state: State, relaxation: float) -> None:
-        """Move the bounds of the Tresca problem towards Coulomb's limits at the displacements of a state.
-
-        Parameters
-        ----------
-        state : State
-            Displacements and history.
-        relaxation : float
-            Share of the way (1).
-        """
-        u, history, active = self._displacement_of(state, None), self._history(state), self.equations.active
-        self.steps.update_tresca_bounds(self._joint_records, history, self._bounds, active, u, relaxation)
+        """Move the bounds of the Tresca problem by a share of the way to Coulomb's limits at a state."""
+        u, history, active = self._displacement_of(state, None), self._history_of(state), self.equations.active
+        joints, bounds = self.components.joints, self.components.bounds
+        self.steps.update_tresca_bounds(joints, *history, bounds, active, u, relaxation)
 
     def uncondense(self, fronts: BoolArray) -> None:
         """Make some fronts (F,) and their ancestors active; all others stay elastic and condensed."""
@@ -708,8 +604,8 @@ class Residual:
         if self.condensed:
             wanted |= equations.active_fronts
         if not self.condensed or (wanted & ~equations.active_fronts).any():
-            equations.condense(wanted, self.dead_load, self.live_load)
-            self._set_problem()
+            equations.condense(wanted, self.loads.dead, self.loads.live)
+            self._make_wall()
 
     def uncondense_interfaces(self, interfaces: BoolArray | IntArray) -> None:
         """Make the fronts of some interfaces and of active deformable blocks active."""
@@ -721,14 +617,7 @@ class Residual:
     def inelastic_fronts(self, state: State) -> BoolArray | None:
         """Return the condensed fronts (F,) in which a joint slides or a block yields in the equilibrium just completed.
 
-        None if there is none.
-
-        Blocks that yield become active.
-
-        Parameters
-        ----------
-        state : State
-            Of the equilibrium.
+        None if there is none. Blocks that yield become active.
         """
         tree, condensed = self.equations.tree, self.equations.condensed_interfaces
         slides = self.condensed and self._completed.sliding > 0
@@ -736,10 +625,9 @@ class Residual:
             return None
         found = np.zeros(tree.count, dtype=np.bool_)
         if slides:
-            found |= tree.fronts_of(condensed[self._slides[condensed]])
+            found |= tree.fronts_of(condensed[self.bonds.slides[condensed]])
         if blocks is not None:
-            opened = blocks.activate_yielding(state.displacement, state.load, state.load_factor, state.plastic)
-            found |= tree.fronts_of_superelements(opened)
+            found |= tree.fronts_of_superelements(blocks.activate_yielding(state.displacement, state.plastic))
         return found if found.any() else None
 
     def _active_block_fronts(self) -> BoolArray:
@@ -747,31 +635,9 @@ class Residual:
         tree, blocks = self.equations.tree, self.superelements
         return tree.fronts_of_superelements(np.empty(0, dtype=np.int64) if blocks is None else blocks.active)
 
-    def complete(self, state: State, displacement: FloatArray | None = None) -> None:
-        """Recover the displacements of condensed fronts, and those inside deformable blocks, and compute bond loads.
-
-        Parameters
-        ----------
-        state : State
-            Load, load factor and history.
-        displacement : array (size,), optional
-            Changed; by default the state's own.
-        """
-        u = state.displacement if displacement is None else displacement
-        if self._compiled:
-            self._completed = complete(self.wall, self._in_state(state), self._displacement_of(state, u))
-            return
-        if (condensation := self.equations.condensation) is not None:
-            condensation.recover(u, state.load, state.load_factor)
-        if self.superelements is not None:
-            self.superelements.recover(u, state.load, state.load_factor, state.plastic)
-        self._fill_bond_loads(state, u)
-        condensed, sliding, largest = self.equations.condensed_interfaces, 0, 0.0
-        if self.condensed:
-            joints, history = self._joint_records, self._history(state)
-            largest = find_inelastic(self._law, joints, history, condensed, u, self._slides, self.bond_load)
-            sliding = int(self._slides[condensed].sum())
-        self._completed = self._completed._replace(sliding=sliding, condensed_load=float(largest))
+    def complete(self, state: State) -> None:
+        """Recover the displacements of condensed fronts, and those inside deformable blocks, and compute bond loads."""
+        self._completed = complete(self.wall, self._in_state(state), self._displacement_of(state, None))
 
 
 class JointEnergy(NamedTuple):
@@ -792,12 +658,6 @@ class JointEnergy(NamedTuple):
     softened: float
 
 
-def _sections_of(model: Model) -> Sections:
-    """Sections of a concrete footing as kernels take them; none if it does not crack."""
-    made: Sections = Sections.empty() if model.sections is None else Sections(**model.sections._asdict())
-    return made
-
-
 def _parameters_of(options: SolverOptions, tolerance: float) -> np.ndarray:
     """Return the parameters of the iterations, as kernels take them: one record."""
     parameters = np.zeros(1, PARAMETERS)
@@ -808,50 +668,3 @@ def _parameters_of(options: SolverOptions, tolerance: float) -> np.ndarray:
         parameters[name] = getattr(options.coulomb, name)
     parameters["tolerance"], parameters["deflection_tolerance"] = tolerance, options.jacks.deflection_tolerance
     return parameters
-
-
-class _InterpretedProblem:
-    """A wall with deformable blocks at the loads of a state, for the iterations in Python."""
-
-    def __init__(self, wall: Residual, state: State) -> None:
-        self._wall, self._state, self.parameters = wall, state, wall._parameters[0]
-
-    def residual(self, jack: float, displacement: FloatArray, coulomb: bool, force: FloatArray) -> float:
-        """Compute the residual force; see ``damagepred.kernels.equilibrium.problem.residual``."""
-        wall, state = self._wall, self._state
-        total = wall._forces_at(wall.equations.active, state, displacement, jack, coulomb)
-        if wall.equations.condensation is not None:
-            wall.equations.condensation.subtract_boundary_forces(displacement, total)
-        # NaN must not pass for balance; forces of a block that finds no equilibrium inside are NaN, too
-        ratio = free_residual(total, wall.free, wall.per_weight, force)
-        if wall.superelements is not None:
-            ratio = max(ratio, wall.superelements.largest_block_resultant(force) / wall.weight)
-        return float(with_constraint(self.parameters, ratio, self.missing(displacement), coulomb))
-
-    def solve(self, bordered: bool, displacement: FloatArray, force: FloatArray, step: FloatArray) -> float:
-        """Solve the tangent equations; see ``damagepred.kernels.equilibrium.problem.solve``."""
-        wall = self._wall
-        if bordered:
-            step[:], jack_step = wall.solve(wall._stiffness, force, self.missing(displacement))
-            return jack_step
-        wall.equations.update(wall._stiffness)
-        wall.equations.count_iteration()
-        step[:] = wall.equations.solve(force)
-        return 0.0
-
-    def controls_deflection(self) -> bool:
-        """Whether the deflection at the jacks is given, and their load unknown."""
-        return not self._wall.has_potential
-
-    def missing(self, displacement: FloatArray) -> float:
-        """Return the missing deflection at the jacks (m), 0 where their load is given."""
-        return self._wall.missing_deflection(self._state, displacement)
-
-    def goes_too_far(self, displacement: FloatArray, limit: float) -> bool:
-        """Whether a displacement of an active degree of freedom exceeds a limit (m)."""
-        return not within_limit(displacement, self._wall.free, self._wall.system.arms, limit)
-
-    def add_jack_load(self, load: float, force: FloatArray) -> None:
-        """Add a load of the jacks (N) to the residual force of active degrees of freedom."""
-        if self._wall.jacks is not None:
-            force[self._wall.free] += load * self._wall.jacks.push[self._wall.free]

@@ -7,19 +7,25 @@ iteration for every displacement of the boundary.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, IntArray
-from damagepred.kernels.interface.residual import largest_block_resultant
-from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces
+from damagepred.kernels.linear.solver import Solver
 from damagepred.kernels.zone.superelement import (
-    ShapeArrays,
-    ZoneArrays,
+    BlockLaw,
+    BlockShapes,
+    BlockSums,
+    DeformableBlocks,
+    FacetPieces,
+    add_block_forces,
     commit_plastic_strain,
-    condensed_forces,
-    condensed_tangents,
+    largest_block_resultant,
+    place_block_facets,
+    recover_blocks,
+    update_block_tangents,
+    update_from_python,
 )
 from damagepred.solvers.quasi_static.options import NewtonOptions
 from damagepred.solvers.state.increment import ZoneResults
@@ -32,7 +38,6 @@ from damagepred.solvers.system.deformable_blocks import (
     cell_gridpoints,
     cell_matrices,
     facets_of,
-    gridpoint_arms,
     strain_rows,
 )
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -40,33 +45,29 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 DEFAULTS = NewtonOptions()
 
 
-@dataclass
-class BlockShape:
-    """Blocks of one shape, material and support.
+class BlockShape(NamedTuple):
+    """Blocks of one shape, material and support, r degrees of freedom of the boundary before those of the interior.
 
     Attributes
     ----------
     member : array of int (b,)
         Which of the deformable blocks.
-    boundary, interior : array of int (b, r), (b, i)
-        Degrees of freedom that are kept, and that are condensed.
-    stiffness : array (r, r)
-        Schur complement on the boundary (N/m).
-    recovery : array (i, r)
-        Recovery matrix, in u_interior = particular - recovery u_boundary.
-    particular : array (2, b, i)
-        Interior displacement under dead and under live load, with the boundary held (m).
-    arrays : ShapeArrays
-        The same, as kernels of yielding blocks take them.
+    dof : array of int (b, n)
+        Degrees of freedom of each.
+    cells : array of int (c, 10)
+        Places, among the n, of x and y of the five gridpoints of each cell.
+    stiffness, condensed, recovery, flexibility : array (n, n), (r, r), (i, r), (i, i)
+        Elastic stiffness, its Schur complement on the boundary (N/m), recovery matrix, and inverse of the interior's
+        stiffness (m/N).
     """
 
     member: IntArray
-    boundary: IntArray
-    interior: IntArray
+    dof: IntArray
+    cells: IntArray
     stiffness: FloatArray
+    condensed: FloatArray
     recovery: FloatArray
-    particular: FloatArray
-    arrays: ShapeArrays
+    flexibility: FloatArray
 
 
 class Superelements:
@@ -81,46 +82,104 @@ class Superelements:
 
     Attributes
     ----------
-    active : array of int
-        Blocks of which a zone yields, or has yielded.
+    law : BlockLaw
+        As kernels take them.
+    boundary, elastic : list of array
+        Degrees of freedom of the boundary of each block, and its elastic stiffness there (N/m).
     tangents, first_entry : array, array of int (d + 1,)
-        Tangent of each block on its boundary, row by row (N/m), and where it begins; see ``update_tangents``.
-    yielding : array of bool (d,)
-        Whether a zone of the block yields in these tangents, which then need not be symmetric.
+        Tangent of each block on its boundary, row by row (N/m), and where it begins.
     condensed_loads : array (2, size)
         Dead and live load (N, N m); that on interior degrees of freedom is condensed to the boundaries.
     """
 
     def __init__(self, system: DiscreteSystem, interior_tolerance: float = DEFAULTS.interior_tolerance) -> None:
-        model, self._tolerance = system.model, interior_tolerance
+        model = system.model
         assert model.mesh is not None
-        self.model, self.mesh = model, model.mesh
-        self.block = self.mesh.block
+        self.model, self.mesh, self.block = model, model.mesh, model.mesh.block
         self.field = ZoneField(model)
-        self.facets = facets_of(model)
-        self.facet_dofs = slice(self.facets.first_dof, self.facets.first_dof + 3 * len(self.facets.turn_x))
-        self._owner = np.repeat(np.arange(len(self.block)), np.diff(self.mesh.first_zone))
         self.yields = can_yield(model)[self.block]
-        self._arms, self._on_blocks = gridpoint_arms(model), np.zeros((model.n_blocks, 3))
+        loads = np.stack((system.dead_load, system.live_load))
+        rows = strain_rows(model)
+        shapes = [self._condense(members, rows) for members in self._group_by_shape()]
         self.boundary: list[IntArray] = [np.empty(0, np.int64)] * len(self.block)
         self.elastic: list[FloatArray] = [np.empty((0, 0))] * len(self.block)
-        self._loads = np.stack((system.dead_load, system.live_load))
-        self._elasticity, self._strength = block_moduli(model)
-        count = len(self.mesh.zones)
-        self._volume = self.mesh.zone_area * model.block_law.thickness[self.mesh.zone_block]
-        self._zones = ZoneArrays(strain_rows(model), self._volume, np.zeros((count, 4)))
-        self.shapes = [self._condense(members) for members in self._group_by_shape()]
-        self.interior = np.concatenate([k.interior.ravel() for k in self.shapes])
-        self.condensed_loads = self._loads.copy()
-        for shape in self.shapes:
+        self.condensed_loads, particular = loads.copy(), np.zeros_like(loads)
+        interiors = []
+        for shape in shapes:
+            r = len(shape.condensed)
+            boundary, interior = shape.dof[:, :r], shape.dof[:, r:]
+            interiors.append(interior.ravel())
+            for m, dof in zip(shape.member, boundary):
+                self.boundary[m], self.elastic[m] = dof, shape.condensed
+            particular[:, interior] = loads[:, interior] @ shape.flexibility
             for load in self.condensed_loads:
-                load[shape.boundary] -= load[shape.interior] @ shape.recovery
-                load[shape.interior] = 0.0
-        self.active, self._in_shape = np.empty(0, dtype=np.int64), [np.empty(0, dtype=np.int64)] * len(self.shapes)
-        self.yielding, self._outdated = np.zeros(len(self.block), dtype=np.bool_), False
-        self.set_condensed(self.yielding)
+                load[boundary] -= load[interior] @ shape.recovery
+                load[interior] = 0.0
+        self.interior = np.concatenate(interiors)
         self.first_entry = np.concatenate(([0], np.cumsum([k.size for k in self.elastic])))
         self.tangents = np.concatenate([k.ravel() for k in self.elastic])
+        self.law = BlockLaw(
+            present=True,
+            blocks=self._structure(shapes, rows, loads, particular, interior_tolerance),
+            place_facets=place_block_facets,
+            add_forces=add_block_forces,
+            largest_resultant=largest_block_resultant,
+            update_tangents=update_block_tangents,
+            recover=recover_blocks,
+        )
+
+    def _structure(
+        self, shapes: list[BlockShape], rows: FloatArray, loads: FloatArray, particular: FloatArray, tolerance: float
+    ) -> DeformableBlocks:
+        """Return all blocks as kernels take them."""
+        model, mesh, count = self.model, self.mesh, len(self.block)
+        elasticity, strength = block_moduli(model)
+        size, boundary, cells = np.array([(len(k.stiffness), len(k.condensed), len(k.cells)) for k in shapes]).T
+        condensed = [np.block([[k.condensed, k.recovery.T], [k.recovery, k.flexibility]]) for k in shapes]
+        shape, dofs = np.empty(count, dtype=np.int64), [np.empty(0, dtype=np.int64)] * count
+        for number, k in enumerate(shapes):
+            shape[k.member] = number
+            for m, dof in zip(k.member, k.dof):
+                dofs[m] = dof
+        motion, resultant = self.field.sums
+        facets: FacetPieces = FacetPieces(**facets_of(model)._asdict())
+        made: DeformableBlocks = DeformableBlocks(
+            shapes=BlockShapes(
+                size=np.ascontiguousarray(size),
+                boundary=np.ascontiguousarray(boundary),
+                first_entry=np.cumsum(size**2) - size**2,
+                stiffness=np.concatenate([k.stiffness.ravel() for k in shapes]),
+                condensed=np.concatenate([k.ravel() for k in condensed]),
+                first_cell=np.concatenate(([0], np.cumsum(cells))),
+                cells=np.concatenate([k.cells for k in shapes]),
+                elasticity=elasticity[[self.block[k.member[0]] for k in shapes]],
+            ),
+            facets=facets,
+            sums=BlockSums(
+                dof=self.field.whole,
+                first=motion.indptr.astype(np.int64),
+                column=motion.indices.astype(np.int64),
+                motion=motion.data,
+                resultant=resultant.data / model.mean_block_weight,
+            ),
+            shape=shape,
+            first_zone=mesh.first_zone[:-1].copy(),
+            first_dof=np.concatenate(([0], np.cumsum([len(dof) for dof in dofs]))),
+            dof=np.concatenate(dofs),
+            strength=strength[self.block],
+            loads=loads,
+            particular=particular,
+            inelastic=np.zeros(model.size),
+            rows=rows,
+            volume=mesh.zone_area * model.block_law.thickness[mesh.zone_block],
+            trial=np.zeros((len(mesh.zones), 4)),
+            active=np.zeros(count, dtype=np.bool_),
+            condensed=np.zeros(count, dtype=np.bool_),
+            yielding=np.zeros(count, dtype=np.bool_),
+            outdated=np.zeros(1, dtype=np.bool_),
+            tolerance=tolerance,
+        )
+        return made
 
     def _group_by_shape(self) -> list[IntArray]:
         """Return which deformable blocks share a condensation: same shape, material and supports."""
@@ -147,7 +206,8 @@ class Superelements:
         own = slice(self.mesh.first_gridpoint[d], self.mesh.first_gridpoint[d + 1])
         return np.column_stack((self.mesh.dof_x[own], self.mesh.dof_y[own])).ravel()
 
-    def _condense(self, members: IntArray) -> BlockShape:
+    def _condense(self, members: IntArray, rows: FloatArray) -> BlockShape:
+        """Condense the interior of blocks of one shape to their boundaries."""
         mesh, d = self.mesh, int(members[0])
         zones = slice(mesh.first_zone[d], mesh.first_zone[d + 1])
         cells = cell_gridpoints(mesh.zones)[zones.start // 4 : zones.stop // 4] - mesh.first_gridpoint[d]
@@ -157,184 +217,55 @@ class Superelements:
         place = np.argsort(order)
         local = place[(2 * cells[:, :, None] + np.arange(2)).reshape(-1, 10)]
         stiffness = np.zeros((len(kept), len(kept)))
-        np.add.at(stiffness, (local[:, :, None], local[:, None, :]), cell_matrices(self.model, self._zones.rows, zones))
+        np.add.at(stiffness, (local[:, :, None], local[:, None, :]), cell_matrices(self.model, rows, zones))
         flexibility = np.asarray(np.linalg.inv(stiffness[r:, r:]), dtype=np.float64)
         recovery = flexibility @ stiffness[r:, :r]
         condensed = stiffness[:r, :r] - stiffness[:r, r:] @ recovery
         condensed = 0.5 * (condensed + condensed.T)
         dofs = np.array([self._dofs(int(m)) for m in members])[:, order]
-        boundary, interior = dofs[:, :r], dofs[:, r:]
-        for m, own in zip(members, boundary):
-            self.boundary[m], self.elastic[m] = own, condensed
-        loads = self._loads[:, interior]
-        arrays = ShapeArrays(
-            dof=dofs,
-            first_zone=mesh.first_zone[members],
-            cells=local,
-            stiffness=stiffness,
-            flexibility=flexibility,
-            recovery=recovery,
-            condensed=condensed,
-            elasticity=self._elasticity[mesh.block[d]],
-            strength=self._strength[mesh.block[members]],
-            loads=loads,
-            inelastic=np.zeros(interior.shape),
-        )
-        return BlockShape(members, boundary, interior, condensed, recovery, loads @ flexibility, arrays)
+        return BlockShape(members, dofs, local, stiffness, condensed, recovery, flexibility)
 
-    # -- forces ---------------------------------------------------------------------------------------------------
-
-    def place_facets(self, displacement: FloatArray) -> None:
-        """Compute the motion of the facets from their gridpoints."""
-        place_facets(self.facets, displacement)
-
-    def scatter_facet_forces(self, force: FloatArray) -> None:
-        """Scatter the forces on facets to their gridpoints."""
-        scatter_facet_forces(self.facets, force)
-
-    def largest_block_resultant(self, force: FloatArray) -> float:
-        """Return the largest resultant (N) on a block: small forces on many gridpoints may add up to a large one."""
-        mesh = self.mesh
-        return float(
-            largest_block_resultant(force, mesh.gridpoint_block, mesh.dof_x, mesh.dof_y, *self._arms, self._on_blocks)
-        )
+    @property
+    def active(self) -> IntArray:
+        """Blocks of which a zone yields, or has yielded."""
+        return np.flatnonzero(self.law.blocks.active)
 
     def set_condensed(self, condensed: BoolArray) -> None:
-        """Set which blocks (d,) belong to condensed parts of the wall."""
-        self._uncondensed = [shape.boundary[~condensed[shape.member]] for shape in self.shapes]
+        """Set which blocks (d,) belong to condensed fronts."""
+        self.law.blocks.condensed[:] = condensed
 
-    def add_internal_forces(
-        self,
-        load: float,
-        load_factor: float,
-        displacement: FloatArray,
-        plastic: FloatArray,
-        force: FloatArray,
-        condensed_too: bool = True,
-    ) -> None:
-        """Add the internal forces of the blocks on their boundaries.
+    def update_tangents(self, solver: Solver) -> None:
+        """Condense the tangents of active blocks as of the last residual, for the next solution."""
+        update_from_python(self.law, solver)
 
-        Parameters
-        ----------
-        load, load_factor : float
-            Shares of the dead and of the live load.
-        displacement : array (size,)
-            Of all degrees of freedom; the interior of active blocks is brought to equilibrium.
-        plastic : array (z, 4)
-            Plastic strain of the last equilibrium.
-        force : array (size,)
-            Residual force; updated.
-        condensed_too : bool, optional
-            Whether blocks of condensed parts count.
-        """
-        for shape, uncondensed in zip(self.shapes, self._uncondensed):
-            boundary = shape.boundary if condensed_too else uncondensed
-            force[boundary] -= displacement[boundary] @ shape.stiffness
-        self._correct_active(self._zones.trial, load, load_factor, displacement, plastic, force)
-        self._outdated = True
+    # -- history ----------------------------------------------------------------------------------------------------
 
-    def _correct_active(
-        self,
-        trial: FloatArray,
-        load: float,
-        load_factor: float,
-        displacement: FloatArray,
-        plastic: FloatArray,
-        force: FloatArray,
-    ) -> None:
-        """Bring the interior of active blocks to equilibrium, and correct the elastic forces on their boundaries."""
-        shares = float(load), float(load_factor)
-        for shape, listed in zip(self.shapes, self._in_shape):
-            if len(listed):
-                condensed_forces(
-                    shape.arrays, self._zones, listed, plastic, shares, self._tolerance, trial, displacement, force
-                )
-
-    def update_tangents(self) -> IntArray:
-        """Condense the tangents of active blocks as of the last residual; return the blocks whose tangent changed."""
-        if not self._outdated or not len(self.active):
-            return self.active[:0]
-        changed = self.yielding.copy()
-        for shape, listed in zip(self.shapes, self._in_shape):
-            if len(listed):
-                yields = self.yielding[shape.member]
-                first = self.first_entry[shape.member]
-                condensed_tangents(shape.arrays, self._zones, listed, first, self.tangents, yields)
-                self.yielding[shape.member] = yields
-        self._outdated = False
-        return np.flatnonzero(changed | self.yielding)
-
-    def tangent(self, d: int) -> FloatArray:
-        """Return the tangent of a block on its boundary (r, r) (N/m)."""
-        return self.tangents[self.first_entry[d] : self.first_entry[d + 1]].reshape(self.elastic[d].shape)
-
-    # -- recovery and history --------------------------------------------------------------------------------------
-
-    def recover(self, displacement: FloatArray, load: float, load_factor: float, plastic: FloatArray) -> None:
-        """Recover the interior of the blocks, the motion of facets and the mean motion of the blocks.
-
-        Parameters
-        ----------
-        displacement : array (size,)
-            Of all degrees of freedom; updated from those on boundaries.
-        load, load_factor : float
-            Shares of the dead and of the live load.
-        plastic : array (z, 4)
-            Plastic strain of the last equilibrium.
-        """
-        for shape in self.shapes:
-            particular = load * shape.particular[0] + load_factor * shape.particular[1]
-            displacement[shape.interior] = particular - displacement[shape.boundary] @ shape.recovery.T
-        if len(self.active):  # the tangents stay those of the last residual
-            trial, force = np.empty_like(self._zones.trial), np.zeros_like(displacement)
-            self._correct_active(trial, load, load_factor, displacement, plastic, force)
-        self.place_facets(displacement)
-        self.field.mean_motion(displacement)
-
-    def activate_yielding(
-        self, displacement: FloatArray, load: float, load_factor: float, plastic: FloatArray
-    ) -> IntArray:
-        """Activate the blocks with a zone outside its yield surface; return those activated now.
-
-        Parameters
-        ----------
-        displacement : array (size,)
-            Of all degrees of freedom (m, rad); the interior is recovered from the boundaries.
-        load, load_factor : float
-            Shares of the dead and of the live load.
-        plastic : array (z, 4)
-            Plastic strain of the last equilibrium.
-        """
+    def activate_yielding(self, displacement: FloatArray, plastic: FloatArray) -> IntArray:
+        """Activate the blocks with a zone outside its yield surface in an equilibrium; return those activated now."""
         if not self.yields.any():
-            return self.active[:0]
-        self.recover(displacement, load, load_factor, plastic)
+            return np.empty(0, dtype=np.int64)
         self.field.set_plastic_strain(plastic)
-        return self._activate(self._owner[exceeds_yield_limit(self.model, self.field.stresses(displacement))])
+        return self._activate(exceeds_yield_limit(self.model, self.field.stresses(displacement)))
 
     def activate_plastic(self, plastic: FloatArray) -> IntArray:
         """Activate the blocks in which any zone has plastic strain (z, 4); return those activated now."""
-        return self._activate(self._owner[(plastic != 0.0).any(axis=1)])
+        return self._activate((plastic != 0.0).any(axis=1))
 
     def activate_as_in(self, other: Superelements) -> None:
         """Activate the blocks that are active in another set, of the same wall with other supports."""
-        self._activate(other.active)
+        self.law.blocks.active[other.active] = True
 
-    def _activate(self, blocks: IntArray) -> IntArray:
-        new = np.setdiff1d(blocks, self.active)
-        if len(new):
-            self.active = np.union1d(self.active, new)
-            self._in_shape = [np.flatnonzero(np.isin(shape.member, self.active)) for shape in self.shapes]
+    def _activate(self, zones: BoolArray) -> IntArray:
+        """Activate the blocks of some zones (z,); return those activated now."""
+        active = self.law.blocks.active
+        owner = np.repeat(np.arange(len(self.block)), np.diff(self.mesh.first_zone))
+        new = np.setdiff1d(owner[zones], np.flatnonzero(active))
+        active[new] = True
         return new
 
     def commit(self, state: State) -> float:
-        """Commit plastic strains and zone states at an equilibrium, after ``recover``; return the plastic work (J)."""
-        return sum(
-            commit_plastic_strain(
-                shape.arrays, self._zones, listed, state.displacement, state.plastic, state.zone_state
-            )
-            for shape, listed in zip(self.shapes, self._in_shape)
-            if len(listed)
-        )
+        """Commit plastic strains and zone states at an equilibrium just completed; return the plastic work (J)."""
+        return float(commit_plastic_strain(self.law.blocks, state.displacement, state.plastic, state.zone_state))
 
     def zone_results(self, state: State) -> ZoneResults:
         """Return the zones' stresses and states and the gridpoints' displacements at an equilibrium."""
@@ -352,4 +283,4 @@ class Superelements:
         nu = self.model.block_law.poisson_ratio[self.mesh.zone_block]
         xx, yy, xy, zz = self._stresses(state).T
         squares = xx**2 + yy**2 + zz**2 - 2 * nu * (xx * yy + yy * zz + zz * xx) + 2 * (1 + nu) * xy**2
-        return float(0.5 * (inverse * squares * self._volume).sum())
+        return float(0.5 * (inverse * squares * self.law.blocks.volume).sum())

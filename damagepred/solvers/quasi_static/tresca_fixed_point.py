@@ -33,8 +33,8 @@ def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_
         After which the search ends.
     """
     options = problem.options.coulomb
-    bound, dilatant_opening, kappa = problem.tresca
-    bound[:], dilatant_opening[:], kappa[:] = NO_LIMIT, state.history.dilatant_opening, state.history.kappa
+    bounds, history = problem.components.bounds, state.history
+    bounds.bound[:], bounds.dilatant_opening[:], bounds.kappa[:] = NO_LIMIT, history.dilatant_opening, history.kappa
     if warm:
         problem.update_tresca_bounds(state, 1.0)
     ratio, least, since, begun = np.inf, np.inf, 0, problem.newton_iterations
