@@ -71,7 +71,10 @@ class ZoneSelectionOptions:
     strength_share: Pure = Field(default=0.8, gt=0)
 
 
-RETIRED = tuple(("linear_system", key) for key in ("keep_farther_levels", "keep_unchanged_fronts", "keep_responses"))
+RETIRED = (
+    *(("linear_system", key) for key in ("keep_farther_levels", "keep_unchanged_fronts", "keep_responses")),
+    *(("dynamics", key) for key in ("corner_sine", "middle_tolerance")),
+)
 """Tables and keys of older versions, which are read and have no effect."""
 
 

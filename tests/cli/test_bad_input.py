@@ -45,6 +45,10 @@ BAD_SCENES = {
     "table without points": (GOOD.replace("[movement]", '[movement]\nshape = "table"'), ["table", "3 points"]),
     "window without sill": (GOOD + WINDOW.format(x=0.5, width=0.3, height=0.2).replace("0.15", "0"), ["sill", "door"]),
     "movement too large": (GOOD.replace("1e-3", '"30 cm"'), ["central_deflection = 0.3", "tenth"]),
+    "zones in time": (
+        GOOD + '[solver]\nabove_dpc = "deformable"\n[dynamics]\nduration = 0.1\n',
+        ["above_dpc = 'deformable'", "'elastic'", "leave out [dynamics]"],
+    ),
     "lintel without bearing": (GOOD + WINDOW.format(x=0, width=0.48, height=0.2), ["lintel", "bearing"]),
 }
 

@@ -86,16 +86,6 @@ def momentum(course: DynamicRun) -> np.ndarray:
     return np.array([(mass * velocity[:, 0]).sum(), (mass * velocity[:, 1]).sum(), angular.sum()])
 
 
-def grid_momentum(course: DynamicRun) -> np.ndarray:
-    """Return momentum x, y and angular momentum of the gridpoints, as ``momentum`` of rigid blocks."""
-    grid = course.grid
-    assert grid is not None
-    half_back = grid.reference + grid.displacement - 0.5 * course.time_step * grid.velocity
-    push = grid.velocity / grid.inverse_mass
-    angular = half_back[:, 0] * push[:, 1] - half_back[:, 1] * push[:, 0]
-    return np.array([*push.sum(axis=0), angular.sum()])
-
-
 def deepest(ds: xr.Dataset, step: int = -1) -> float:
     """Return the largest penetration of a corner into another block (m)."""
     block = ds["vertex_block"].values

@@ -18,7 +18,6 @@ from damagepred.solvers.dynamics.base_motion import base_displacement, from_reco
 from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import motion_of
 from damagepred.solvers.dynamics.contact_search import neighbour_list, world_coordinates
-from damagepred.solvers.dynamics.facets import facet_bodies
 from damagepred.solvers.dynamics.options import DEFAULTS
 from damagepred.solvers.dynamics.time_step import time_step
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -39,7 +38,7 @@ def cells(shift: float = 0.0) -> Assembly:
 @pytest.mark.parametrize("assembly", [cells(), stack(3), on_plate()])
 def test_points_cover_every_face_once(assembly: Assembly) -> None:
     model = assembly.build(STIFF)
-    scene = body_arrays(model, ORIGIN, facet_bodies(model), DEFAULTS)
+    scene = body_arrays(model, ORIGIN, DEFAULTS)
     points, edges = scene.points, scene.edges
     own = edges["polygon"][points["own_edge"]] < model.n_blocks
     covered = np.bincount(points["own_edge"][own], 2 * points["area"][own] / THICKNESS, len(edges))
@@ -97,7 +96,7 @@ def test_forces_are_those_of_small_displacements() -> None:
 
 def test_neighbours_are_those_of_a_search_of_all_pairs() -> None:
     model = cells().build(STIFF)
-    scene = body_arrays(model, ORIGIN, facet_bodies(model), DEFAULTS)
+    scene = body_arrays(model, ORIGIN, DEFAULTS)
     motion = motion_of(model, ORIGIN, 0)
     random = np.random.default_rng(3)
     motion.displacement[:-1] = 0.2 * random.standard_normal((model.n_blocks, 3))

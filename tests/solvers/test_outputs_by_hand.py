@@ -21,8 +21,6 @@ from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import motion_of
-from damagepred.solvers.dynamics.facets import facet_bodies
-from damagepred.solvers.dynamics.gridpoints import gridpoint_arrays, results_of_zones
 from damagepred.solvers.dynamics.options import DEFAULTS
 from damagepred.solvers.state.joint_history import JointHistory, contact_states, without_bond
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
@@ -236,7 +234,7 @@ def test_laws_of_a_run_in_time_are_those_of_the_joints() -> None:
     wall.set_joint(1, 2, other)
     wall.support(0)
     model = wall.build(STIFF)
-    laws = body_arrays(model, np.zeros(2), facet_bodies(model), DEFAULTS).laws.reshape(-1, 2)
+    laws = body_arrays(model, np.zeros(2), DEFAULTS).laws.reshape(-1, 2)
     for i, joint in enumerate((worn, other)):
         k_n, k_s, psi = joint.normal_stiffness, joint.shear_stiffness, joint.dilation
         left = joint.residual_friction
@@ -287,7 +285,7 @@ def test_bare_faces_have_the_law_of_the_block_s_longest_joint() -> None:
         wall.add_block(rectangle(left, low, right, top))
     wall.set_joint(0, 1, Joint(friction=0.7))
     wall.support(0)
-    made = body_arrays(wall.build(STIFF), np.zeros(2), facet_bodies(wall.build(STIFF)), DEFAULTS)
+    made = body_arrays(wall.build(STIFF), np.zeros(2), DEFAULTS)
     bare = made.points[made.points["status"] == FREE]
     friction = made.laws[bare["law"]]["friction"]
     for body, expected in ((0, 0.7), (1, 0.7), (2, 0.3)):
@@ -300,37 +298,7 @@ def test_a_partly_fixed_block_without_mass_is_refused() -> None:
     light = wall.add_block(rectangle(0.0, 0.1, 1.0, 0.2), BlockMaterial(density=0.0))
     wall.support(light, x=True, y=False, rotation=False)
     with pytest.raises(InputError, match=r"block 1 .*no mass"):
-        motion_of(wall.build(STIFF), np.zeros(2), 0)
-
-
-def test_zones_that_have_yielded_and_turned_are_stressed_by_their_elastic_strain() -> None:
-    """A uniformly strained block with plastic strain is rotated: stresses rotate with it."""
-    weak = BlockMaterial(elastic_modulus=2e9, poisson_ratio=0.25, cohesion=1e9, tensile_strength=1e9, friction=0.3)
-    wall = Assembly(thickness=0.11)
-    wall.add_block(rectangle(0.0, 0.0, 0.3, 0.2), weak, zone_size=0.2)
-    model = wall.build(STIFF)
-    grid = gridpoint_arrays(model, np.zeros(2), facet_bodies(model), False)
-    assert grid is not None
-    exx, eyy, gxy = 3e-5, -7e-5, 4e-5
-    plastic = np.array([1e-5, 2e-5, -3e-5, 0.5e-5])
-    c, s = np.cos(0.6), np.sin(0.6)
-    turn = np.array([[c, -s], [s, c]])
-    stretch = np.array([[1.0 + exx, 0.5 * gxy], [0.5 * gxy, 1.0 + eyy]])
-    grid.displacement[:] = grid.reference @ (turn @ stretch).T - grid.reference
-    grid.plastic[:] = plastic
-    base = np.array([0.01, -0.02])
-    found = results_of_zones(grid, base)
-    e = np.array([exx, eyy, gxy]) - plastic[:3]
-    # plane stress: s_zz is zero, and plastic strain across the plane causes no stress in it
-    young, nu = 2e9, 0.25
-    xx, yy = (young / (1 - nu**2) * (e[k] + nu * e[1 - k]) for k in (0, 1))
-    xy = young / (2 * (1 + nu)) * e[2]
-    turned = turn @ np.array([[xx, xy], [xy, yy]]) @ turn.T
-    np.testing.assert_allclose(found.stress[:, 0], turned[0, 0], rtol=1e-3)
-    np.testing.assert_allclose(found.stress[:, 1], turned[1, 1], rtol=1e-3)
-    np.testing.assert_allclose(found.stress[:, 2], turned[0, 1], rtol=1e-3)
-    np.testing.assert_allclose(found.displacement, grid.displacement - base, rtol=1e-12)
-    assert (found.state == 4).all()
+        motion_of(wall.build(STIFF), np.zeros(2))
 
 
 def test_slip_that_breaks_a_softened_bond_releases_the_rest() -> None:

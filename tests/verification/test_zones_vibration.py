@@ -9,13 +9,12 @@ from damagepred import Assembly
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.assembly import rectangle
-from damagepred.one_wall.judged_path import dynamic_run
-from damagepred.scene import BlockMaterial, Dynamics, Solver
+from damagepred.scene import BlockMaterial, Solver
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.verification.manual import ClosedForm, Verify
-from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, order, zones_of
+from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, order
 
 CHAPTER = "Vibration and time stepping"
 
@@ -45,17 +44,6 @@ PULSE = ClosedForm(
     note="Explicit cycle with the gridpoints' masses, no damping. Bar of 160 cells, ν = 0; a bell of displacement 8 "
     "cells wide (one standard deviation). Waves of wave number κ in cells of size h lag by about (κ h)²/24. Stress is "
     "constant in a triangle, velocity taken as the mean of its corners: an error of the order of h over the width.",
-)
-
-IMPACT = ClosedForm(
-    chapter=CHAPTER,
-    title="Bar that runs against a wall",
-    formula="u(x, t) = v min(t, x/c) until L/c, then v min(2 L/c - t, x/c);   σ at L/c = ρ c v everywhere;\n"
-    "kinetic energy comes back whole at 2 L/c",
-    source="Saint-Venant (1867), e.g. Timoshenko and Goodier, art. 166: a front of stress ρ c v runs from the wall "
-    "to the free end and back.",
-    note="Run in physical time with zones, no damping. Here the wall pulls: the bar moves away from it. The front is "
-    "spread over some cells, behind which stresses swing; displacement at 10 times over v L/c, stress as its mean.",
 )
 
 
@@ -251,70 +239,4 @@ def test_a_wave_in_a_bar(verify: Verify, material: BlockMaterial) -> None:
         computed=stress[right],
         exact=-material.density * speed * velocity[right],
         tolerance=6e-2,
-    )
-
-
-@pytest.mark.parametrize(
-    ("material", "cells"),
-    [(BRICKWORK, 32), (RUBBER, 32), pytest.param(BRICKWORK, 128, marks=pytest.mark.slow)],
-    ids=["brickwork", "rubber", "brickwork fine"],
-)
-def test_a_bar_runs_against_a_wall(verify: Verify, material: BlockMaterial, cells: int) -> None:
-    made_of = BlockMaterial(elastic_modulus=material.elastic_modulus, poisson_ratio=0.0, density=material.density)
-    length, speed = 2.0, float(np.sqrt(material.elastic_modulus / material.density))
-    velocity, height = 1e-5 * speed, length / cells
-    assembly = Assembly(thickness=0.1, gravity=(0.0, 0.0), block=made_of)
-    block = assembly.add_block(rectangle(0.0, 0.0, length, height), zone_size=height)
-    assembly.hold_points(block, lambda x, y: x < 1e-9, x=0.0)
-    assembly.hold_points(block, lambda x, y: (x < 1e-9) & (y < 1e-9), y=0.0)
-    assembly.set_velocity(block, x=velocity)
-    model = assembly.build(Solver())
-    mesh = model.mesh
-    assert mesh is not None
-    dynamics = Dynamics(duration=2 * length / speed, outputs=10, start="unstressed", new_contacts=False)
-    path = list(dynamic_run(model, Solver(), dynamics))
-    time = np.array([i.time for i in path])[:, None]
-    exact = velocity * np.minimum(np.minimum(time, 2 * length / speed - time), mesh.x / speed)
-    found = np.array([zones_of(i).displacement[:, 0] for i in path])
-    case = f"2 m, {len(mesh.zones)} zones: {NAMES[material]}, ν = 0"
-    verify(
-        IMPACT,
-        case=case,
-        solver="dynamic",
-        quantity="displacement",
-        unit="m",
-        computed=found,
-        exact=exact,
-        tolerance=0.2 * cells ** (-2 / 3),
-    )
-    verify(
-        IMPACT,
-        case=case,
-        solver="dynamic",
-        quantity="mean stress at L/c",
-        unit="Pa",
-        computed=zones_of(path[5]).stress[:, 0].mean(),
-        exact=material.density * speed * velocity,
-        tolerance=0.3 * cells ** (-2 / 3),
-    )
-    verify(
-        IMPACT,
-        case=case,
-        solver="dynamic",
-        quantity="kinetic energy at 2 L/c",
-        unit="J",
-        computed=path[-1].energy.kinetic_energy,
-        exact=path[0].energy.kinetic_energy,
-        tolerance=0.5 * cells ** (-2 / 3),
-    )
-    verify(
-        IMPACT,
-        case=case,
-        solver="dynamic",
-        quantity="energy that does not balance",
-        unit="J",
-        computed=[i.energy.energy_error for i in path],
-        exact=0.0,
-        scale=path[0].energy.kinetic_energy,
-        tolerance=1e-6,
     )

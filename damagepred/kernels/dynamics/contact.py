@@ -78,7 +78,6 @@ EDGE = np.dtype(
     [
         ("body", "i8"),
         ("polygon", "i8"),
-        ("face", "i8"),
         ("x", "f8"),
         ("y", "f8"),
         ("along_x", "f8"),
@@ -87,10 +86,9 @@ EDGE = np.dtype(
         ("length", "f8"),
     ]
 )
-"""An edge of a block: its body, block and face; edges that follow each other round a deformable block and were in line
-at first make up one face. In that body's frame the end from which the way along it counts (m), and its direction,
-clockwise round the block: the outward normal is (-along_y, along_x). Then where it ends on the way, low and length (m):
-0 and its length, but for the ground, which goes on to either side."""
+"""An edge of a block: its body and block. In that body's frame the end from which the way along it counts (m), and its
+direction, clockwise round the block: the outward normal is (-along_y, along_x). Then where it ends on the way, low and
+length (m): 0 and its length, except for the ground, which extends to either side."""
 
 
 @law
@@ -120,7 +118,7 @@ def _edge_coordinates(points, i, edges, e, pose, strains):
 
 @rule
 def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose, strains):
-    """Return the signed distances of a place on a face from the edges of one block, convex or slightly bent.
+    """Return the signed distances of a place on a face from the edges of one convex block.
 
     Parameters
     ----------
@@ -148,7 +146,6 @@ def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose, strains):
     """
     edges, last = bodies.edges, bodies.first_edge[polygon + 1]
     faced, others, which = -np.inf, -np.inf, -1
-    nearest, distance, at, looks = np.inf, 0.0, -1, 0.0
     if strains is not None:  # an elastic block is one body
         at_x, at_y = unstrained_place(at_x, at_y, edges[last - 1].body, pose, strains)
     for e in range(bodies.first_edge[polygon], last):
@@ -157,21 +154,13 @@ def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose, strains):
         cb, sb = pose[b, 2], pose[b, 3]
         local_x, local_y = cb * arm_x + sb * arm_y - edges[e].x, cb * arm_y - sb * arm_x - edges[e].y
         t_x, t_y = edges[e].along_x, edges[e].along_y
-        # of a face of several edges, which need not be convex when it is bent, the one that the place is beside
-        along = t_x * local_x + t_y * local_y
-        past = max(-along, along - edges[e].length)
-        if past < nearest:
-            nearest, at = past, e
-            distance = t_x * local_y - t_y * local_x
-            looks = (cb * t_x - sb * t_y) * own_x + (sb * t_x + cb * t_y) * own_y
-        if e + 1 < last and edges[e + 1].face == edges[e].face:
-            continue
+        distance = t_x * local_y - t_y * local_x
+        looks = (cb * t_x - sb * t_y) * own_x + (sb * t_x + cb * t_y) * own_y
         if looks < -bodies.facing_cosine:
             if distance > faced:
-                faced, which = distance, at
+                faced, which = distance, e
         elif distance > others:
             others = distance
-        nearest = np.inf
     return faced, which, others
 
 

@@ -9,14 +9,6 @@ from damagepred.kernels.dynamics.motion import (
     ramp_live_load,
 )
 from damagepred.kernels.dynamics.strains import advance_strains, resist_strains
-from damagepred.kernels.dynamics.zones import (
-    add_gridpoint_boundary_work,
-    advance_gridpoints,
-    largest_gridpoint_movement,
-    scatter_facet_forces,
-    update_facet_poses,
-    zone_forces,
-)
 from damagepred.kernels.jit import kernel, law
 
 
@@ -45,7 +37,6 @@ def run_steps(
     body_arrays,
     neighbours,
     motion,
-    grid,
     special,
     softening,
     imposed,
@@ -59,59 +50,21 @@ def run_steps(
     search_distance,
     counts,
 ):
-    """Run steps ``first`` to ``last`` of the explicit time integration; stop early where the neighbour list expires.
+    """Integrate in time from step ``first`` to ``last``, or to where neighbours are to be searched; return the step.
 
-    Parameters
-    ----------
-    body_arrays : NamedTuple of arrays
-        See ``damagepred.solvers.dynamics.body_arrays``.
-    neighbours : NamedTuple of arrays
-        Blocks near each point.
-    motion : NamedTuple of arrays
-        See ``damagepred.kernels.dynamics.motion``.
-    grid : NamedTuple of arrays or None
-        Zones and gridpoints, see ``damagepred.kernels.dynamics.zones``; None if all blocks are rigid.
-    special, softening : bool or None, Softening or None
-        None if no joint needs more than the plain law; if no bond softens.
-    imposed : NamedTuple of arrays
-        ``point`` (i,), ``normal`` and ``shear`` (i,): movement of the ground under points per load factor (m).
-    has_live_load : bool
-        Whether there are live loads.
-    loading : array (steps + 1, 3)
-        Displacement x, y of the base (m) and load factor.
-    first, last : int
-        Range of steps.
-    damping : tuple of float
-        Local damping (1), mass-proportional (1/s), stiffness-proportional (s), of pressed contacts (s).
-    time_step : float
-        dt (s).
-    searched_at : array (n + 1, 3)
-        Displacements at the last neighbour search.
-    search_distance : float
-        Movement since then (m) that asks for the next search; 0 for no search and no new contacts.
-    counts : NamedTuple of arrays
-        ``joint_terms`` and ``body_terms``, added to.
-
-    Returns
-    -------
-    int
-        The step reached.
+    ``loading`` (steps + 1, 3): displacement x, y of the base (m) and load factor. ``damping``: local (1),
+    mass-proportional (1/s), stiffness-proportional (s), of pressed contacts (s). ``special``, ``softening``: None where
+    the plain joint law is enough; where no bond softens. ``search_distance``: 0 for no search and no new contacts (m).
     """
     local, mass_damping, stiffness_damping, contact_damping = damping
     points = body_arrays.points
-    first_facet, base = motion.velocity.shape[0], motion.velocity.shape[0] - 1
     k = first
     while k < last:
         advance_bodies(motion, loading, k, time_step, local, mass_damping, counts.body_terms)
         advance_strains(motion.strains, time_step, local, mass_damping, counts.body_terms)
-        if grid is not None:
-            advance_gridpoints(grid, loading, k, time_step, local, mass_damping, counts.body_terms)
-            update_facet_poses(grid, motion.pose, first_facet)
         change = loading[k + 1, 2] - loading[k, 2]
         if has_live_load:
             ramp_live_load(motion, loading[k, 2], loading[k + 1, 2], time_step, counts.body_terms)
-            if grid is not None:
-                ramp_live_load(grid, loading[k, 2], loading[k + 1, 2], time_step, counts.body_terms)
         if change != 0.0:
             _add_ground_work(points, imposed, change, counts.body_terms)
             _move_ground(points, imposed, change)
@@ -132,37 +85,15 @@ def run_steps(
         if change != 0.0:
             _add_ground_work(points, imposed, change, counts.body_terms)
         add_boundary_work(motion, time_step, counts.body_terms)
-        if grid is not None:
-            zone_forces(grid, stiffness_damping / time_step)
-            scatter_facet_forces(grid, motion.force, first_facet)
-            add_gridpoint_boundary_work(grid, time_step, counts.body_terms)
         k += 1
-        if search_distance > 0.0:
-            if not largest_movement(motion, searched_at, body_arrays.radius) <= search_distance:
-                break
-            if grid is not None:
-                moved = motion.displacement
-                if (
-                    not largest_gridpoint_movement(
-                        grid, moved[base, 0] - searched_at[base, 0], moved[base, 1] - searched_at[base, 1]
-                    )
-                    <= search_distance
-                ):
-                    break
+        if search_distance > 0.0 and not largest_movement(motion, searched_at, body_arrays.radius) <= search_distance:
+            break
     return k
 
 
 @kernel
-def first_forces(body_arrays, neighbours, motion, grid, special, softening, search, counts):
-    """Compute the forces at the start.
-
-    Parameters
-    ----------
-    body_arrays, neighbours, motion, grid, special, softening, counts
-        As of ``run_steps``.
-    search : bool
-        Whether points may touch blocks that they were not bonded to.
-    """
+def first_forces(body_arrays, neighbours, motion, special, softening, search, counts):
+    """Compute the forces at the start; with ``search`` points may touch blocks that they were not bonded to."""
     motion.force[:] = 0.0
     contact_forces(
         body_arrays,
@@ -178,7 +109,3 @@ def first_forces(body_arrays, neighbours, motion, grid, special, softening, sear
         counts.joint_terms,
     )
     resist_strains(motion.strains, 0.0, 0.0)
-    if grid is not None:
-        grid.force[:] = 0.0
-        zone_forces(grid, 0.0)
-        scatter_facet_forces(grid, motion.force, motion.velocity.shape[0])

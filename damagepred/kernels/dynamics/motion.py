@@ -21,7 +21,7 @@ def advance_free(motion, count, base, time_step, local_damping, mass_damping, bo
     Parameters
     ----------
     motion : NamedTuple of arrays
-        Bodies or gridpoints.
+        See ``damagepred.solvers.dynamics.body_motion``.
     count : int
         How many of them, from the first on.
     base : tuple of float
@@ -60,7 +60,7 @@ def advance_prescribed(motion, loading, k, time_step, body_terms):
     Parameters
     ----------
     motion : NamedTuple of arrays
-        Bodies or gridpoints.
+        See ``damagepred.solvers.dynamics.body_motion``.
     loading, k, time_step, body_terms
         See ``advance_bodies``.
     """
@@ -83,7 +83,7 @@ def prescribed_power(motion, power):
     Parameters
     ----------
     motion : NamedTuple of arrays
-        Bodies or gridpoints.
+        See ``damagepred.solvers.dynamics.body_motion``.
     power : float
         To which it is added (W).
     """
@@ -147,7 +147,7 @@ def ramp_live_load(motion, before, now, time_step, body_terms):
     Parameters
     ----------
     motion : NamedTuple of arrays
-        With ``live_load``, ``load`` and ``velocity`` of bodies, (n + 1, 3), or of gridpoints, (g, 2).
+        With ``live_load``, ``load`` and ``velocity`` of bodies, (n + 1, 3).
     before, now : float
         Shares of the movement.
     time_step : float

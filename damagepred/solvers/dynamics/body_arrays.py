@@ -3,8 +3,7 @@
 The contacts of an interface become two points each: one on the face of either block, measured against the face of the
 other, with half the area, the same law and a memory of its own. So their elastic stiffness is that of the contacts of
 small displacements. Faces and parts of faces without a joint get points too, corners included; their law is that of
-the block's longest joint with its bond broken. A deformable block shows its facets: each is a body of one edge, and so
-is each piece of a facet that an interface joins.
+the block's longest joint with its bond broken.
 """
 
 from __future__ import annotations
@@ -19,7 +18,6 @@ from damagepred.assembly import Model
 from damagepred.assembly.model import JointProperties
 from damagepred.kernels.dynamics.contact import BONDED, EDGE, FREE, POINT
 from damagepred.kernels.joint.parameters import joint_parameters
-from damagepred.solvers.dynamics.facets import FacetBodies
 from damagepred.solvers.dynamics.options import DynamicsOptions
 
 GAUSS_POINT = 12.0**-0.5
@@ -36,8 +34,7 @@ class BodyArrays(NamedTuple):
     points : array of record (p,)
         Boundary points; first the 2 m q of the interfaces, (m, 2, q): those of block b, then those of block a.
     edges : array of record (e,)
-        Edges of the blocks, facet by facet where they are deformable, then those of the ground, its lowest level first,
-        then those of the places of facets that interfaces join.
+        Edges of the blocks, then those of the ground, its lowest level first.
     first_edge : array of int (polygons + 1,)
         Where the edges of each polygon begin: the blocks and, if anything rests on it, the ground at its lowest level.
     laws : array of record (l,)
@@ -57,14 +54,12 @@ class BodyArrays(NamedTuple):
     continuation_cosine: float
 
 
-def body_arrays(
-    model: Model, origin: FloatArray, facets: FacetBodies, options: DynamicsOptions, search: bool = True
-) -> BodyArrays:
-    """Edges, points and laws of a model; without ``search`` a facet extends to the ends of its face."""
-    centre = np.vstack((_centres(model, origin), facets.place))
-    edges, first_edge = _edges(model, origin, facets, centre, search)
+def body_arrays(model: Model, origin: FloatArray, options: DynamicsOptions) -> BodyArrays:
+    """Edges, points and laws of a model."""
+    centre = np.column_stack((np.append(model.blocks.x, origin[0]), np.append(model.blocks.y, origin[1])))
+    edges, first_edge = _edges(model, origin, centre)
     home = _bonded_edges(model, edges, first_edge)
-    joined = _joint_points(model, edges, home, centre, facets, options)
+    joined = _joint_points(model, edges, home, centre, options)
     points = np.concatenate((joined, _free_points(model, edges, first_edge, home, centre, options)))
     vertices, first = model.blocks.vertices, model.blocks.first_vertex
     owner = np.repeat(np.arange(model.n_blocks), np.diff(first))
@@ -80,34 +75,23 @@ def body_arrays(
     )
 
 
-def _edges(
-    model: Model, origin: FloatArray, facets: FacetBodies, centre: FloatArray, search: bool
-) -> tuple[NDArray[Any], IntArray]:
+def _edges(model: Model, origin: FloatArray, centre: FloatArray) -> tuple[NDArray[Any], IntArray]:
     blocks, n = model.blocks, model.n_blocks
     sizes = np.diff(blocks.first_vertex)
     owner = np.repeat(np.arange(n), sizes)
     following = np.arange(len(blocks.vertices)) + 1
     following[blocks.first_vertex[1:] - 1] = blocks.first_vertex[:-1]
     end, start = blocks.vertices, blocks.vertices[following]  # clockwise: from the later corner to the earlier
-    rigid = ~np.isin(owner, [] if model.mesh is None else model.mesh.block)
-    own = _edges_between(start[rigid], end[rigid], owner[rigid], owner[rigid], centre)
-    own["face"] = np.flatnonzero(rigid)
-    on_facets = _edges_between(facets.x_end, facets.x_start, facets.block, n + 1 + np.arange(len(facets.start)), centre)
-    on_facets["face"] = len(end) + facets.face
-    own_facets, pieces = on_facets[: facets.facets], on_facets[facets.piece]
-    if not search:
-        pieces["low"], pieces["length"] = (
-            facets.face_low[facets.piece],
-            facets.face_high[facets.piece],
-        )
-    own = np.concatenate((own, own_facets))
-    own = own[np.argsort(own["polygon"], kind="stable")]
+    own = np.zeros(len(start), dtype=EDGE)
+    own["body"] = own["polygon"] = owner
+    own["x"], own["y"] = (start - centre[owner]).T
+    own["length"] = np.hypot(*(end - start).T)
+    own["along_x"], own["along_y"] = (end - start).T / own["length"]
     # the ground: a line, whose outward normal points up, its lowest level endless
     levels = _ground_levels(model)
     face = model.interfaces
     ground = np.zeros(len(levels), dtype=EDGE)
     ground["body"] = ground["polygon"] = n
-    ground["face"] = -1 - np.arange(len(levels))
     ground["along_x"] = 1.0
     for i, level in enumerate(levels):
         ground["y"][i] = level - origin[1]
@@ -120,20 +104,7 @@ def _edges(
     first = np.searchsorted(own["polygon"], np.arange(n + 1))
     if len(levels):
         first = np.append(first, len(own) + 1)
-    return np.concatenate((own, ground, pieces)), first.astype(np.int64)
-
-
-def _edges_between(
-    start: FloatArray, end: FloatArray, block: IntArray, body: IntArray, centre: FloatArray
-) -> NDArray[Any]:
-    """Return edges from one place to another (e, 2) of bodies."""
-    edges = np.zeros(len(start), dtype=EDGE)
-    edges["body"], edges["polygon"] = body, block
-    edges["x"], edges["y"] = (start - centre[body]).T
-    length = np.hypot(*(end - start).T)
-    edges["along_x"], edges["along_y"] = (end - start).T / length
-    edges["length"] = length
-    return edges
+    return np.concatenate((own, ground)), first.astype(np.int64)
 
 
 def _on_ground(model: Model) -> BoolArray:
@@ -145,27 +116,17 @@ def _ground_levels(model: Model) -> list[float]:
     return sorted(set(model.interfaces.y[_on_ground(model)].tolist()))
 
 
-def _bodies(body: IntArray, n: int, facets: FacetBodies) -> IntArray:
-    """Return the bodies of a dynamic run for those of ``Interfaces``."""
-    found = body.copy()
-    found[body > n] = n + 1 + facets.piece[body[body > n] - n - 1]
-    return found
-
-
 class _BondedEdges(NamedTuple):
-    """Edges of blocks a and b on which each interface lies, and those that its points are measured against."""
+    """Edges of blocks a and b on which each interface lies."""
 
     a: IntArray
     b: IntArray
-    held_a: IntArray
-    held_b: IntArray
 
 
 def _bonded_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> _BondedEdges:
     face, n = model.interfaces, model.n_blocks
     levels = _ground_levels(model)
     first_ground = int(first_edge[n])
-    first_place = first_ground + len(levels)
 
     def find(block: int, i: int, sign: float) -> int:
         if block == n:
@@ -180,44 +141,21 @@ def _bonded_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> _B
         miss = np.where(across > 1.0 - 1e-6, off + outside, np.inf)
         return int(first_edge[block] + miss.argmin())
 
-    def own_and_held(block: IntArray, body: IntArray, sign: float) -> tuple[IntArray, IntArray]:
-        own, held = np.zeros(len(block), dtype=np.int64), np.zeros(len(block), dtype=np.int64)
-        rigid = body <= n
-        own[rigid] = held[rigid] = [find(int(block[i]), i, sign) for i in np.flatnonzero(rigid).tolist()]
-        if model.mesh is not None:
-            mesh, piece = model.mesh, body[~rigid] - n - 1
-            facet = mesh.piece_facet[piece]
-            of_block = np.searchsorted(mesh.block, block[~rigid])
-            own[~rigid] = first_edge[block[~rigid]] + facet - mesh.first_facet[of_block]
-            held[~rigid] = first_place + piece
-        return own, held
-
-    a, held_a = own_and_held(face.block_a, face.body_a, 1.0)
-    b, held_b = own_and_held(face.block_b, face.body_b, -1.0)
-    return _BondedEdges(a, b, held_a, held_b)
-
-
-def _centres(model: Model, origin: FloatArray) -> FloatArray:
-    """Centroids of the blocks, and the origin for the ground (m)."""
-    return np.column_stack((np.append(model.blocks.x, origin[0]), np.append(model.blocks.y, origin[1])))
+    blocks = ((face.block_a, 1.0), (face.block_b, -1.0))
+    return _BondedEdges(*(np.array([find(int(n_), i, sign) for i, n_ in enumerate(b)], np.int64) for b, sign in blocks))
 
 
 def _joint_points(
-    model: Model,
-    edges: NDArray[Any],
-    home: _BondedEdges,
-    centre: FloatArray,
-    facets: FacetBodies,
-    options: DynamicsOptions,
+    model: Model, edges: NDArray[Any], home: _BondedEdges, centre: FloatArray, options: DynamicsOptions
 ) -> NDArray[Any]:
     face = model.interfaces
     m, q = face.contact_area.shape
     points = np.zeros((m, 2, q), dtype=POINT)
     x = face.x[:, None] + face.normal_y[:, None] * face.contact_offset
     y = face.y[:, None] - face.normal_x[:, None] * face.contact_offset
-    body_a, body_b = (_bodies(body, model.n_blocks, facets) for body in (face.body_a, face.body_b))
+    body_a, body_b = face.block_a, face.block_b
     for side, (own, other, own_home, other_home) in enumerate(
-        ((body_b, body_a, home.b, home.held_a), (body_a, body_b, home.a, home.held_b))
+        ((body_b, body_a, home.b, home.a), (body_a, body_b, home.a, home.b))
     ):
         p = points[:, side]
         p["body"], p["own_edge"], p["target"] = own[:, None], own_home[:, None], other_home[:, None]
@@ -251,17 +189,10 @@ def _free_points(
     own_edges = edges[: first_edge[model.n_blocks]]
     stretches = _free_stretches(model, own_edges, home, centre)
     cell = float(np.sqrt(model.blocks.area.min()))
-    # a face begins and ends in a corner; where facets of one face meet there is none
-    begins = np.ones(len(own_edges), dtype=np.bool_)
-    same = own_edges["face"][1:] == own_edges["face"][:-1]
-    ends = begins.copy()
-    ends[1:], begins[:-1] = ~same, ~same  # listed counter-clockwise, each edge going clockwise
     on, along, length = [], [], []
     for edge, start, end in stretches:
         whole = float(edges["length"][edge])
-        for place, share in _spread(
-            start, end, cell, start == 0.0 and begins[edge], end == whole and ends[edge], options.max_cells
-        ):
+        for place, share in _spread(start, end, cell, start == 0.0, end == whole, options.max_cells):
             on.append(edge)
             along.append(place)
             length.append(share)

@@ -14,17 +14,15 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
 class Motion(NamedTuple):
-    """Bodies: n blocks, then the ground, then those on the facets of deformable blocks.
-
-    A deformable block as a whole does not move: its gridpoints do (``grid``).
+    """Bodies: n blocks, then the ground.
 
     Attributes
     ----------
     reference : array (n + 1, 2)
         Initial centroids, from the run's origin (m).
-    pose : array (bodies, 4)
+    pose : array (n + 1, 4)
         x, y (m), cosine and sine of the rotation: all that contacts depend on.
-    force : array (bodies, 3)
+    force : array (n + 1, 3)
         Of contacts on each body (N, N, N m).
     load, live_load : array (n + 1, 3)
         Load now, dead and live, and live load at full movement (N, N m).
@@ -56,7 +54,7 @@ class Motion(NamedTuple):
     strains: BlockStrains | None = None
 
 
-def motion_of(model: Model, origin: FloatArray, facets: int) -> Motion:
+def motion_of(model: Model, origin: FloatArray) -> Motion:
     """Return the bodies of a model at rest in their initial places."""
     n = model.n_blocks
     mass = np.column_stack((model.mass, model.mass, model.density * model.blocks.polar * model.block_law.thickness))
@@ -69,11 +67,6 @@ def motion_of(model: Model, origin: FloatArray, facets: int) -> Motion:
     free.ravel()[held] = False
     system = DiscreteSystem.of(model)
     load, live = (values[: 3 * (n + 1)].reshape(-1, 3).copy() for values in (system.dead_load, system.live_load))
-    bodies = n + 1
-    if model.mesh is not None:
-        deformable = model.mesh.block
-        free[deformable], inverse[deformable] = False, 0.0
-        bodies += facets
     bare = np.flatnonzero((free & (mass == 0)).any(axis=1))
     if bare.size:
         raise InputError(
@@ -82,12 +75,12 @@ def motion_of(model: Model, origin: FloatArray, facets: int) -> Motion:
         )
     place = np.zeros((n + 1, 2))
     place[:-1] = np.column_stack((model.blocks.x, model.blocks.y)) - origin
-    pose = np.zeros((bodies, 4))
-    pose[: n + 1, :2], pose[:, 2] = place, 1.0
+    pose = np.zeros((n + 1, 4))
+    pose[:, :2], pose[:, 2] = place, 1.0
     return Motion(
         place,
         pose,
-        np.zeros((bodies, 3)),
+        np.zeros((n + 1, 3)),
         load,
         live,
         inverse,
@@ -108,6 +101,6 @@ def base_velocity(part: Any, motion: Motion) -> FloatArray:
 
 def update_poses(motion: Motion) -> None:
     """Update the poses of blocks from their displacements."""
-    motion.pose[: len(motion.displacement), :2] = motion.reference + motion.displacement[:, :2]
-    motion.pose[: len(motion.displacement), 2] = np.cos(motion.displacement[:, 2])
-    motion.pose[: len(motion.displacement), 3] = np.sin(motion.displacement[:, 2])
+    motion.pose[:, :2] = motion.reference + motion.displacement[:, :2]
+    motion.pose[:, 2] = np.cos(motion.displacement[:, 2])
+    motion.pose[:, 3] = np.sin(motion.displacement[:, 2])

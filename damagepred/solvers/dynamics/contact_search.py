@@ -10,7 +10,6 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.kernels.dynamics.detection import find_neighbours
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.body_motion import Motion
-from damagepred.solvers.dynamics.gridpoints import Grid
 from damagepred.solvers.dynamics.strains import BlockStrains
 
 
@@ -40,8 +39,6 @@ class NeighbourSearch:
         Points and edges.
     motion : Motion
         Their poses and displacements.
-    grid : Grid or None
-        Gridpoints of deformable blocks.
     skin : float
         Distance within which blocks are neighbours of a point (m).
     distance : float
@@ -60,15 +57,9 @@ class NeighbourSearch:
     """
 
     def __init__(
-        self,
-        bodies: BodyArrays,
-        motion: Motion,
-        grid: Grid | None,
-        skin: float,
-        distance: float,
-        wide_block_ratio: float,
+        self, bodies: BodyArrays, motion: Motion, skin: float, distance: float, wide_block_ratio: float
     ) -> None:
-        self._bodies, self._motion, self._grid = bodies, motion, grid
+        self._bodies, self._motion = bodies, motion
         self._skin, self._wide_block_ratio, self.distance = skin, wide_block_ratio, distance
         none = np.zeros(0, np.int64)
         self.neighbours = NeighbourList(np.zeros(len(bodies.points) + 1, np.int64), none, none, np.zeros(0))
@@ -83,8 +74,6 @@ class NeighbourSearch:
                 self._bodies, motion.pose, self._skin, self._wide_block_ratio, motion.strains
             )
             self.searched_at[:] = self._motion.displacement
-            if self._grid is not None:
-                self._grid.searched_at[:] = self._grid.displacement
             self.count += 1
 
     def update_if_moved(self) -> None:
@@ -97,11 +86,7 @@ class NeighbourSearch:
         moved = self._motion.displacement - self.searched_at
         base = np.array([*moved[-1, :2], 0.0])
         moved = np.abs(moved[:-1] - base)
-        largest = float((moved[:, 0] + moved[:, 1] + self._bodies.radius * moved[:, 2]).max())
-        if self._grid is not None:
-            points = np.abs(self._grid.displacement - self._grid.searched_at - base[:2])
-            largest = max(largest, float(points[self._grid.boundary].sum(axis=1).max()))
-        return largest
+        return float((moved[:, 0] + moved[:, 1] + self._bodies.radius * moved[:, 2]).max())
 
 
 def neighbour_list(

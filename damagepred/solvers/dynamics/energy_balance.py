@@ -19,10 +19,8 @@ from damagepred.assembly import Model
 from damagepred.diagnostics import Energies
 from damagepred.kernels.dynamics.contact import DASHPOT, FRACTURE, FRICTION, RELEASED
 from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING, LIVE
-from damagepred.kernels.dynamics.zones import YIELDING, ZONE_DAMPING
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.body_motion import Motion, base_velocity
-from damagepred.solvers.dynamics.gridpoints import Grid, zone_energy
 from damagepred.solvers.dynamics.strains import BlockStrains
 
 
@@ -44,8 +42,6 @@ class EnergyBalance:
         Its points.
     motion : Motion
         Its bodies.
-    grid : Grid or None
-        Gridpoints and zones of its deformable blocks.
     damping : tuple of float
         Local (1), mass-proportional (1/s), stiffness-proportional (s).
     time_step : float
@@ -59,16 +55,13 @@ class EnergyBalance:
         model: Model,
         scene: BodyArrays,
         motion: Motion,
-        grid: Grid | None,
         damping: tuple[float, float, float, float],
         time_step: float,
         terms: EnergyTerms,
     ) -> None:
-        self._scene, self._motion, self._grid, self._terms = scene, motion, grid, terms
+        self._scene, self._motion, self._terms = scene, motion, terms
         self._damping, self._step = damping, time_step
-        # blocks, gridpoints of deformable ones, strains of elastic ones
-        parts = (motion, grid, motion.strains)
-        self._moving: list[Motion | Grid | BlockStrains] = [part for part in parts if part is not None]
+        self._moving: list[Motion | BlockStrains] = [motion] if motion.strains is None else [motion, motion.strains]
         self._start = [part.displacement.copy() for part in self._moving]
         self._dead = [part.load.copy() for part in self._moving]
         self._kinetic, self._damped, self._pulled = self._half_steps()
@@ -81,11 +74,11 @@ class EnergyBalance:
         kinetic, damped, pulled = parts.sum(axis=0)
         return float(kinetic), float(damped), float(pulled)
 
-    def _half_step(self, part: Motion | Grid | BlockStrains, base: FloatArray) -> tuple[float, float, float]:
+    def _half_step(self, part: Motion | BlockStrains, base: FloatArray) -> tuple[float, float, float]:
         local, viscous, _, _ = self._damping
         before, inverse = part.velocity, part.inverse_mass
         mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
-        force = (part.force[: len(before)] + part.load) * (inverse > 0)
+        force = (part.force + part.load) * (inverse > 0)
         drag = local * np.abs(force) * np.sign(before)
         half = 0.5 * viscous * self._step
         push = self._step * (force - drag) * inverse
@@ -97,7 +90,7 @@ class EnergyBalance:
         return kinetic, damped, -half_step * float((dashpot * base).sum())
 
     def elastic_energy(self) -> float:
-        """Return the elastic energy of joints, zones and elastic blocks (J)."""
+        """Return the elastic energy of joints and elastic blocks (J)."""
         points = self._scene.points
         joint = self._scene.laws[points["law"]]
         sigma = points["sigma"]
@@ -107,7 +100,6 @@ class EnergyBalance:
         joints = 0.5 * float(
             (points["area"] * (sigma * opening + points["tau"] ** 2 * joint["shear_compliance"])).sum()
         )
-        joints += 0.0 if self._grid is None else zone_energy(self._grid)
         strains = self._motion.strains
         return joints if strains is None else joints + 0.5 * float((strains.stiffness * strains.displacement**2).sum())
 
@@ -122,10 +114,6 @@ class EnergyBalance:
         external = boundary + dead + float(body_terms[LIVE])
         damping = float(body_terms[DAMPING] + joint_terms[DASHPOT]) + damped - self._damped
         friction, fracture, released = (float(joint_terms[k]) for k in (FRICTION, FRACTURE, RELEASED))
-        plastic = 0.0
-        if self._grid is not None:
-            plastic = float(self._grid.terms[YIELDING])
-            damping += float(self._grid.terms[ZONE_DAMPING])
         if self._motion.strains is not None:
             damping += float(self._motion.strains.work[0])
         change = kinetic - self._kinetic + elastic - self._elastic
@@ -136,10 +124,10 @@ class EnergyBalance:
             boundary_work=boundary,
             friction_work=friction,
             fracture_work=fracture,
-            plastic_work=plastic,
+            plastic_work=0.0,
             released_energy=released,
             damping_work=damping,
-            energy_error=external - change - friction - fracture - plastic - released - damping,
+            energy_error=external - change - friction - fracture - released - damping,
         )
 
     def diverged(self, energy_ratio: float, error_ratio: float) -> bool:

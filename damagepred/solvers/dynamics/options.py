@@ -29,10 +29,6 @@ class DynamicsOptions:
         Cosine of the angle between two faces that touch, least to count as facing each other (1). 0.1 is 84 degrees.
     continuation_cosine : float
         Cosine of the angle between two edges from which pressure and friction pass from one to the next (1).
-    corner_sine : float
-        Sine of the angle between two facets from which they belong to different faces (1).
-    middle_tolerance : float
-        Distance from the middle of a facet, over its length, within which an interface joins the facet itself (1).
     max_cells : int
         Cells of points on a stretch of a face without joint.
     eigenvalue_tolerance : float
@@ -57,8 +53,6 @@ class DynamicsOptions:
     release_opening: Pure = Field(default=0.1, ge=0)
     facing_cosine: Pure = Field(default=0.1, ge=0, lt=1)
     continuation_cosine: Pure = Field(default=0.7, ge=0, lt=1)
-    corner_sine: Pure = Field(default=1e-6, gt=0, lt=1)
-    middle_tolerance: Pure = Field(default=1e-9, gt=0, lt=0.5)
     max_cells: Count = Field(default=100, ge=1)
     eigenvalue_tolerance: Pure = Field(default=1e-3, gt=0)
     dense_eigenvalues: Count = Field(default=60, ge=2)

@@ -25,15 +25,6 @@ from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import Motion, base_velocity, motion_of, update_poses
 from damagepred.solvers.dynamics.contact_search import NeighbourSearch, world_coordinates
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance, EnergyTerms
-from damagepred.solvers.dynamics.facets import facet_bodies
-from damagepred.solvers.dynamics.gridpoints import (
-    Grid,
-    MeanMotion,
-    gridpoint_arrays,
-    results_of_zones,
-    set_initial_velocity,
-    update_facet_poses,
-)
 from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
 from damagepred.solvers.dynamics.strains import BlockStrains, block_strains
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
@@ -42,7 +33,6 @@ from damagepred.solvers.state.increment import Increment
 from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import detached_blocks
-from damagepred.solvers.system.deformable_blocks import at_gridpoints
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
@@ -96,16 +86,13 @@ class DynamicRun:
         self.options = options
         self.model, self.dynamics, self.system = model, dynamics, DiscreteSystem.of(model)
         self.origin = np.array([model.blocks.x.mean(), model.blocks.y.mean()])
-        facets = facet_bodies(model, options)
-        self.deformable = np.zeros(0, np.int64) if model.mesh is None else model.mesh.block
-        self.grid = gridpoint_arrays(model, self.origin, facets, dynamics.stiffness_damping > 0.0)
-        self.bodies = body_arrays(model, self.origin, facets, options, dynamics.new_contacts)
+        self.bodies = body_arrays(model, self.origin, options)
         strains = block_strains(model, self.bodies)
-        self.motion = motion_of(model, self.origin, len(facets.start))._replace(strains=strains)
+        self.motion = motion_of(model, self.origin)._replace(strains=strains)
         points = self.bodies.points
         self.initial_points = points[: 2 * model.n_contacts].copy()
         self._initial_target = np.zeros(0) if strains is None else strains.target[: 2 * model.n_contacts].copy()
-        self.frequency = highest_frequency(model, self.bodies, self.motion.inverse_mass, options, self.grid, strains)
+        self.frequency = highest_frequency(model, self.bodies, self.motion.inverse_mass, options, strains)
         highest = self.frequency.touched if dynamics.new_contacts else self.frequency.intact
         self.interval = dynamics.run_duration / dynamics.outputs
         dry = bool((model.properties.tensile_strength <= 0.0).any())
@@ -124,18 +111,15 @@ class DynamicRun:
         self.base = base_displacement(dynamics.base)
         skin = options.skin * float(np.sqrt(model.blocks.area.min()))
         distance = options.search_distance * skin if dynamics.new_contacts else 0.0
-        self.search = NeighbourSearch(self.bodies, self.motion, self.grid, skin, distance, options.wide_block_ratio)
+        self.search = NeighbourSearch(self.bodies, self.motion, skin, distance, options.wide_block_ratio)
         self.steps = self.output = 0
         self.terms = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
         self._begin(initial)
-        self.energy = EnergyBalance(
-            model, self.bodies, self.motion, self.grid, self.damping, self.time_step, self.terms
-        )
-        self.mean_motion = None if self.grid is None else MeanMotion(model, self.grid)
+        self.energy = EnergyBalance(model, self.bodies, self.motion, self.damping, self.time_step, self.terms)
 
     @property
-    def _moving(self) -> tuple[Motion | Grid | BlockStrains, ...]:
-        return tuple(part for part in (self.motion, self.grid, self.motion.strains) if part is not None)
+    def _moving(self) -> tuple[Motion | BlockStrains, ...]:
+        return (self.motion,) if self.motion.strains is None else (self.motion, self.motion.strains)
 
     def _begin(self, initial: State | None) -> None:
         motion, points = self.motion, self.bodies.points
@@ -150,33 +134,20 @@ class DynamicRun:
                 motion.strains.displacement[:-1] = initial.displacement[self.system.strain_dofs].reshape(-1, 2)
         motion.held_start[:] = motion.displacement.ravel()[motion.held]
         update_poses(motion)
-        grid = self.grid
-        if grid is not None:
-            if initial is not None:
-                motion.displacement[self.deformable] = 0.0
-                grid.displacement[:] = at_gridpoints(self.model, initial.displacement)
-                grid.plastic[:] = initial.plastic[grid.zones["history"] >= 0]
-            grid.held_start[:] = grid.displacement.ravel()[grid.held]
-            update_facet_poses(grid, motion)
         self.search.update()
         # opening and shear of the last step: nothing has moved since
         opening, shear = self._bonded_kinematics()
         points["opening"][: opening.size], points["shear"][: shear.size] = opening.ravel(), shear.ravel()
         search = self.dynamics.new_contacts
         still = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
-        first_forces(self.bodies, self.search.neighbours, motion, grid, self.special, self.softening, search, still)
+        first_forces(self.bodies, self.search.neighbours, motion, self.special, self.softening, search, still)
         if self.model.initial_velocity is not None:
             motion.velocity[:-1] = self.model.initial_velocity
-        acting = motion.force[: len(motion.load)] + motion.load
+        acting = motion.force + motion.load
         motion.velocity[:] -= 0.5 * self.time_step * acting * motion.inverse_mass
         strains = motion.strains
         if strains is not None:
             strains.velocity[:] -= 0.5 * self.time_step * strains.force * strains.inverse_mass
-        if grid is not None:
-            motion.velocity[self.deformable] = 0.0
-            set_initial_velocity(grid, self.model)
-            grid.velocity[:] -= 0.5 * self.time_step * (grid.force + grid.load) * grid.inverse_mass
-            grid.terms[:] = 0.0
 
     @property
     def time(self) -> float:
@@ -207,8 +178,7 @@ class DynamicRun:
         count = self.steps_each
         time: FloatArray = self.time + self.time_step * np.arange(count + 1, dtype=np.float64)
         loading = np.column_stack((self.base(time), self.load_factor(time)))
-        zones = 0 if self.grid is None else len(self.grid.zones)
-        stretch = max(1, self.options.point_steps_per_check // (len(self.bodies.points) + zones))
+        stretch = max(1, self.options.point_steps_per_check // len(self.bodies.points))
         done = 0
         ground_rate, line_end = self.ground_rate, 0
         while done < count:
@@ -219,7 +189,6 @@ class DynamicRun:
                 self.bodies,
                 self.search.neighbours,
                 self.motion,
-                self.grid,
                 self.special,
                 self.softening,
                 ground_rate,
@@ -261,9 +230,6 @@ class DynamicRun:
 
     def _diverged(self, time: float) -> None:
         speed = np.hypot(*self.motion.velocity[:-1, :2].T)
-        if self.grid is not None and self.model.mesh is not None:
-            points = np.hypot(*self.grid.velocity.T)
-            np.maximum.at(speed, self.model.mesh.gridpoint_block, np.where(np.isfinite(points), points, np.inf))
         block = int(np.where(np.isfinite(speed), speed, np.inf).argmax())
         raise DivergenceError(
             f"diverged at {time:.4g} s (step {self.steps}): blocks move with more energy than was put in; fastest is "
@@ -335,8 +301,6 @@ class DynamicRun:
         cracked = ((points["cracked"] != 0) | ~bonded).any(axis=1)
         slipped = np.where(slip != 0.0, ContactState.SLIPPING, ContactState.INTACT)
         moved = motion.displacement.copy()
-        if self.grid is not None and self.mean_motion is not None:
-            moved[self.mean_motion.block] = self.mean_motion.motion(self.time)
         moved[:, :2] -= motion.displacement[-1, :2]
         loose = detached_blocks(model, moved.ravel(), load_factor)
         acting = self._total_force()
@@ -358,7 +322,6 @@ class DynamicRun:
             collapsed=bool(loose.any()),
             time=self.time,
             searches=self.search.count,
-            zones=None if self.grid is None else results_of_zones(self.grid, motion.displacement[-1, :2]),
             deflection=self._deflection(),
             energy=self.energy.balance(),
         )
@@ -370,29 +333,18 @@ class DynamicRun:
         return float(self.model.deflection @ self._all_displacements())
 
     def _all_displacements(self) -> FloatArray:
-        grid, strains = self.grid, self.motion.strains
-        return self._all_dofs(
-            self.motion.displacement,
-            None if grid is None else grid.displacement,
-            None if strains is None else strains.displacement,
-        )
+        strains = self.motion.strains
+        return self._all_dofs(self.motion.displacement, None if strains is None else strains.displacement)
 
     def _total_force(self) -> FloatArray:
-        """Return the force of contacts, zones, strains and loads on all degrees of freedom (size,) (N, N m)."""
-        grid, strains = self.grid, self.motion.strains
-        return self._all_dofs(
-            self.motion.force[: len(self.motion.load)] + self.motion.load,
-            None if grid is None else grid.force + grid.load,
-            None if strains is None else strains.force,
-        )
+        """Force of contacts, strains and loads on all degrees of freedom (size,) (N, N m)."""
+        strains = self.motion.strains
+        return self._all_dofs(self.motion.force + self.motion.load, None if strains is None else strains.force)
 
-    def _all_dofs(self, blocks: FloatArray, points: FloatArray | None, strains: FloatArray | None) -> FloatArray:
-        """Return values of blocks (n + 1, 3), gridpoints (g, 2) and strains (d + 1, 2) as all degrees of freedom."""
-        mesh = self.model.mesh
+    def _all_dofs(self, blocks: FloatArray, strains: FloatArray | None) -> FloatArray:
+        """Values of blocks (n + 1, 3) and strains (d + 1, 2) as all degrees of freedom."""
         values = np.zeros(self.model.size)
         values[: blocks.size] = blocks.ravel()
-        if points is not None and mesh is not None:
-            values[mesh.dof_x], values[mesh.dof_y] = points.T
         if strains is not None:
             values[self.system.strain_dofs] = strains[:-1].ravel()
         return values
@@ -429,6 +381,8 @@ def _ground_rate(model: Model) -> Imposed:
 
 def require_supported(model: Model, settings: Solver, dynamics: Dynamics) -> None:
     """Refuse scenes that a run in physical time does not support."""
+    if model.mesh is not None:
+        raise InputError("zone_size: a run in time has no zones; leave it out, or the run in time.")
     if model.is_strained:
         raise InputError("strain: a run in time has none; leave out the strain of blocks, or the run in time.")
     if model.sections is not None:

@@ -13,10 +13,8 @@ from damagepred.assembly import Model
 from damagepred.kernels.dynamics.contact import BONDED
 from damagepred.scene import Dynamics
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
-from damagepred.solvers.dynamics.gridpoints import Grid
 from damagepred.solvers.dynamics.options import DynamicsOptions
 from damagepred.solvers.dynamics.strains import BlockStrains, along_and_outwards
-from damagepred.solvers.system.deformable_blocks import zone_stiffness
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
@@ -40,7 +38,6 @@ def highest_frequency(
     scene: BodyArrays,
     inverse_mass: FloatArray,
     options: DynamicsOptions,
-    grid: Grid | None = None,
     strains: BlockStrains | None = None,
 ) -> HighestFrequency:
     """Return the highest frequency of a model, and a bound for it with new contacts.
@@ -48,21 +45,14 @@ def highest_frequency(
     The bound: with S the stiffness of all points that act on a block while the other side is held, the energy of each
     contact is at most twice that of both sides' own movement, so omega^2 <= 2 max eig(M^-1 S) over the blocks. S is
     that of the intact wall, or twice that of the block's own points if this is more: all of its faces in full
-    contact, as many points of others on them as there are of its own. To a deformable block its zones' stiffness is
-    added, and S, that of its facets' gridpoints, is twice that of its own points: at first, too, there is one of
-    another's where there is one of its own in a joint.
+    contact, as many points of others on them as there are of its own.
     """
     system = DiscreteSystem.of(model)
     inverse, stiffness = np.zeros(model.size), system.elastic_stiffness
     inverse[: inverse_mass.size] = inverse_mass.ravel()
     if strains is not None:
         inverse[system.strain_dofs] = strains.inverse_mass[:-1].ravel()
-    if grid is None or model.mesh is None:
-        return HighestFrequency(_highest(stiffness, inverse, options), _touched(model, scene, inverse_mass, strains))
-    inverse[model.mesh.dof_x], inverse[model.mesh.dof_y] = grid.inverse_mass.T
-    zones = zone_stiffness(model)
-    met = _highest(zones + 4.0 * _on_gridpoints(model, scene, grid), inverse, options)
-    return HighestFrequency(_highest(stiffness, inverse, options), max(met, _touched(model, scene, inverse_mass)))
+    return HighestFrequency(_highest(stiffness, inverse, options), _touched(model, scene, inverse_mass, strains))
 
 
 def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray, options: DynamicsOptions) -> float:
@@ -86,36 +76,6 @@ def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray, options: Dynam
     return float(np.sqrt(largest))
 
 
-def _on_gridpoints(model: Model, scene: BodyArrays, grid: Grid) -> sparse.sparray:
-    """Return the stiffness (size, size) of the points of deformable blocks against fixed opposite edges (N/m).
-
-    A point moves with both gridpoints of its facet by shares that add up to 1. By convexity its energy is at most the
-    sum of those with each gridpoint alone, times the shares: an upper bound that couples no two gridpoints.
-    """
-    mesh = model.mesh
-    assert mesh is not None
-    points = scene.points
-    points = points[points["body"] > model.n_blocks]
-    side = grid.facets[points["body"] - model.n_blocks - 1]
-    joint, edge = scene.laws[points["law"]], scene.edges[points["own_edge"]]
-    along = points["x"] * side["along_x"] + points["y"] * side["along_y"]
-    share = np.clip(side["share"] + along / edge["length"], 0.0, 1.0)
-    k_n, k_s = joint["normal_stiffness"] * points["area"], joint["shear_stiffness"] * points["area"]
-    t_x, t_y = side["along_x"], side["along_y"]
-    parts = []
-    for point, weight in ((side["start"], 1.0 - share), (side["end"], share)):
-        x, y = mesh.dof_x[point], mesh.dof_y[point]
-        cross = weight * (k_s - k_n) * t_x * t_y
-        parts += [
-            (x, x, weight * (k_n * t_y**2 + k_s * t_x**2)),
-            (y, y, weight * (k_n * t_x**2 + k_s * t_y**2)),
-            (x, y, cross),
-            (y, x, cross),
-        ]
-    rows, columns, values = (np.concatenate(part) for part in zip(*parts))
-    return sparse.coo_array((values, (rows, columns)), shape=(model.size, model.size)).tocsr()
-
-
 def _touched(model: Model, scene: BodyArrays, inverse_mass: FloatArray, strains: BlockStrains | None = None) -> float:
     n, points, edges = model.n_blocks, scene.points, scene.edges
     centre = np.column_stack((np.append(model.blocks.x, 0.0), np.append(model.blocks.y, 0.0)))
@@ -127,9 +87,8 @@ def _touched(model: Model, scene: BodyArrays, inverse_mass: FloatArray, strains:
     face = edges[points["own_edge"]]
     moved = None if strains is None else along_and_outwards(face) @ strains.own
     rows = _stiffness_rows(points["x"], points["y"], face["along_x"], face["along_y"], *normal, moved)
-    whole = points["body"] <= n  # not on the facet of a deformable block
-    np.add.at(own, points["body"][whole], rows[whole])
-    np.add.at(all_sides, points["body"][whole], rows[whole])
+    np.add.at(own, points["body"], rows)
+    np.add.at(all_sides, points["body"], rows)
     # those of others that lie on a block at first; the ground has no centroid, and does not move
     joined = (points["status"] == BONDED) & (edges["body"][points["target"]] <= n)
     other = edges[points["target"][joined]]

@@ -19,13 +19,11 @@ from damagepred.solvers.system.deformable_blocks import gridpoint_mass
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 STATIC = ("quasi-static, rigid", "quasi-static, deformable", "explicit, rigid", "explicit, deformable")
-IN_TIME = ("in time, rigid", "in time, deformable")
+IN_TIME = ("in time, rigid",)
 WAYS = STATIC + IN_TIME
 """The solvers, and whether blocks are deformable."""
 RIGID = tuple(way for way in WAYS if way.endswith("rigid"))
 """Ways of all cases; zones take longer and are used for some cases only."""
-NOT_LONG = (*STATIC, "in time, rigid")
-"""Ways of walls of which runs in time with zones take more than ``STEPS``."""
 STEPS = 1_000_000
 """Largest number of time steps of a run in time, fewer with more degrees of freedom: some seconds."""
 PERIODS = 30.0

@@ -19,7 +19,7 @@ import numpy as np
 
 from damagepred.assembly import Assembly, Model
 from damagepred.scene import BlockMaterial, Dynamics, Joint
-from studies.benchmarks.stress.case import NOT_LONG, RIGID, STATIC, Case
+from studies.benchmarks.stress.case import RIGID, STATIC, WAYS, Case
 from tests.verification.dry_walls import DryWall, arch, box, leaning, portal, running_bond, tipping_slope
 from tests.verification.limit_analysis import collapse_factor
 
@@ -88,7 +88,7 @@ def one_block() -> list[Case]:
                     partial(tilted, wall=wall, factor=factor),
                     expect,
                     dynamics=in_time(2.0),
-                    ways=NOT_LONG if mu in (0.2, 0.75) and slender in (0.5, 20.0) else RIGID,
+                    ways=WAYS if mu in (0.2, 0.75) and slender in (0.5, 20.0) else RIGID,
                     expect_in_time="" if near else None,
                 )
             )
@@ -115,7 +115,7 @@ def walls() -> list[Case]:
             expect = "falls" if share > 1 else "stands" if share == 0.4 else ""
             how: dict[str, Any] = {"wall": wall, "factor": share * falls_at}
             leans, push = (f"{wall.name}, {what} by {share:g} of the limit" for what in ("gravity leans", "pushed"))
-            ways = NOT_LONG if share in (0.9, 1.1) else RIGID
+            ways = WAYS if share in (0.9, 1.1) else RIGID
             made += [
                 Case(family, leans, partial(tilted, **how), expect, dynamics=in_time(3.0), ways=ways),
                 Case(family, push, partial(pushed, **how), expect, increments=3, ways=RIGID[:2]),
@@ -150,7 +150,7 @@ def mechanisms() -> list[Case]:
     family, made = "near-mechanisms", []
     for bricks, share in itertools.product((2, 5, 20), (0.9, 0.99, 1.01, 1.1)):
         wall = corbel(bricks, share)
-        make, ways = partial(tilted, wall=wall, factor=0.0), NOT_LONG if bricks < 20 and share in (0.9, 1.1) else RIGID
+        make, ways = partial(tilted, wall=wall, factor=0.0), WAYS if bricks < 20 and share in (0.9, 1.1) else RIGID
         case = Case(family, f"{wall.name}, {share:g} of the overhang", make, dynamics=in_time(3.0), ways=ways)
         # twenty bricks lean by 3 mm on their joints, more than the overhang that is left; on joints ten times as stiff
         # they stand

@@ -14,7 +14,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
 from studies.benchmarks import walls
-from studies.benchmarks.stress.case import NOT_LONG, STATIC, Case, Check, Found
+from studies.benchmarks.stress.case import STATIC, WAYS, Case, Check, Found
 
 Corners = Sequence[Sequence[float]]
 A, B = 0.24, 0.075
@@ -60,7 +60,7 @@ def cases() -> list[Case]:
     for name, drawing in MIDDLES.items():
         expect, make = drawing["expect"], partial(three, drawing["corners"])
         check = as_if_clean if expect == "stands" and name != "corner cut by 1e-7 m" else None
-        made.append(Case("drawings", name, make, expect, check, ways=STATIC if name in floats else NOT_LONG))
+        made.append(Case("drawings", name, make, expect, check, ways=STATIC if name in floats else WAYS))
         if name in floats:
             again = replace(made[-1], name=f"{name}, in time", expect="", check=floats[name], ways=("in time, rigid",))
             made.append(replace(again, dynamics=lambda _: still))

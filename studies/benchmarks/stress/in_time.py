@@ -1,8 +1,8 @@
 """Runs in time: a million steps without drift, bouncing blocks, and time steps beyond the limit.
 
 A user may set shares of the limit up to 1; beyond, the solvers' check is bypassed. Limits are bounds: where a share
-above 1 is stable, the bound is not sharp (zones: Gershgorin's circles; runs in time that may meet new blocks: the
-stiffness of faces in full contact).
+above 1 is stable, the bound is not sharp (of runs in time that may meet new blocks it is the stiffness of faces in full
+contact).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def steps_of(**more: Any) -> Callable[[Model], Dynamics]:
     def dynamics(model: Model) -> Dynamics:
         once = Dynamics(duration=1.0, outputs=1, **more)
         run = dynamic_run(model, Solver(), replace(once, duration=1e-6))
-        highest = highest_frequency(model, run.bodies, run.motion.inverse_mass, run.options, run.grid)
+        highest = highest_frequency(model, run.bodies, run.motion.inverse_mass, run.options)
         frequency = highest.touched if once.new_contacts else highest.intact
         dry = bool((model.properties.tensile_strength <= 0.0).any())
         return replace(once, duration=STEPS * 0.999 * time_step(frequency, once, dry), outputs=20)
