@@ -20,7 +20,7 @@ TABLES = ("as2870", "bre251")
 
 
 def table_of(ds: xr.Dataset) -> DamageTable:
-    """Return the damage table a dataset was judged by, told from its attribute ``damage_table``; else AS 2870."""
+    """Damage table of a dataset by its attribute ``damage_table``; without it AS 2870."""
     plain = [load_table(name) for name in TABLES]
     eased = [table.with_plasterboard() for table in plain if table.plasterboard_factor is not None]
     name = ds.attrs.get("damage_table")
@@ -28,7 +28,7 @@ def table_of(ds: xr.Dataset) -> DamageTable:
 
 
 def name_of(ds: xr.Dataset, category: int) -> str:
-    """Return a category's name from the flag meanings of ``damage_category``."""
+    """Name of a category from the flag meanings of ``damage_category``."""
     return verbatim(flag_name(ds, category))
 
 
@@ -55,7 +55,7 @@ def shade_bands(ax: Axes, table: DamageTable) -> None:
 
 
 def _middle(ax: Axes, bottom: float, top: float) -> float:
-    """Return the height midway between two heights on the paper."""
+    """Height midway between two heights on paper."""
     points = ax.transData.transform([(0.0, bottom), (0.0, top)])
     return float(ax.transData.inverted().transform(points.mean(axis=0))[1])
 
@@ -78,7 +78,7 @@ def width_scale(ax: Axes, widths: Sequence[float] | FloatArray, table: DamageTab
 
 
 def not_reached(ds: xr.Dataset, reached: int) -> str:
-    """Return in words which categories lie above the highest reached, nothing if none does."""
+    """Categories above the highest reached in words, empty without any."""
     highest = highest_of(ds)
     if reached >= highest:
         return ""
@@ -88,5 +88,5 @@ def not_reached(ds: xr.Dataset, reached: int) -> str:
 
 
 def highest_of(ds: xr.Dataset) -> int:
-    """Return the number of the highest category of the table a study was judged by."""
+    """Highest category of the damage table of a study."""
     return int(ds.attrs.get("highest_category", table_of(ds).highest))

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap, Normalize
+from matplotlib.colors import BoundaryNorm, Colormap, LinearSegmentedColormap, ListedColormap, Normalize
 
 from damagepred.arrays import FloatArray
 from damagepred.damage import DamageTable
 from damagepred.plotting.sheet import MM, figure_of
 
 CATEGORY_COLOURS = ("#8f8f8f", "#f0ab00", "#e4600f", "#b3152b", "#5c0f55", "#000000")
-"""Of categories 0, 1, ...: warm and ever darker, distinct in grey and to the colour-blind."""
+"""Categories 0, 1, ...: warm and ever darker, distinct in grey and to the colour-blind."""
 BRICK_COLOURS = ("#efe2d6", "#ead9ca", "#e6d2c1", "#f2e7dd")
 """Tones of the bricks: pale, so that cracks stand out."""
 BRICK_EDGE = "#a98f7c"
@@ -24,13 +24,13 @@ CONTROL_JOINT_COLOUR = "#3b3b8f"
 SLIP_COLOUR = "#cc79a7"
 FOOTING_COLOUR, FOOTING_EDGE = "#b9bcc0", "#85898e"
 FOOTING_GAP_COLOUR = "#009e73"
-"""Of the gap between the wall and its footing."""
+"""Gap between the wall and its footing."""
 SOIL_COLOUR = "#8c6d46"
 RIG_COLOUR = "#22262a"
 JACK_COLOUR, SUPPORT_COLOUR = "#d55e00", "#0072b2"
-"""Of the curves of load."""
+"""Curves of load."""
 OUTLINE_COLOUR = "#00000030"
-"""Of the blocks under a field of stress."""
+"""Outlines of blocks under a field."""
 ZONE_STATES = (
     ("elastic", "#ece7e1"),
     ("yields in shear", "#d55e00"),
@@ -39,8 +39,10 @@ ZONE_STATES = (
     ("elastic, has yielded before", "#f0c97a"),
 )
 """Name and colour of each value of ``zone_state``."""
+STATE_COLOURS = ("#d8d2cb", "#b3152b", "#cc79a7")
+"""Values of ``contact_state``: intact, cracked, slipping."""
 RANK_COLOURS, SHARE_COLOURS = ("#08519c", "#6baed6"), ("#a63603", "#fd8d3c")
-"""Of rank correlations (plain, partial) and of shares of variance (first order, total)."""
+"""Rank correlations (plain, partial) and shares of variance (first order, total)."""
 OPENING_STYLES = tuple(zip(("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#000000", "#e69f00"), "os^DvP"))
 """Colour and marker of each window or door."""
 CURVE_STYLES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
@@ -48,7 +50,7 @@ CURVE_STYLES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
 
 
 def band_colours(levels: FloatArray) -> ListedColormap:
-    """Return a colour for each band and for values beyond both ends: blue in compression, red in tension."""
+    """One colour per band and for values beyond both ends: blue in compression, red in tension."""
     bands = len(levels) + 1
     below, above = levels[0] >= -1e-12, levels[-1] <= 1e-12
     start, end = (0.5 if below else 0.0), (0.5 if above else 1.0)
@@ -56,8 +58,17 @@ def band_colours(levels: FloatArray) -> ListedColormap:
     return ListedColormap(shades)
 
 
+def field_colours(values: FloatArray) -> tuple[Colormap, Normalize]:
+    """Colours of a field: blue below and red above zero where it has both signs, else from pale to dark."""
+    low, high = float(values.min(initial=0.0)), float(values.max(initial=0.0))
+    reach = max(-low, high) or 1.0
+    if low < -0.02 * reach and high > 0.02 * reach:
+        return colormaps["RdBu_r"], Normalize(-reach, reach)
+    return (colormaps["Blues_r"], Normalize(low, 0.0)) if -low > high else (colormaps["Reds"], Normalize(0.0, reach))
+
+
 def width_colours(table: DamageTable) -> tuple[ListedColormap, BoundaryNorm]:
-    """Return colour map and norm for crack widths in mm, one colour a category."""
+    """Colour map and norm for crack widths in mm, one colour per category."""
     limits = [limit * MM for limit in table.limits]
     # the outer fields have no end; these only give the colour bar as many fields as there are categories
     boundaries = [0.0, *limits, 2.0 * limits[-1]]
@@ -65,14 +76,11 @@ def width_colours(table: DamageTable) -> tuple[ListedColormap, BoundaryNorm]:
     return colours, BoundaryNorm(boundaries, colours.N, clip=True)
 
 
-def movement_bar(ax: Axes, movement: FloatArray, name: str) -> Callable[[float], tuple[float, ...]]:
-    """Add a colour bar of the movement, and return the colour of each movement (mm)."""
+def movement_bar(axes: Sequence[Axes], movement: FloatArray, name: str) -> Callable[[float], tuple[float, ...]]:
+    """Add a colour bar of the movement beside axes; the function returned gives the colour of each movement (mm)."""
     # viridis without its yellow, which does not show on white
     shades = colormaps["viridis"]([0.9 - 0.9 * i / 20 for i in range(21)])
-    colours, norm = (
-        LinearSegmentedColormap.from_list("movement", shades),
-        Normalize(0.0, max(float(movement.max()), 1e-9)),
-    )
-    bar = figure_of(ax).colorbar(ScalarMappable(norm, colours), ax=ax, pad=0.02)
-    bar.set_label(f"{name} (mm)")
+    colours = LinearSegmentedColormap.from_list("movement", shades)
+    norm = Normalize(0.0, max(float(movement.max()), 1e-9))
+    figure_of(axes[0]).colorbar(ScalarMappable(norm, colours), ax=list(axes), pad=0.02).set_label(f"{name} (mm)")
     return lambda value: colours(norm(value))

@@ -33,6 +33,7 @@ from damagepred.plotting.sheet import (
     title_of,
 )
 from damagepred.results.wall_cracks import WallCracks, crack_frame
+from damagepred.uq.intensity import movement_measure
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -42,28 +43,28 @@ SHOWN = {"wall": 8, "below_dpc": 2, "dpc_opening": 2, "dpc_slip": 2}
 """Cracks of each part that get a number on the drawing and a row of the table: the widest."""
 
 _THICKNESS = (1.0, 1.6, 2.4, 3.4, 4.6, 5.8)
-"""Of the line of a piece by its category (points)."""
+"""Thickness of the line of a piece by its category (points)."""
 
 
 @checked
-def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, known: WallCracks | None = None) -> Axes:
-    """Draw the cracks of a wall where they run, coloured and as thick as the category of their width is high.
+def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, traced: WallCracks | None = None) -> Axes:
+    """Draw the cracks of a wall on the undeformed bricks, numbered, with colour and thickness by category.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        Of one wall, as ``damagepred.solve`` returns it.
+        Result of one wall (``damagepred.solve``).
     ax : Axes, optional
-        Where to draw; by default on a new figure.
+        Axes to draw on; by default those of a new figure.
     increment : int
         Position of the increment, -1 for the last.
-    known : WallCracks, optional
-        The cracks of the same wall, if they have been followed already.
+    traced : WallCracks, optional
+        Cracks of the same wall, if they have been traced already.
 
     Returns
     -------
     Axes
-        With collections labelled ``bricks``, ``cracks``, and if there are any ``through bricks``, ``dpc open`` and
+        Axes with collections labelled ``bricks``, ``cracks``, and where present ``through bricks``, ``dpc open`` and
         ``dpc slip``.
 
     Raises
@@ -78,23 +79,23 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, kno
     >>> ax.get_ylabel()
     'height (m)'
     """
-    known = WallCracks(ds) if known is None else known
-    profile, found = known.profile(increment), known.dataset()
+    traced = WallCracks(ds) if traced is None else traced
+    profile, cracks = traced.profile(increment), traced.dataset()
     points, block = corners(ds)
-    ax = axes_or_new(ax, 10.0, height_to_scale(points, 1.7, 3.4, 8.6))
+    ax = axes_or_new(ax, 10.0, height_to_scale(points, 2.2))
     _draw_bricks(ax, ds, points, block)
     table = table_of(ds)
     segment = np.stack([profile[f"piece_{axis}_{end}"].values for end in ("start", "end") for axis in "xy"], axis=-1)
     segment = segment.reshape(-1, 2, 2)
     opening = profile["piece_opening"].values
-    part_of = dict(zip(found["crack"].values.tolist(), found["crack_part"].values.tolist()))
-    part = np.array([part_of[int(n)] for n in profile["piece_crack"].values], dtype=np.int64)
+    part_of = dict(zip(cracks["crack"].values.tolist(), cracks["crack_part"].values.tolist()))
+    parts = np.array([part_of[int(n)] for n in profile["piece_crack"].values], dtype=np.int64)
     in_brick = np.isnan(opening)
     category = table.by_width(np.where(in_brick, 0.0, opening)).astype(np.int64)
-    joint = (part < DPC_OPENING) & ~in_brick
+    joint = (parts < DPC_OPENING) & ~in_brick
     lines = [
-        ("dpc open", part == DPC_OPENING, DPC_COLOUR, 3.2, "solid"),
-        ("dpc slip", part == DPC_SLIP, SLIP_COLOUR, 2.2, "solid"),
+        ("dpc open", parts == DPC_OPENING, DPC_COLOUR, 3.2, "solid"),
+        ("dpc slip", parts == DPC_SLIP, SLIP_COLOUR, 2.2, "solid"),
         ("through bricks", in_brick, "black", 1.2, (0, (2, 1.5))),
     ]
     handles = []
@@ -124,14 +125,21 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, kno
             int(c),
             Line2D([], [], color=CATEGORY_COLOURS[c], linewidth=_THICKNESS[c], label=f"{names[c]} (category {c})"),
         )
-    _number(ax, known, increment)
-    _finish(ax, ds, increment, handles, found.attrs["hairline"])
+    elevation(ax)
+    ax.autoscale_view()
+    ax.margins(0.03)
+    _number(ax, traced, increment)
+    if handles:
+        legend_below(ax, handles, 4)
+    hairline = f"{plain_number(cracks.attrs['hairline'] * MM)} mm"
+    what = f"joints open or slid by more than {hairline}; colours by {table.name}"
+    set_title(ax, title_of(ds, "wall"), f"cracks at {moved_to(ds, increment)}; {what}")
     return ax
 
 
 def _draw_bricks(ax: Axes, ds: xr.Dataset, points: FloatArray, block: IntArray) -> None:
     footing = footing_blocks(ds)
-    shapes = [shape for shape, own in zip(polygons(points, block), footing[np.unique(block)]) if not own]
+    shapes = [shape for shape, below in zip(polygons(points, block), footing[np.unique(block)]) if not below]
     ax.add_collection(
         PolyCollection(
             shapes, facecolors=BRICK_COLOURS[3], edgecolors=BRICK_EDGE, linewidths=0.25, zorder=1, label="bricks"
@@ -140,30 +148,31 @@ def _draw_bricks(ax: Axes, ds: xr.Dataset, points: FloatArray, block: IntArray) 
 
 
 def widest_of_each_part(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of the cracks that are numbered on the drawing."""
+    """Rows of the cracks that have a number on the drawing."""
     rank = frame.groupby("crack_part").cumcount()
     return frame[rank < frame["crack_part"].map(SHOWN)]
 
 
-def _number(ax: Axes, known: WallCracks, increment: int) -> None:
-    """Write the numbers of the widest cracks where they are widest, moved apart where they would cover each other."""
-    frame = widest_of_each_part(crack_frame(known.dataset(), increment))
-    taken: list[tuple[float, float]] = []
-    apart = 0.035 * float(np.ptp(known.ds["vertex_x"].values))
-    for one in frame.to_dict("records"):
-        x, y = float(one["crack_x"]), float(one["crack_y"])
+def _number(ax: Axes, traced: WallCracks, increment: int) -> None:
+    """Write numbers beside the widest cracks, inside the axes and apart from each other."""
+    frame = widest_of_each_part(crack_frame(traced.dataset(), increment))
+    numbers: list[tuple[float, float]] = []
+    apart = 0.035 * float(np.ptp(traced.ds["vertex_x"].values))
+    (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+    for crack in frame.to_dict("records"):
+        x, y = float(crack["crack_x"]), float(crack["crack_y"])
         ring = [
             (x + r * apart * np.cos(a), y + r * apart * np.sin(a))
-            for r in (1.1, 2.2, 3.3)
+            for r in (1.1, 2.2, 3.3, 4.4)
             for a in np.arange(8) * np.pi / 4 + np.pi / 8
         ]
-        free = [p for p in ring if all(np.hypot(p[0] - a, p[1] - b) > apart for a, b in taken)]
-        at = free[0] if free else ring[-1]
-        taken.append(at)
+        free = [p for p in ring if all(np.hypot(p[0] - a, p[1] - b) > apart for a, b in numbers)]
+        inside = [p for p in free if left < p[0] < right and bottom < p[1] < top - 0.3 * apart]
+        numbers.append([*inside, *free, ring[-1]][0])
         ax.annotate(
-            str(one["crack"]),
+            str(crack["crack"]),
             (x, y),
-            at,
+            numbers[-1],
             fontsize=small(ax),
             ha="center",
             va="center",
@@ -174,25 +183,18 @@ def _number(ax: Axes, known: WallCracks, increment: int) -> None:
         )
 
 
-def _finish(ax: Axes, ds: xr.Dataset, increment: int, handles: list[Line2D], hairline: float) -> None:
-    elevation(ax)
-    ax.autoscale_view()
-    ax.margins(0.03)
-    if handles:
-        legend_below(ax, handles, 4)
-    what = f"joints open or slid by more than {plain_number(hairline * MM)} mm; colours by {table_of(ds).name}"
-    set_title(ax, title_of(ds, "wall"), f"cracks at {moved_to(ds, increment)}; {what}")
-
-
 def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
     """Draw the cracks of a wall over a table of the widest."""
-    known = WallCracks(ds)
-    frame = crack_frame(known.dataset(), increment)
-    rows = [_row(one) for one in widest_of_each_part(frame).to_dict("records")]
-    drawing, listing = min(height_to_scale(corners(ds)[0], 1.7, 3.4, 8.6), 8.0), 0.23 * (len(rows) + 2) + 0.45
+    traced = WallCracks(ds)
+    frame = crack_frame(traced.dataset(), increment)
+    began = dict(zip(ds["increment"].values.tolist(), ds[movement_measure(ds)].values.tolist()))
+    rows = [
+        _row(crack, began[int(crack["first_increment"])]) for crack in widest_of_each_part(frame).to_dict("records")
+    ]
+    drawing, listing = height_to_scale(corners(ds)[0], 2.2), 0.23 * (len(rows) + 2) + 0.45
     figure = new_figure(10.0, drawing + listing)
     upper, lower = figure.subplots(2, 1, height_ratios=(drawing, listing))
-    draw_cracks(ds, upper, increment, known)
+    draw_cracks(ds, upper, increment, traced)
     lower.axis("off")
     if not rows:
         lower.text(0.0, 1.0, "nothing has opened or slid by more than a hairline", va="top", transform=lower.transAxes)
@@ -217,7 +219,7 @@ def cracks_sheet(ds: xr.Dataset, increment: int = -1) -> Figure:
 
 
 def _shares(rows: Sequence[Sequence[str]]) -> list[float]:
-    """Return widths of columns in proportion to their longest lines, adding up to 1."""
+    """Widths of columns in proportion to their longest lines, adding up to 1."""
     letters = [2 + max(len(line) for cell in column for line in cell.split("\n")) for column in zip(*rows)]
     return [count / sum(letters) for count in letters]
 
@@ -235,19 +237,19 @@ _COLUMNS = (
 )
 
 
-def _row(one: dict[Hashable, Any]) -> list[str]:
-    runs = str(one["crack_orientation"])
-    runs += f", {one['crack_inclination']:.0f}°" if runs in ("stepped", "diagonal") else ""
-    branches = int(one["crack_branches"])
+def _row(crack: dict[Hashable, Any], began: float) -> list[str]:
+    runs = str(crack["crack_orientation"])
+    runs += f", {crack['crack_inclination']:.0f}°" if runs in ("stepped", "diagonal") else ""
+    branches = int(crack["crack_branches"])
     runs += f", {branches} branch{'es' if branches > 1 else ''}" if branches else ""
     return [
-        str(one["crack"]),
-        str(one["crack_part"]).replace("_", " "),
-        f"{one['crack_width'] * MM:.2f}",
-        f"{one['crack_width_normal'] * MM:.2f}",
-        f"{one['crack_displacement'] * MM:.2f}",
-        f"{one['crack_length']:.2f}",
-        runs + (", bricks" if one["crack_length_through_blocks"] > 0 else ""),
-        f"{one['crack_x']:.2f}, {one['crack_y']:.2f}",
-        f"{one.get('first_load_displacement', one['first_central_deflection']) * MM:.2f}",
+        str(crack["crack"]),
+        str(crack["crack_part"]).replace("_", " "),
+        f"{crack['crack_width'] * MM:.2f}",
+        f"{crack['crack_width_normal'] * MM:.2f}",
+        f"{crack['crack_displacement'] * MM:.2f}",
+        f"{crack['crack_length']:.2f}",
+        runs + (", bricks" if crack["crack_length_through_blocks"] > 0 else ""),
+        f"{crack['crack_x']:.2f}, {crack['crack_y']:.2f}",
+        f"{began * MM:.2f}",
     ]

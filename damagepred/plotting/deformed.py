@@ -1,4 +1,4 @@
-"""The deformed wall as a ground to draw fields on: factor, outlines, open joints, scale bar, words for the title."""
+"""The deformed wall as a base for fields: factor, outlines, open joints, scale bar, words for the title."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from damagepred.plotting.colours import DPC_COLOUR, FOOTING_COLOUR, OUTLINE_COLO
 from damagepred.plotting.geometry import (
     Faces,
     Motion,
+    Zones,
     corners,
     footing_blocks,
     polygons,
@@ -38,52 +39,21 @@ from damagepred.plotting.sheet import (
     small,
     title_of,
 )
-from damagepred.plotting.zone_geometry import Zones
 
 _NEEDED = (
-    "vertex_x",
-    "vertex_y",
-    "vertex_block",
-    "block_x",
-    "block_y",
-    "block_displacement_x",
-    "block_displacement_y",
-    "block_rotation",
-    "contact_x",
-    "contact_y",
-    "contact_interface",
-    "contact_kind",
-    "contact_length",
-    "contact_opening",
-    "contact_state",
-    "contact_normal_x",
-    "contact_normal_y",
-    "central_deflection",
+    *(f"vertex_{name}" for name in ("x", "y", "block")),
+    *(f"block_{name}" for name in ("x", "y", "displacement_x", "displacement_y", "rotation")),
+    *(f"contact_{name}" for name in ("x", "y", "interface", "kind", "length", "opening", "state")),
+    *("contact_normal_x", "contact_normal_y", "central_deflection"),
 )
 
 
 @dataclass(frozen=True)
 class Deformed:
-    """A wall at one increment, drawn with its displacements multiplied.
+    """A wall at one increment, drawn with its displacements multiplied by a factor.
 
-    Attributes
-    ----------
-    ds : xarray.Dataset
-        Of one wall.
-    increment : int
-        Position of the increment.
-    motion : Motion
-        Of the blocks.
-    points : array (v, 2), block : array of int (v,)
-        Corners of the blocks before any movement (m), and their blocks.
-    factor : float
-        On displacements.
-    rigid : array of bool (n,)
-        Blocks without zones.
-    footing : array of bool (n,)
-        Blocks of the footing, which have no stress of their own to be drawn if they are rigid.
-    datum : float or None
-        On soil: upward displacement (m) of the footing under dead load, from which displacements are drawn.
+    Corners of the blocks before any movement (v, 2) (m) and their blocks (v,); blocks without zones, and blocks of the
+    footing (n,); on soil the upward displacement (m) of the footing under dead load, the datum of displacements.
     """
 
     ds: xr.Dataset
@@ -98,7 +68,7 @@ class Deformed:
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int, exaggeration: float | None) -> Deformed:
-        """Read a wall at an increment; see ``draw_stress`` for the arguments."""
+        """Wall at the increment with that position; by default with a round factor on displacements."""
         require(ds, _NEEDED, "the result of one wall with all its fields (`damagepred solve`)")
         steps = ds.sizes["increment"]
         if not -steps <= increment < steps:
@@ -123,7 +93,7 @@ class Deformed:
 
     @cached_property
     def shape(self) -> FloatArray:
-        """Where the corners are drawn (v, 2) (m)."""
+        """Corners as drawn (v, 2) (m)."""
         return self.points + self.factor * self.motion.at(self.block, self.points)
 
     @cached_property
@@ -133,29 +103,29 @@ class Deformed:
 
     @cached_property
     def faces(self) -> Faces:
-        """The interfaces."""
+        """Interfaces at the increment."""
         return Faces.of(self.ds, self.increment)
 
     @cached_property
     def zones(self) -> Zones:
-        """The zones, before any movement."""
+        """Zones before any movement."""
         return Zones.of(self.ds)
 
     @cached_property
     def gridpoints(self) -> FloatArray:
-        """Where the gridpoints are drawn (g, 2) (m)."""
+        """Gridpoints as drawn (g, 2) (m)."""
         moved = [self.ds[f"gridpoint_displacement_{axis}"].values[self.increment] for axis in "xy"]
         moved[1] = moved[1] - (self.datum or 0.0)
         return np.asarray(self.zones.points + self.factor * np.column_stack(moved))
 
     def gaps(self, faces: Faces) -> FloatArray:
-        """Return the gap between the two blocks of each interface as drawn: quadrilaterals (m, 4, 2)."""
+        """Gap between the two blocks of each interface as drawn: quadrilaterals (m, 4, 2)."""
         sides = faces.neighbours(self.points, self.block)
 
         def shown(side: int, place: FloatArray) -> FloatArray:
-            # where one side was not found, the other speaks for both
-            own = np.where(sides[side] >= 0, sides[side], sides[1 - side])
-            return place + self.factor * self.motion.at(own, place) * (own >= 0)[:, None]
+            # where one side was not found, the other stands for both
+            block = np.where(sides[side] >= 0, sides[side], sides[1 - side])
+            return place + self.factor * self.motion.at(block, place) * (block >= 0)[:, None]
 
         return np.stack((shown(0, faces.start), shown(0, faces.end), shown(1, faces.end), shown(1, faces.start)), 1)
 
@@ -166,7 +136,7 @@ class Deformed:
 
     @property
     def movement(self) -> str:
-        """What has moved, and how far."""
+        """Movement in words."""
         deflection = float(self.ds["central_deflection"].values[self.increment]) * MM
         if is_dynamic(self.ds) or self.datum is not None or "load_force" in self.ds.variables:
             return moved_to(self.ds, self.increment)
@@ -177,17 +147,17 @@ class Deformed:
 
     @property
     def scale(self) -> str:
-        """How large displacements are drawn."""
-        if self.factor == 1.0:
-            return "displacements to scale"
+        """Scale of displacements in words."""
+        if self.factor in (0.0, 1.0):
+            return "displacements to scale" if self.factor else "undeformed"
         return f"displacements exaggerated {plain_number(self.factor)} times"
 
     def sheet_height(self, room: float) -> float:
-        """Return the height (inches) of a sheet 10 wide, with room for legend and title."""
+        """Height (inches) of a sheet 10 wide, with room for title, axis, colour bar and legend."""
         return height_to_scale(self.shape, room)
 
     def draw_rigid(self, ax: Axes, colours: Any) -> None:
-        """Fill the rigid blocks with a colour, or with one each; segments of a footing are grey."""
+        """Fill the rigid blocks with one colour, or one per block; segments of a footing are grey."""
         segments = [self.outlines[i] for i in np.flatnonzero(self.rigid & self.footing)]
         if segments:
             ax.add_collection(
@@ -200,15 +170,12 @@ class Deformed:
             ax.add_collection(blocks)
 
     def draw_outlines(self, ax: Axes) -> None:
-        """Draw the edges of all blocks."""
+        """Draw the edges of all blocks, and both faces of open joints: mortar black, the dpc in its colour."""
         rigid = (self.outlines[i] for i in np.flatnonzero(self.rigid))
         lines = [np.vstack((p, p[:1])) for p in rigid]
         if not self.rigid.all():
             lines += list(self.gridpoints[self.zones.rims()])
         ax.add_collection(LineCollection(lines, colors=OUTLINE_COLOUR, linewidths=0.25, zorder=3, label="outlines"))
-
-    def draw_cracks(self, ax: Axes) -> None:
-        """Draw both faces of cracked or open joints: mortar black, the dpc in its colour."""
         faces = self.faces
         parts = (
             ("cracks", faces.pick(faces.is_mortar & (faces.crack > HAIRLINE)), "black"),
@@ -221,32 +188,30 @@ class Deformed:
                 ax.add_collection(LineCollection(list(sides), colors=colour, linewidths=0.6, zorder=4, label=label))
 
     def finish(self, ax: Axes) -> None:
-        """Write the axes, and the bar that tells the scale of displacements."""
+        """Set the axes, and draw the scale bar of displacements."""
         elevation(ax)
         low, high = self.shape.min(axis=0), self.shape.max(axis=0)
         room = 0.02 * (high - low)[0]
         ax.set_xlim(low[0] - room, high[0] + room)
         ax.set_ylim(low[1] - room, high[1] + room)
-        if self.factor != 1.0:
-            self._draw_magnification(ax)
-
-    def _draw_magnification(self, ax: Axes) -> None:
-        """Draw a bar under the wall's right end that is as long as a round displacement is drawn."""
+        if self.factor in (0.0, 1.0):
+            return
+        # under the wall's right end, as long as a round displacement is drawn
         length = float(np.ptp(self.points[:, 0]))
         wanted = 0.08 * length / self.factor
         steps = np.outer(10.0 ** np.arange(-7, 3), [1.0, 2.0, 5.0]).ravel()
         size = float(steps[np.argmin(np.abs(np.log(steps / wanted)))])
         right = float(self.shape[:, 0].max())
         left = right - self.factor * size
-        where = below(ax, 0.47, ax.get_xaxis_transform())
+        under = below(ax, 0.47, ax.get_xaxis_transform())
         style: dict[str, Any] = {"linewidth": 2.0, "solid_capstyle": "butt", "label": "magnification"}
-        ax.plot([left, right], [0.0, 0.0], color="black", transform=where, clip_on=False, **style)
+        ax.plot([left, right], [0.0, 0.0], color="black", transform=under, clip_on=False, **style)
         words = f"displacement of {plain_number(size * MM)} mm"
-        ax.text(left - 0.01 * length, 0.0, words, transform=where, ha="right", va="center", fontsize=small(ax))
+        ax.text(left - 0.01 * length, 0.0, words, transform=under, ha="right", va="center", fontsize=small(ax))
 
 
 def _kind(ds: xr.Dataset) -> str:
-    """Return the name of the movement, from the scene that the dataset keeps."""
+    """Kind of the movement, from the archived scene."""
     try:
         scene = tomllib.loads(str(ds.attrs.get("scene", "")))
     except tomllib.TOMLDecodeError:

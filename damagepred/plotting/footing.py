@@ -1,18 +1,19 @@
-"""The footing as a structure: load of the jacks, form, moment and curvature along it."""
+"""Along the wall: opening of the damp-proof course and of the bed on the footing; form and forces of the footing."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from damagepred.arrays import FloatArray
+from damagepred.arrays import FloatArray, IntArray
+from damagepred.damage.joints import JointMap
 from damagepred.enumerations import ContactKind
 from damagepred.inputs.arguments import checked
-from damagepred.plotting.colours import JACK_COLOUR, SOIL_COLOUR, SUPPORT_COLOUR, movement_bar
+from damagepred.plotting.colours import SOIL_COLOUR, movement_bar
 from damagepred.plotting.geometry import footing_blocks, footing_rise, ground_profile, settlement
 from damagepred.plotting.sheet import (
     KN,
@@ -20,8 +21,10 @@ from damagepred.plotting.sheet import (
     axes_or_new,
     grid,
     legend_below,
+    moved_to,
     plain_number,
     require,
+    say_nothing_to_draw,
     set_title,
     several_or_new,
     small,
@@ -30,209 +33,162 @@ from damagepred.plotting.sheet import (
 )
 from damagepred.uq.intensity import movement_measure, movement_words
 
-MOST_LINES = 8
+MOST_LINES = 10
 """Increments drawn at most."""
-_ON_JACKS = "the result of one wall whose footing is on jacks (`movement.shape = 'jacks'`)"
-_ON_A_FOOTING = "the result of one wall on a footing that finds its own form (`movement.shape = 'jacks'` or 'mound')"
-
-
-def has_footing(ds: xr.Dataset) -> bool:
-    """Whether the sections of a footing are stored."""
-    return "section_moment" in ds.variables
+SHOWN_SHARE = 0.4
+"""Widest opening over the threshold from which the threshold is drawn: a lower one would lie on the axis."""
+_NEEDED = (*(f"contact_{name}" for name in ("x", "kind", "interface", "length", "opening")), "central_deflection")
 
 
 @checked
-def draw_jack_load(
-    ds: xr.Dataset, ax: Axes | None = None, label: str | None = None, colour: str = JACK_COLOUR, supports: bool = True
-) -> Axes:
-    """Draw the load of each jack, and of the supports, against the central deflection.
+def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None, bed: Literal["dpc", "footing"] = "dpc") -> Axes:
+    """Draw the opening of the dpc, or of the bed on the footing, along the wall at some increments.
 
-    Where the jacks (dishing) or the least loaded support (doming) carry nothing any more, the curve is marked: in a
-    rig that cannot pull, the footing cannot be taken further.
+    The stretches that are open by more than the threshold at the last increment are marked with their distance from
+    the nearer end of the wall.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        Of one wall on jacks, as ``damagepred.solve`` returns it.
+        Result of one wall (``damagepred.solve``).
     ax : Axes, optional
-        Where to draw; by default on a new figure.
-    label : str, optional
-        Of the curve, to tell several walls on the same axes apart.
-    colour : str
-        Of the jacks' curve.
-    supports : bool
-        Whether the least loaded support is drawn, too.
+        Axes to draw on; by default those of a new figure.
+    bed : {"dpc", "footing"}
+        Damp-proof course, or bed between first course and footing.
 
     Raises
     ------
     InputError
-        If the dataset is not of a wall on jacks.
+        If the dataset is not of one wall.
 
     Examples
     --------
     >>> import damagepred, xarray
-    >>> ax = damagepred.plotting.draw_jack_load(xarray.open_dataset("jacks.nc"))
+    >>> ax = damagepred.plotting.draw_dpc_opening(xarray.open_dataset("mound.nc"))
     >>> ax.get_xlabel()
-    'central deflection (mm)'
+    'along the wall (m)'
     """
-    require(ds, ("jack_load", "support_load", "central_deflection"), _ON_JACKS)
-    first = ax is None or not ax.lines
-    ax = axes_or_new(ax, 8.0, 5.0)
-    if first:
-        ax.axhline(0.0, color="black", linewidth=0.8)
-        ax.set_xlabel("central deflection (mm)")
-        ax.set_ylabel("load, upwards positive (kN)")
-        grid(ax)
-    x = ds["central_deflection"].values * MM
-    curves = [(ds["jack_load"].values, "each jack", "-", colour)]
-    if supports:
-        least = ds["support_load"].values.min(axis=1)
-        curves.append((least, "least loaded support", "--", colour if label else SUPPORT_COLOUR))
-    for load, what, dashes, shade in curves:
-        name = f"{label}: {what}" if label else what
-        ax.plot(x, load * KN, color=shade, linestyle=dashes, linewidth=1.5, marker=".", markersize=4, label=name)
-    limit = idle_at(ds)
-    if limit is not None:
-        style: dict[str, Any] = {"markersize": 7, "markerfacecolor": "white", "markeredgecolor": colour, "zorder": 5}
-        ax.plot([limit * MM], [0.0], marker="o", linestyle="none", label="_limit", **style)
-        marks = np.array([np.asarray(line.get_xdata())[0] for line in ax.lines if line.get_label() == "_limit"])
-        above = 11 * int((np.abs(marks - limit * MM) < 0.08 * x.max()).sum()) - 6  # its own among them
-        at = limit * MM, 0.0
-        words: dict[str, Any] = {"textcoords": "offset points", "fontsize": small(ax), "color": colour}
-        ax.annotate(f"{plain_number(limit * MM)} mm", at, (4, above), **words)
-    if first:
-        set_title(ax, title_of(ds, "wall"), "circle: jacks or a support carry nothing any more")
-    ax.set_xlim(0.0, max(1.1 * float(x.max()), 1e-6, 0.0 if first else ax.get_xlim()[1]))
-    legend_below(ax, ax.get_legend_handles_labels()[0], 3)
+    kind, name = (ContactKind.DPC, "dpc") if bed == "dpc" else (ContactKind.FOOTING_INTERFACE, "bed on the footing")
+    require(ds, (*_NEEDED, "vertex_x"), "the result of one wall with all its fields (`damagepred solve`)")
+    ax = axes_or_new(ax, 9.0, 5.0)
+    left, right = _along(ax, ds, f"opening of the {name} (mm)")
+    title = title_of(ds, "wall")
+    if not (ds["contact_kind"].values == kind).any():
+        say_nothing_to_draw(ax, "no dpc: this wall has no damp-proof course" if bed == "dpc" else f"no {name}")
+        set_title(ax, title)
+        return ax
+    x, opening, pieces = opening_along(ds, kind)
+    opening = opening * MM
+    movement = ds[movement_measure(ds)].values * MM
+    colour = movement_bar([ax], movement, movement_words(ds))
+    for step in spread_evenly(len(movement), MOST_LINES):
+        for piece in pieces:
+            ax.plot(x[piece], opening[step, piece], color=colour(movement[step]), linewidth=1.4)
+    threshold = float(ds[f"{bed}_separation_length"].attrs.get("opening_threshold", 1e-3)) * MM
+    limit = f"{plain_number(threshold)} mm"
+    top = max(float(opening.max()), 1e-3)
+    if top > SHOWN_SHARE * threshold:
+        ax.axhline(threshold, color="black", linestyle="--", linewidth=1.0, label=f"threshold {limit}")
+        top = max(top, threshold)
+    ax.set_ylim(min(-0.03 * top, 1.05 * float(opening.min())), 1.25 * top)
+    stretches = [span for piece in pieces for span in open_stretches(x[piece], opening[-1, piece], threshold)]
+    _mark(ax, stretches, threshold, left, right)
+    legend_below(ax, ax.get_legend_handles_labels()[0])
+    widest = plain_number(float(opening[-1].max()))
+    set_title(
+        ax, title, f"at {moved_to(ds, -1)} the {name} is open by {widest} mm at most, " + _reach(stretches, limit, left)
+    )
     return ax
 
 
-def idle_at(ds: xr.Dataset) -> float | None:
-    """Return the deflection (m) at which the jacks, or a support, first carry nothing; None if they always do.
-
-    Straight between increments.
-    """
-    if "limit_deflection" in ds.attrs:
-        return float(ds.attrs["limit_deflection"])
-    x = ds["central_deflection"].values
-    found = [first_zero(x, load) for load in (ds["jack_load"].values, ds["support_load"].values.min(axis=1))]
-    return min((at for at in found if at is not None), default=None)
+def _along(ax: Axes, ds: xr.Dataset, label: str) -> tuple[float, float]:
+    """Set the axis along the wall; its ends (m)."""
+    left, right = float(ds["vertex_x"].min()), float(ds["vertex_x"].max())
+    ax.set_xlim(left, right)
+    ax.set_xlabel("along the wall (m)")
+    ax.set_ylabel(label)
+    return left, right
 
 
-def first_zero(x: FloatArray, y: FloatArray) -> float | None:
-    """Return where y, positive to begin with and straight between, first falls to zero; None if it does not."""
-    below = np.flatnonzero(y <= 1e-9 * np.abs(y).max(initial=0.0))
-    if not below.size or below[0] == 0:
-        return None
-    after = int(below[0])
-    share = y[after - 1] / (y[after - 1] - y[after])
-    return float(x[after - 1] + share * (x[after] - x[after - 1]))
+def open_stretches(x: FloatArray, opening: FloatArray, threshold: float) -> list[tuple[float, float]]:
+    """Start and end of each stretch along which an opening exceeds a threshold, linear between its points."""
+    above = opening > threshold
+    change = np.flatnonzero(np.diff(above.astype(np.int8)))
+    share = (threshold - opening[change]) / (opening[change + 1] - opening[change])
+    ends = list(x[change] + share * (x[change + 1] - x[change]))
+    if above[0]:
+        ends.insert(0, x[0])
+    if above[-1]:
+        ends.append(x[-1])
+    return [(float(a), float(b)) for a, b in zip(ends[::2], ends[1::2])]
 
 
-@checked
-def draw_footing_form(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw how far the footing has gone up along the wall, increment by increment, and the ground's surface at the end.
+def opening_along(ds: xr.Dataset, kind: int = ContactKind.DPC) -> tuple[FloatArray, FloatArray, list[IntArray]]:
+    """Profile of a bed's opening up to the ends of its joints: places, openings, points of each piece."""
+    joints = JointMap.from_dataset(ds)
+    number = np.flatnonzero(joints.kind == kind)
+    left, right = np.sort(np.column_stack((joints.start[number, 0], joints.end[number, 0])), axis=1).T
+    order = np.argsort(left)
+    number, left, right = number[order], left[order], right[order]
+    profile, shape = joints.profile(number), joints.contact_x.shape
+    opening = np.stack([profile.of(values.reshape(shape)) for values in ds["contact_opening"].values])
+    backwards = joints.start[number, 0] > joints.end[number, 0]
+    x = np.where(backwards, -1.0, 1.0)[:, None] * profile.way + joints.start[number, :1]
+    x[backwards], opening[:, backwards] = x[backwards, ::-1], opening[:, backwards, ::-1]
+    interrupted = np.flatnonzero(left[1:] > right[:-1] + 1e-9) + 1
+    pieces = np.split(np.arange(x.size), interrupted * x.shape[1])
+    return x.ravel(), opening.reshape(len(opening), -1), pieces
 
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall whose footing finds its own form.
-    ax : Axes, optional
-        Where to draw; by default on a new figure.
 
-    Raises
-    ------
-    InputError
-        If the dataset is not of such a wall.
-
-    Examples
-    --------
-    >>> import damagepred, xarray
-    >>> ax = damagepred.plotting.draw_footing_form(xarray.open_dataset("mound.nc"))
-    >>> " ".join(ax.get_ylabel().split())
-    'footing gone up from its level under dead load (mm)'
-    """
-    require(ds, ("section_moment",), _ON_A_FOOTING)
-    chosen, datum = footing_blocks(ds), settlement(ds)
-    level = datum or 0.0
-
-    def form(increment: int) -> tuple[FloatArray, FloatArray]:
-        x, rise = footing_rise(ds, increment, chosen)
-        return x, (rise - level) * MM
-
-    what = "footing gone up (mm)" if datum is None else "footing gone up from its\nlevel under dead load (mm)"
-    ax = _along(ds, ax, what, form)
-    x, _, rise = ground_profile(ds, ds.sizes["increment"] - 1, ContactKind.SOIL)
-    if len(x):
-        label = (
-            f"ground at the end without the footing, which settled by {plain_number(-level * MM)} mm under dead load"
+def _mark(ax: Axes, stretches: list[tuple[float, float]], threshold: float, left: float, right: float) -> None:
+    """Mark the ends of open stretches; the outermost with their distance from the nearer end of the wall."""
+    ends = sorted(end for stretch in stretches for end in stretch)
+    inner = [end for end in ends if min(end - left, right - end) > 1e-6 * (right - left)]
+    if not inner:
+        return
+    style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5, "color": "black", "zorder": 5}
+    ax.plot(inner, [threshold] * len(inner), label="passed at the last increment", **style)
+    for row, x in enumerate(sorted({inner[0], inner[-1]})):
+        near_left = x - left < right - x
+        distance = x - left if near_left else right - x
+        height = 0.95 - 0.06 * row
+        upright = ax.get_xaxis_transform()
+        ax.plot([x] * 2, [0.0, height], color="black", linewidth=0.8, linestyle=":", zorder=1, transform=upright)
+        ax.annotate(
+            f"{distance:.2f} m from the {'left' if near_left else 'right'} end",
+            (x, height),
+            xycoords=upright,
+            xytext=(5 if near_left else -5, 0),
+            textcoords="offset points",
+            ha="left" if near_left else "right",
+            va="center",
+            fontsize=small(ax),
         )
-        ax.plot(x, (rise - level) * MM, color=SOIL_COLOUR, linestyle="--", linewidth=1.4, label=label)
-        ax.legend(fontsize=small(ax), frameon=False)
-    return ax
 
 
-@checked
-def draw_footing_moment(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the moment along the footing, sagging positive, increment by increment; see ``draw_footing_form``.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall whose footing finds its own form.
-    ax : Axes, optional
-        Where to draw; by default on a new figure.
-
-    Examples
-    --------
-    >>> import damagepred, xarray
-    >>> ax = damagepred.plotting.draw_footing_moment(xarray.open_dataset("mound.nc"))
-    >>> ax.get_ylabel()
-    'moment, sagging positive (kNm)'
-    """
-    require(ds, ("section_moment",), _ON_A_FOOTING)
-    values = ds["section_moment"].values * KN
-    return _along(ds, ax, "moment, sagging positive (kNm)", lambda i: (ds["section_x"].values, values[i]))
-
-
-@checked
-def draw_footing_curvature(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the curvature along the footing, sagging positive, increment by increment; see ``draw_footing_form``.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of one wall whose footing finds its own form.
-    ax : Axes, optional
-        Where to draw; by default on a new figure.
-
-    Examples
-    --------
-    >>> import damagepred, xarray
-    >>> ax = damagepred.plotting.draw_footing_curvature(xarray.open_dataset("mound.nc"))
-    >>> ax.get_ylabel()
-    'curvature, sagging positive (1/km)'
-    """
-    require(ds, ("section_curvature",), _ON_A_FOOTING)
-    values = ds["section_curvature"].values * 1e3
-    return _along(ds, ax, "curvature, sagging positive (1/km)", lambda i: (ds["section_x"].values, values[i]))
+def _reach(stretches: list[tuple[float, float]], limit: str, left: float) -> str:
+    if not stretches:
+        return f"nowhere by more than {limit}"
+    spans = ", ".join(f"{a - left:.2f} to {b - left:.2f} m" for a, b in stretches[:4])
+    more = f" and {len(stretches) - 4} more stretches" if len(stretches) > 4 else ""
+    return f"by more than {limit} along {spans}{more}"
 
 
 @checked
 def draw_footing(ds: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axes]:
-    """Draw form, moment and curvature of a footing one under the other.
+    """Draw rise, moment and curvature of a footing one below the other, at some increments.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        Of one wall whose footing finds its own form.
+        Result of one wall on a footing that finds its own form.
     axes : sequence of 3 Axes, optional
-        Where to draw; by default on a new figure.
+        Axes to draw on; by default those of a new figure.
 
     Returns
     -------
     list of Axes
-        Of form, moment and curvature.
+        Axes of rise, moment and curvature.
 
     Raises
     ------
@@ -243,31 +199,36 @@ def draw_footing(ds: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axe
     --------
     >>> import damagepred, xarray
     >>> axes = damagepred.plotting.draw_footing(xarray.open_dataset("mound.nc"))
-    >>> len(axes)
-    3
+    >>> [ax.get_ylabel() for ax in axes]
+    ['rise of the footing (mm)', 'moment, sagging positive (kNm)', 'curvature, sagging positive (1/km)']
     """
+    require(ds, ("section_moment", "section_curvature"), "the result of one wall on a footing that finds its own form "
+            "(`movement.shape = 'jacks'` or 'mound')")  # fmt: skip
     axes = several_or_new(axes, 3, 1, 9.0, 9.5, sharex=True)
-    for ax, draw in zip(axes, (draw_footing_form, draw_footing_moment, draw_footing_curvature)):
-        draw(ds, ax)
-        ax.set_title("", loc="left")
+    chosen, datum = footing_blocks(ds), settlement(ds)
+    level, x = datum or 0.0, ds["section_x"].values
+    rises = [footing_rise(ds, i, chosen) for i in range(ds.sizes["increment"])]
+    fields = (
+        ("rise of the footing (mm)", [(places, (rise - level) * MM) for places, rise in rises]),
+        ("moment, sagging positive (kNm)", [(x, row) for row in ds["section_moment"].values * KN]),
+        ("curvature, sagging positive (1/km)", [(x, row) for row in ds["section_curvature"].values * 1e3]),
+    )
+    movement = ds[movement_measure(ds)].values * MM
+    colour = movement_bar(axes, movement, movement_words(ds))
+    for ax, (label, curves) in zip(axes, fields):
+        _along(ax, ds, label)
+        ax.axhline(0.0, color="black", linewidth=0.8)
+        for step in spread_evenly(len(movement), MOST_LINES):
+            ax.plot(*curves[step], color=colour(movement[step]), linewidth=1.4)
+        grid(ax)
     for ax in axes[:-1]:
         ax.set_xlabel("")
-    set_title(axes[0], title_of(ds, "wall"), "form, moment and curvature of the footing")
+    places, _, rise = ground_profile(ds, ds.sizes["increment"] - 1, ContactKind.SOIL)
+    dead_load = ""
+    if len(places):
+        style: dict[str, Any] = {"color": SOIL_COLOUR, "linestyle": "--", "linewidth": 1.4}
+        axes[0].plot(places, (rise - level) * MM, label="ground", **style)
+        dead_load = f"rise from its level under dead load, settled by {plain_number(-level * MM)} mm"
+        dead_load += "; dashed: ground at the end without the footing"
+    set_title(axes[0], title_of(ds, "wall"), "rise, moment and curvature of the footing", dead_load)
     return axes
-
-
-def _along(ds: xr.Dataset, ax: Axes | None, what: str, curve: Callable[[int], tuple[FloatArray, FloatArray]]) -> Axes:
-    """Draw curves along the wall, some increments in the colour of their movement."""
-    ax = axes_or_new(ax, 9.0, 4.0)
-    values = ds[movement_measure(ds)].values * MM
-    colour = movement_bar(ax, values, movement_words(ds))
-    ax.axhline(0.0, color="black", linewidth=0.8)
-    for step in spread_evenly(len(values), MOST_LINES):
-        x, y = curve(int(step))
-        ax.plot(x, y, color=colour(values[step]), linewidth=1.4)
-    ax.set_xlim(float(ds["vertex_x"].min()), float(ds["vertex_x"].max()))
-    ax.set_xlabel("along the wall (m)")
-    ax.set_ylabel(what)
-    grid(ax)
-    set_title(ax, title_of(ds, "wall"))
-    return ax

@@ -1,4 +1,4 @@
-"""Fragility curves: the probability of a category of damage or worse against the movement."""
+"""Fragility curves and surfaces: probability of a category of damage or worse against the movement."""
 
 from __future__ import annotations
 
@@ -18,17 +18,20 @@ from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
+    figure_of,
     grid,
     label_movement,
     legend_below,
     plain_number,
     require,
     round_numbers,
+    say_nothing_to_draw,
     set_title,
     small,
     title_of,
     verbatim,
 )
+from damagepred.results.tables import DOUBTFUL
 from damagepred.scene.site import site_classes
 from damagepred.uq.fragility.describe import median_lower_bound
 from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
@@ -36,26 +39,33 @@ from damagepred.uq.intensity import OF_SITE, movement_words
 
 EMPIRICAL = "empirical"
 """Status of a curve without a form."""
+DIMMED = 0.35
+"""Opacity of curves whose fit is doubtful."""
+LEVELS, LINES = np.linspace(0.0, 1.0, 11), (0.1, 0.5, 0.9)
+"""Limits of the bands of colour of a surface, and probabilities with a line."""
+
+_SECOND = {"Pa": (1e-6, "MPa"), "m": (1.0, "m"), "Pa m-1": (1e-9, "GPa/m"), "Pa/m": (1e-9, "GPa/m"), "1": (1.0, "")}
+_CURVES = ("probability", "probability_lower", "probability_upper", "median", "dispersion", "fit_status", "intensity")
+_SURFACE = ("probability", "median", "median_lower", "median_upper", "second", "intensity")
 
 
 @checked
 def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw fragility curves with their confidence bands.
+    """Draw fragility curves with their confidence bands, or a fragility surface with the band of its median.
 
     Parameters
     ----------
     curves : xarray.Dataset
-        As ``damagepred.fit_fragility`` returns it: ``probability`` with ``_lower`` and ``_upper`` on
-        (category, intensity), ``median``, ``dispersion`` and ``fit_status`` on (category,); ``empirical``, if it is
-        there, is drawn as steps. An intensity in metres is shown in mm, one without unit as 1/n. On an axis of the
-        ground's surface movement the classes of sites are marked.
+        Result of ``damagepred.fit_fragility`` or ``damagepred.fit_surface``. A movement in metres is drawn in mm, one
+        without unit as 1/n; on an axis of the ground's surface movement the site classes are marked.
     ax : Axes, optional
-        Where to draw; by default on a new figure.
+        Axes to draw on; by default those of a new figure.
 
     Returns
     -------
     Axes
-        Its legend names each category with median and dispersion, or why it has no curve.
+        The legend names each category with median and dispersion, or the reason why it has no curve. Curves whose fit
+        is doubtful are pale.
 
     Raises
     ------
@@ -65,28 +75,28 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
     Examples
     --------
     >>> import damagepred
-    >>> curves = damagepred.fit_fragility(damagepred.open_study("house.dp"), bootstrap=20)
-    >>> ax = damagepred.plotting.draw_fragility(curves)
-    >>> ax.get_xlabel()
+    >>> study = damagepred.open_study("house.dp")
+    >>> damagepred.plotting.draw_fragility(damagepred.fit_fragility(study, bootstrap=20)).get_xlabel()
     'central deflection (mm)'
+    >>> surface = damagepred.fit_surface(study, 2, "joint.friction", bootstrap=20)
+    >>> damagepred.plotting.draw_fragility(surface).get_ylabel()
+    'joint, friction'
     """
-    require(
-        curves,
-        ("probability", "probability_lower", "probability_upper", "median", "dispersion", "fit_status", "intensity"),
-        "fragility curves as `damagepred.fit_fragility` returns them",
-    )
+    if "second" in curves.dims:
+        return _draw_surface(curves, ax)
+    require(curves, _CURVES, "fragility curves as `damagepred.fit_fragility` returns them")
     ax = axes_or_new(ax, 9.0, 6.0)
     in_metres = curves["intensity"].attrs.get("units") == "m"
     scale = MM if in_metres else 1.0
     x = curves["intensity"].values * scale
     handles: list[Line2D] = []
     for number, category in enumerate(curves["category"].values):
-        one = curves.isel(category=number)
+        curve = curves.isel(category=number)
         colour = CATEGORY_COLOURS[int(category) % len(CATEGORY_COLOURS)]
         style = CURVE_STYLES[number % len(CURVE_STYLES)]
-        status = str(one["fit_status"].item())
-        if "empirical" in one and status != EMPIRICAL:
-            _draw_shares(ax, curves, one["empirical"].values, scale, colour)
+        status = str(curve["fit_status"].item())
+        if "empirical" in curve and status != EMPIRICAL:
+            _draw_shares(ax, curves, curve["empirical"].values, scale, colour)
         name = f"category {int(category)} ({_name(curves, number)})"
         if status not in (*WITH_CURVE, EMPIRICAL):
             mark: dict[str, Any] = (
@@ -96,45 +106,47 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
             continue
         between = status == EMPIRICAL and "movements" in curves.attrs
         steps = status == EMPIRICAL and not between
-        # a form is not given, and what is known is known at the increments: straight between them
-        at = _at_increments(curves) if between else slice(None)
-        lower, upper = one["probability_lower"].values[at], one["probability_upper"].values[at]
+        # without a form the shares are known at the increments alone: linear between them
+        points = _at_increments(curves) if between else slice(None)
+        lower, upper = curve["probability_lower"].values[points], curve["probability_upper"].values[points]
         ax.fill_between(
-            x[at], lower, upper, color=colour, alpha=0.18, linewidth=0, zorder=1, step="post" if steps else None
+            x[points], lower, upper, color=colour, alpha=0.18, linewidth=0, zorder=1, step="post" if steps else None
         )
-        if "probability_failed_undamaged" in one:
-            least, most = (one[f"probability_failed_{end}"].values for end in ("undamaged", "damaged"))
+        if "probability_failed_undamaged" in curve:
+            least, most = (curve[f"probability_failed_{end}"].values for end in ("undamaged", "damaged"))
             ax.fill_between(
                 x, least, most, facecolor="none", edgecolor=colour, hatch="////", linewidth=0, alpha=0.5, zorder=2
             )
+        doubtful = "p_value" in curve and float(curve["p_value"]) < DOUBTFUL
         handles += ax.plot(
-            x[at],
-            one["probability"].values[at],
+            x[points],
+            curve["probability"].values[points],
             color=colour,
             linestyle=style,
             linewidth=2.0,
+            alpha=DIMMED if doubtful else 1.0,
             zorder=4,
             drawstyle="steps-post" if steps else "default",
-            label=f"{name}: {_parameters(one, float(x[-1]), scale, in_metres)}",
+            label=f"{name}: {_parameters(curve, float(x[-1]), scale, in_metres)}{'; doubtful fit' * doubtful}",
         )
     ax.set_xlim(float(x[0]), float(x[-1]))
     ax.set_ylim(0.0, 1.0)
     grid(ax)
     label_intensity(ax, curves, in_metres)
-    ax.set_ylabel("probability of the category or worse (1)")
+    ax.set_ylabel("probability of the category or worse")
     legend_below(ax, handles, 1, 0.6, left=True)
     set_title(ax, *_title(curves))
     return ax
 
 
 def _at_increments(curves: xr.Dataset) -> IntArray:
-    """Return the first points of curves at or beyond the movements of the increments."""
+    """First points of curves at or beyond the movements of the increments."""
     x = curves["intensity"].values
     return np.minimum(np.searchsorted(x, curves.attrs["movements"] - 1e-9 * x[-1]), len(x) - 1)
 
 
 def _draw_shares(ax: Axes, curves: xr.Dataset, share: FloatArray, scale: float, colour: str) -> None:
-    """Draw shares of walls: as points at the increments, where all walls have the same, otherwise as steps."""
+    """Draw shares of walls: as points at the increments where all walls have the same, otherwise as steps."""
     x = curves["intensity"].values * scale
     if "movements" not in curves.attrs:
         ax.plot(x, share, color=colour, linewidth=0.9, alpha=0.7, drawstyle="steps-post", zorder=3)
@@ -151,23 +163,23 @@ def _name(curves: xr.Dataset, number: int) -> str:
 
 
 _OTHER_UNITS = {"m-1": "1/m", "year": "years"}
-"""Units of movements that are neither lengths nor ratios, as they are shown."""
+"""Units of movements that are neither lengths nor ratios."""
 
 
-def _parameters(one: xr.Dataset, largest: float, scale: float, in_metres: bool) -> str:
-    beyond = str(one["fit_status"].item()) == EXTRAPOLATED
-    median = (median_lower_bound(one) if beyond else float(one["median"])) * scale
+def _parameters(curve: xr.Dataset, largest: float, scale: float, in_metres: bool) -> str:
+    beyond = str(curve["fit_status"].item()) == EXTRAPOLATED
+    median = (median_lower_bound(curve) if beyond else float(curve["median"])) * scale
     if not np.isfinite(median):
         return "fewer than half of the walls reached it"
-    unit = _OTHER_UNITS.get(str(one["intensity"].attrs.get("units")))
+    unit = _OTHER_UNITS.get(str(curve["intensity"].attrs.get("units")))
     shown = f"{median:.3g} {unit}" if unit else f"{plain_number(median)} mm" if in_metres else ratio(median)
     if beyond or median > largest:
         return f"median beyond {plain_number(largest) + ' mm' if in_metres else shown}, to which walls were moved"
-    scatter = float(one["dispersion"])
+    scatter = float(curve["dispersion"])
     return f"median {shown}" + (f", dispersion {scatter:.2f}" if np.isfinite(scatter) else "")
 
 
-def mark_site_classes(ax: Axes) -> None:
+def _mark_site_classes(ax: Axes) -> None:
     """Mark the largest surface movement of each class of sites (AS 2870) on an axis of y_s in mm."""
     low, high = ax.get_xlim()
     for site in site_classes():
@@ -176,7 +188,7 @@ def mark_site_classes(ax: Axes) -> None:
             continue
         if right < high:
             ax.axvline(right, color="0.45", linewidth=0.8, linestyle=":", zorder=2)
-        # below the frame's top, where curves that matter seldom are
+        # below the frame's top, where few curves run
         ax.annotate(
             site.name,
             ((left + right) / 2.0, 0.985),
@@ -189,19 +201,20 @@ def mark_site_classes(ax: Axes) -> None:
 
 
 def label_intensity(ax: Axes, curves: xr.Dataset, in_metres: bool) -> None:
-    """Name the horizontal axis after the intensity of curves or a surface, with marks 1/n on one of ratios."""
-    of = curves["intensity"].attrs
-    known = "intensity_measure" in curves.attrs
-    name = movement_words(curves) if known else str(of.get("long_name", "movement of the ground"))
-    if unit := _OTHER_UNITS.get(str(curves["intensity"].attrs.get("units"))):
+    """Label the horizontal axis with the intensity of curves or a surface; deflection ratios have marks 1/n."""
+    attributes = curves["intensity"].attrs
+    name = str(attributes.get("long_name", "movement of the ground"))
+    if "intensity_measure" in curves.attrs:
+        name = movement_words(curves)
+    if unit := _OTHER_UNITS.get(str(attributes.get("units"))):
         ax.set_xlabel(f"{name} ({unit})")
         return
     if in_metres:
         label_movement(ax, name)
         if name == OF_SITE:
-            mark_site_classes(ax)
+            _mark_site_classes(ax)
         return
-    ax.set_xlabel(f"{name} (1)")
+    ax.set_xlabel(name)
     largest = ax.get_xlim()[1]
     marks = [0.0]
     for mark in 1.0 / round_numbers(6)[::-1]:
@@ -228,3 +241,58 @@ def _title(curves: xr.Dataset) -> tuple[str, str]:
         what = "points" if "movements" in curves.attrs else "steps"
         parts.append(f"{what}: shares of the walls, no form given")
     return title[:1].upper() + title[1:], "; ".join(parts)
+
+
+def _draw_surface(surface: xr.Dataset, ax: Axes | None) -> Axes:
+    """Draw a surface: movement across, second variable upwards, probability in colours."""
+    require(surface, _SURFACE, "a fragility surface as `damagepred.fit_surface` returns it")
+    ax = axes_or_new(ax, 8.5, 6.0)
+    in_metres = surface["intensity"].attrs.get("units") == "m"
+    scale = MM if in_metres else 1.0
+    units = str(surface["second"].attrs.get("units", "1"))
+    factor, unit = _SECOND.get(units, (1.0, units))
+    x, y = scale * surface["intensity"].values, factor * surface["second"].values
+    category = (
+        f"category {int(surface.attrs['category'])} ({verbatim(str(surface.attrs['category_name']).replace('_', ' '))})"
+    )
+    second = str(surface.attrs["second_variable"]).replace("_", " ").replace(".", ", ")
+    if str(surface["fit_status"].item()) not in WITH_CURVE:
+        say_nothing_to_draw(ax, f"no surface: {surface['fit_status'].item()}")
+    else:
+        filled = ax.contourf(x, y, surface["probability"].values, LEVELS, cmap="YlOrRd", zorder=1)
+        ax.contour(x, y, surface["probability"].values, LINES, colors="black", linewidths=[0.8, 1.6, 0.8], zorder=3)
+        bar = figure_of(ax).colorbar(filled, ax=ax, ticks=LEVELS)
+        bar.set_label("probability of the category or worse")
+        handles = [
+            Line2D([], [], color="black", linewidth=1.6, label="probability 0.5"),
+            Line2D([], [], color="black", linewidth=0.8, label="0.1 and 0.9"),
+        ]
+        if np.isfinite(surface["median_lower"].values).all():
+            dashed: dict[str, Any] = {"color": "black", "linestyle": "--", "linewidth": 1.0}
+            for end in ("lower", "upper"):
+                ax.plot(scale * surface[f"median_{end}"].values, y, zorder=3, **dashed)
+            handles.append(
+                Line2D([], [], label=f"{float(surface.attrs['confidence']):.0%} band of the median", **dashed)
+            )
+        ax.set_xlim(x[0], x[-1])
+        ax.set_ylim(y[0], y[-1])
+        label_intensity(ax, surface, in_metres)
+        ax.set_ylabel(f"{second} ({unit})" if unit else second)
+        legend_below(ax, handles, 3, 0.6, left=True)
+    title = title_of(surface, "fragility surface")
+    failed = int(surface.attrs.get("samples_failed", 0))
+    walls = f"{int(surface.attrs['samples'])} walls" + (f", {failed} of them failed" if failed else "")
+    set_title(ax, title[:1].upper() + title[1:], f"{category} or worse; {walls}{_explained(surface)}")
+    return ax
+
+
+def _explained(surface: xr.Dataset) -> str:
+    """Slope of the median with the second variable, and the remaining dispersion, in words."""
+    if str(surface["fit_status"].item()) not in WITH_CURVE:
+        return ""
+    slope, low, high = (float(surface[f"slope{end}"]) for end in ("", "_lower", "_upper"))
+    band = f" ({low:.2f} to {high:.2f})" if np.isfinite(low) else ""
+    scatter = f"dispersion {float(surface['dispersion']):.2f}, {float(surface['dispersion_alone']):.2f} without it"
+    if surface.attrs.get("scale") == "log":
+        return f"; median goes with its power {slope:.2f}{band}; {scatter}"
+    return f"; ln(median) changes by {slope:.3g} per unit; {scatter}"

@@ -1,4 +1,4 @@
-"""Blocks and joints of a stored wall: how blocks have moved, which blocks a joint lies between."""
+"""Blocks, joints and zones of a stored wall: how blocks have moved, which blocks a joint lies between."""
 
 from __future__ import annotations
 
@@ -13,30 +13,16 @@ from damagepred.enumerations import ContactKind
 from damagepred.plotting.sheet import round_numbers
 
 FINITE_ROTATION = 0.02
-"""Rotation (rad) from which it is drawn as it is."""
+"""Rotation (rad) from which it is drawn in full, not to first order."""
 NO_BLOCK = -1
 """Stands for the ground, and for a block that could not be found."""
-
-
-DRAWN_DISPLACEMENT = 0.045
-"""Largest displacement on the drawing, as a fraction of the wall's length."""
-
-LARGEST_EXAGGERATION = 1000.0
+DRAWN_DISPLACEMENT, LARGEST_EXAGGERATION = 0.045, 1000.0
+"""Largest displacement on the drawing as a fraction of the wall's length, and largest factor for it."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Rigid motion of the blocks at one increment; n of them.
-
-    Attributes
-    ----------
-    x, y : array (n,)
-        Centroids (m).
-    displacement : array (n, 2)
-        Of the centroids (m).
-    rotation : array (n,)
-        Counter-clockwise (rad).
-    """
+    """Rigid motion of n blocks at an increment: centroids (m), their displacement (n, 2) (m), rotation (rad)."""
 
     x: FloatArray
     y: FloatArray
@@ -45,13 +31,13 @@ class Motion:
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int) -> Motion:
-        """Read the motion from a one-wall dataset at the increment with that position."""
+        """Motion at the increment with that position."""
         step = ds.isel(increment=increment)
         moved = np.column_stack((step["block_displacement_x"].values, step["block_displacement_y"].values))
         return cls(ds["block_x"].values, ds["block_y"].values, moved, step["block_rotation"].values)
 
     def at(self, block: IntArray, points: FloatArray) -> FloatArray:
-        """Return the displacement of points that move with blocks."""
+        """Displacement (p, 2) of points that move with blocks; of small rotations to first order, to be exaggerated."""
         turn = self.rotation[block]
         arm_x, arm_y = points[:, 0] - self.x[block], points[:, 1] - self.y[block]
         large = np.abs(turn) > FINITE_ROTATION
@@ -61,34 +47,23 @@ class Motion:
 
 
 def corners(ds: xr.Dataset) -> tuple[FloatArray, IntArray]:
-    """Return the corners of all blocks, (v, 2) in m, and the block each belongs to, (v,)."""
+    """Corners of all blocks, (v, 2) in m, and the block of each, (v,)."""
     points = np.column_stack((ds["vertex_x"].values, ds["vertex_y"].values))
     return points, np.asarray(ds["vertex_block"].values, dtype=np.int64)
 
 
 def polygons(points: FloatArray, block: IntArray) -> list[FloatArray]:
-    """Split corners into one polygon a block, in the order of the blocks."""
+    """Split corners into one polygon per block, in the order of the blocks."""
     return np.split(points, np.flatnonzero(np.diff(block)) + 1)
 
 
 @dataclass(frozen=True)
 class Faces:
-    """The interfaces of a wall at one increment; m of them.
+    """The m interfaces of a wall at an increment.
 
-    Attributes
-    ----------
-    start, end : array (m, 2)
-        Ends before any movement (m).
-    normal : array (m, 2)
-        Unit normal, from block a to block b.
-    kind : array of int (m,)
-        Flag value of ``contact_kind``.
-    opening : array (m,)
-        Widest opening (m), up to the joint's ends, 0 where it is closed.
-    crack : array (m,)
-        The same where the bond is broken, 0 if it is nowhere.
-    slip : array (m,)
-        Largest plastic slip of a contact that is closed (m), either way, 0 if none slips.
+    Ends before any movement and unit normals from block a to block b, (m, 2); flag of ``contact_kind``; widest opening
+    (m), up to the joint's ends, 0 where it is closed; the same where the bond is broken; largest plastic slip of a
+    closed contact (m).
     """
 
     start: FloatArray
@@ -101,20 +76,20 @@ class Faces:
 
     @classmethod
     def of(cls, ds: xr.Dataset, increment: int) -> Faces:
-        """Gather the contacts of a one-wall dataset by interface, at the increment with that position."""
+        """Contacts gathered by interface at the increment with that position."""
         joints = JointMap.from_dataset(ds)
         shape = joints.contact_x.shape
 
-        def at(name: str) -> FloatArray:
+        def values(name: str) -> FloatArray:
             return np.asarray(ds[f"contact_{name}"].values[increment]).reshape(shape)
 
-        gap = joints.widest(at("opening"))
-        crack = np.where(at("state") == 1, gap, 0.0)
+        gap = joints.widest(values("opening"))
+        crack = np.where(values("state") == 1, gap, 0.0)
         slip = np.zeros(shape)
         if "contact_slip" in ds.variables:
-            slip = np.where(at("opening") <= 0.0, np.abs(at("slip")), 0.0)
+            slip = np.where(values("opening") <= 0.0, np.abs(values("slip")), 0.0)
         normal = np.column_stack([ds[f"contact_normal_{axis}"].values.reshape(shape)[:, 0] for axis in "xy"])
-        widest = (values.max(axis=1, initial=0.0) for values in (gap, crack, slip))
+        widest = (field.max(axis=1, initial=0.0) for field in (gap, crack, slip))
         return cls(joints.start, joints.end, normal, joints.kind.astype(np.int64), *widest)
 
     @property
@@ -124,68 +99,68 @@ class Faces:
 
     @property
     def is_mortar(self) -> BoolArray:
-        """Which are mortar joints between bricks, (m,)."""
+        """Mortar joints between bricks."""
         return (self.kind == ContactKind.BED_JOINT) | (self.kind == ContactKind.HEAD_JOINT)
 
     @property
     def is_footing(self) -> BoolArray:
-        """Which lie between wall and footing, (m,)."""
+        """Interfaces between wall and footing."""
         return self.kind == ContactKind.FOOTING_INTERFACE
 
     @property
     def is_dpc(self) -> BoolArray:
-        """Which are the dpc, (m,)."""
+        """Interfaces of the dpc."""
         return self.kind == ContactKind.DPC
 
     @property
     def is_control(self) -> BoolArray:
-        """Which lie in control joints, (m,)."""
+        """Interfaces in control joints."""
         return self.kind == ContactKind.CONTROL_JOINT
 
     def pick(self, chosen: BoolArray) -> Faces:
-        """Return those where ``chosen`` (m,) is True."""
+        """Interfaces where ``chosen`` (m,) is True."""
         return Faces(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
 
     def neighbours(self, points: FloatArray, block: IntArray) -> tuple[IntArray, IntArray]:
-        """Return the blocks a and b on either side, each (m,), -1 for the ground."""
+        """Blocks a and b on either side, each (m,), -1 for the ground; see ``block_at`` for the arguments."""
         middle = (self.start + self.end) / 2
         step = self.normal * 1e-3 * np.hypot(*(self.end - self.start).T)[:, None]
         return block_at(middle - step, points, block), block_at(middle + step, points, block)
 
 
 def block_at(places: FloatArray, points: FloatArray, block: IntArray) -> IntArray:
-    """Return the convex block that each place lies in, -1 where there is none."""
+    """Convex block at each place (p, 2), -1 without any; corners (v, 2) counter-clockwise, block by block."""
     first = np.concatenate(([0], np.flatnonzero(np.diff(block)) + 1))
     following = np.arange(1, len(points) + 1)
     following[np.append(first[1:], len(points)) - 1] = first
     edge = points[following] - points
-    found = np.full(len(places), NO_BLOCK, dtype=np.int64)
+    blocks = np.full(len(places), NO_BLOCK, dtype=np.int64)
     for rows in np.array_split(np.arange(len(places)), len(places) // 256 + 1):
         arm = places[rows, None, :] - points
         left_of = edge[:, 0] * arm[..., 1] - edge[:, 1] * arm[..., 0] >= 0.0
         inside = np.logical_and.reduceat(left_of, first, axis=1)
-        found[rows] = np.where(inside.any(axis=1), block[first[inside.argmax(axis=1)]], NO_BLOCK)
-    return found
+        blocks[rows] = np.where(inside.any(axis=1), block[first[inside.argmax(axis=1)]], NO_BLOCK)
+    return blocks
 
 
 def footing_blocks(ds: xr.Dataset) -> BoolArray:
-    """Return which blocks are the footing, (n,): none where the movement is that of the wall's underside."""
+    """Blocks of the footing, (n,): none where the ground moves the wall's underside."""
     faces, (points, block) = Faces.of(ds, 0), corners(ds)
-    found = np.zeros(ds.sizes["block"], dtype=np.bool_)
+    beside = np.zeros(ds.sizes["block"], dtype=np.bool_)
     below, _ = faces.pick(faces.is_footing).neighbours(points, block)
-    ours = faces.pick(np.isin(faces.kind, (ContactKind.FOOTING_SECTION, ContactKind.SOIL, ContactKind.SUPPORT)))
-    for side in (below, *ours.neighbours(points, block)):
-        found[side[side >= 0]] = True
-    return found & (ds["block_course"].values < 0)
+    under = faces.pick(np.isin(faces.kind, (ContactKind.FOOTING_SECTION, ContactKind.SOIL, ContactKind.SUPPORT)))
+    for side in (below, *under.neighbours(points, block)):
+        beside[side[side >= 0]] = True
+    return beside & (ds["block_course"].values < 0)
 
 
 def ground_profile(
     ds: xr.Dataset, increment: int, kind: int = ContactKind.FOOTING_INTERFACE
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the ground under a wall from left to right: place, height and upward displacement, each (g,) in m.
+    """Ground under a wall from left to right: place, height and upward displacement, each (g,) in m.
 
-    The ground is the underside of the wall less the opening of the footing's interface; of soil, which
-    gives under a footing, it is the surface as it would be without the footing.
+    It is the underside of the wall less the opening of the footing's interface; of soil, which gives under a footing
+    (``ContactKind.SOIL``), the surface as it would be without the footing.
     """
     footing = np.flatnonzero(ds["contact_kind"].values == kind)
     if not footing.size:
@@ -206,7 +181,7 @@ def ground_profile(
 
 
 def soil_surface(ds: xr.Dataset, increment: int, footing: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the surface of soil under a footing, pressed down where this rests on it; see ``ground_profile``."""
+    """Surface of soil under a footing, pressed down where the footing rests on it; see ``ground_profile``."""
     x, height, rise = ground_profile(ds, increment, ContactKind.SOIL)
     if not len(x):
         return x, height, rise
@@ -214,14 +189,14 @@ def soil_surface(ds: xr.Dataset, increment: int, footing: BoolArray) -> tuple[Fl
 
 
 def settlement(ds: xr.Dataset) -> float | None:
-    """Return the mean upward displacement (m) of a footing on soil under dead load; None without soil."""
+    """Mean upward displacement (m) of a footing on soil under dead load; None without soil."""
     if not (ds["contact_kind"].values == ContactKind.SOIL).any():
         return None
     return float(footing_rise(ds, 0, footing_blocks(ds))[1].mean())
 
 
 def round_exaggeration(displacement: FloatArray, length: float) -> float:
-    """Return the round number that shows the largest displacement as about 4.5 % of the wall's length."""
+    """Round factor that shows the largest displacement (..., 2) as about 4.5 % of the wall's length (m)."""
     largest = float(np.hypot(displacement[..., 0], displacement[..., 1]).max(initial=0.0))
     if not np.isfinite(largest) or largest <= 0.0:
         return 1.0
@@ -230,18 +205,59 @@ def round_exaggeration(displacement: FloatArray, length: float) -> float:
     return float(factors[np.argmin(np.abs(np.log(factors / wanted)))])
 
 
-def footing_rise(ds: xr.Dataset, increment: int, chosen: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return places along a footing (m), left to right, and how far it has gone up there (m)."""
-    if "gridpoint_x" in ds.variables and np.isin(np.flatnonzero(chosen), ds["gridpoint_block"].values).any():
-        own = np.flatnonzero(chosen[ds["gridpoint_block"].values])
-        y = ds["gridpoint_y"].values[own]
-        own = own[y < y.min() + 1e-9]
-        order = own[np.argsort(ds["gridpoint_x"].values[own])]
+def footing_rise(ds: xr.Dataset, increment: int, footing: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Places along a footing (m), left to right, and its upward displacement there (m)."""
+    if "gridpoint_x" in ds.variables and np.isin(np.flatnonzero(footing), ds["gridpoint_block"].values).any():
+        points = np.flatnonzero(footing[ds["gridpoint_block"].values])
+        y = ds["gridpoint_y"].values[points]
+        points = points[y < y.min() + 1e-9]
+        order = points[np.argsort(ds["gridpoint_x"].values[points])]
         return ds["gridpoint_x"].values[order], ds["gridpoint_displacement_y"].values[increment, order]
     motion = Motion.of(ds, increment)
-    own = np.flatnonzero(chosen)
-    own = own[np.argsort(motion.x[own])]
+    segments = np.flatnonzero(footing)
+    segments = segments[np.argsort(motion.x[segments])]
     left, right = float(ds["vertex_x"].values.min()), float(ds["vertex_x"].values.max())
-    # a beam of segments is true to their middles; its ends go with the outermost
-    x, block = np.concatenate(([left], motion.x[own], [right])), np.concatenate((own[:1], own, own[-1:]))
+    # a beam of segments is exact at their middles; its ends move with the outermost segments
+    x = np.concatenate(([left], motion.x[segments], [right]))
+    block = np.concatenate((segments[:1], segments, segments[-1:]))
     return x, motion.at(block, np.column_stack((x, motion.y[block])))[:, 1]
+
+
+def has_zones(ds: xr.Dataset) -> bool:
+    """Whether zones are stored."""
+    return "zone_state" in ds.variables
+
+
+@dataclass(frozen=True)
+class Zones:
+    """Zones before any movement: g gridpoints (g, 2) (m), gridpoints of each zone (z, 3), block of each zone (z,)."""
+
+    points: FloatArray
+    corners: IntArray
+    block: IntArray
+
+    @classmethod
+    def of(cls, ds: xr.Dataset) -> Zones:
+        """Zones of a dataset."""
+        points = np.column_stack((ds["gridpoint_x"].values, ds["gridpoint_y"].values))
+        return cls(points, ds["zone_gridpoint"].values.astype(np.int64), ds["zone_block"].values.astype(np.int64))
+
+    @property
+    def area(self) -> FloatArray:
+        """Area of each zone (z,) (m2)."""
+        a, b, c = (self.points[self.corners[:, k]] for k in range(3))
+        return np.asarray(0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (c - a)[:, 0] * (b - a)[:, 1]), dtype=np.float64)
+
+    def at_gridpoints(self, values: FloatArray) -> FloatArray:
+        """Values of the zones (z,) as means at the gridpoints (g,), weighted by area, each block for itself."""
+        weight = np.repeat(self.area, 3)
+        count = len(self.points)
+        total = np.bincount(self.corners.ravel(), weight * np.repeat(values, 3), count)
+        return np.asarray(total / np.bincount(self.corners.ravel(), weight, count))
+
+    def rims(self) -> IntArray:
+        """Gridpoints at both ends of every edge on a block's boundary, (r, 2)."""
+        edges = np.concatenate([self.corners[:, [k, (k + 1) % 3]] for k in range(3)])
+        key = edges.min(axis=1) * len(self.points) + edges.max(axis=1)
+        _, first, count = np.unique(key, return_index=True, return_counts=True)
+        return np.asarray(edges[first[count == 1]])

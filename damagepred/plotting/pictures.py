@@ -1,11 +1,13 @@
-"""Pictures in files: each written whole or not at all."""
+"""Pictures in files, each written completely or not at all."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from damagepred.archive.files import PICTURES, check_output, write_whole
@@ -13,25 +15,24 @@ from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray
 from damagepred.enumerations import ContactKind
 from damagepred.inputs.arguments import checked
-from damagepred.plotting.back_analysis import draw_back_analysis
-from damagepred.plotting.comparison import draw_comparison
+from damagepred.plotting.analyses import (
+    draw_back_analysis,
+    draw_comparison,
+    draw_design_search,
+    draw_scales,
+    draw_sensitivity,
+)
 from damagepred.plotting.cracks import cracks_sheet
 from damagepred.plotting.deformed import Deformed
-from damagepred.plotting.design_search import draw_design_search
-from damagepred.plotting.dpc import draw_dpc_opening, draw_footing_opening
-from damagepred.plotting.footing import draw_footing, draw_jack_load, has_footing
+from damagepred.plotting.field import draw
+from damagepred.plotting.footing import draw_dpc_opening, draw_footing
 from damagepred.plotting.fragility import draw_fragility
-from damagepred.plotting.fragility_surface import draw_fragility_surface
-from damagepred.plotting.history import draw_history, draw_hysteresis, draw_load
-from damagepred.plotting.openings import draw_opening_width_change
-from damagepred.plotting.scales import draw_scales
-from damagepred.plotting.sensitivity import draw_sensitivity
-from damagepred.plotting.sheet import DPI, figure_of, new_figure, text_size, title_of
-from damagepred.plotting.stress import draw_stress, stress_levels
-from damagepred.plotting.study import draw_category_shares, draw_crack_widths
+from damagepred.plotting.geometry import has_zones
+from damagepred.plotting.history import draw_history
+from damagepred.plotting.sheet import DPI, figure_of, new_figure
+from damagepred.plotting.stress import stress_levels
+from damagepred.plotting.study import draw_category_shares
 from damagepred.plotting.wall import draw_wall
-from damagepred.plotting.zone_geometry import has_zones
-from damagepred.plotting.zones import draw_zone_states
 from damagepred.results.rejudge import shown_gaps
 
 
@@ -47,14 +48,14 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     Parameters
     ----------
     ds : xarray.Dataset
-        Of one wall, as ``damagepred.solve`` returns it.
+        Result of one wall (``damagepred.solve``).
     folder : str or Path
-        Where to write; made if it does not exist.
+        Folder to write to; made if it does not exist.
 
     Returns
     -------
     list of Path
-        The files written.
+        Files written.
 
     Raises
     ------
@@ -73,66 +74,69 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     check_output(folder)
     sheets = {"wall.png": figure_of(draw_wall(ds)), "dpc_opening.png": figure_of(draw_dpc_opening(ds))}
     if "footing" in shown_gaps(ds):
-        sheets["footing_opening.png"] = figure_of(draw_footing_opening(ds))
+        sheets["footing_opening.png"] = figure_of(draw_dpc_opening(ds, bed="footing"))
     if ds.sizes.get("opening", 0):
         sheets["opening_width.png"] = _opening_width(ds)
     if not is_dynamic(ds):
         sheets["cracks.png"] = cracks_sheet(ds)
     sheets["history.png"] = figure_of(draw_history(ds))
     if "crack_width_worst" in ds.variables:
-        sheets["hysteresis.png"] = figure_of(draw_hysteresis(ds))
+        with_dpc = (ds["contact_kind"].values == ContactKind.DPC).any()
+        sheets["hysteresis.png"] = figure_of(draw(ds, "dpc_opening_max" if with_dpc else "crack_width_max"))
     if "load_force" in ds.variables:
-        sheets["load.png"] = figure_of(draw_load(ds))
-    if has_footing(ds):
+        gauge = "gauge_opening" if "gauge_opening" in ds.variables else "load_displacement"
+        sheets["load.png"] = figure_of(draw(ds, "load_force", against=gauge))
+    if "section_moment" in ds.variables:
         sheets["footing.png"] = figure_of(draw_footing(ds)[0])
     if "jack_load" in ds.variables:
-        sheets["jack_load.png"] = figure_of(draw_jack_load(ds))
+        sheets["jack_load.png"] = figure_of(draw(ds, "support_load", draw(ds, "jack_load", label="each jack")))
     return _save_all(sheets | stress_sheets(ds), folder)
 
 
 def stress_sheets(ds: xr.Dataset) -> dict[str, Figure]:
-    """Draw stresses half-way and at the end; of rigid blocks, for which there is one mean each, at the end alone."""
+    """Stresses half-way and at the end; of rigid blocks, which have one mean each, along the wall at the end."""
     if not has_zones(ds):
-        return {} if is_dynamic(ds) else {"stress_xx.png": figure_of(draw_stress(ds))}
+        return {} if is_dynamic(ds) else {"stress_xx.png": figure_of(draw(ds, "stress_xx"))}
     last = ds.sizes["increment"] - 1
     both = sorted({half_way(ds), last})
-    sheets = {f"stress_{name}.png": stress_sheet(ds, [(name, i) for i in both]) for name in ("xx", "yy", "xy")}
-    sheets["principal_stress.png"] = stress_sheet(ds, [("largest", last), ("smallest", last)])
+    sheets = {f"{name}.png": stress_sheet(ds, [(name, i) for i in both]) for name in _COMPONENTS}
+    sheets["principal_stress.png"] = stress_sheet(ds, [("stress_largest", last), ("stress_smallest", last)])
     if ds["zone_state"].values.any():
-        sheets["zone_states.png"] = figure_of(draw_zone_states(ds))
+        sheets["zone_states.png"] = figure_of(draw(ds, "zone_state"))
     return sheets
 
 
+_COMPONENTS = ("stress_xx", "stress_yy", "stress_xy")
+
+
 def half_way(ds: xr.Dataset) -> int:
-    """Return the position of the first increment with half of the last one's progress."""
+    """Position of the first increment with half of the last one's progress."""
     progress = ds["progress"].values
     return int(np.argmax(progress >= 0.5 * progress[-1] - 1e-9))
 
 
 def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]], levels: FloatArray | None = None) -> Figure:
-    """Draw stresses one under the other, the same one at several increments in the same colours."""
+    """Stresses at positions of increments one below the other, each with the same colours at all of them."""
     walls = [Deformed.of(ds, increment, None) for _, increment in panels]
-    figure = new_figure(10.0, sum(wall.sheet_height(1.4) for wall in walls))
-    factor = walls[-1].factor
+    figure = new_figure(10.0, sum(wall.sheet_height(2.2) for wall in walls))
     figure.set_layout_engine("constrained", w_pad=0.12)  # drawings to scale are shifted in their places
-    for ax, (component, increment) in zip(np.atleast_1d(figure.subplots(len(panels), 1)), panels):
-        own = stress_levels(ds, component, [i for c, i in panels if c == component]) if levels is None else levels
-        draw_stress(ds, ax, component, increment, factor, own)
+    for ax, (name, increment) in zip(np.atleast_1d(figure.subplots(len(panels), 1)), panels):
+        alike = stress_levels(ds, name, [i for n, i in panels if n == name]) if levels is None else levels
+        draw(ds, name, ax, increment=increment, exaggeration=walls[-1].factor, levels=alike)
     return figure
 
 
 def _opening_width(ds: xr.Dataset) -> Figure:
     if not (ds["contact_kind"].values == ContactKind.DPC).any():
-        return figure_of(draw_opening_width_change(ds))
+        return figure_of(draw(ds, "opening_width_change"))
     figure = new_figure(12.0, 5.0)
     left, right = figure.subplots(1, 2, sharey=True)
-    draw_opening_width_change(ds, left)
-    draw_opening_width_change(ds, right, against="dpc_opening_max")
-    for ax in (left, right):
-        ax.set_title("", loc="left")
+    draw(ds, "opening_width_change", left)
+    draw(ds, "opening_width_change", right, against="dpc_opening_max")
+    right.set_title("", loc="left")
+    if (legend := right.get_legend()) is not None:
+        legend.remove()
     right.set_ylabel("")
-    title = f"{title_of(ds, 'wall')}\nopenings: widening is positive"
-    figure.suptitle(title, x=0.01, ha="left", fontsize=text_size(left))
     return figure
 
 
@@ -143,14 +147,14 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     Parameters
     ----------
     ds : xarray.Dataset
-        As ``damagepred.open_study`` returns it.
+        Study (``damagepred.open_study``).
     folder : str or Path
-        Where to write; made if it does not exist.
+        Folder to write to; made if it does not exist.
 
     Returns
     -------
     list of Path
-        The files written.
+        Files written.
 
     Raises
     ------
@@ -168,7 +172,7 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     """
     check_output(folder)
     sheets = {
-        "crack_widths.png": figure_of(draw_crack_widths(ds)),
+        "crack_widths.png": figure_of(draw(ds, "crack_width_max")),
         "category_shares.png": figure_of(draw_category_shares(ds)),
     }
     return _save_all(sheets, folder)
@@ -176,20 +180,20 @@ def save_study_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
 
 @checked
 def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
-    """Draw fragility curves, a surface, a comparison, a back-analysis, or what damage depends on, into a file.
+    """Draw fragility curves, a surface, or the result of another analysis of studies into a file.
 
     Parameters
     ----------
     curves : xarray.Dataset
-        As ``damagepred.fit_fragility``, ``damagepred.fit_surface``, ``damagepred.compare``, ``damagepred.infer`` or
-        ``damagepred.analyses.variance_shares.study_sensitivity`` returns it.
+        Result of ``fit_fragility``, ``fit_surface``, ``compare``, ``infer``, ``search_design``, ``compare_scales`` or
+        ``study_sensitivity``.
     path : str or Path
-        Ending in .png, .pdf or .svg; its folder is made if it does not exist.
+        File ending in .png, .pdf or .svg; its folder is made if it does not exist.
 
     Returns
     -------
     Path
-        The file written.
+        File written.
 
     Raises
     ------
@@ -207,26 +211,27 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     """
     file = Path(path)
     check_output(file, *PICTURES, new_folder=True)
-    if "posterior" in curves:
-        return _save_all({file.name: figure_of(draw_back_analysis(curves)[0])}, file.parent)[0]
-    if "extra_cost" in curves:
-        return _save_all({file.name: figure_of(draw_design_search(curves)[0])}, file.parent)[0]
-    if "agreement" in curves:
-        return _save_all({file.name: figure_of(draw_scales(curves))}, file.parent)[0]
-    if "spearman" in curves:
-        return _save_all({file.name: figure_of(draw_sensitivity(curves)[0])}, file.parent)[0]
-    if "difference" in curves:
-        return _save_all({file.name: figure_of(draw_comparison(curves)[0])}, file.parent)[0]
-    draw = draw_fragility_surface if "second" in curves.dims else draw_fragility
-    return _save_all({file.name: figure_of(draw(curves))}, file.parent)[0]
+    draw_result = next((draw for name, draw in _DRAWINGS.items() if name in curves), draw_fragility)
+    drawing = draw_result(curves)
+    figure = figure_of(drawing[0] if isinstance(drawing, list) else drawing)
+    return _save_all({file.name: figure}, file.parent)[0]
+
+
+_DRAWINGS: dict[str, Callable[[xr.Dataset], Axes | list[Axes]]] = {
+    "posterior": draw_back_analysis,
+    "extra_cost": draw_design_search,
+    "agreement": draw_scales,
+    "spearman": draw_sensitivity,
+    "difference": draw_comparison,
+}
+"""Drawing of a result by the name of a variable that no other result has."""
 
 
 def _save_all(sheets: dict[str, Figure], folder: str | Path) -> list[Path]:
-    place = Path(folder)
-    place.mkdir(parents=True, exist_ok=True)
-    for name, figure in sheets.items():
-        kind = Path(name).suffix.lstrip(".").lower()
+    files = [Path(folder) / name for name in sheets]
+    files[0].parent.mkdir(parents=True, exist_ok=True)
+    for file, figure in zip(files, sheets.values()):
         # drawings to scale may be shifted out of a sheet that is not of their shape: nothing is cut off
-        how = {"dpi": DPI, "format": kind, "bbox_inches": "tight", "pad_inches": 0.1}
-        write_whole(place / name, lambda file, f=figure, h=how: f.savefig(file, **h))  # type: ignore[misc]
-    return [place / name for name in sheets]
+        how = {"dpi": DPI, "format": file.suffix.lstrip(".").lower(), "bbox_inches": "tight", "pad_inches": 0.1}
+        write_whole(file, lambda place, f=figure, h=how: f.savefig(place, **h))  # type: ignore[misc]
+    return files

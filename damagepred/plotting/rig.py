@@ -1,4 +1,4 @@
-"""Drawings under a wall: the footing as a beam of its own, its supports and jacks, the ground."""
+"""Drawings under a wall: footing beam, supports, jacks, ground."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ TRIANGLE, ARROW = 0.018, 0.06
 
 
 def draw_footing_blocks(ax: Axes, wall: Deformed) -> None:
-    """Draw the blocks of a footing; those with zones as their gridpoints have moved."""
+    """Draw the blocks of a footing, deformable ones zone by zone."""
     style: dict[str, Any] = {"facecolors": FOOTING_COLOUR, "zorder": 2, "snap": False, "label": "footing"}
     rigid = [wall.outlines[i] for i in np.flatnonzero(wall.footing & wall.rigid)]
     if rigid:
         ax.add_collection(PolyCollection(rigid, edgecolors=FOOTING_EDGE, linewidths=0.35, **style))
     if (wall.footing & ~wall.rigid).any():
         zones, places = wall.zones, wall.gridpoints
-        own = places[zones.corners[wall.footing[zones.block]]]
-        ax.add_collection(PolyCollection(list(own), edgecolors=FOOTING_COLOUR, linewidths=0.3, **style))
+        beam = places[zones.corners[wall.footing[zones.block]]]
+        ax.add_collection(PolyCollection(list(beam), edgecolors=FOOTING_COLOUR, linewidths=0.3, **style))
         rims = zones.rims()
         rims = rims[wall.footing[wall.ds["gridpoint_block"].values[rims[:, 0]]]]
         ax.add_collection(LineCollection(list(places[rims]), colors=FOOTING_EDGE, linewidths=0.5, zorder=2))
@@ -37,23 +37,12 @@ def draw_soil(ax: Axes, wall: Deformed) -> None:
     """Draw the surface of the ground, pressed down where the footing rests on it."""
     x, height, rise = soil_surface(wall.ds, wall.increment, wall.footing)
     if len(x):
-        name = "surface of the ground"
-        ax.plot(
-            x,
-            height + wall.factor * (rise - (wall.datum or 0.0)),
-            color=SOIL_COLOUR,
-            linewidth=1.4,
-            zorder=3.5,
-            label=name,
-        )
+        style: dict[str, Any] = {"color": SOIL_COLOUR, "linewidth": 1.4, "zorder": 3.5}
+        ax.plot(x, height + wall.factor * (rise - (wall.datum or 0.0)), label="surface of the ground", **style)
 
 
 def draw_rig(ax: Axes, wall: Deformed) -> None:
-    """Draw supports as triangles and jacks as arrows, with their loads, under the footing as it has moved.
-
-    A jack that pushes has an arrow up to the footing, one that pulls an arrow down from it, as long as its load is
-    beside the largest of the path; an idle one has none.
-    """
+    """Draw supports as triangles and jacks as arrows with their loads, in proportion to the largest of the path."""
     ds, increment, factor = wall.ds, wall.increment, wall.factor
     length = float(np.ptp(ds["vertex_x"].values))
     low = float(ds["vertex_y"].values.min())
@@ -98,8 +87,8 @@ def draw_test(ax: Axes, wall: Deformed) -> None:
         out_x, out_y = {"top": (0.0, 1.0), "left": (-1.0, 0.0), "right": (1.0, 0.0)}[load.side]
         from_x, from_y = (out_x, out_y) if load.direction == "towards" else (-out_y, abs(out_x))
         side = length if load.side == "top" else height
-        at = side / 2.0 if load.at is None else load.at
-        x, y = (at, height) if load.side == "top" else (length if load.side == "right" else 0.0, at)
+        middle = side / 2.0 if load.at is None else load.at
+        x, y = (middle, height) if load.side == "top" else (length if load.side == "right" else 0.0, middle)
         tip = x + near * out_x, y + near * out_y
         tail = tip[0] + reach * from_x, tip[1] + reach * from_y
         arrow = {"arrowstyle": "-|>", "color": RIG_COLOUR, "shrinkA": 0, "shrinkB": 0}

@@ -11,8 +11,10 @@ import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
-from matplotlib.transforms import ScaledTranslation, Transform
+from matplotlib.transforms import ScaledTranslation, Transform, blended_transform_factory
 
 from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray, IntArray
@@ -30,22 +32,28 @@ WIDEST_UPRIGHT = 12.0
 """Width of a sheet (inches) beyond which it is meant for a page in landscape: many panels stand beside each other."""
 
 TEXT, SMALL = 8.0, 0.88
-"""Size of labels and titles at that width (points), and that of legends and notes as a share of it: 7 points."""
+"""Size of labels and titles at that width (points), and size of legends and notes as a share of it: 7 points."""
 
 LETTERS_PER_INCH = 155.0
-"""Of a title whose letters have one point, by the width of its axes before the layout has been found: it widens them.
-"""
+"""Letters of one point per inch of a title, by the width of its axes before the layout, which widens them."""
 
-MM = 1e3
-"""Millimetres in a metre."""
+MM, KN, MPA = 1e3, 1e-3, 1e-6
+"""Millimetres in a metre, kilonewtons in a newton, megapascals in a pascal."""
 
 
-KN = 1e-3
-"""Kilonewtons in a newton."""
+_UNITS = {
+    "m": (MM, "mm"),
+    "Pa": (MPA, "MPa"),
+    "N": (KN, "kN"),
+    "N m": (KN, "kNm"),
+    "m-1": (1e3, "1/km"),
+    "rad": (1e3, "mrad"),
+    "1": (1.0, ""),
+}
 
 
 class Sheet(Figure):
-    """A figure whose letters grow with its width, so that they can be read where it is as wide as a page."""
+    """Figure whose letters grow with its width, so that they can be read where it is as wide as a page."""
 
     def add_subplot(self, *args: Any, **kwargs: Any) -> Any:
         """Add axes, see ``matplotlib.figure.Figure``; labels and ticks have the size of the sheet's text."""
@@ -67,71 +75,77 @@ class Sheet(Figure):
 
 
 def text_size(ax: Axes) -> float:
-    """Return the size of the labels of axes (points), which all other text on them follows."""
+    """Size of the labels of axes (points), which all other text on them follows."""
     return float(ax.xaxis.label.get_fontsize())
 
 
 def small(ax: Axes) -> float:
-    """Return the size of legends and notes on axes (points)."""
+    """Size of legends and notes on axes (points)."""
     return SMALL * text_size(ax)
 
 
 def new_figure(width: float = 8.0, height: float = 5.0) -> Figure:
-    """Return an empty figure that belongs to no window."""
+    """Empty figure that belongs to no window."""
     figure = Sheet(figsize=(width, height), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
 def axes_or_new(ax: Axes | None, width: float = 8.0, height: float = 5.0) -> Axes:
-    """Return ``ax``, or the axes of a new figure of the given size (inches) if it is None."""
+    """Given axes, or the axes of a new figure of a size (inches)."""
     return new_figure(width, height).add_subplot() if ax is None else ax
 
 
 def several_or_new(
     axes: Sequence[Axes] | None, rows: int, columns: int, width: float, height: float, sharex: bool = False
 ) -> list[Axes]:
-    """Return the given axes, or those of a new figure."""
+    """Given axes, or the axes of a new figure."""
     if axes is None:
         return list(new_figure(width, height).subplots(rows, columns, squeeze=False, sharex=sharex).flat)
-    found = list(np.asarray(axes, dtype=object).flat)
-    if len(found) != rows * columns or not all(isinstance(ax, Axes) for ax in found):
+    given = list(np.asarray(axes, dtype=object).flat)
+    if len(given) != rows * columns or not all(isinstance(ax, Axes) for ax in given):
         raise InputError(f"axes = {axes!r}: must be {rows * columns} axes of matplotlib.")
-    return found
+    return given
 
 
 def figure_of(ax: Axes) -> Figure:
-    """Return the whole figure that axes stand on."""
+    """Whole figure of some axes."""
     figure = ax.get_figure(root=True)
     assert figure is not None  # axes made here always have one
     return figure
 
 
+def shown_unit(units: str) -> tuple[float, str]:
+    """Factor from an SI unit to the unit of a picture, and the latter in brackets, empty without a unit."""
+    factor, unit = _UNITS.get(units, (1.0, units))
+    return factor, f" ({unit})" if unit else ""
+
+
 def require(ds: xr.Dataset, names: Iterable[str], result: str) -> None:
-    """Check that a dataset holds what a drawing needs."""
+    """Check that a dataset has the variables of a drawing."""
     missing = [name for name in names if name not in ds.variables]
     if missing:
         raise InputError(f"the dataset has no variable '{missing[0]}'; this drawing needs {result}.")
 
 
 def verbatim(text: str) -> str:
-    """Return text of a user as it is drawn: a dollar sign begins no formula, control characters are left out."""
+    """Text of a user as it is drawn: a dollar sign begins no formula, control characters are left out."""
     return without_controls(text).replace("$", r"\$")
 
 
 def title_of(ds: xr.Dataset, default: str) -> str:
-    """Return the title of a dataset, verbatim."""
+    """Title of a dataset, verbatim."""
     return verbatim(str(ds.attrs.get("title", default)))
 
 
-def height_to_scale(points: FloatArray, room: float, lowest: float = 3.2, width: float = 8.0) -> float:
-    """Return the height (inches) of a sheet that shows points to scale."""
+def height_to_scale(points: FloatArray, room: float, width: float = 9.2) -> float:
+    """Height (inches) of a sheet that shows points to scale, with room for title, axis, colour bar and legend."""
     across, upwards = np.ptp(points, axis=0)
-    return float(np.clip(width * upwards / across + room, lowest, 9.0))
+    return float(min(width * upwards / across, 6.0) + room)
 
 
 def elevation(ax: Axes) -> None:
-    """Make axes those of a wall seen from its face: to scale, in metres, without a frame."""
+    """Set axes for a wall seen from its face: to scale, in metres, without a frame."""
     ax.set_aspect("equal")
     ax.set_xlabel("along the wall (m)")
     ax.set_ylabel("height (m)")
@@ -140,13 +154,13 @@ def elevation(ax: Axes) -> None:
 
 
 def grid(ax: Axes, axis: Literal["both", "x"] = "both") -> None:
-    """Draw a pale grid below all else."""
+    """Draw a pale grid below everything."""
     ax.grid(axis=axis, color="0.9")
     ax.set_axisbelow(True)
 
 
 def moved_to(ds: xr.Dataset, increment: int) -> str:
-    """Return in words how far a wall has moved at an increment, or the time of a run in time."""
+    """Movement of a wall at an increment in words, or the time of a dynamic run."""
     if is_dynamic(ds):
         return f"{plain_number(float(ds['time'].values[increment]))} s"
     moved = float(ds[movement_measure(ds)].values[increment])
@@ -154,7 +168,7 @@ def moved_to(ds: xr.Dataset, increment: int) -> str:
 
 
 def set_title(ax: Axes, *lines: str) -> None:
-    """Write a title: the first line is the name of the wall or study, the others say what is drawn."""
+    """Write a title: first the name of the wall or study, then the lines that describe the drawing."""
     inches = ax.bbox.width / figure_of(ax).dpi
     letters = max(20, int(LETTERS_PER_INCH * inches / text_size(ax)))
     rows = [row for line in lines if line for row in textwrap.wrap(line, letters)]
@@ -162,14 +176,30 @@ def set_title(ax: Axes, *lines: str) -> None:
 
 
 def below(ax: Axes, inches: float, transform: Transform | None = None) -> Transform:
-    """Return where to draw so far under the axes: fractions of them, or another transform's places."""
+    """Transform to a distance under the axes: in fractions of the axes, or from another transform."""
     return (transform or ax.transAxes) + ScaledTranslation(0.0, -inches, figure_of(ax).dpi_scale_trans)
+
+
+def bar_below(ax: Axes, colours: ScalarMappable, label: str, **settings: Any) -> Colorbar:
+    """Draw a colour bar under the axes, its label to the left: as long as the axes, however flat they are."""
+    size = text_size(ax)
+    lower_left = ScaledTranslation(0.0, 0.0, ax.transAxes)  # type: ignore[arg-type]
+    place = blended_transform_factory(ax.transAxes, figure_of(ax).dpi_scale_trans + lower_left)
+    bar_ax = ax.inset_axes((0.4, -0.066 * size, 0.6, 0.011 * size), transform=place)
+    bar = figure_of(ax).colorbar(colours, cax=bar_ax, orientation="horizontal", **settings)
+    bar_ax.tick_params(labelsize=small(ax))
+    bar_ax.text(-0.05, 0.5, label, transform=bar_ax.transAxes, ha="right", va="center", fontsize=small(ax))
+    return bar
+
+
+BELOW_BAR = 0.95
+"""Distance of a legend below axes with a colour bar between (inches at 10 points)."""
 
 
 def legend_below(
     ax: Axes, handles: Sequence[Artist], columns: int = 6, inches: float = 0.5, left: bool = False
 ) -> None:
-    """Put a legend in rows under the axes, where it covers nothing."""
+    """Put a legend in rows under the axes, where it covers no data."""
     # a legend wider than the axes would take room from them on both sides
     for count in range(min(columns, len(handles)), 0, -1):
         legend = ax.legend(
@@ -187,27 +217,27 @@ def legend_below(
 
 
 def label_movement(ax: Axes, words: str) -> None:
-    """Name the horizontal axis after a movement in words, in mm."""
+    """Label the horizontal axis with a movement in words, in mm."""
     ax.set_xlabel(f"{words}{' $y_s$' if words == OF_SITE else ''} (mm)")
 
 
 def say_nothing_to_draw(ax: Axes, reason: str) -> None:
-    """Write into empty axes why they are empty."""
+    """Write into empty axes the reason."""
     ax.set_xticks([])
     ax.set_yticks([])
     ax.text(0.5, 0.5, reason, transform=ax.transAxes, ha="center", va="center", fontsize=1.2 * text_size(ax), wrap=True)
 
 
 def plain_number(value: float) -> str:
-    """Return a number to three figures, without an exponent."""
+    """Text of a number to three figures, without an exponent."""
     return f"{float(f'{value:.3g}'):.10f}".rstrip("0").rstrip(".")
 
 
 def round_numbers(decades: int) -> FloatArray:
-    """Return round numbers from 1 up to 10**decades, ten a decade, rising."""
+    """Round numbers from 1 up to 10**decades, ten per decade, rising."""
     return np.outer(10.0 ** np.arange(decades), [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]).ravel()
 
 
 def spread_evenly(count: int, most: int) -> IntArray:
-    """Return at most ``most`` of the numbers 0 to count - 1, at equal distances, the last among them."""
+    """At most ``most`` of the numbers 0 to count - 1, at equal distances, the last among them."""
     return np.arange(count - 1, -1, -max(1, -(-count // most)))[::-1]

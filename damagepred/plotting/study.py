@@ -1,4 +1,4 @@
-"""All walls of a study: crack widths, and how many walls are in which category of damage."""
+"""All walls of a study: their paths, shares of the categories, convergence of the estimates."""
 
 from __future__ import annotations
 
@@ -16,41 +16,39 @@ from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked
 from damagepred.plotting.categories import highest_of, name_of, not_reached, shade_bands, table_of, width_scale
-from damagepred.plotting.colours import CATEGORY_COLOURS, FOOTING_GAP_COLOUR
+from damagepred.plotting.colours import CATEGORY_COLOURS, CURVE_STYLES, FOOTING_GAP_COLOUR
 from damagepred.plotting.sheet import (
     MM,
     axes_or_new,
+    grid,
     label_movement,
     legend_below,
+    plain_number,
     require,
     set_title,
+    shown_unit,
     title_of,
 )
 from damagepred.uq.capacity import sample_weights
 from damagepred.uq.intensity import movement_measure, movement_words
+from damagepred.uq.running import running_probability
 
 NOT_KNOWN = -1
-"""In place of a category: the wall was not followed as far."""
+"""In place of a category where the wall was not followed as far."""
 
 FEWEST = 0.8
 """Share of the walls that must count for quantiles over them to be drawn."""
 
-_NEEDED = ("crack_width_max", "damage_category", "central_deflection", "status")
+_NEEDED = ("damage_category", "central_deflection", "status")
 _STUDY = "a study as `damagepred.open_study` returns it"
 
 
 class Paths(NamedTuple):
-    """Paths of all walls of a study at common movements; s walls, d movements.
+    """Paths of s walls at d common movements.
 
-    Attributes
-    ----------
-    movement : array (d,)
-        Central deflection, or movement of the ground's surface on a mound (m), rising.
-    width : array (s, d)
-        Widest crack (m); infinite once the wall's path has ended early, in collapse or in a category after which the
-        study follows no wall; NaN where the wall was not followed as far for another reason.
-    category : array of int (s, d)
-        Highest category reached so far, -1 where the wall was not followed as far.
+    Movements (m), rising, (d,); values of a variable (s, d): infinite once the wall's path has ended early, in collapse
+    or in a category after which the study follows no wall, NaN where the wall was not followed as far for another
+    reason; highest category reached up to there (s, d), -1 where the wall was not followed as far.
     """
 
     movement: FloatArray
@@ -59,11 +57,13 @@ class Paths(NamedTuple):
 
 
 def common_paths(ds: xr.Dataset, points: int = 121, width_name: str = "crack_width_max") -> Paths:
-    """Bring the paths of all walls to common movements."""
-    if "increment" not in ds["damage_category"].dims:
+    """Paths of all walls at common movements."""
+    if ds["damage_category"].dims == ds[width_name].dims == ("sample",):
         raise InputError(
-            "this study keeps the end of each wall's path alone ([study] movement = 'sampled'): no paths to draw."
+            "this study stores only the end of each wall's path ([study] movement = 'sampled'): no paths to draw."
         )
+    if ds[width_name].dims != ("sample", "increment"):
+        raise InputError(f"variable = '{width_name}': must be a number for each wall and increment.")
     movement, width = ds[movement_measure(ds)].values, ds[width_name].values
     category, status = ds["damage_category"].values, ds["status"].values
     if movement.ndim == 1:
@@ -99,75 +99,59 @@ def _grid(movement: FloatArray, increments: int, points: int) -> FloatArray:
     return np.linspace(0.0, largest, points)
 
 
-@checked
-def draw_crack_widths(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the widest crack of every wall against the movement, with quantiles over the walls.
+def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
+    """Draw a variable of every wall against the movement, with quantiles over the walls as far as four of five count.
 
-    The medians of the widest crack band and of the gap on the footing are drawn besides, where there are any.
-
-    Walls whose path ended early, in collapse or in the last category of interest, count as wider than all others from
-    there on; walls that were not followed as far for another reason do not count there. Quantiles are drawn as far as
-    four of five walls count.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        A study.
-    ax : Axes, optional
-        Where to draw; by default on a new figure.
-
-    Raises
-    ------
-    InputError
-        If the dataset is not a study, or no wall of it has been solved.
-
-    Examples
-    --------
-    >>> import damagepred
-    >>> ax = damagepred.plotting.draw_crack_widths(damagepred.open_study("house.dp"))
-    >>> ax.get_xlabel()
-    'central deflection (mm)'
+    Walls whose path ended early, in collapse or in the last category of interest, count as the largest of a width from
+    there on; walls that were not followed as far for another reason do not count there.
     """
-    require(ds, _NEEDED, _STUDY)
-    paths = common_paths(ds)
+    require(ds, (*_NEEDED, variable), _STUDY)
+    paths = common_paths(ds, width_name=variable)
     ax = axes_or_new(ax, 9.0, 5.5)
-    table = table_of(ds)
-    x, width = paths.movement * MM, paths.width * MM
-    shown = np.where(np.isfinite(width), width, np.nan)
+    table, of_cracks = table_of(ds), variable.startswith("crack_")
+    factor, unit = shown_unit(str(ds[variable].attrs.get("units", "m" if of_cracks else "1")))
+    x, values = paths.movement * MM, paths.width * factor
+    shown = np.where(np.isfinite(values), values, np.nan)
+    if not variable.endswith(("_max", "_worst", "_width")):  # the end of a path says nothing of a number that may fall
+        values = shown
     weight = sample_weights(ds)
-    strength = float(np.clip(12.0 / len(width), 0.04, 0.5))
+    strength = float(np.clip(12.0 / len(values), 0.04, 0.5))
     lines = [np.column_stack((x, row)) for row in shown]
     ax.add_collection(LineCollection(lines, colors="0.15", linewidths=0.6, alpha=strength, zorder=2, label="each wall"))
     handles = [Line2D([], [], color="0.5", linewidth=0.8, label="each wall")]
     for share, style in ((0.9, "--"), (0.5, "-"), (0.1, ":")):
         label = "median" if share == 0.5 else f"{share:.0%} of the walls below"
         handles += ax.plot(
-            x, quantile(width, share, weight), color="#0072b2", linewidth=2.0, linestyle=style, zorder=4, label=label
+            x, quantile(values, share, weight), color="#0072b2", linewidth=2.0, linestyle=style, zorder=4, label=label
         )
     for name, colour, label in (
         ("crack_band_width_max", "#d55e00", "median, widest crack band"),
         ("footing_opening_max", FOOTING_GAP_COLOUR, "median, gap on the footing"),
     ):
-        if name in ds.variables and float(ds[name].max()) > HAIRLINE:
+        if variable == "crack_width_max" and name in ds.variables and float(ds[name].max()) > HAIRLINE:
             other = common_paths(ds, width_name=name).width * MM
             handles += ax.plot(
                 x, quantile(other, 0.5, weight), color=colour, linewidth=1.4, linestyle="-.", zorder=4, label=label
             )
-    width_scale(ax, shown, table, "widest crack")
     ax.set_xlim(0.0, float(x[-1]) or 1.0)
-    shade_bands(ax, table)
     label_movement(ax, movement_words(ds))
+    categories = ""
+    if of_cracks and unit == " (mm)":
+        name = "widest crack" if variable == "crack_width_max" else variable.replace("_", " ")
+        width_scale(ax, shown, table, name)
+        shade_bands(ax, table)
+        categories = f"; categories of damage by {table.name}{not_reached(ds, int(paths.category.max()))}"
+    else:
+        ax.autoscale_view(scalex=False)
+        ax.set_ylabel(f"{variable.replace('_', ' ')}{unit}")
+        grid(ax)
     legend_below(ax, handles)
-    set_title(
-        ax,
-        title_of(ds, "study"),
-        f"{count_walls(ds)}; categories of damage by {table.name}{not_reached(ds, int(paths.category.max()))}",
-    )
+    set_title(ax, title_of(ds, "study"), f"{count_walls(ds)}{categories}")
     return ax
 
 
 def quantile(width: FloatArray, share: float, weight: FloatArray | None = None) -> FloatArray:
-    """Return a quantile over walls, column by column, NaN where too few of them count or it is infinite."""
+    """Quantile over walls, column by column; NaN where too few of them count, or where it is infinite."""
     heavy = np.ones(len(width)) if weight is None else weight
     counts = ~np.isnan(width)
     result = np.full(width.shape[1], np.nan)
@@ -176,29 +160,29 @@ def quantile(width: FloatArray, share: float, weight: FloatArray | None = None) 
         values, w = width[counts[:, column], column], heavy[counts[:, column]]
         order = np.argsort(values, kind="stable")
         values, w = values[order], w[order]
-        # each wall stands at the weight before it and half of its own, from 0 for the first to 1 for the last
-        at = np.cumsum(w) - 0.5 * w
-        at = (at - at[0]) / (at[-1] - at[0]) if len(at) > 1 and at[-1] > at[0] else np.zeros(len(at))
-        above = min(int(np.searchsorted(at, share * (1 - 1e-12))), len(at) - 1)
+        # a wall's place is the weight before it and half of its own, from 0 for the first to 1 for the last
+        place = np.cumsum(w) - 0.5 * w
+        place = (place - place[0]) / (place[-1] - place[0]) if place[-1] > place[0] else np.zeros(len(place))
+        above = min(int(np.searchsorted(place, share * (1 - 1e-12))), len(place) - 1)
         if np.isfinite(values[above]):
             below = max(above - 1, 0)
-            result[column] = np.interp(share, at[below : above + 1], values[below : above + 1])
+            result[column] = np.interp(share, place[below : above + 1], values[below : above + 1])
     return result
 
 
 @checked
 def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw which share of the walls has reached which category, against the movement.
+    """Draw the share of the walls in each category of damage against the movement.
 
     A wall stays in the highest category it has reached. Walls that failed, are missing, or were not followed as far
-    are shown as not known.
+    are hatched.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        A study.
+        Study (``damagepred.open_study``).
     ax : Axes, optional
-        Where to draw; by default on a new figure.
+        Axes to draw on; by default those of a new figure.
 
     Raises
     ------
@@ -212,7 +196,7 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     >>> ax.get_xlabel()
     'central deflection (mm)'
     """
-    require(ds, _NEEDED, _STUDY)
+    require(ds, (*_NEEDED, "crack_width_max"), _STUDY)
     paths = common_paths(ds)
     ax = axes_or_new(ax, 9.0, 5.5)
     x, highest = paths.movement * MM, highest_of(ds)
@@ -239,18 +223,18 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.set_xlim(float(x[0]), float(x[-1]) or 1.0)
     ax.set_ylim(0.0, 1.0)
     label_movement(ax, movement_words(ds))
-    ax.set_ylabel("share of the walls (1)")
+    ax.set_ylabel("share of the walls")
     legend_below(ax, ax.get_legend_handles_labels()[0])
     set_title(
         ax,
         title_of(ds, "study"),
-        f"{count_walls(ds)}; highest category reached so far{not_reached(ds, int(paths.category.max()))}",
+        f"{count_walls(ds)}; highest category reached up to each movement{not_reached(ds, int(paths.category.max()))}",
     )
     return ax
 
 
 def count_walls(ds: xr.Dataset) -> str:
-    """Return, in words, how many walls a study has, and how many of them collapsed, failed or are missing."""
+    """Numbers of walls of a study: all, collapsed, failed, missing."""
     status = ds["status"].values
     parts = [f"{len(status)} walls"]
     for value, word in (
@@ -261,3 +245,61 @@ def count_walls(ds: xr.Dataset) -> str:
         if (number := int((status == value).sum())) > 0:
             parts.append(f"{number} {word}")
     return ", ".join(parts)
+
+
+@checked
+def draw_convergence(ds: xr.Dataset, at: float, ax: Axes | None = None, confidence: float = 0.9) -> Axes:
+    """Draw the estimated probability of each category at a movement against the number of walls counted.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Study (``damagepred.open_study``) with paths.
+    at : float
+        Movement (m) in the study's measure.
+    ax : Axes, optional
+        Axes to draw on; by default those of a new figure.
+    confidence : float
+        Confidence of the bands.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not a study, or no wall of it has been solved.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> ax = damagepred.plotting.draw_convergence(damagepred.open_study("house.dp"), at=2e-3)
+    >>> ax.get_ylabel()
+    'probability'
+    """
+    require(ds, ("damage_category", "status"), _STUDY)
+    ax = axes_or_new(ax, 9.0, 5.0)
+    most = 0
+    for category in range(1, highest_of(ds) + 1):
+        estimate = running_probability(ds, category, at, confidence=confidence)
+        if not len(estimate.counted):
+            raise InputError("the study has no finished sample yet; run `damagepred study` first.")
+        most = int(estimate.counted[-1])
+        colour = CATEGORY_COLOURS[category % len(CATEGORY_COLOURS)]
+        ax.fill_between(estimate.counted, estimate.lower, estimate.upper, color=colour, alpha=0.15, linewidth=0)
+        style = CURVE_STYLES[(category - 1) % len(CURVE_STYLES)]
+        label = f"{category} {name_of(ds, category)} or worse{'' if estimate.value[-1] > 0 else ': never reached'}"
+        ax.plot(estimate.counted, estimate.value, color=colour, linestyle=style, linewidth=1.8, label=label)
+    ax.set_xlim(min(2, most), max(most, 3))
+    ax.set_xscale("log")
+    marks = [n for n in (2, 3, 5, 10, 20, 50, 100, 200, 500, *(10**k for k in range(3, 8))) if n < 0.75 * most]
+    ax.set_xticks([*marks, most], labels=[str(n) for n in (*marks, most)])
+    ax.minorticks_off()
+    ax.set_ylim(-0.02, 1.02)
+    grid(ax)
+    ax.set_xlabel("walls counted, logarithmic")
+    ax.set_ylabel("probability")
+    legend_below(ax, ax.get_legend_handles_labels()[0], 2)
+    set_title(
+        ax,
+        title_of(ds, "study"),
+        f"estimates at a {movement_words(ds)} of {plain_number(at * MM)} mm; bands: {confidence:.0%} confidence each",
+    )
+    return ax

@@ -33,11 +33,11 @@ from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, ground_profile, settlement
 from damagepred.plotting.rig import draw_footing_blocks, draw_rig, draw_soil, draw_test
 from damagepred.plotting.sheet import (
+    BELOW_BAR,
     MM,
     axes_or_new,
+    bar_below,
     elevation,
-    figure_of,
-    height_to_scale,
     legend_below,
     moved_to,
     plain_number,
@@ -47,34 +47,34 @@ from damagepred.plotting.sheet import (
 )
 
 DATUM = (0, (6, 4))
-"""Dashes of the line where the footing was."""
+"""Dashes of the top of the footing before any movement."""
 
 
 @checked
 def draw_wall(
     ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, exaggeration: float | None = None, slips: bool = False
 ) -> Axes:
-    """Draw a wall as it has moved, with its cracks coloured by width.
+    """Draw a deformed wall with its cracks coloured by width.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        Of one wall, as ``damagepred.solve`` returns it.
+        Result of one wall (``damagepred.solve``).
     ax : Axes, optional
-        Where to draw; by default on a new figure.
+        Axes to draw on; by default those of a new figure.
     increment : int
         Position of the increment, -1 for the last.
     exaggeration : float, optional
         Factor on all displacements; by default a round number that shows the largest as about 4.5 % of the
         wall's length.
     slips : bool
-        Whether joints are marked that have slipped and are closed.
+        Whether to mark closed joints that have slipped.
 
     Returns
     -------
     Axes
-        With collections labelled ``bricks``, ``cracks`` and, if there is one and it is open, ``dpc opening``; ``control
-        joints`` if there are any; ``slips`` if these are wanted and there are any.
+        Axes with collections labelled ``bricks`` and ``cracks``, and where present ``dpc opening``, ``control joints``
+        and ``slips``.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def draw_wall(
     """
     require(ds, ("damage_category",), "the result of one wall with all its fields (`damagepred solve`)")
     wall = Deformed.of(ds, increment, exaggeration)
-    ax = axes_or_new(ax, 10.0, height_to_scale(wall.shape, 1.95, 3.6))
+    ax = axes_or_new(ax, 10.0, wall.sheet_height(2.9))
     if wall.footing.any():
         draw_footing_blocks(ax, wall)
         _draw_datum(ax, *ground_profile(ds, increment)[:2])
@@ -101,11 +101,11 @@ def draw_wall(
         draw_test(ax, wall)
     else:
         _draw_ground(ax, ds, increment, wall.factor)
-    tones, own = _tones(len(wall.footing)), np.flatnonzero(~wall.footing)
+    tones, bricks = _tones(len(wall.footing)), np.flatnonzero(~wall.footing)
     ax.add_collection(
         PolyCollection(
-            [wall.outlines[i] for i in own],
-            facecolors=[tones[i] for i in own],
+            [wall.outlines[i] for i in bricks],
+            facecolors=[tones[i] for i in bricks],
             edgecolors=BRICK_EDGE,
             linewidths=0.35,
             zorder=2,
@@ -133,20 +133,19 @@ def _tones(count: int) -> list[str]:
 
 
 def _draw_cracks(ax: Axes, gaps: FloatArray, width: FloatArray, table: DamageTable) -> None:
-    """Draw cracks (m, 4, 2) coloured by width (mm), the widest on top, with a colour bar."""
+    """Draw cracks (m, 4, 2) coloured by width (mm), the widest on top, and the colour bar."""
     colours, norm = width_colours(table)
     order = np.argsort(width)
     lines = 1.0 + 0.35 * np.asarray(norm(width[order]), dtype=np.float64)
     _draw_gaps(ax, gaps[order], colours(norm(width[order])), lines, "cracks", 4)
-    bar = figure_of(ax).colorbar(ScalarMappable(norm, colours), cax=ax.inset_axes((1.02, 0.0, 0.025, 1.0)))
-    bar.ax.tick_params(which="both", length=0)
     limits = [limit * MM for limit in table.limits]
+    bar = bar_below(ax, ScalarMappable(norm, colours), "crack width (mm), category in the bar")
+    bar.ax.tick_params(which="both", length=0)
     bar.set_ticks(limits, labels=[plain_number(limit) for limit in limits])
-    bar.set_label("crack width (mm);\ncategory in the bar")
     for category in range(colours.N):
         bar.ax.text(
-            0.5,
             (category + 0.5) / colours.N,
+            0.45,
             str(category),
             transform=bar.ax.transAxes,
             ha="center",
@@ -169,7 +168,7 @@ def _draw_dpc(ax: Axes, dpc: Faces, gaps: FloatArray) -> None:
 
 
 def _draw_control_joints(ax: Axes, gaps: FloatArray) -> None:
-    """Draw control joints (m, 4, 2) along both faces, nothing between them."""
+    """Draw both faces of control joints (m, 4, 2)."""
     if len(gaps):
         ax.add_collection(PolyCollection(list(gaps), facecolors="white", edgecolors="none", zorder=2.5))
         faces = np.concatenate((gaps[:, :2], gaps[:, 2:]))
@@ -180,7 +179,7 @@ def _draw_control_joints(ax: Axes, gaps: FloatArray) -> None:
 
 
 def _draw_slips(ax: Axes, gaps: FloatArray) -> None:
-    """Mark joints (m, 4, 2) that have slipped and are closed."""
+    """Mark closed joints (m, 4, 2) that have slipped."""
     if len(gaps):
         middle = (gaps[:, :2] + gaps[:, [3, 2]]) / 2
         lines = LineCollection(list(middle), colors=SLIP_COLOUR, linewidths=2.2, zorder=3.8, label="slips")
@@ -188,14 +187,14 @@ def _draw_slips(ax: Axes, gaps: FloatArray) -> None:
 
 
 def _draw_lifted(ax: Axes, gaps: FloatArray) -> None:
-    """Draw where the wall is off its footing: gaps (m, 4, 2)."""
+    """Draw the gaps (m, 4, 2) between wall and footing."""
     if len(gaps):
         colour = np.repeat(to_rgba_array("black"), len(gaps), axis=0)
         _draw_gaps(ax, gaps, colour, np.full(len(gaps), 0.7), "off the footing", 3)
 
 
 def _draw_gaps(ax: Axes, gaps: FloatArray, colour: FloatArray, line: FloatArray, label: str, zorder: float) -> None:
-    """Draw gaps (m, 4, 2) pale inside, with the full colour (m, 4) along both faces in lines (m,) so thick (points)."""
+    """Draw gaps (m, 4, 2): pale inside, their colour (m, 4) along both faces, in lines of a width (m,) (points)."""
     pale = _pale(colour)
     ax.add_collection(
         PolyCollection(list(gaps), facecolors=pale, edgecolors=pale, linewidths=0.4, zorder=zorder, label=label)
@@ -214,7 +213,7 @@ def _draw_gaps(ax: Axes, gaps: FloatArray, colour: FloatArray, line: FloatArray,
 
 
 def _pale(colour: FloatArray) -> FloatArray:
-    """Return colours (m, 4) mixed with white."""
+    """Colours (m, 4) mixed with white."""
     return np.column_stack((0.45 * colour[:, :3] + 0.55, colour[:, 3]))
 
 
@@ -232,7 +231,7 @@ def _draw_ground(ax: Axes, ds: xr.Dataset, increment: int, factor: float) -> Non
 
 
 def _draw_datum(ax: Axes, x: FloatArray, height: FloatArray) -> None:
-    """Draw where the top of the footing was."""
+    """Draw the top of the footing before any movement."""
     if len(x) > 1:
         ax.plot(x[[0, -1]], height[[0, -1]], color="black", linewidth=0.7, linestyle=DATUM, zorder=3)
 
@@ -243,7 +242,7 @@ def _finish(ax: Axes, wall: Deformed) -> None:
     elevation(ax)
     ax.margins(0.02)
     ax.autoscale_view()
-    legend_below(ax, _legend(ds, increment, wall.faces), 2, left=True)
+    legend_below(ax, _legend(ds, increment, wall.faces), 2, BELOW_BAR, left=True)
     category = int(ds["damage_category"].values[increment])
     early = "limit" in ds.attrs or ds.attrs.get("status", PathStatus.COMPLETE) != PathStatus.COMPLETE
     at_end = early and increment in (-1, ds.sizes["increment"] - 1)

@@ -17,17 +17,17 @@ MAX_CRACKS = 25
 
 def crack_parts(ds: xr.Dataset) -> list[Part]:
     """Drawing and table of a wall's cracks at the end of its path."""
-    known = WallCracks(ds)
-    frame = crack_frame(known.dataset())
+    traced = WallCracks(ds)
+    frame = crack_frame(traced.dataset())
     if frame.empty:
         return [Text([f"No joint has opened or slid by more than {length(HAIRLINE)}."])]
-    from damagepred.plotting.cracks import draw_cracks
+    from damagepred.plotting import draw_cracks
 
     figure = drawing(
         "cracks",
         "The cracks where they run, on the wall as it was built; numbers are those of the table.",
         f"Drawing of the wall with {len(frame)} numbered cracks, coloured by width",
-        draw_cracks(ds, known=known),
+        draw_cracks(ds, traced=traced),
     )
     note = (
         "Width is the largest opening normal to a joint, which damage tables speak of; the displacement has the slip "

@@ -221,9 +221,9 @@ def _followed(settings: StudySettings) -> str:
 def _damage(
     folder: StudyFolder, ds: xr.Dataset, replay: bool, on_step: Callable[[Step], None] | None, at: float | None
 ) -> list[Part]:
-    from damagepred.plotting import draw_category_shares, draw_crack_widths
+    from damagepred.plotting import draw, draw_category_shares
 
-    widths = draw_crack_widths(ds)
+    widths = draw(ds, "crack_width_max")
     if ds.sizes["sample"] > MOST_LINES:
         for lines in widths.collections:
             lines.set_rasterized(lines.get_label() == "each wall")

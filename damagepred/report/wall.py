@@ -177,7 +177,7 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
                 "footing-gap",
                 "Opening of the bed between first course and footing along the wall.",
                 "Opening of the bed on the footing along the wall at several movements",
-                plotting.draw_footing_opening(ds),
+                plotting.draw_dpc_opening(ds, bed="footing"),
             )
         )
     if ds.sizes.get("opening", 0):
@@ -186,7 +186,7 @@ def damage_parts(ds: xr.Dataset) -> list[Part]:
                 "openings",
                 "Change of width of the openings; widening is positive.",
                 "Change of width of each opening against the movement",
-                plotting.draw_opening_width_change(ds),
+                plotting.draw(ds, "opening_width_change"),
             )
         )
     if "section_x" in ds.variables:

@@ -13,13 +13,7 @@ from matplotlib.figure import Figure
 from measures import AROUND, at, width_against_separation
 from solving import LABELS, Solved
 
-from damagepred.plotting import (
-    draw_footing_curvature,
-    draw_footing_moment,
-    draw_jack_load,
-    draw_stress,
-    draw_wall,
-)
+from damagepred.plotting import draw, draw_wall
 from damagepred.plotting.sheet import new_figure, small
 from damagepred.plotting.stress import stress_levels
 
@@ -70,13 +64,14 @@ def jack_load(solved: Solved) -> Figure:
     for way in ("elastic", "cracked", "bent"):
         # the path that ends at the limit gives it most accurately
         exact = {k: v for k, v in solved.limit[way].attrs.items() if k == "limit_deflection"}
-        draw_jack_load(
-            solved.whole[way].assign_attrs(exact),
-            ax,
-            LABELS[way].removeprefix("jacks, "),
-            COLOURS[way],
-            supports=not dishing,
-        )
+        ds, label = solved.whole[way].assign_attrs(exact), LABELS[way].removeprefix("jacks, ")
+        draw(ds, "jack_load", ax, label=f"{label}: each jack")
+        if not dishing:
+            least = ds.assign(support_load=ds["support_load"].min("support"))
+            draw(least, "support_load", ax, label=f"{label}: least loaded support")
+        for line in ax.lines:
+            if str(line.get_label()).startswith(label):
+                line.set(color=COLOURS[way], linestyle="--" if "support" in str(line.get_label()) else "-")
     handles = ax.get_legend_handles_labels()[0]
     ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, frameon=False)
     limit = solved.case.test.get("central_deflection")
@@ -103,8 +98,8 @@ def footing(solved: Solved) -> Figure:
     figure = new_figure(17.0, 7.5)
     axes = figure.subplots(2, len(ways), sharex=True, sharey="row")
     for column, way in zip(axes.T, ways, strict=True):
-        for ax, draw in zip(column, (draw_footing_moment, draw_footing_curvature), strict=True):
-            draw(solved.whole[way], ax)
+        for ax, name in zip(column, ("section_moment", "section_curvature"), strict=True):
+            draw(solved.whole[way], name, ax)
             ax.set_title("", loc="left")
         column[0].set_title(LABELS[way], loc="left", fontsize=small(ax))
     figure.suptitle(f"{solved.case.scene.title}: the footing, to {MM * solved.case.deflection:g} mm", x=0.01, ha="left")
@@ -173,14 +168,14 @@ def window_stress(ds: xr.Dataset, increments: tuple[int, int]) -> Figure:
     """Draw horizontal and largest principal stress around the window at two increments (Figure 10)."""
     figure = new_figure(13.0, 12.5)
     left, width = float(ds["opening_left"][0]), float(ds["opening_width"][0])
-    components = ("xx", "largest")
+    components = ("stress_xx", "stress_largest")
     levels = {c: stress_levels(ds, c, increments) for c in components}
     grid = figure.subplots(2, 2)
     for row, increment in zip(grid, increments, strict=True):
         for ax, component in zip(row, components, strict=True):
-            draw_stress(ds, ax, component, increment, None, levels[component])
+            draw(ds, component, ax, increment=increment, levels=levels[component])
             ax.set_xlim(left - 1.5 * AROUND, left + width + 1.5 * AROUND)
-            title = "horizontal stress" if component == "xx" else "largest principal stress"
+            title = "horizontal stress" if component == "stress_xx" else "largest principal stress"
             ax.set_title(
                 f"{title} at {MM * float(ds['central_deflection'][increment]):.1f} mm", loc="left", fontsize=small(ax)
             )
@@ -205,5 +200,5 @@ def draw_case(solved: Solved, folder: Path, extra: dict[str, Callable[[], Figure
         "footing.png": lambda: footing(solved),
         **(extra or {}),
     }
-    for name, draw in sheets.items():
-        save(draw(), folder / name)
+    for name, sheet in sheets.items():
+        save(sheet(), folder / name)

@@ -10,7 +10,7 @@ import xarray as xr
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.damage.cracks import HAIRLINE
 from damagepred.enumerations import ContactKind
-from damagepred.plotting.dpc import open_stretches
+from damagepred.plotting.footing import open_stretches
 from damagepred.plotting.stress import block_stress, one_of
 
 THRESHOLDS = (0.1e-3, 0.5e-3, 1.0e-3, 1.3e-3)

@@ -61,7 +61,7 @@ def draw_zones(case: Case, place: Path) -> None:
     """Draw stresses in bricks of zones: solid wall in dishing (Figure 8), window in doming (Figure 10)."""
     if case.name == "dishing":
         ds = with_zones(case, 8)
-        panels = [("xx", at(ds, EARLY)), ("xx", at(ds, LATE))]
+        panels = [("stress_xx", at(ds, EARLY)), ("stress_xx", at(ds, LATE))]
         save(stress_sheet(ds, panels), place / "stress_xx.png")
     if case.name == "window_doming":
         ds = with_zones(case, 14)

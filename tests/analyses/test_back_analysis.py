@@ -296,7 +296,7 @@ def test_studies_of_other_measures_are_compared(causes: list[Path], growth: Path
     alone = posterior_tables(infer(growth, Observations(crack=(CrackObservation(width="1 mm"),))))
     assert alone[0].columns[1] == "strain, 90 % interval (mm/m)"
     (movement, _) = draw_back_analysis(still)
-    assert movement.get_xlabel() == "movement over the largest of the study (1)"
+    assert movement.get_xlabel() == "movement over the largest of the study"
     with pytest.raises(InputError, match="movement = 5 mm: is the prior of one measure, and the studies have central"):
         infer([causes[1], growth], Observations(level=level, movement="5 mm"))
 

@@ -12,7 +12,7 @@ from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.status import study_status
 from damagepred.errors import InputError
-from damagepred.plotting.study import draw_crack_widths
+from damagepred.plotting import draw
 from damagepred.study import Study, open_study
 from damagepred.uq.exceedance import exceedance
 from tests.campaign.test_ground import JACKS, MOUND, WALL
@@ -55,7 +55,7 @@ def test_studies_of_ends_are_read_everywhere(folders: dict[str, Path]) -> None:
         assert replay(folders[kind], 4)[1] == "bit for bit what the archive holds for sample 4"
     end = open_study(folders["sampled"])
     with pytest.raises(InputError, match="no paths to draw"):
-        draw_crack_widths(end)
+        draw(end, "crack_width_max")
     with pytest.raises(InputError, match="give no curve to read the probability from"):
         exceedance(end, 1, 0.005)  # six walls
 

@@ -13,7 +13,7 @@ from damagepred.damage import Growth, JointMap, judge
 from damagepred.damage.growth import BELOW_DPC, DPC_OPENING, WALL
 from damagepred.enumerations import ContactKind
 from damagepred.one_wall.judged_path import joint_map
-from damagepred.plotting.dpc import opening_along
+from damagepred.plotting.footing import opening_along
 from damagepred.plotting.geometry import Faces
 from damagepred.scene import Damage, Dpc, Joint, Movement, Scene, Solver, Wall
 from tests.damage.pattern import rules_of

@@ -7,9 +7,9 @@ from matplotlib.colors import to_rgba
 import damagepred
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.plotting import draw_dpc_opening, draw_history, draw_opening_width_change
+from damagepred.plotting import draw, draw_dpc_opening, draw_history
 from damagepred.plotting.colours import CATEGORY_COLOURS
-from damagepred.plotting.dpc import open_stretches, opening_along
+from damagepred.plotting.footing import open_stretches, opening_along
 from damagepred.plotting.sheet import spread_evenly
 from damagepred.scene import Dpc, Movement, Opening, Scene, Wall
 
@@ -75,28 +75,29 @@ def test_dpc_is_interrupted_by_a_door():
             assert x.max() < 0.49 or x.min() > 0.95
 
 
-def test_no_dpc_and_no_openings_are_said(cracked):
+def test_no_dpc_is_said_and_no_openings_are_refused(cracked):
     assert "no dpc" in texts(draw_dpc_opening(cracked))
-    assert "no openings" in texts(draw_opening_width_change(cracked))
+    with pytest.raises(InputError, match="variable = 'opening_width_change'"):
+        draw(cracked, "opening_width_change")
 
 
 def test_opening_width_change_in_mm(on_dpc):
     for against, x in (("central_deflection", on_dpc.central_deflection), ("dpc_opening_max", on_dpc.dpc_opening_max)):
-        ax = draw_opening_width_change(on_dpc, against=against)
+        ax = draw(on_dpc, "opening_width_change", against=against)
         (line,) = (line for line in ax.lines if line.get_label().startswith("window 1"))
         assert line.get_xdata() == pytest.approx(1e3 * x.values)
         assert line.get_ydata() == pytest.approx(1e3 * on_dpc.opening_width_change.values[:, 0])
         assert ax.get_xlabel().endswith("(mm)")
         assert ax.get_ylabel().endswith("(mm)")
     with pytest.raises(InputError, match="against"):
-        draw_opening_width_change(on_dpc, against="cycles")
+        draw(on_dpc, "opening_width_change", against="contact_x")
 
 
-def test_opening_with_one_jamb_is_named(on_dpc):
+def test_width_of_an_opening_with_one_jamb_is_unknown(on_dpc):
     lame = on_dpc.copy(deep=True)
     lame["opening_width_change"][:] = np.nan
-    (line,) = (line for line in draw_opening_width_change(lame).lines if line.get_label().startswith("window"))
-    assert "one jamb only" in line.get_label()
+    (line,) = (line for line in draw(lame, "opening_width_change").lines if line.get_label().startswith("window"))
+    assert line.get_label().endswith(": unknown")
 
 
 def test_openings_are_named_by_kind_size_and_place(on_dpc):
@@ -106,12 +107,14 @@ def test_openings_are_named_by_kind_size_and_place(on_dpc):
     change = np.array([[0.0, 0.0], [1.0, -2.0], [3.0, -4.0], [5.0, -7.0]]) * 1e-3
     ds["opening_width_change"] = ("increment", "opening"), change
     drawn = {
-        line.get_label(): line.get_ydata() for line in draw_opening_width_change(ds).lines if len(line.get_xdata()) == 4
+        line.get_label(): line.get_ydata()
+        for line in draw(ds, "opening_width_change").lines
+        if len(line.get_xdata()) == 4
     }
     assert list(drawn) == ["window 1: 1.25 x 0.60 m, at 0.25 m", "door 2: 0.80 x 2.00 m, at 1.50 m"]
     np.testing.assert_allclose(list(drawn.values()), 1e3 * change.T)
     ds["opening_sill"] = "opening", [np.nan, 0.0]
-    assert draw_opening_width_change(ds).lines[1].get_label() == "opening 1"
+    assert draw(ds, "opening_width_change").lines[1].get_label() == "opening 1"
 
 
 def test_history_shows_cracks_dpc_and_categories(cracked, on_dpc):
@@ -177,7 +180,7 @@ def test_limits_follow_the_table(cracked):
     assert "5 very severe" not in texts(draw_history(cracked))
 
 
-@pytest.mark.parametrize("draw", [draw_dpc_opening, draw_history, draw_opening_width_change])
+@pytest.mark.parametrize("draw", [draw_dpc_opening, draw_history])
 def test_other_datasets_are_refused(draw, study):
     with pytest.raises(InputError, match="this drawing needs"):
         draw(study.drop_vars("crack_width_max"))

@@ -13,7 +13,7 @@ def test_inputs_are_drawn_with_their_intervals():
     found = study_sensitivity(ds, category=1, resamples=30)
     left, right = draw_sensitivity(found)
     assert [t.get_text() for t in left.get_yticklabels()] == ["dpc, friction", "joint, friction"]  # strongest on top
-    assert left.get_xlabel() == "rank correlation (1)"
+    assert left.get_xlabel() == "rank correlation"
     points = left.lines[0].get_xdata()
     assert points == pytest.approx(found["spearman"].sel(variable=["dpc.friction", "joint.friction"]).values)
     assert "120 walls" in left.get_title(loc="left")
@@ -31,7 +31,7 @@ def test_inputs_are_drawn_with_their_intervals():
             np.testing.assert_allclose(ends, np.column_stack((np.minimum(low, value), np.maximum(high, value))))
         bottom, top = ax.get_ylim()
         assert all(bottom < y < top for points in ax.containers for y in points.lines[0].get_ydata())
-    assert right.get_xlabel() == "share of the variance (1)"
+    assert right.get_xlabel() == "share of the variance"
 
 
 def test_other_datasets_are_refused():

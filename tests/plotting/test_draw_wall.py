@@ -91,12 +91,29 @@ def test_cracks_have_the_colour_of_their_category(cracked):
 def test_the_bar_of_widths_has_limits_and_categories(cracked):
     ax = draw_wall(cracked)
     (bar,) = ax.child_axes
-    assert [t.get_text() for t in bar.get_yticklabels()] == ["0.1", "1", "5", "15"]
-    assert bar.get_yticks() == pytest.approx([0.1, 1.0, 5.0, 15.0])
-    assert [(t.get_text(), t.get_position()[1]) for t in bar.texts] == [
+    assert [t.get_text() for t in bar.get_xticklabels()] == ["0.1", "1", "5", "15"]
+    assert bar.get_xticks() == pytest.approx([0.1, 1.0, 5.0, 15.0])
+    label, *numbers = bar.texts
+    assert label.get_text() == "crack width (mm), category in the bar"
+    assert [(t.get_text(), t.get_position()[0]) for t in numbers] == [
         (str(c), pytest.approx((c + 0.5) / 5)) for c in range(5)
     ]
-    assert bar.get_ylabel() == "crack width (mm);\ncategory in the bar"
+
+
+def test_a_long_wall_fills_its_picture_and_nothing_lies_on_the_title(cracked):
+    long = cracked.copy(deep=True)
+    for name in ("vertex_x", "block_x", "contact_x", "opening_left"):
+        if name in long.variables:
+            long[name] = 6.0 * long[name]  # 7.2 m by 0.3 m
+    ax = draw_wall(long)
+    ax.figure.canvas.draw()
+    sheet, wall = ax.figure.bbox, ax.get_window_extent()
+    assert wall.width > 0.85 * sheet.width
+    (bar,) = ax.child_axes
+    lowest_of_title = ax.title.get_window_extent().y0 if ax.get_title() else ax._left_title.get_window_extent().y0
+    for text in (*bar.texts, *bar.get_xticklabels(), ax.xaxis.label):
+        assert text.get_window_extent().y1 < wall.y0 + 1.0
+    assert lowest_of_title > wall.y1
 
 
 def test_ground_is_the_prescribed_profile(cracked):

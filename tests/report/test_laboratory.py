@@ -56,7 +56,7 @@ def test_tables_name_them(pier: xr.Dataset, capsys: pytest.CaptureFixture[str]) 
 
 def test_sentences_and_pictures_name_them(pier: xr.Dataset) -> None:
     assert "reached at a load displacement of 1 mm" in wall_summary(pier)[0]
-    assert plotting.draw_opening_width_change(pier).get_xlabel() == "load displacement (mm)"
+    assert plotting.draw(pier, "opening_width_change").get_xlabel() == "load displacement (mm)"
 
 
 def test_reports_have_no_deflection_of_a_footing(pier: xr.Dataset, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from scipy.stats import kendalltau
 import damagepred
 from damagepred.damage.limits import load_scale
 from damagepred.errors import InputError
+from damagepred.plotting.analyses import draw_scales
 from tests.results.test_rejudge import study
 
 SCENE = """
@@ -83,5 +84,5 @@ def test_levels_begin_at_their_limits() -> None:
 
 def test_the_matrix_is_drawn() -> None:
     found = damagepred.compare_scales(by_hand())
-    ax = damagepred.plotting.draw_scales(found)
+    ax = draw_scales(found)
     assert len(ax.texts) == found.sizes["scale"] ** 2

@@ -7,7 +7,7 @@ from scipy import optimize, special
 
 from damagepred.cli.terminal import surface_lines
 from damagepred.errors import InputError
-from damagepred.plotting import draw_fragility_surface
+from damagepred.plotting import draw_fragility
 from damagepred.uq.fragility import capacities, fit_fragility, fit_surface
 from tests.uq.test_fragility import fail, study
 
@@ -110,7 +110,7 @@ def test_a_median_beyond_the_movement_is_a_lower_bound() -> None:
     assert str(short["fit_status"].values) == "extrapolated"
     assert (short["median_lower_bound"] == 4.0).all()
     assert "lower bounds" in surface_lines(short)[0]
-    assert "power" in draw_fragility_surface(short).get_title(loc="left")
+    assert "power" in draw_fragility(short).get_title(loc="left")
 
 
 def test_walls_damaged_before_any_movement_leave_the_others_their_surface() -> None:
@@ -156,14 +156,14 @@ def test_a_category_that_was_never_reached_has_no_surface() -> None:
     found = fit_surface(walls(9, 40), 3, "joint.tensile_strength", bootstrap=20)
     assert str(found["fit_status"].values) == "never reached"
     assert np.isnan(found["probability"]).all()
-    assert "no surface" in draw_fragility_surface(found).texts[0].get_text()
+    assert "no surface" in draw_fragility(found).texts[0].get_text()
 
 
 def test_the_drawing_names_its_axes_in_the_units_of_engineers() -> None:
     ds = walls(10)
     ds["central_deflection"] = ds["central_deflection"] * 1e-3
     ds["central_deflection"].attrs["units"] = "m"
-    ax = draw_fragility_surface(fit_surface(ds, 1, "joint.tensile_strength", bootstrap=40))
+    ax = draw_fragility(fit_surface(ds, 1, "joint.tensile_strength", bootstrap=40))
     assert ax.get_xlabel() == "central deflection (mm)"
     assert ax.get_ylabel() == "joint, tensile strength (MPa)"
     assert ax.get_xlim()[1] == pytest.approx(20.0)

@@ -24,9 +24,9 @@ import damagepred
 from damagepred.archive.files import write_dataset
 from damagepred.arrays import BoolArray, FloatArray
 from damagepred.one_wall.judged_path import Step
+from damagepred.plotting.geometry import Zones
 from damagepred.plotting.pictures import stress_sheet
 from damagepred.plotting.stress import block_stress, zone_stress
-from damagepred.plotting.zone_geometry import Zones
 from damagepred.scene import Scene, Solver
 
 HERE = Path(__file__).resolve().parent
@@ -160,7 +160,7 @@ def two_ways(ds: xr.Dataset) -> float:
 
 def draw(ds: xr.Dataset, folder: Path, which: str) -> None:
     """Draw the stress along the wall at both increments."""
-    both = [("xx", EARLY), ("xx", LATE)]
+    both = [("stress_xx", EARLY), ("stress_xx", LATE)]
     stress_sheet(ds, both).savefig(folder / f"stress_xx{which}.png", dpi=110)
 
 

@@ -1,0 +1,357 @@
+"""Results of analyses: comparison of studies, sensitivity, design search, back-analysis, scales of damage."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from damagepred.analyses.posterior_tables import measures, odds_in_words
+from damagepred.archive.schema import flag_name
+from damagepred.inputs.arguments import checked
+from damagepred.plotting.colours import CURVE_STYLES, OPENING_STYLES, RANK_COLOURS, SHARE_COLOURS
+from damagepred.plotting.sheet import (
+    MM,
+    axes_or_new,
+    grid,
+    label_movement,
+    legend_below,
+    plain_number,
+    require,
+    set_title,
+    several_or_new,
+    small,
+    title_of,
+    verbatim,
+)
+from damagepred.uq.capacity import category_number
+from damagepred.uq.intensity import movement_words
+
+
+@checked
+def draw_comparison(
+    comparison: xr.Dataset, category: int | str | None = None, axes: Sequence[Axes] | None = None
+) -> list[Axes]:
+    """Draw the probability of a category in each study, and below the difference to the first, with intervals.
+
+    Parameters
+    ----------
+    comparison : xarray.Dataset
+        Result of ``damagepred.compare``.
+    category : int or str, optional
+        Category, or worse; by default the first compared.
+    axes : sequence of 2 Axes, optional
+        Axes to draw on; by default those of a new figure.
+
+    Returns
+    -------
+    list of Axes
+        Axes of the probabilities and of the differences.
+
+    Raises
+    ------
+    InputError
+        If the dataset holds no comparison.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> studies = {"as it is": damagepred.open_study("house.dp"), "strong": damagepred.open_study("strong.dp")}
+    >>> axes = damagepred.plotting.draw_comparison(damagepred.compare(studies, categories=[2]))
+    >>> len(axes)
+    2
+    """
+    require(comparison, ("probability", "difference", "difference_lower"), "a comparison of studies")
+    upper, lower = several_or_new(axes, 2, 1, 8.0, 7.5)
+    category = int(comparison["category"][0]) if category is None else category_number(comparison, category)
+    chosen = comparison.sel(category=category)
+    in_metres = comparison["movement"].attrs.get("units") == "m"
+    movement = comparison["movement"].values * (MM if in_metres else 1.0)
+    for k, name in enumerate(str(study) for study in comparison["study"].values):
+        curve, (colour, _) = chosen.isel(study=k), OPENING_STYLES[k % len(OPENING_STYLES)]
+        style: dict[str, Any] = {"color": colour, "linestyle": CURVE_STYLES[k % len(CURVE_STYLES)], "linewidth": 1.8}
+        upper.plot(movement, curve["probability"], label=verbatim(name), **style)
+        upper.fill_between(
+            movement, curve["probability_lower"], curve["probability_upper"], color=colour, alpha=0.12, linewidth=0
+        )
+        if k:
+            lower.plot(movement, curve["difference"], **style)
+            lower.fill_between(
+                movement, curve["difference_lower"], curve["difference_upper"], color=colour, alpha=0.15, linewidth=0
+            )
+    lower.axhline(0.0, color=OPENING_STYLES[0][0], linewidth=1.0)
+    upper.set_ylim(0.0, 1.0)
+    upper.set_ylabel("probability")
+    lower.set_ylabel(f"difference to {verbatim(str(comparison.attrs['reference']))}")
+    reach = float(np.nanmax(np.abs([lower.get_ylim()]), initial=0.05))
+    lower.set_ylim(-reach, reach)
+    words = movement_words(comparison, str(comparison["movement"].attrs.get("measure", "movement")))
+    for ax in (upper, lower):
+        ax.set_xlim(0.0, movement.max())
+        if in_metres:
+            label_movement(ax, words)
+        else:
+            ax.set_xlabel(words)
+    level = f"{float(comparison.attrs['confidence']):.0%} intervals"
+    paired = comparison["paired_samples"].values[1:]
+    pairs = f"{int(paired.min())} pairs of samples" if paired.size and paired.min() else "different samples"
+    set_title(
+        upper,
+        "Probability of damage",
+        f"category {category} ({verbatim(flag_name(comparison, category, 'category'))}) or worse; {level}",
+    )
+    set_title(lower, "Difference to the first study", f"{pairs}; below zero: less damage")
+    legend_below(lower, upper.get_lines(), columns=3)
+    return [upper, lower]
+
+
+@checked
+def draw_sensitivity(shares: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axes]:
+    """Draw rank correlations of the inputs with the capacity, and their shares of its variance.
+
+    Parameters
+    ----------
+    shares : xarray.Dataset
+        Result of ``damagepred.study_sensitivity``.
+    axes : sequence of 2 Axes, optional
+        Axes to draw on; by default those of a new figure.
+
+    Returns
+    -------
+    list of Axes
+        Axes of rank correlations and of shares of variance: points with their intervals, one line per input, the
+        strongest on top.
+
+    Raises
+    ------
+    InputError
+        If the dataset holds something else.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> shares = damagepred.study_sensitivity(damagepred.open_study("house.dp"), category=2, resamples=50)
+    >>> axes = damagepred.plotting.draw_sensitivity(shares)
+    >>> len(axes)
+    2
+    """
+    require(shares, ("spearman", "partial", "first_order"), "what study_sensitivity returns")
+    order = np.argsort(np.abs(shares["spearman"].values))
+    inputs = shares.isel(variable=order)
+    names = [str(n).replace(".", ", ").replace("_", " ") for n in inputs["variable"].values]
+    upper, lower = several_or_new(axes, 2, 1, 9.0, 3.6 + 0.9 * len(names))
+    rows = np.arange(len(names), dtype=np.float64)
+    _points(upper, inputs, "spearman", rows + 0.12, RANK_COLOURS[0], "rank correlation")
+    _points(upper, inputs, "partial", rows - 0.12, RANK_COLOURS[1], "partial, without what others explain")
+    upper.set_xlim(-1.0, 1.0)
+    upper.set_xticks(np.linspace(-1.0, 1.0, 5))
+    upper.axvline(0.0, color="0.4", linewidth=0.8)
+    upper.set_xlabel("rank correlation")
+    upper.set_yticks(rows, names)
+    _points(lower, inputs, "first_order", rows, SHARE_COLOURS[0], "by itself")
+    lower.axvline(0.0, color="0.4", linewidth=0.8)
+    lower.axvline(1.0, color="0.4", linewidth=0.8)
+    lower.set_xlim(min(-0.05, lower.get_xlim()[0]), max(1.05, lower.get_xlim()[1]))
+    lower.set_xlabel("share of the variance")
+    lower.set_yticks(rows, names)
+    for ax in (upper, lower):
+        ax.set_ylim(-0.6, len(names) - 0.4)
+        grid(ax, "x")
+        legend_below(ax, ax.get_legend_handles_labels()[0], 2, 0.6, left=True)
+    title = title_of(shares, "sensitivity")
+    censored = float(shares.attrs.get("share_censored", 0.0))
+    lines = (
+        title[:1].upper() + title[1:],
+        f"{shares.attrs.get('output', '')}; {int(shares.attrs['walls'])} walls"
+        + (f", {censored:.0%} of all had not reached it" if censored >= 0.005 else "")
+        + f"; bars: {float(shares.attrs['confidence']):.0%} intervals",
+    )
+    set_title(upper, *lines)
+    return [upper, lower]
+
+
+def _points(ax: Axes, shares: xr.Dataset, name: str, rows: np.ndarray, colour: str, label: str) -> None:
+    value, low, high = (shares[f"{name}{end}"].values for end in ("", "_lower", "_upper"))
+    ax.errorbar(
+        value,
+        rows,
+        xerr=np.nan_to_num([value - low, high - value]).clip(0.0),
+        fmt="o",
+        color=colour,
+        capsize=3,
+        markersize=5,
+        label=label or "_",
+        zorder=3,
+    )
+
+
+_WORDS = {
+    "probability": ("dearer or undecided", "meets the target", "does not meet it"),
+    "expected_cost": ("undecided", "least expected cost", "dearer"),
+}
+
+
+@checked
+def draw_design_search(search: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axes]:
+    """Draw probability of damage or expected cost of each alternative against its cost, and the value of each measure.
+
+    Parameters
+    ----------
+    search : xarray.Dataset
+        Result of ``damagepred.search_design``.
+    axes : sequence of 2 Axes, optional
+        Axes to draw on; by default those of a new figure.
+
+    Returns
+    -------
+    list of Axes
+        Axes of the alternatives and of the measures.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of a design search.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> axes = damagepred.plotting.draw_design_search(damagepred.search_design("choices.toml", "choices.design"))
+    >>> len(axes)
+    2
+    """
+    quantity = str(search.attrs.get("quantity", "probability"))
+    require(search, ("cost", quantity, "decision", "value"), "a design search")
+    by_cost = quantity == "expected_cost"
+    upper, lower = several_or_new(axes, 2, 1, 8.0, 7.5)
+    for code, word in enumerate(_WORDS[quantity]):
+        group = search.isel(alternative=np.flatnonzero(search["decision"].values == code))
+        if not group.sizes["alternative"]:
+            continue
+        middle = group[quantity].values
+        bars = np.abs(np.array([group[f"{quantity}_{end}"].values - middle for end in ("lower", "upper")]))
+        colour, marker = OPENING_STYLES[code]
+        upper.errorbar(group["cost"], middle, yerr=bars, fmt=marker, color=colour, capsize=3, label=word)
+    if by_cost:
+        upper.set_ylim(bottom=0.0)
+        upper.set_ylabel("expected cost, repairs included")
+    else:
+        upper.axhline(float(search.attrs["limit"]), color=OPENING_STYLES[4][0], linewidth=1.0)
+        most = max(float(search["probability_upper"].max()), float(search.attrs["limit"]))
+        upper.set_ylim(0.0, min(1.3 * most, 1.0))
+        upper.set_ylabel("probability")
+    upper.set_xlabel("cost")
+    legend_below(upper, upper.get_legend_handles_labels()[0], 3)
+    chosen = verbatim(str(search.attrs["chosen"])) or "no alternative meets it for certain"
+    set_title(upper, "Cost with repairs" if by_cost else "Cost and probability of damage", f"chosen: {chosen}")
+    rows = np.arange(search.sizes["measure"])
+    lower.barh(
+        rows, search["value"].values, 0.5, xerr=search["value_error"].values, color=OPENING_STYLES[0][0], capsize=3
+    )
+    lower.set_yticks(rows, [verbatim(str(name)) for name in search["measure"].values])
+    lower.locator_params(axis="x", nbins=5)
+    what = "cost of repair" if by_cost else "probability"
+    lower.set_xlabel(f"change of the {what}, with standard error")
+    return [upper, lower]
+
+
+_LABEL: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
+"""Background of the labels of observed cracks."""
+
+
+@checked
+def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axes]:
+    """Draw the posterior of the movement for each cause, and the crack map of the most probable cause.
+
+    Parameters
+    ----------
+    posterior : xarray.Dataset
+        Result of ``damagepred.infer``.
+    axes : sequence of Axes, optional
+        Axes to draw on: one, or two where cracks with a place were observed; by default those of a new figure.
+
+    Returns
+    -------
+    list of Axes
+        Axes of the movement and, where local cracks were observed, of the crack map.
+
+    Raises
+    ------
+    InputError
+        If the dataset is not of a back-analysis.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> from damagepred.uq.observations import CrackObservation, Observations
+    >>> seen = Observations(crack=(CrackObservation(width="2 mm"),))
+    >>> len(damagepred.plotting.draw_back_analysis(damagepred.infer("house.dp", seen)))
+    1
+    """
+    require(posterior, ("posterior", "movement", "movement_measure", "posterior_odds"), "a back-analysis")
+    axes = several_or_new(axes, 2 if "crack_probability" in posterior else 1, 1, 8.0, 7.5)
+    shown, largest = measures(posterior), posterior["movement_largest"].values
+    alike = len(set(shown)) == 1
+    for k, name in enumerate(str(study) for study in posterior["study"].values):
+        of_study = (posterior["study_of_sample"] == k).values
+        weight, movement = (posterior[n].values[of_study].ravel() for n in ("posterior", "movement"))
+        used = weight > 0
+        order = np.argsort(movement[used])
+        total = np.cumsum(weight[used][order]) / max(weight.sum(), 1e-300)
+        colour, style = OPENING_STYLES[k % len(OPENING_STYLES)][0], CURVE_STYLES[k % len(CURVE_STYLES)]
+        odds = odds_in_words(float(posterior["posterior_odds"][k]))
+        label, factor = f"{verbatim(name)}: odds {odds}", shown[k].factor if alike else 1.0 / largest[k]
+        if not alike:
+            label += f"; {shown[k].words} up to {shown[k].factor * largest[k]:.3g} {shown[k].unit}"
+        axes[0].step(movement[used][order] * factor, total, where="post", color=colour, linestyle=style, label=label)
+    axes[0].set_ylim(0.0, 1.0)
+    axes[0].set_xlabel(f"{shown[0].words} ({shown[0].unit})" if alike else "movement over the largest of the study")
+    axes[0].set_ylabel("posterior probability\nof a smaller movement")
+    warning = "" if posterior["resembles"].values.any() else "NO STORED WALL RESEMBLES THE OBSERVATIONS"
+    set_title(axes[0], "Movement, given the observations", warning)
+    legend_below(axes[0], axes[0].get_legend_handles_labels()[0])
+    if len(axes) > 1:
+        _draw_map(posterior, axes[1])
+    return axes
+
+
+def _draw_map(posterior: xr.Dataset, ax: Axes) -> None:
+    cause = posterior.isel(study=int(posterior["cause_posterior"].values.argmax()))
+    cracked = cause["crack_probability"]
+    mesh = ax.pcolormesh(cause["map_x"], cause["map_y"], cracked, vmin=0.0, vmax=1.0, cmap="Greys", shading="nearest")
+    ax.figure.colorbar(mesh, ax=ax, label="probability", shrink=0.7)
+    names = ("observed_x", "observed_y", "observed_width", "observed_limit")
+    marks = sorted(zip(*(posterior[name].values.tolist() for name in names if name in posterior)))
+    middle = np.mean(ax.get_ylim())
+    for k, (x, y, width, limit) in enumerate(marks):
+        ax.plot(x, y, marker="o" if width else "x", color=OPENING_STYLES[0][0], fillstyle="none", markersize=9)
+        words = f"{limit} {plain_number(width * MM)} mm".strip() if width else "none"
+        # neighbours at different heights, all inside the wall
+        up = 1 if y < middle else -1
+        style: dict[str, Any] = {"ha": "center", "va": "center", "bbox": _LABEL, "fontsize": small(ax)}
+        ax.annotate(words, (x, y), (0, up * (16, 32)[k % 2]), textcoords="offset points", **style)
+    ax.set_aspect("equal")
+    ax.set_xlabel("along the wall (m)")
+    ax.set_ylabel("height (m)")
+    limit, observed = float(cracked.attrs["wider_than"]) * MM, "; marks: observed" if marks else ""
+    set_title(ax, "Crack map", f"{verbatim(str(cause['study'].values))}: cracks wider than {limit:g} mm{observed}")
+
+
+def draw_scales(scales: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the share of states that each pair of scales judges alike: both beyond their first limits, or both below."""
+    require(scales, ("agreement", "share_reached"), "a comparison of scales")
+    ax = axes_or_new(ax, 10.0, 8.0)
+    shares = scales["agreement"].values
+    ax.imshow(shares, vmin=0.0, vmax=1.0, cmap="Greys", aspect="auto")
+    for (row, column), share in np.ndenumerate(shares):
+        text = "-" if np.isnan(share) else f"{share:.2f}"
+        colour = "white" if share > 0.5 else "black"
+        ax.text(column, row, text, ha="center", va="center", color=colour, fontsize=small(ax))
+    names = [verbatim(str(name)) for name in scales["scale"].values]
+    ticks = range(len(names))
+    ax.set_xticks(ticks, [str(number + 1) for number in ticks])
+    ax.set_yticks(ticks, [f"{name}  {number + 1}" for number, name in enumerate(names)], fontsize=small(ax))
+    set_title(ax, title_of(scales, "") or "Agreement of scales", "share of states that two scales judge alike")
+    return ax

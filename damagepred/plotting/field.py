@@ -1,0 +1,344 @@
+"""Any variable of a wall: as a field on the deformed wall, along the footing, or over the movement."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import BoundaryNorm, to_rgba_array
+from matplotlib.patches import Patch
+from matplotlib.tri import Triangulation
+
+from damagepred.archive.schema import VARIABLES, is_dynamic
+from damagepred.arrays import FloatArray
+from damagepred.errors import InputError, nearest
+from damagepred.inputs.arguments import checked
+from damagepred.plotting.colours import (
+    OPENING_STYLES,
+    STATE_COLOURS,
+    ZONE_STATES,
+    band_colours,
+    field_colours,
+    movement_bar,
+)
+from damagepred.plotting.deformed import Deformed
+from damagepred.plotting.sheet import (
+    MM,
+    MPA,
+    axes_or_new,
+    bar_below,
+    grid,
+    legend_below,
+    plain_number,
+    set_title,
+    shown_unit,
+    small,
+    spread_evenly,
+    title_of,
+    verbatim,
+)
+from damagepred.plotting.stress import STRESSES, check_stress, elastic_stress, one_of, stress_levels, stresses
+from damagepred.plotting.study import draw_paths
+from damagepred.uq.intensity import movement_measure, movement_words
+
+MOST_LINES = 10
+"""Increments drawn at most along a footing."""
+_PLACES = ("block", "contact", "zone", "gridpoint")
+_FIELDS = [(place,) for place in _PLACES]
+
+
+@checked
+def draw(
+    ds: xr.Dataset,
+    variable: str,
+    ax: Axes | None = None,
+    *,
+    increment: int = -1,
+    exaggeration: float | None = None,
+    levels: Sequence[float] | FloatArray | None = None,
+    against: str | None = None,
+    label: str | None = None,
+) -> Axes:
+    """Draw any variable of a wall, or the paths of a study.
+
+    Variables of blocks, contacts, zones and gridpoints are drawn in colours on the deformed wall; variables of the
+    footing's sections along the wall at some increments; all others over the movement, with years in colours where a
+    movement has stages. A variable of a study has one line per wall, with quantiles. Numbers have the units mm, kN,
+    MPa.
+
+    A stress (MPa, tension positive and red) is drawn in filled contours: ``stress_xx`` along the wall, ``stress_yy``
+    upright, ``stress_xy`` shear, ``stress_largest`` and ``stress_smallest`` for the principal stresses in the wall's
+    plane. In deformable blocks it is the stress of their zones; in rigid blocks the mean stress from the forces in
+    their joints; in elastic blocks this mean and the stress of their bending. Segments of a footing are grey.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Result of one wall (``damagepred.solve``), or a study (``damagepred.open_study``).
+    variable : str
+        Name of the variable, or of a stress.
+    ax : Axes, optional
+        Axes to draw on; by default those of a new figure.
+    increment : int
+        Position of the increment of a field, -1 for the last.
+    exaggeration : float, optional
+        Factor on all displacements under a field; by default a round number.
+    levels : sequence of float, optional
+        Limits of the bands of colour of a stress (MPa), rising; by default round limits that show most of the wall.
+    against : str, optional
+        Variable of the horizontal axis, in place of the movement.
+    label : str, optional
+        Name of the line, for several walls on the same axes.
+
+    Raises
+    ------
+    InputError
+        If the dataset has no such variable or increment, or the variable has no place in a picture.
+
+    Examples
+    --------
+    >>> import damagepred, xarray
+    >>> damagepred.plotting.draw(xarray.open_dataset("zones.nc"), "stress_yy").get_xlabel()
+    'along the wall (m)'
+    >>> damagepred.plotting.draw(xarray.open_dataset("wall.nc"), "base_reaction").get_ylabel()
+    'base reaction (kN)'
+    >>> damagepred.plotting.draw(damagepred.open_study("house.dp"), "crack_width_max").get_xlabel()
+    'central deflection (mm)'
+    """
+    if variable.removeprefix("zone_") in STRESSES:
+        return _draw_stress(ds, variable.removeprefix("zone_"), ax, increment, exaggeration, levels)
+    if "sample" in ds.dims:
+        return draw_paths(ds, variable, ax)
+    names = [str(name) for name in ds.variables if _drawable(ds[name])]
+    if variable not in names:
+        problem = "is neither a field on the wall nor a number at each increment"
+        if variable not in ds.variables:
+            problem = "the dataset has no such variable"
+        raise InputError(
+            f"variable = '{variable}': {problem}.{nearest(variable, names)} To be drawn: {', '.join(names)}; of every "
+            f"wall with all its fields {', '.join(STRESSES)}, too."
+        )
+    dims = ds[variable].dims
+    if any(place in dims for place in _PLACES):
+        return _draw_field(ds, variable, ax, increment, exaggeration)
+    if "section" in dims:
+        return _draw_sections(ds, variable, ax)
+    return _draw_over_movement(ds, variable, ax, against, label)
+
+
+def _drawable(values: xr.DataArray) -> bool:
+    """Whether a variable is a number of blocks, contacts, zones or gridpoints, or of each increment."""
+    return np.issubdtype(values.dtype, np.number) and ("increment" in values.dims or values.dims in _FIELDS)
+
+
+def _units(ds: xr.Dataset, name: str) -> str:
+    stored = VARIABLES[name].units if name in VARIABLES else None
+    return str(ds[name].attrs.get("units", stored or "1"))
+
+
+def _draw_stress(
+    ds: xr.Dataset,
+    variable: str,
+    ax: Axes | None,
+    increment: int,
+    exaggeration: float | None,
+    levels: Sequence[float] | FloatArray | None,
+) -> Axes:
+    check_stress(ds)
+    component = variable.removeprefix("stress_")
+    wall = Deformed.of(ds, increment, exaggeration)
+    ax = axes_or_new(ax, 10.0, wall.sheet_height(2.2))
+    rigid, zoned = stresses(wall)
+    bent, bent_corners = elastic_stress(wall, rigid)
+    limits = np.asarray(stress_levels(ds, variable, [increment]) if levels is None else levels, dtype=np.float64)
+    colours = band_colours(limits)
+    norm = BoundaryNorm(list(limits), colours.N, extend="both")
+    wall.draw_rigid(ax, colours(norm(MPA * one_of(rigid, component))))
+    shades = [tuple(c) for c in np.asarray(colours.colors)]
+    filled: dict[str, Any] = {"levels": limits, "colors": shades, "extend": "both", "zorder": 2}
+    if len(bent):
+        triangles = np.concatenate((bent_corners[:, [0, 1, 2]], bent_corners[:, [0, 2, 3]]))
+        mesh = Triangulation(wall.shape[:, 0], wall.shape[:, 1], triangles)
+        ax.tricontourf(mesh, MPA * one_of(bent, component), **filled).set_label("elastic blocks")
+    if len(zoned):
+        smooth = np.column_stack([wall.zones.at_gridpoints(s) for s in zoned.T])
+        mesh = Triangulation(wall.gridpoints[:, 0], wall.gridpoints[:, 1], wall.zones.corners)
+        ax.tricontourf(mesh, MPA * one_of(smooth, component), **filled).set_label("zones")
+    wall.draw_outlines(ax)
+    wall.finish(ax)
+    every = MPA * np.concatenate([one_of(s, component) for s in (rigid, zoned, bent)])
+    bar = bar_below(ax, ScalarMappable(norm, colours), "MPa, tension positive", extend="both", spacing="uniform")
+    bar.set_ticks(list(limits[:: 1 + len(limits) // 8]))
+    reach = f"{_signed(every.min())} to {_signed(every.max())} MPa"
+    set_title(ax, wall.title, f"{STRESSES[variable]}, at {wall.movement}: {reach}", wall.scale)
+    return ax
+
+
+def _signed(value: float) -> str:
+    return ("-" if value < 0 else "") + plain_number(abs(value))
+
+
+def _draw_field(ds: xr.Dataset, variable: str, ax: Axes | None, increment: int, exaggeration: float | None) -> Axes:
+    """Draw a variable of blocks, contacts, zones or gridpoints in colours on the deformed wall."""
+    wall = Deformed.of(ds, increment, exaggeration)
+    ax = axes_or_new(ax, 10.0, wall.sheet_height(2.4))
+    field = ds[variable]
+    factor, unit = shown_unit(_units(ds, variable))
+    values = (field.values[increment] if "increment" in field.dims else field.values) * factor
+    words = verbatim(str(field.attrs.get("long_name", variable.replace("_", " "))))
+    flags = [str(word).replace("_", " ") for word in str(field.attrs.get("flag_meanings", "")).split()]
+    if flags:
+        names, colours = _flag_colours(variable, flags)
+        shades = to_rgba_array(list(colours))[values.astype(np.int64)]
+        count = np.bincount(values.astype(np.int64), minlength=len(names))
+        handles = [
+            Patch(facecolor=colour, edgecolor="0.6", linewidth=0.5, label=f"{name}: {number}")
+            for name, colour, number in zip(names, colours, count)
+            if number
+        ]
+        legend_below(ax, handles, 3, 0.65, left=True)
+        reach = ""
+    else:
+        shown = values[np.isfinite(values)]
+        colour_map, norm = field_colours(shown)
+        shades = colour_map(norm(np.nan_to_num(values)))
+        shades[~np.isfinite(values)] = to_rgba_array("white")
+        bar_below(ax, ScalarMappable(norm, colour_map), f"{variable.replace('_', ' ')}{unit}")
+        ends = (_signed(end) for end in (shown.min(), shown.max())) if shown.size else ("–", "–")
+        reach = f": {' to '.join(ends)}{unit.replace('(', '').replace(')', '')}"
+    _fill(ax, wall, next(d for d in field.dims if d in _PLACES), values, shades)
+    wall.draw_outlines(ax)
+    wall.finish(ax)
+    moved = f" at {wall.movement}" if "increment" in field.dims else ""
+    set_title(ax, wall.title, f"{words}{moved}{reach}", wall.scale)
+    return ax
+
+
+def _flag_colours(variable: str, flags: list[str]) -> tuple[list[str], list[str]]:
+    """Names and colours of the values of a variable that has flags."""
+    if variable == "zone_state":
+        return [name for name, _ in ZONE_STATES], [colour for _, colour in ZONE_STATES]
+    colours = STATE_COLOURS if variable == "contact_state" else [colour for colour, _ in OPENING_STYLES] * 2
+    return flags, list(colours[: len(flags)])
+
+
+def _fill(ax: Axes, wall: Deformed, place: Any, values: FloatArray, shades: FloatArray) -> None:
+    """Fill blocks or zones, or draw points at contacts or gridpoints, in their colours."""
+    style: dict[str, Any] = {"facecolors": shades, "edgecolors": shades, "linewidths": 0.1, "zorder": 2, "snap": False}
+    if place == "block":
+        ax.add_collection(PolyCollection(wall.outlines, label="blocks", **style))
+        return
+    wall.draw_rigid(ax, "white")
+    if place == "zone":
+        ax.add_collection(PolyCollection(list(wall.gridpoints[wall.zones.corners]), label="zones", **style))
+        return
+    points = wall.gridpoints if place == "gridpoint" else _contacts(wall)
+    finite = np.isfinite(values)
+    x, y = points[finite].T
+    ax.scatter(x, y, s=9.0, c=shades[finite], linewidths=0.0, zorder=5, label=f"{place}s")
+
+
+def _contacts(wall: Deformed) -> FloatArray:
+    """Contacts as drawn, (c, 2) (m): midway between the two blocks."""
+    place = np.column_stack([wall.ds[f"contact_{axis}"].values for axis in "xy"])
+    _, face = np.unique(wall.ds["contact_interface"].values, return_inverse=True)
+    sides = [side[face] for side in wall.faces.neighbours(wall.points, wall.block)]
+    moved = [wall.motion.at(np.maximum(side, 0), place) * (side >= 0)[:, None] for side in sides]
+    count = np.maximum(sum((side >= 0).astype(float) for side in sides), 1.0)
+    return np.asarray(place + wall.factor * (moved[0] + moved[1]) / count[:, None])
+
+
+def _draw_sections(ds: xr.Dataset, variable: str, ax: Axes | None) -> Axes:
+    """Draw a variable of the footing's sections along the wall at some increments."""
+    ax = axes_or_new(ax, 9.0, 4.0)
+    factor, unit = shown_unit(_units(ds, variable))
+    movement = ds[movement_measure(ds)].values * MM
+    colour = movement_bar([ax], movement, movement_words(ds))
+    ax.axhline(0.0, color="black", linewidth=0.8)
+    for step in spread_evenly(len(movement), MOST_LINES):
+        ax.plot(ds["section_x"], ds[variable][step] * factor, color=colour(movement[step]), linewidth=1.4)
+    ax.set_xlim(float(ds["vertex_x"].min()), float(ds["vertex_x"].max()))
+    ax.set_xlabel("along the wall (m)")
+    ax.set_ylabel(f"{variable.removeprefix('section_').replace('_', ' ')}{unit}")
+    grid(ax)
+    set_title(ax, title_of(ds, "wall"), str(ds[variable].attrs.get("long_name", "")))
+    return ax
+
+
+def _draw_over_movement(ds: xr.Dataset, variable: str, ax: Axes | None, against: str | None, label: str | None) -> Axes:
+    """Draw a variable with one value, or one per opening, jack or support, at each increment."""
+    by = against or ("time" if is_dynamic(ds) else movement_measure(ds))
+    if by not in ds.variables or ds[by].dims != ("increment",):
+        names = [str(name) for name in ds.variables if ds[name].dims == ("increment",)]
+        raise InputError(
+            f"against = '{by}': must be a variable with one value at each increment, such as {', '.join(names)}."
+            + nearest(by, names)
+        )
+    first = ax is None or not ax.lines
+    ax = axes_or_new(ax, 8.0, 5.0)
+    (factor, unit), (x_factor, x_unit) = (shown_unit(_units(ds, name)) for name in (variable, by))
+    x, y = ds[by].values * x_factor, ds[variable].values * factor
+    name = movement_words(ds, by) if by.endswith(("movement", "deflection", "displacement")) else by.replace("_", " ")
+    in_stages = against is None and label is None and "stage" in ds.variables and y.ndim == 1
+    if in_stages and by != "load_displacement":  # which has a sign of its own
+        x, name = np.sign(ds["progress"].values) * x, f"{name}, signed"
+    if first:
+        ax.axhline(0.0, color="black", linewidth=0.8)
+        ax.set_xlabel(f"{name}{x_unit}")
+        ax.set_ylabel(f"{variable.replace('_', ' ')}{unit}")
+        grid(ax)
+        set_title(ax, title_of(ds, "wall"), verbatim(str(ds[variable].attrs.get("long_name", ""))))
+    if in_stages:
+        years = "time" in ds.variables
+        ax.plot(x, y, color="0.6", linewidth=0.9)
+        points = ax.scatter(x, y, c=ds["time" if years else "increment"].values, s=16, zorder=3)
+        ax.figure.colorbar(points, ax=ax, label="time (years)" if years else "increment")
+        return ax
+    lines = _labelled(ds, variable, label)
+    for number, text in enumerate(lines):
+        row = y[:, number] if y.ndim > 1 else y
+        moving = np.isfinite(row)  # a wall in motion has no load
+        style: dict[str, Any] = {"marker": ".", "markersize": 4, "linewidth": 1.5, "label": text}
+        if y.ndim > 1 and label is None:
+            style |= dict(zip(("color", "marker"), OPENING_STYLES[number % len(OPENING_STYLES)]))
+        ax.plot(x[moving], row[moving], **style)
+        if not moving.any():
+            ax.lines[-1].set_label(f"{text}: unknown")
+    if "limit_deflection" in ds.attrs and variable in ("jack_load", "support_load") and by == "central_deflection":
+        # in a rig that cannot pull, the footing goes no further
+        _mark_limit(ax, float(ds.attrs["limit_deflection"]) * MM, ax.lines[-1].get_color())
+    if handles := [line for line in ax.lines if not str(line.get_label()).startswith("_")]:
+        legend_below(ax, handles, 3)
+    return ax
+
+
+def _labelled(ds: xr.Dataset, variable: str, label: str | None) -> list[str | None]:
+    """Label of each line of a variable."""
+    if ds[variable].ndim == 1:
+        return [label]
+    dim = str(ds[variable].dims[-1])
+    names = [_opening(ds, k) if dim == "opening" else f"{dim} {k + 1}" for k in range(ds.sizes[dim])]
+    return [f"{label}: {name}" if label else name for name in names]
+
+
+def _opening(ds: xr.Dataset, number: int) -> str:
+    values = [float(ds[f"opening_{name}"].values[number]) for name in ("left", "sill", "width", "height")]
+    if not np.isfinite(values).all():
+        return f"opening {number + 1}"
+    left, sill, width, height = values
+    kind = "window" if sill > 0 else "door"
+    return f"{kind} {number + 1}: {width:.2f} x {height:.2f} m, at {left:.2f} m"
+
+
+def _mark_limit(ax: Axes, limit: float, colour: Any) -> None:
+    """Mark the deflection (mm) at which jacks or a support carry nothing any more."""
+    style: dict[str, Any] = {"markersize": 7, "markerfacecolor": "white", "markeredgecolor": colour, "zorder": 5}
+    ax.plot([limit], [0.0], marker="o", linestyle="none", label="_limit", **style)
+    earlier = sum(line.get_label() == "_limit" for line in ax.lines) - 1
+    words = f"{plain_number(limit)} mm, no load"
+    ax.annotate(words, (limit, 0.0), (4, 5 + 11 * earlier), textcoords="offset points", fontsize=small(ax))
