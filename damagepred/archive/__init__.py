@@ -1,1 +1,1 @@
-"""Datasets on disk: what they hold, where they come from, and files that are whole or not there."""
+"""Datasets on disk: schema, provenance, and files that are complete or absent."""

@@ -1,4 +1,4 @@
-"""Cautions on how walls were solved: energy error, snap-through, brittle bonds, widths that rounding may decide."""
+"""Cautions on how walls were solved: energy error, snap-through, brittle bonds, widths that depend on rounding."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from damagepred.diagnostics import Energies, described
 from damagepred.enumerations import ContactKind, ContactState
 
 STUDIED = ("energy_error_share", "snap_through_share", "displacement_share", "crack_share", "snap_back_limited")
-"""Results of a study that ``study_cautions`` looks at."""
+"""Results of a study that ``study_cautions`` reads."""
 
 
 def work_done(values: Mapping[Any, Any]) -> FloatArray:
-    """Return the largest term of the energy balance at each increment (J)."""
+    """Largest term of the energy balance at each increment (J)."""
     work = np.zeros(np.shape(values["energy_error"]))
     for name, energy in described(Energies).items():
         if energy.term and name in values:
@@ -26,17 +26,17 @@ def work_done(values: Mapping[Any, Any]) -> FloatArray:
 
 
 def energy_error_share(values: Mapping[Any, Any]) -> float:
-    """Largest energy that does not balance over the largest work done on a path; NaN if it is not counted."""
+    """Largest energy error over the largest work done on a path; NaN if not counted."""
     return _share(values, "energy_error")
 
 
 def snap_through_share(values: Mapping[Any, Any]) -> float:
-    """Return the energy set free in snap-through over the largest work done on a path; NaN if it is not counted."""
+    """Energy released in snap-through over the largest work done on a path; NaN if not counted."""
     return _share(values, "snap_through_energy")
 
 
 def _share(values: Mapping[Any, Any], name: str) -> float:
-    """Return the largest of an energy over the largest work done."""
+    """Largest value of an energy over the largest work done."""
     energy = np.abs(np.asarray(values[name], dtype=np.float64))
     energy = energy[np.isfinite(energy)]
     most = float(work_done(values).max(initial=0.0))
@@ -48,7 +48,7 @@ TOLERANCES = {
     "displacement_share": "displacement_tolerance",
     "crack_share": "crack_tolerance",
 }
-"""What makes a wall implausible, and the setting of the solver above which it does."""
+"""Shares that make a wall implausible, and the solver settings with their limits."""
 
 
 def implausible(shares: Mapping[str, float], settings: Any) -> bool:
@@ -57,8 +57,8 @@ def implausible(shares: Mapping[str, float], settings: Any) -> bool:
 
 
 _SNAP_THROUGH = (
-    "no equilibrium was near, and the wall moved by itself to one that is not the only one. Places of bricks and "
-    "widths of cracks depend on the number of increments there. Solve with another number and compare."
+    "no equilibrium was near, and the wall moved by itself to another, one of several. Positions of bricks and widths "
+    "of cracks depend on the number of increments there. Solve with another number and compare."
 )
 _TOO_LARGE = (
     "the equations take displacements as small, so the result is implausible. Check stiffness, density, loads and "
@@ -82,28 +82,28 @@ _CAUTIONS = (
     (
         "displacement_share",
         "displacement_tolerance",
-        "the largest displacement beyond that of the ground is",
+        "the largest displacement beyond the ground's is",
         "wall's size",
         _TOO_LARGE,
     ),
     ("crack_share", "crack_tolerance", "the widest crack is", "wall's size", _TOO_LARGE),
 )
-"""Share, tolerance, and what is said where it is exceeded: of what, of which whole, and what follows."""
+"""Share, tolerance, and parts of the sentence above the tolerance: quantity, reference, consequence."""
 
 
 def wall_cautions(ds: xr.Dataset) -> list[str]:
-    """Sentences on how a wall was solved; archives of older versions have none."""
-    said = []
+    """Sentences on how a wall was solved; empty for archives of older versions."""
+    sentences = []
     for name, option, what, whole, consequence in _CAUTIONS:
         share, limit = (float(ds.attrs.get(key, np.nan)) for key in (name, option))
         if share > limit:
-            said.append(
+            sentences.append(
                 f"{what[0].upper()}{what[1:]} {share:.2g} of the {whole}, more than {option} = {limit:g}: {consequence}"
             )
     if count := int(ds.attrs.get("snap_back_limited_joints", 0)):
-        said.append(f"In {count} joints the bond breaks at once: {_SNAP_BACK}")
+        sentences.append(f"In {count} joints the bond breaks at once: {_SNAP_BACK}")
     if "loading_not_run" in ds.attrs:
-        said.append(
+        sentences.append(
             f"The run ends before the motion of base or ground: the motion {ds.attrs['loading_not_run']} is not run. "
             "Give [dynamics] a longer duration, or leave it out."
         )
@@ -114,8 +114,8 @@ def wall_cautions(ds: xr.Dataset) -> list[str]:
         if (passes := _passes_of_zero(ds)) >= PASSES_DETERMINED:
             reasons.append(_HISTORY.format(passes))
         if count := int(cracked.sum()):
-            said += [f"In {count} contacts of bed and head joints the wall has cracked: {why}" for why in reasons]
-    return said
+            sentences += [f"In {count} contacts of bed and head joints the wall has cracked: {why}" for why in reasons]
+    return sentences
 
 
 def _passes_of_zero(ds: xr.Dataset) -> int:
@@ -136,29 +136,29 @@ _HISTORY = (
     "rounding may decide single widths. They may differ on another processor: judge on many walls."
 )
 _SNAP_BACK = (
-    "fracture_energy or shear_fracture_energy is less than the joint holds elastically as it breaks (snap-back). The "
+    "fracture_energy or shear_fracture_energy is less than the elastic energy of the joint at failure (snap-back). The "
     "other mode softens if its energy suffices; slip without a softening tension leaves the bond as it is."
 )
 
 
 def study_cautions(ds: xr.Dataset) -> list[str]:
     """Sentences on how the walls of a study were solved."""
-    said = []
+    sentences = []
     for name, option, what, whole, consequence in _CAUTIONS:
         if name not in ds:
             continue
         share = np.asarray(ds[name].values, dtype=np.float64)
         limit = float(ds[name].attrs.get("tolerance", np.nan))
         if count := int((share > limit).sum()):
-            said.append(
+            sentences.append(
                 f"In {count} walls {what} more than {option} = {limit:g} of the {whole}, {np.nanmax(share):.2g} at "
                 f"most: {consequence}"
             )
     if "snap_back_limited" in ds:
         counts = np.maximum(np.nan_to_num(np.asarray(ds["snap_back_limited"].values, dtype=np.float64)), 0.0)
         if counts.any():
-            said.append(
+            sentences.append(
                 f"In {int((counts > 0).sum())} walls bonds break at once, in {int(counts.max())} joints of a wall at "
                 f"most: {_SNAP_BACK}"
             )
-    return said
+    return sentences

@@ -1,4 +1,4 @@
-"""What values and attributes an archive may hold: the one place that judges them, whatever file they come from."""
+"""Valid values and attributes of archives, whatever the file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NOT_NEGATIVE = (
     "central_deflection",
     "deflection_ratio",
 )
-"""Variables that are zero or more where they are known."""
+"""Variables that are zero or more."""
 
 TEXTS = (
     "title",
@@ -50,30 +50,14 @@ NUMBERS = {
     "apex_limited_joints": (0, np.inf),
     "snap_back_limited_joints": (0, np.inf),
 }
-"""Global attributes that readers take as text, and as a number between two bounds."""
-
+"""Global attributes that are text, and numbers between two bounds."""
 
 Columns = Mapping[str, tuple[tuple[Any, ...], NDArray[Any], Mapping[Any, Any]]]
 """Dimensions, values and attributes by name."""
 
 
 def check_values(columns: Columns, source: str, ranges: bool = False) -> None:
-    """Check dimensions, types, flags and ranges of registered variables, and that solved samples have values.
-
-    Parameters
-    ----------
-    columns : mapping
-        Of a wall, a part or a whole study; variables that are not registered are passed over.
-    source : str
-        Where they come from, for the message.
-    ranges : bool
-        Whether to ask also that what cannot be negative is not.
-
-    Raises
-    ------
-    DamagedError
-        If one is not as it can have been written.
-    """
+    """Check dimensions, types, flags and ranges of registered variables, and that solved samples have values."""
     for name, (dims, values, attributes) in columns.items():
         if name in VARIABLES and (wrong := _wrong(name, dims, values, attributes)):
             raise DamagedError(f"{source}: is damaged: {name} {wrong}.")
@@ -84,21 +68,23 @@ def check_values(columns: Columns, source: str, ranges: bool = False) -> None:
 
 
 def _wrong(name: str, dims: tuple[Any, ...], values: NDArray[Any], attributes: Mapping[Any, Any]) -> str:
-    known = VARIABLES[name]
+    registered = VARIABLES[name]
     leading = ("sample", "increment")
-    if [d for d in dims if d not in leading] != [d for d in known.dims if d not in leading] or dims[1:].count("sample"):
+    if [d for d in dims if d not in leading] != [d for d in registered.dims if d not in leading] or dims[1:].count(
+        "sample"
+    ):
         return f"has the dimensions ({', '.join(map(str, dims))})"
-    if values.dtype.kind not in ("i" if known.flags else "iuf"):
+    if values.dtype.kind not in ("i" if registered.flags else "iuf"):
         return f"is of type {values.dtype}"
     if any(not isinstance(attributes.get(key, ""), str) for key in ("units", "long_name", "flag_meanings")):
         return "has damaged attributes"
     if values.size == 0:
         return ""
-    if known.flags:
+    if registered.flags:
         low, high = int(values.min()), int(values.max())
         return (
-            f"has the value {high if high >= len(known.flags) else low}"
-            if (low < FLAG_FILL or high >= len(known.flags))
+            f"has the value {high if high >= len(registered.flags) else low}"
+            if (low < FLAG_FILL or high >= len(registered.flags))
             else ""
         )
     if name in ("sample", "increment"):
@@ -107,14 +93,14 @@ def _wrong(name: str, dims: tuple[Any, ...], values: NDArray[Any], attributes: M
 
 
 def _unknown_widths(columns: Columns) -> str:
-    """Say whether a solved sample lacks values of increments that it was followed to."""
+    """Sentence if a solved sample lacks values of increments of its path, or ""."""
     if not {"status", "crack_width_max", "base_reaction"} <= columns.keys():
         return ""
     solved = np.isin(columns["status"][1], SOLVED)
     width, force = (np.isfinite(columns[name][1]) for name in ("crack_width_max", "base_reaction"))
     if width.shape != force.shape or width.shape[:1] != solved.shape:
         return "crack_width_max, base_reaction and status differ in shape"
-    if width.ndim == 1:  # the end of the movement alone, which a path may not have come to
+    if width.ndim == 1:  # only the end of the movement, which a path may not have reached
         return "" if np.array_equal(width[solved], force[solved]) else "a solved sample has no crack width"
     followed = np.logical_and.accumulate(force, axis=1)
     good = (width == followed) & (force == followed) & followed[:, :1]
@@ -122,22 +108,7 @@ def _unknown_widths(columns: Columns) -> str:
 
 
 def check_attributes(attributes: Mapping[Any, Any], source: str, needed: tuple[str, ...] = ()) -> None:
-    """Check the global attributes that readers rely on.
-
-    Parameters
-    ----------
-    attributes : mapping
-        Of the file.
-    source : str
-        The file, for the message.
-    needed : tuple of str
-        Those that must be there.
-
-    Raises
-    ------
-    DamagedError
-        If one is missing, of another type, out of bounds, or no TOML where it holds a scene.
-    """
+    """Check the global attributes that readers need; a damaged one raises DamagedError."""
     if missing := [name for name in needed if name not in attributes]:
         raise DamagedError(f"{source}: is damaged: it has no attribute {missing[0]}.")
     for name in TEXTS:

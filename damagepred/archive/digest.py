@@ -1,8 +1,8 @@
 """Digests: a file of a study ends with the SHA-256 of its content and the hash of the study it belongs to.
 
-In TOML the end is a comment, in JSON it is two more keys, and readers of netCDF do not look beyond the last variable.
-Besides the SHA-256, which ``damagepred verify`` computes, there is a CRC-32 that each reading computes: it is cheap and
-tells any change of up to 32 bits in a row.
+In TOML it is a comment, in JSON two more keys, and readers of netCDF ignore bytes after the last variable. The SHA-256
+is computed by ``damagepred verify`` only; each reading computes a CRC-32, which is cheap and detects any change of up
+to 32 bits in a row.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SINCE = 4
 """Schema version from which on files of a study have digests."""
 
 NO_STUDY = "-" * 16
-"""In place of a study's hash, in a file that belongs to none."""
+"""Placeholder for the hash in files without a study."""
 
 _END = re.compile(
     rb"(?:\n# crc32 (?P<crc32>[0-9a-f]{8}) sha256 (?P<sha256>[0-9a-f]{64}) study (?P<study>[0-9a-f]{16}|-{16})\n"
@@ -34,26 +34,12 @@ _BLOCK = 2**17
 
 
 def study_hash(text: str) -> str:
-    """Return the hash of a study: 16 hexadecimal digits of the SHA-256 of its frozen copy.
-
-    Parameters
-    ----------
-    text : str
-        The frozen copy.
-    """
+    """Hash of a study: 16 hexadecimal digits of the SHA-256 of its frozen copy."""
     return hashlib.sha256(text.encode("utf-8")).hexdigest()[:16]
 
 
 def signed(content: bytes, study: str = NO_STUDY) -> bytes:
-    """Return the content of a netCDF or TOML file with its digest at the end.
-
-    Parameters
-    ----------
-    content : bytes
-        Without digest.
-    study : str
-        Hash of the study.
-    """
+    """Content of a netCDF or TOML file with its digest at the end."""
     return content + _end(hashlib.sha256(content), zlib.crc32(content), study)
 
 
@@ -64,15 +50,7 @@ def _end(digest: Any, crc: int, study: str) -> bytes:
 
 
 def sign(file: Path, study: str = NO_STUDY) -> None:
-    """Append its digest to a file.
-
-    Parameters
-    ----------
-    file : Path
-        Of netCDF.
-    study : str
-        Hash of the study.
-    """
+    """Append its digest to a netCDF file."""
     with file.open("rb+") as stream:
         digest, crc = hashlib.sha256(), 0
         while block := stream.read(_BLOCK):
@@ -82,146 +60,73 @@ def sign(file: Path, study: str = NO_STUDY) -> None:
 
 
 def signed_json(record: Mapping[str, Any], study: str) -> str:
-    """Return the text of a JSON object with its digest in it.
-
-    Parameters
-    ----------
-    record : mapping
-        Plain values.
-    study : str
-        Hash of the study.
-    """
+    """JSON object with its digest, as text."""
     text = json.dumps(record, indent=2).removesuffix("\n}")
     digest = hashlib.sha256(text.encode("utf-8") + study.encode()).hexdigest()
     return f'{text},\n  "study_hash": "{study}",\n  "sha256": "{digest}"\n}}\n'
 
 
 def signature(file: str | Path, whole: bool = False) -> str | None:
-    """Check the checksum of a file.
+    """Hash of the study in a file's digest, after a check of the checksum; None for files without digest.
 
-    Parameters
-    ----------
-    file : str or Path
-        The file.
-    whole : bool
-        Whether to compute the SHA-256 too.
-
-    Returns
-    -------
-    str or None
-        Hash of the study it belongs to; None if it has no digest, as files of older versions and of other programs.
-
-    Raises
-    ------
-    DamagedError
-        If its content is not what was written.
-    InputError
-        If it cannot be read.
+    ``whole`` computes the SHA-256 too. A wrong checksum raises DamagedError.
     """
     with opened(Path(file)) as stream:
         size = stream.seek(0, 2)
         stream.seek(max(0, size - _LONGEST))
-        found = _END.search(stream.read())
-        if found is None:
+        end = _END.search(stream.read())
+        if end is None:
             return None
-        left = size - len(found[0])
+        remaining = size - len(end[0])
         stream.seek(0)
-        digest, crc = hashlib.sha256() if whole or found["crc32"] is None else None, 0
-        block = memoryview(bytearray(_BLOCK))  # one for all: fresh memory costs more than the checksum
-        while left > 0 and (count := stream.readinto(block[: min(left, _BLOCK)])):  # type: ignore[attr-defined]
+        digest, crc = hashlib.sha256() if whole or end["crc32"] is None else None, 0
+        block = memoryview(bytearray(_BLOCK))  # reused: fresh memory costs more than the checksum
+        while remaining > 0 and (count := stream.readinto(block[: min(remaining, _BLOCK)])):  # type: ignore[attr-defined]
             crc = zlib.crc32(block[:count], crc)
             if digest is not None:
                 digest.update(block[:count])
-            left -= count
-    return _compared(digest, crc, found, file)
+            remaining -= count
+    return _compared(digest, crc, end, file)
 
 
 def verified(content: bytes, source: str | Path) -> tuple[bytes, str | None]:
-    """Check the checksum of what was read.
-
-    Parameters
-    ----------
-    content : bytes
-        Of a file.
-    source : str or Path
-        The file, for the message.
-
-    Returns
-    -------
-    tuple of bytes and (str or None)
-        Content without digest, but of JSON as it is; and the study's hash as ``signature`` returns it.
-
-    Raises
-    ------
-    DamagedError
-        If it is not what was written.
-    """
-    found = _END.search(content, max(0, len(content) - _LONGEST))
-    if found is None:
+    """Content without its digest (JSON unchanged), and the study's hash as in ``signature``."""
+    end = _END.search(content, max(0, len(content) - _LONGEST))
+    if end is None:
         return content, None
-    body = memoryview(content)[: found.start()]
-    if found["crc32"] is None:
-        return content, _compared(hashlib.sha256(body), 0, found, source)
-    study = _compared(None, zlib.crc32(body), found, source)
-    return content[: found.start()], study
+    body = memoryview(content)[: end.start()]
+    if end["crc32"] is None:
+        return content, _compared(hashlib.sha256(body), 0, end, source)
+    study = _compared(None, zlib.crc32(body), end, source)
+    return content[: end.start()], study
 
 
-def _compared(digest: Any, crc: int, found: re.Match[bytes], source: str | Path) -> str:
-    study = found["study"] or found["json_study"]
-    wrong = found["crc32"] is not None and f"{zlib.crc32(study, crc):08x}".encode() != found["crc32"]
+def _compared(digest: Any, crc: int, end: re.Match[bytes], source: str | Path) -> str:
+    study = end["study"] or end["json_study"]
+    wrong = end["crc32"] is not None and f"{zlib.crc32(study, crc):08x}".encode() != end["crc32"]
     if digest is not None:
         digest.update(study)
-        wrong |= digest.hexdigest().encode() != (found["sha256"] or found["json_sha256"])
+        wrong |= digest.hexdigest().encode() != (end["sha256"] or end["json_sha256"])
     if wrong:
         raise DamagedError(f"{source}: is damaged or was edited: its digest differs.")
     return study.decode()
 
 
-def check_study(found: str | None, expected: str, version: int, source: str | Path) -> None:
-    """Check that a file belongs to a study.
-
-    Parameters
-    ----------
-    found : str or None
-        What ``signature`` has returned.
-    expected : str
-        Hash of the study.
-    version : int
-        Schema version of the file.
-    source : str or Path
-        The file, for the message.
-
-    Raises
-    ------
-    DamagedError
-        If it is of another study, or has lost its digest.
-    """
-    if found is None and version >= SINCE:
+def check_study(study: str | None, expected: str, version: int, source: str | Path) -> None:
+    """Check that a file belongs to a study, by the hash in its digest."""
+    if study is None and version >= SINCE:
         raise DamagedError(f"{source}: is damaged, or was written by another program: it has no digest.")
-    if found not in (None, expected):
+    if study not in (None, expected):
         raise DamagedError(f"{source}: belongs to another study.")
 
 
 def read_signed_json(path: str | Path, study: str | None = None) -> dict[str, Any]:
-    """Read a JSON object and check its digest.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    study : str, optional
-        Hash of the study it must belong to.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, is no JSON object, is damaged, newer than this package, or belongs to another study.
-    """
-    content, found = verified(read_bytes(path), path)
+    """JSON object from a file with digest; a damaged, newer or foreign file raises InputError."""
+    content, file_study = verified(read_bytes(path), path)
     record = parse_json(content, path)
     version = record.get("schema_version")
     if isinstance(version, int) and version > 0:
         brought_up_to_date(version, str(path))
     if study is not None:
-        check_study(found, study, version if isinstance(version, int) else 0, path)
+        check_study(file_study, study, version if isinstance(version, int) else 0, path)
     return {key: value for key, value in record.items() if key not in ("study_hash", "sha256")}

@@ -1,4 +1,4 @@
-"""Files that are either there, whole, or not there at all."""
+"""Files that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ from damagepred.archive.versions import brought_up_to_date
 from damagepred.errors import ArchiveWarning, DamagedError, InputError, StudyError
 
 _ONE_AT_A_TIME = threading.RLock()
-"""The HDF5 library crashes when two threads use it at once, and a study may run in threads."""
+"""The HDF5 library crashes when two threads use it, and a study may run in threads."""
 
 PICTURES = (".png", ".pdf", ".svg")
 """Suffixes of pictures."""
 
 FILE_SUFFIXES = (*PICTURES, ".nc", ".csv", ".xml", ".json", ".html", ".toml")
-"""Suffixes that no folder of results has."""
+"""Suffixes of files; folders of results have other names."""
 
 READER_ERRORS = (OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError, ArithmeticError)
-"""What the readers of netCDF raise for damaged files."""
+"""Exceptions of netCDF readers for damaged files."""
 
 
 def write_whole(path: Path, write: Callable[[Path], object]) -> None:
-    """Write a file under a temporary name, bring it to the disk, then give it its name."""
+    """Write a file under a temporary name, flush it to the disk, then rename it."""
     temporary: Path | None = None
     try:
         handle, name = tempfile.mkstemp(prefix=f".{path.name[:50]}.", suffix=".tmp", dir=path.parent)
@@ -58,25 +58,27 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 
 def check_output(path: str | Path, *suffixes: str, inputs: Iterable[Path] = (), new_folder: bool = False) -> None:
-    """Refuse a file that cannot be written or has none of the suffixes; without suffixes a folder. Writes nothing."""
-    place = Path(path)
-    existing = (parent for parent in (place, *place.absolute().parents) if os.path.lexists(parent))
+    """Refuse a file that cannot be written or has a wrong suffix; without suffixes a folder. Writes nothing."""
+    target = Path(path)
+    existing = (parent for parent in (target, *target.absolute().parents) if os.path.lexists(parent))
     try:
         if suffixes:
-            if place.is_dir():
+            if target.is_dir():
                 raise InputError(
-                    f"{place}: is a folder; give the name of a file, such as {place / 'result'}{suffixes[0]}."
+                    f"{target}: is a folder; give the name of a file, such as {target / 'result'}{suffixes[0]}."
                 )
-            if place.suffix.lower() not in suffixes:
-                name = f"{place.stem or 'result'}{suffixes[0]}"
-                raise InputError(f"{place}: the name must end in {' or '.join(suffixes)}; write {place.parent / name}.")
-            if any(place.exists() and file.exists() and place.samefile(file) for file in inputs):
-                raise InputError(f"{place}: is the input of this command; give another name.")
-            folder = next(parent for parent in existing if parent != place) if new_folder else place.parent
-        elif place.exists() and not place.is_dir():
-            raise StudyError(f"{place}: is a file, and this is written into a folder; give another place with -o.")
-        elif place.suffix.lower() in FILE_SUFFIXES and not place.exists():
-            raise InputError(f"{place}: this is written into a folder; give it another name than that of a file.")
+            if target.suffix.lower() not in suffixes:
+                name = f"{target.stem or 'result'}{suffixes[0]}"
+                raise InputError(
+                    f"{target}: the name must end in {' or '.join(suffixes)}; write {target.parent / name}."
+                )
+            if any(target.exists() and file.exists() and target.samefile(file) for file in inputs):
+                raise InputError(f"{target}: is the input of this command; give another name.")
+            folder = next(parent for parent in existing if parent != target) if new_folder else target.parent
+        elif target.exists() and not target.is_dir():
+            raise StudyError(f"{target}: is a file, and a folder is needed; give another place with -o.")
+        elif target.suffix.lower() in FILE_SUFFIXES and not target.exists():
+            raise InputError(f"{target}: a folder is needed; give a name without the suffix of a file.")
         else:
             folder = next(existing)
         status = os.statvfs(folder)
@@ -93,7 +95,7 @@ def check_output(path: str | Path, *suffixes: str, inputs: Iterable[Path] = (), 
 
 
 def _sync_folder(folder: Path) -> None:
-    with contextlib.suppress(OSError):  # some systems cannot open a folder; the rename is then all there is
+    with contextlib.suppress(OSError):  # some systems cannot open a folder; the rename must do
         handle = os.open(folder, os.O_RDONLY)
         try:
             os.fsync(handle)
@@ -116,7 +118,7 @@ def _reason(error: OSError) -> str:
 
 
 def write_dataset(ds: xr.Dataset, path: str | Path, study: str = NO_STUDY) -> None:
-    """Write a dataset as compressed netCDF-4 with its digest, whole or not at all; zone stresses with seven digits."""
+    """Write a dataset as compressed netCDF-4 with its digest; zone stresses with seven digits."""
     encoding: dict[str, dict[str, Any]] = {}
     for name, variable in ds.variables.items():
         settings: dict[str, Any] = {}
@@ -139,13 +141,14 @@ def write_dataset(ds: xr.Dataset, path: str | Path, study: str = NO_STUDY) -> No
 
 
 def read_dataset(path: str | Path, study: str | None = None) -> xr.Dataset:
-    """Read a netCDF file of this package into memory."""
+    """Dataset of a netCDF file of this package, in memory."""
     file = Path(path)
     if os.path.isdir(file):  # False for names that no file can have
         raise InputError(
-            f"{file}: is a folder, and one wall's file (*.nc) is needed; `damagepred replay` writes one of a study's."
+            f"{file}: is a folder, and the file (*.nc) of one wall is needed; `damagepred replay` writes it from a "
+            "study."
         )
-    found = signature(file)
+    file_study = signature(file)
     if file.suffix == ".toml":
         raise InputError(
             f"{file}: is a description, and a result is needed: a study folder (*.dp), which `damagepred study` makes, "
@@ -160,11 +163,11 @@ def read_dataset(path: str | Path, study: str | None = None) -> xr.Dataset:
     if not isinstance(version, int | np.integer) or version < 1:
         raise InputError(f"{file}: is a netCDF file, but not one of damagepred (it has no schema_version).")
     if study is not None:
-        check_study(found, study, int(version), file)
-    elif found is None and version >= SINCE:
-        said = f"{file}: was written or changed by another program: it has no digest"
-        warnings.warn(said, ArchiveWarning, stacklevel=2)
-    if found is None:
+        check_study(file_study, study, int(version), file)
+    elif file_study is None and version >= SINCE:
+        message = f"{file}: was written or changed by another program: it has no digest"
+        warnings.warn(message, ArchiveWarning, stacklevel=2)
+    if file_study is None:
         check_attributes(ds.attrs, str(file))
     check_values({str(name): (v.dims, v.values, v.attrs) for name, v in ds.variables.items()}, str(file))
     ds = brought_up_to_date(int(version), str(file), ds)

@@ -1,15 +1,15 @@
-"""A study's folder: what was asked, what was drawn, what was found, what failed. Nothing in it is ever changed.
+"""Folder of a study: description, design, results and failures. Its files are written once.
 
     study.toml      frozen copy of the study, scene inside
-    manifest.json   which program, when, how many samples were asked for so far
+    manifest.json   program, date, number of samples
     design.nc       every input of every sample, written before any run
-    parts/          one file a finished task of one or more samples, never touched again
-    failures/       one file a failed sample, with its reason and what it takes to replay it
-    results.nc      all parts together, for fast reading; can be rebuilt from them at any time
+    parts/          one file per finished task of one or more samples
+    failures/       one file per failed sample, with reason, inputs and the command that replays it
+    results.nc      all parts together, for fast reading; can be rebuilt from the parts
     damaged/        files that were set aside because they are damaged or of another study
-    .lock, .writer  who writes to it at present; the lock ends with its process, however that ends
+    .lock, .writer  process that writes to the folder; the lock ends with the process
 
-Every file is written under a temporary name and renamed when it is on the disk, so a killed run leaves whole files.
+Every file is written under a temporary name and renamed when it is on the disk, so a killed run leaves complete files.
 Each ends with a digest of its content and the hash of the study (``damagepred.archive.digest``). A part, a failure, a
 manifest or a ``results.nc`` that is damaged or of another study is left out with an ``ArchiveWarning``.
 """
@@ -43,7 +43,7 @@ from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import as_text, read_bytes, read_text
 
 _BEGUN = (".lock", ".writer", ".stop", "parts", "failures", "manifest.json", "design.nc")
-"""What may stand in a folder before a study does."""
+"""Files that an interrupted creation leaves in a folder."""
 
 DESIGN_ATTRIBUTES = ("title", "seed", "study", "scene", "highest_category", "span")
 """Attributes that every design has."""
@@ -53,13 +53,7 @@ _FAILURE = re.compile(r"sample-(\d+)\.json")
 
 
 class StudyFolder:
-    """Reads and writes one study's folder.
-
-    Parameters
-    ----------
-    path : str or Path
-        The folder, usually named ``*.dp``.
-    """
+    """Folder of one study, usually named ``*.dp``."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
@@ -80,22 +74,7 @@ class StudyFolder:
         return self.study_file.is_file()
 
     def create(self, study_toml: str, manifest: Mapping[str, Any], design: xr.Dataset) -> None:
-        """Make the folder. The frozen study comes last: where it is, all else is.
-
-        Parameters
-        ----------
-        study_toml : str
-            Frozen copy of the study.
-        manifest : mapping
-            Plain values.
-        design : xarray.Dataset
-            Every input of every sample.
-
-        Raises
-        ------
-        StudyError
-            If there is something else in its place, or it cannot be written.
-        """
+        """Make the folder. The frozen study is written last: it marks a complete folder."""
         self.check_new()
         self._make(self.parts)
         self._make(self.failures)
@@ -105,7 +84,7 @@ class StudyFolder:
         self.write_study(study_toml)
 
     def check_new(self) -> None:
-        """Refuse a place that holds something else than what an interrupted creation of a study leaves."""
+        """Refuse a path with anything except the leftovers of an interrupted creation."""
         check_output(self.path)
         if not self._can_begin():
             lost = " If its study.toml was lost, `damagepred repair` restores it." if self.design_file.is_file() else ""
@@ -120,7 +99,7 @@ class StudyFolder:
         self.__dict__.pop("study_hash", None)
 
     def _can_begin(self) -> bool:
-        """Tell whether there is nothing here but what a run leaves that was killed before it had made the folder."""
+        """Whether the folder holds only leftovers of an interrupted creation."""
         if not self.path.exists():
             return True
         if not self.path.is_dir():
@@ -138,13 +117,7 @@ class StudyFolder:
             ) from error
 
     def require(self) -> None:
-        """Check that this is a study folder of a known schema.
-
-        Raises
-        ------
-        InputError
-            If it is missing, something else, or newer than this package, or its frozen study was edited.
-        """
+        """Check that this is a study folder of a known schema, with an unedited frozen study."""
         if not os.path.exists(self.path):
             raise InputError(f"{self.path}: no such study folder; `damagepred study` makes one.")
         if not self.exists or not (self.manifest_file.is_file() or self.design_file.is_file()):
@@ -152,13 +125,7 @@ class StudyFolder:
         self.manifest()
 
     def lock(self) -> filelock.FileLock:
-        """Take the folder for writing, until the lock is released or the process ends.
-
-        Raises
-        ------
-        StudyError
-            If another process has it, or the folder cannot be written.
-        """
+        """Lock the folder for writing, until the lock is released or the process ends."""
         self._make(self.path)
         lock = filelock.FileLock(self.path / ".lock", timeout=0)
         try:
@@ -184,17 +151,11 @@ class StudyFolder:
     # -- what is in it --------------------------------------------------------------------------------------------
 
     def study_text(self) -> str:
-        """Return the frozen copy of the study.
-
-        Raises
-        ------
-        InputError
-            If it was edited or cannot be read.
-        """
+        """Frozen copy of the study; an edited copy raises InputError."""
         return self._frozen()[0]
 
     def _frozen(self) -> tuple[str, bool]:
-        """Return the frozen copy of the study, and whether it has a digest."""
+        """Frozen copy of the study, and whether it has a digest."""
         try:
             content, digest = verified(read_bytes(self.study_file), self.study_file)
         except DamagedError as error:
@@ -207,133 +168,110 @@ class StudyFolder:
 
     @cached_property
     def study_hash(self) -> str:
-        """Hash of the frozen study, which every file of it carries."""
+        """Hash of the frozen study, part of every digest in the folder."""
         return study_hash(self.study_text())
 
     def manifest(self) -> dict[str, Any]:
-        """Return the manifest; one that is lost or damaged is made again from the design, and its schema version is 0.
-
-        Raises
-        ------
-        InputError
-            If it is of another program or newer than this one, or the frozen study was edited.
-        """
+        """Manifest; a lost or damaged one is rebuilt from the design, with schema version 0."""
         try:
-            found = read_signed_json(self.manifest_file, self.study_hash)
+            manifest = read_signed_json(self.manifest_file, self.study_hash)
         except NewerError:
             raise
         except InputError as error:
             return self._manifest_again(str(error))
-        version, samples = found.get("schema_version"), found.get("samples")
+        version, samples = manifest.get("schema_version"), manifest.get("samples")
         if not isinstance(version, int) or version < 1:
             raise InputError(f"{self.manifest_file}: has no schema_version; it is not one of damagepred.")
         if not isinstance(samples, int) or samples < 1:
             return self._manifest_again(f"{self.manifest_file}: is damaged: its number of samples is {samples!r}.")
-        return found
+        return manifest
 
     def _manifest_again(self, why: str) -> dict[str, Any]:
         if not self._frozen()[1] and why.endswith("another study."):
             raise DamagedError(f"{self.study_file}: was edited: the manifest is of another. {self._restores}")
-        found = self.manifest_of_design()
-        _warn(f"{why} What it says is taken from the design.")
-        return found
+        _warn(f"{why} Its content is taken from the design.")
+        return self.manifest_of_design()
 
     def manifest_of_design(self) -> dict[str, Any]:
-        """Return what the design tells of the manifest, as one of schema version 0."""
+        """Content of the manifest from the attributes of the design, with schema version 0."""
         design = self.design()
-        known = {key: design.attrs[key] for key in ("title", "seed", "sampler", *provenance()) if key in design.attrs}
-        known = {key: value.item() if isinstance(value, np.generic) else value for key, value in known.items()}
-        return {**known, "created": "unknown", "samples": design.sizes["sample"], "schema_version": 0}
+        attributes = {
+            key: design.attrs[key] for key in ("title", "seed", "sampler", *provenance()) if key in design.attrs
+        }
+        attributes = {
+            key: value.item() if isinstance(value, np.generic) else value for key, value in attributes.items()
+        }
+        return {**attributes, "created": "unknown", "samples": design.sizes["sample"], "schema_version": 0}
 
     def write_manifest(self, manifest: Mapping[str, Any], study: str | None = None) -> None:
-        """Replace the manifest.
-
-        Parameters
-        ----------
-        manifest : mapping
-            Its content; the schema version is added.
-        study : str, optional
-            Hash of the study that it belongs to; by default of the folder's frozen study.
-        """
+        """Replace the manifest; the schema version is added."""
         record = dict(sorted({**manifest, "schema_version": SCHEMA_VERSION}.items()))
         text = signed_json(record, study or self.study_hash)
         write_whole(self.manifest_file, lambda p: p.write_text(text, encoding="utf-8"))
 
     @property
     def stopping(self) -> bool:
-        """Whether samples not begun yet are to be left."""
+        """Whether a stop was requested: no further sample begins."""
         return self._stop_file.exists()
 
     def ask_to_stop(self) -> None:
-        """Let workers, wherever they are, begin no further sample."""
-        with contextlib.suppress(OSError):  # a full disk: they will notice that themselves
+        """Request a stop, also of workers on other computers: no further sample begins."""
+        with contextlib.suppress(OSError):  # a full disk stops the workers as well
             self._stop_file.touch()
 
     def tidy(self) -> None:
-        """Remove what a killed run left behind: half-written files and the request to stop."""
+        """Remove the leftovers of a killed run: half-written files and the request to stop."""
         self._stop_file.unlink(missing_ok=True)
         for folder in (self.path, self.parts, self.failures):
             for file in folder.glob(".*.tmp"):
                 file.unlink(missing_ok=True)
 
     def part_file(self, first: int, last: int | None = None) -> Path:
-        """Return the name of the part that holds one sample, or a run of them.
-
-        Parameters
-        ----------
-        first, last : int
-            Numbers of the first and the last sample.
-        """
+        """File name of the part with one sample, or with a run of samples."""
         if last is None or last == first:
             return self.parts / f"sample-{first:08d}.nc"
         return self.parts / f"samples-{first:08d}-{last:08d}.nc"
 
     def part_files(self) -> dict[Path, range]:
-        """Return every part with the samples it holds."""
-        found = {}
+        """File of every part, with its samples."""
+        files = {}
         for name in _names(self.parts):
             if match := _PART.fullmatch(name):
                 first = int(match[1])
-                found[self.parts / name] = range(first, int(match[2] or first) + 1)
-        return found
+                files[self.parts / name] = range(first, int(match[2] or first) + 1)
+        return files
 
     def part_of(self, sample: int) -> Path | None:
-        """Return the part that holds a sample, if there is one."""
+        """File of the part with a sample; None if there is none."""
         if (alone := self.part_file(sample)).is_file():
             return alone
         return next((file for file, samples in self.part_files().items() if sample in samples), None)
 
     def failure_file(self, sample: int) -> Path:
-        """Return the name of the record of one failed sample."""
+        """File name of the record of one failed sample."""
         return self.failures / f"sample-{sample:08d}.json"
 
     def finished(self) -> set[int]:
-        """Return the samples that have a part, solved or failed in solving."""
+        """Samples with a part, solved or failed in solving."""
         return {sample for samples in self.part_files().values() for sample in samples}
 
     def failed_samples(self) -> set[int]:
-        """Return the samples that failed, from the names of their records alone."""
+        """Failed samples, from the names of their records."""
         return {int(match[1]) for name in _names(self.failures) if (match := _FAILURE.fullmatch(name))}
 
     def failed(self) -> dict[int, dict[str, Any]]:
-        """Return the record of each failed sample."""
+        """Record of each failed sample."""
         return {i: self.failure(i) for i in sorted(self.failed_samples())}
 
     def failure(self, sample: int) -> dict[str, Any]:
-        """Return the record of one failed sample; where it is damaged, the reason is unknown."""
+        """Record of one failed sample; the reason is unknown if the record is damaged."""
         try:
             return self.checked_failure(sample)
         except InputError as error:
             return {"sample": sample, "reason": FailureKind.UNKNOWN, "message": str(error)}
 
     def checked_failure(self, sample: int) -> dict[str, Any]:
-        """Return the record of one failed sample.
-
-        Raises
-        ------
-        InputError
-            If it is damaged, or of another study or sample.
-        """
+        """Record of one failed sample; a damaged or foreign record raises InputError."""
         file = self.failure_file(sample)
         record = read_signed_json(file, self.study_hash)
         words = (record.get("reason"), record.get("message"))
@@ -342,19 +280,7 @@ class StudyFolder:
         return record
 
     def record_failure(self, sample: int, reason: str, message: str, inputs: Mapping[str, float]) -> None:
-        """Write down that a sample failed.
-
-        Parameters
-        ----------
-        sample : int
-            Its number.
-        reason : str
-            A ``FailureKind``.
-        message : str
-            What happened, in full.
-        inputs : mapping
-            Its sampled values, to look at and to replay.
-        """
+        """Write the record of a failed sample: reason (a ``FailureKind``), full message, sampled inputs."""
         record = {
             "sample": sample,
             "reason": reason,
@@ -368,7 +294,7 @@ class StudyFolder:
         write_whole(self.failure_file(sample), lambda p: p.write_text(text, encoding="utf-8"))
 
     def forget_failures(self, samples: set[int]) -> None:
-        """Remove failed samples, so that they run again: what is derived first, the record of the failure last."""
+        """Remove failed samples, so that they run again; the record of the failure last."""
         if samples:
             self.results_file.unlink(missing_ok=True)
         for sample in samples:
@@ -376,13 +302,7 @@ class StudyFolder:
             self.failure_file(sample).unlink(missing_ok=True)
 
     def design(self) -> xr.Dataset:
-        """Return every input of every sample.
-
-        Raises
-        ------
-        InputError
-            If it is lost, damaged, or of another study.
-        """
+        """Every input of every sample; a lost or damaged design raises InputError."""
         try:
             design = read_dataset(self.design_file, self.study_hash)
             check_attributes(design.attrs, str(self.design_file), DESIGN_ATTRIBUTES)
@@ -394,11 +314,11 @@ class StudyFolder:
         return design
 
     def set_aside(self, file: Path) -> Path:
-        """Move a file into the folder of damaged ones; return its new place."""
-        place = self.path / "damaged"
-        self._make(place)
+        """Move a file into the folder of damaged files; return its new path."""
+        folder = self.path / "damaged"
+        self._make(folder)
         number = 0
-        while os.path.lexists(target := place / (f"{file.name}.{number}" if number else file.name)):
+        while os.path.lexists(target := folder / (f"{file.name}.{number}" if number else file.name)):
             number += 1
         file.rename(target)
         return target
@@ -406,17 +326,9 @@ class StudyFolder:
     # -- reading it whole -----------------------------------------------------------------------------------------
 
     def results(self, names: Iterable[str] | None = None) -> xr.Dataset:
-        """Return all samples as one dataset; those not run yet have status missing, NaN and -1.
+        """All samples as one dataset; samples without result have status missing, NaN and -1.
 
-        Parameters
-        ----------
-        names : iterable of str, optional
-            Results to read, where not all are needed; inputs and status are always there.
-
-        Raises
-        ------
-        InputError
-            If the folder is no study, or a file in it is damaged.
+        ``names`` limits the results; inputs and status are always included.
         """
         self.require()
         ds, left_out = self.read(names)
@@ -425,14 +337,9 @@ class StudyFolder:
         return ds
 
     def read(self, names: Iterable[str] | None = None, derived: bool = True) -> tuple[xr.Dataset, dict[Path, str]]:
-        """Return what ``results`` returns, and the files that were left out, each with the reason.
+        """Dataset of ``results``, and the files that were left out, each with the reason.
 
-        Parameters
-        ----------
-        names : iterable of str, optional
-            Results to read.
-        derived : bool
-            Whether to take what ``results.nc`` has from it, and the rest from parts; otherwise all is from parts.
+        Samples come from ``results.nc`` first (``derived``), the others from parts.
         """
         samples = self.manifest()["samples"]
         wanted = None if names is None else {"status", *names}
@@ -443,16 +350,16 @@ class StudyFolder:
                 + self._restores
             )
         pieces = _Pieces(design.sizes["sample"])
-        known: set[int] = set()
+        done: set[int] = set()
         left_out: dict[Path, str] = {}
         if derived and os.path.lexists(self.results_file):
             try:
                 whole = read_dataset(self.results_file, self.study_hash)
-                known = pieces.put(columns_of(whole, wanted and {"sample", *wanted}), self.results_file)
+                done = pieces.put(columns_of(whole, wanted and {"sample", *wanted}), self.results_file)
             except InputError as error:
                 left_out[self.results_file] = str(error)
         for file, numbers in sorted(self.part_files().items()):
-            if not known.issuperset(numbers):
+            if not done.issuperset(numbers):
                 try:
                     pieces.put(read_part(file, wanted, self.study_hash), file, numbers)
                 except InputError as error:
@@ -472,7 +379,7 @@ class StudyFolder:
         return ds, left_out
 
     def consolidate(self) -> None:
-        """Write all samples into one file, for fast reading."""
+        """Write all samples to one file, for fast reading."""
         write_dataset(self.read()[0], self.results_file, self.study_hash)
 
 
@@ -481,7 +388,7 @@ def _warn(message: str) -> None:
 
 
 def _names(folder: Path) -> Iterator[str]:
-    """Yield the names in a folder; a study of which nothing was kept may lack one."""
+    """Names in a folder; none if the folder is missing."""
     try:
         with os.scandir(folder) as entries:
             for entry in entries:
@@ -489,11 +396,11 @@ def _names(folder: Path) -> Iterator[str]:
     except FileNotFoundError:
         return
     except NotADirectoryError:
-        raise DamagedError(f"{folder}: is no folder; move it away, and the study goes on.") from None
+        raise DamagedError(f"{folder}: is no folder; move it away and run the same command again.") from None
 
 
 class _Pieces:
-    """Puts samples from parts into arrays for all samples."""
+    """Samples of all parts, put together in arrays."""
 
     def __init__(self, samples: int) -> None:
         self.samples = samples
@@ -503,24 +410,24 @@ class _Pieces:
         self.coordinates: dict[str, np.ndarray] = {}
         self.environments: list[Environment] = []
 
-    def put(self, part: Columns, file: Path, numbers: range | None = None) -> set[int]:
-        """Take the samples of a part; without numbers, solved ones of ``results.nc``. Return which they are."""
-        if not {"sample", "status"} <= part.keys():
+    def put(self, columns: Columns, file: Path, numbers: range | None = None) -> set[int]:
+        """Add the samples of a part (without numbers: the solved samples of ``results.nc``); return the added ones."""
+        if not {"sample", "status"} <= columns.keys():
             raise DamagedError(f"{file}: is damaged: it has no sample or no status.")
-        rows = part["sample"].values
+        rows = columns["sample"].values
         if numbers is not None and not np.array_equal(rows, numbers):
             raise DamagedError(f"{file}: does not hold the samples that its name says.")
         if rows.max(initial=0) >= self.samples:
             raise DamagedError(f"{file}: holds sample {rows.max()}, and the design has {self.samples}.")
-        for name, column in part.items():
+        for name, column in columns.items():
             before = self.values.get(name)
             if "sample" in column.dims and before is not None and before.shape[1:] != column.values.shape[1:]:
                 raise DamagedError(f"{file}: {name} is of another shape than in other parts.")
-        # a sample that had failed may have run again since
-        keep = np.full(len(rows), True) if numbers is not None else ~np.isin(part["status"].values, UNSOLVED)
-        if "environment" in part:
-            part = part | {"environment": self._renumbered(part["environment"], file)}
-        for name, column in part.items():
+        # a failed sample may have run again since
+        keep = np.full(len(rows), True) if numbers is not None else ~np.isin(columns["status"].values, UNSOLVED)
+        if "environment" in columns:
+            columns = columns | {"environment": self._renumbered(columns["environment"], file)}
+        for name, column in columns.items():
             if column.dims == (name,) and name not in ("sample", "increment"):
                 self.coordinates[name] = column.values
             if "sample" not in column.dims or name == "sample" or name not in VARIABLES:
@@ -534,24 +441,24 @@ class _Pieces:
         return set(rows[keep].tolist())
 
     def _renumbered(self, column: Column, file: Path) -> Column:
-        """Return the environments of a part's samples as rows of the table of all parts."""
+        """Environments of a part's samples as rows of the table of all parts."""
         rows = []
         table = from_table(column.attributes, str(file))
         if column.values.size and not -1 <= column.values.min() <= column.values.max() < len(table):
             raise DamagedError(f"{file}: is damaged: environment has rows that its table lacks.")
-        for one in table:
-            if one not in self.environments:
-                self.environments.append(one)
-            rows.append(self.environments.index(one))
-        values = np.array([*rows, -1], dtype=np.int64)[column.values.astype(np.int64)]  # -1: not known
+        for environment in table:
+            if environment not in self.environments:
+                self.environments.append(environment)
+            rows.append(self.environments.index(environment))
+        values = np.array([*rows, -1], dtype=np.int64)[column.values.astype(np.int64)]  # -1: unknown
         return column._replace(values=values, attributes={})
 
     def is_missing(self, sample: int) -> bool:
-        """Whether a sample never came to a result; one that failed once may have after all."""
+        """Whether a sample has no result."""
         return sample < self.samples and self._status()[sample] in (SampleStatus.MISSING, FLAG_FILL)
 
     def mark_failed(self, sample: int) -> None:
-        """Give a sample that never came to a result its status."""
+        """Set the status of a sample without result to failed."""
         self._status()[sample] = SampleStatus.FAILED
 
     def _status(self) -> np.ndarray:
@@ -560,9 +467,9 @@ class _Pieces:
     def dataset(self) -> xr.Dataset:
         status = self._status()
         status[status == FLAG_FILL] = SampleStatus.MISSING
-        known = {"sample": np.arange(self.samples), **self.values}
-        known |= {name: values for name, values in self.coordinates.items() if name in VARIABLES}
-        ds = dataset(known, {}, {"status": ("sample",), **self.dims})
+        columns = {"sample": np.arange(self.samples), **self.values}
+        columns |= {name: values for name, values in self.coordinates.items() if name in VARIABLES}
+        ds = dataset(columns, {}, {"status": ("sample",), **self.dims})
         if "environment" in self.values:
             self.attributes["environment"] = as_table(self.environments)
         for name, attributes in self.attributes.items():
@@ -588,9 +495,9 @@ def open_study(path: str | Path) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Dimensions ``sample`` and ``increment``: every sampled input with one value a wall, and what was found. The
-        flag ``status`` tells complete, collapsed, failed and missing samples; what is not known is NaN or -1. Where
-        all samples have the same movement, it is the coordinate ``movement`` (increment).
+        Dimensions ``sample`` and ``increment``: every sampled input with one value per wall, and the results. The flag
+        ``status`` is complete, collapsed, failed or missing; unknown values are NaN or -1. Where all samples have the
+        same movement, it is the coordinate ``movement`` (increment).
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""Parts of a study: the results of one or more walls in a small file that is quick to write.
+"""Parts of a study: results of one or more walls in a small file.
 
-A part is netCDF in its classic format, which takes a millisecond to write where netCDF-4 takes fifty, and which every
-netCDF program reads.
+A part is netCDF in its classic format, which takes a millisecond to write (netCDF-4 fifty), and which every netCDF
+program reads.
 """
 
 from __future__ import annotations
@@ -28,17 +28,7 @@ CLASSIC = b"CDF"
 
 
 class Column(NamedTuple):
-    """One variable of a part.
-
-    Attributes
-    ----------
-    dims : tuple of str
-        Names of the dimensions.
-    values : array
-        In SI; unknown flags are -1.
-    attributes : mapping
-        As CF has them.
-    """
+    """Variable of a part: dimensions, values in SI (unknown flags are -1), CF attributes."""
 
     dims: tuple[str, ...]
     values: NDArray[Any]
@@ -49,15 +39,7 @@ Columns = dict[str, Column]
 
 
 def columns_of(ds: xr.Dataset, names: set[str] | None = None) -> Columns:
-    """Return the variables of a dataset as those of a part.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of a study, or some samples of one.
-    names : set of str, optional
-        Variables to return; the others are left out.
-    """
+    """Variables of a dataset of a study, as columns of a part; with names only these."""
     return {
         str(name): Column(tuple(map(str, v.dims)), v.values, v.attrs)
         for name, v in ds.variables.items()
@@ -66,13 +48,13 @@ def columns_of(ds: xr.Dataset, names: set[str] | None = None) -> Columns:
 
 
 def study_dims(name: str) -> tuple[str, ...]:
-    """Return the dimensions that a registered variable has in a study."""
+    """Dimensions of a registered variable in a study."""
     dims = VARIABLES[name].dims
     return dims if "sample" in dims or dims == (name,) else ("sample", *dims)
 
 
 def joined(rows: list[Columns]) -> Columns:
-    """Put the rows of several samples together; they have the same variables."""
+    """Rows of several samples with the same variables, as one part."""
     first = rows[0]
     return {
         name: column._replace(values=np.concatenate([row[name].values for row in rows]))
@@ -83,35 +65,14 @@ def joined(rows: list[Columns]) -> Columns:
 
 
 def alike(first: Columns, second: Columns) -> bool:
-    """Return whether two rows have the same variables, of the same shape within a sample.
-
-    Parameters
-    ----------
-    first, second : mapping of str to Column
-        The rows.
-    """
+    """Whether two rows have the same variables, of the same shape within a sample."""
     return first.keys() == second.keys() and all(
         column.values.shape[1:] == second[name].values.shape[1:] for name, column in first.items()
     )
 
 
 def write_part(path: Path, columns: Columns, study: str = NO_STUDY) -> None:
-    """Write a part with its digest, whole or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        File to write.
-    columns : dict of str to Column
-        Variables with their values.
-    study : str
-        Hash of the study it belongs to.
-
-    Raises
-    ------
-    StudyError
-        If it cannot be written.
-    """
+    """Write a part with its digest."""
     content = signed(_classic(columns), study)
     write_whole(path, lambda p: p.write_bytes(content))
 
@@ -123,7 +84,7 @@ def _classic(columns: Columns) -> bytes:
     file = netcdf_file(stream, "w", version=2)
     sizes: dict[str, int] = {}
     for name, column in columns.items():
-        if column.values.size == 0:  # the classic format has no dimension without length
+        if column.values.size == 0:  # the classic format has no dimension of length 0
             continue
         for dim, size in zip(column.dims, column.values.shape):
             if dim not in sizes:
@@ -143,7 +104,7 @@ def _classic(columns: Columns) -> bytes:
 
 
 def _storable(values: NDArray[Any]) -> NDArray[Any]:
-    """Return values in a type that the classic format has; whole numbers beyond its range become floats."""
+    """Values in a type of the classic format; integers beyond its range become floats."""
     if values.dtype != np.int64:
         return values
     large = np.abs(values).max(initial=0) > np.iinfo(np.int32).max
@@ -151,24 +112,9 @@ def _storable(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def read_part(path: Path, names: Iterable[str] | None = None, study: str | None = None) -> Columns:
-    """Read a part and check its digest and its values.
-
-    Parameters
-    ----------
-    path : Path
-        The file, of this or an older version.
-    names : iterable of str, optional
-        Variables to read; the others are left out.
-    study : str, optional
-        Hash of the study it must belong to.
-
-    Raises
-    ------
-    InputError
-        If it is damaged, of another study, or newer than this package.
-    """
+    """Columns of a part of this or an older version; damaged, newer and foreign files raise InputError."""
     wanted = None if names is None else {"sample", *names}
-    content, found = verified(read_bytes(path, LARGEST_TABLE), path)
+    content, file_study = verified(read_bytes(path, LARGEST_TABLE), path)
     if content[:3] != CLASSIC:  # the first version wrote netCDF-4
         return columns_of(read_dataset(path, study), wanted)
     try:
@@ -178,7 +124,7 @@ def read_part(path: Path, names: Iterable[str] | None = None, study: str | None 
     except READER_ERRORS as error:
         raise DamagedError(f"{path}: is damaged ({type(error).__name__}: {error}).") from None
     if study is not None:
-        check_study(found, study, version, path)
+        check_study(file_study, study, version, path)
     check_values(columns, str(path))
     return columns
 
@@ -186,22 +132,22 @@ def read_part(path: Path, names: Iterable[str] | None = None, study: str | None 
 def _from_classic(content: bytes, source: str, wanted: set[str] | None) -> tuple[int, Columns]:
     from scipy.io import netcdf_file
 
-    found: Columns = {}
+    columns: Columns = {}
     with netcdf_file(io.BytesIO(content), "r", mmap=False) as file:
         version = int(file.schema_version)
         brought_up_to_date(version, source)
-        asked, wanted = wanted, wanted if version == SCHEMA_VERSION else None  # an older one may hold it elsewhere
+        selected, wanted = wanted, wanted if version == SCHEMA_VERSION else None  # names may differ in older versions
         for name, variable in file.variables.items():
             if wanted is not None and name not in wanted:
                 continue
             values = np.array(variable[...])
             values = values.astype(values.dtype.newbyteorder("="))
             attributes = {k: _plain(v) for k, v in variable._attributes.items() if k != "_FillValue"}
-            found[name] = Column(tuple(variable.dimensions), values, attributes)
+            columns[name] = Column(tuple(variable.dimensions), values, attributes)
     if version < SCHEMA_VERSION:
-        ds = xr.Dataset({name: tuple(column) for name, column in found.items()})
-        found = columns_of(brought_up_to_date(version, source, ds), asked)
-    return version, found
+        ds = xr.Dataset({name: tuple(column) for name, column in columns.items()})
+        columns = columns_of(brought_up_to_date(version, source, ds), selected)
+    return version, columns
 
 
 def _plain(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Where a result comes from: program, machine and libraries, as far as the last bits of a result depend on them."""
+"""Provenance of a result: program, machine and libraries, which may change its last bits."""
 
 from __future__ import annotations
 
@@ -30,30 +30,23 @@ KEYS = {
     "libraries": "libraries",
     "blas": "BLAS core",
 }
-"""What is recorded of an environment, and its word in messages."""
+"""Recorded properties of an environment, and their words in messages."""
 
 TABLE = "environments"
 """Attribute of the variable ``environment``: the distinct environments of a file's samples, as a JSON list."""
 
-
 GIVEN = "scene_given"
-"""Attribute with the places of the values that the user's file gives; the others are defaults."""
+"""Attribute with the keys of the user's file; all other values are defaults."""
 
 
 def given_values(places: Collection[str] | None) -> dict[str, str]:
-    """Return the attribute that tells which values of a scene were given; none where that is not known.
-
-    Parameters
-    ----------
-    places : Collection[str] or None
-        As ``Scene.given``.
-    """
+    """Attribute with the keys that were given (``Scene.given``); empty if unknown."""
     return {} if places is None else {GIVEN: " ".join(sorted(places))}
 
 
 @lru_cache(maxsize=1)
 def package_commit() -> str:
-    """Return the commit of the checkout this package runs from, with ``+`` if changed since, or ``"unknown"``."""
+    """Commit of the checkout this package runs from, with ``+`` if changed since, or ``"unknown"``."""
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return "unknown"
@@ -72,7 +65,7 @@ def package_commit() -> str:
 
 @lru_cache(maxsize=1)
 def machine() -> str:
-    """Return the model of the processor, which decides what compilers and libraries make of a sum."""
+    """Model of the processor, on which compilers and libraries base the order of sums."""
     model = ""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
@@ -84,17 +77,17 @@ def machine() -> str:
 
 @lru_cache(maxsize=1)
 def blas() -> str:
-    """Return the BLAS libraries of numpy and scipy, each with the kind of core it has chosen its kernels for."""
-    found = sorted(
+    """BLAS libraries of numpy and scipy, each with the processor core of its kernels."""
+    libraries = sorted(
         " ".join(filter(None, (lib.internal_api, lib.version, getattr(lib, "architecture", None))))
         for lib in blas_libraries()
     )
-    return ", ".join(found) or "unknown"
+    return ", ".join(libraries) or "unknown"
 
 
 @lru_cache(maxsize=1)
 def environment() -> dict[str, str]:
-    """Return what the bits of a result depend on besides its inputs."""
+    """Program, machine and libraries: all that may change the last bits of a result."""
     libraries = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "numba"))
     return {
         "damagepred_version": __version__,
@@ -107,56 +100,37 @@ def environment() -> dict[str, str]:
 
 
 def provenance() -> dict[str, Any]:
-    """Return the global attributes that say which program made a result, and where."""
+    """Global attributes with program and machine of a result."""
     return {"source": f"damagepred {__version__}", **environment()}
 
 
 def as_table(environments: list[Environment]) -> dict[str, str]:
-    """Return distinct environments as an attribute of the variable ``environment``."""
-    return {TABLE: json.dumps([dict(one) for one in environments])}
+    """Distinct environments as an attribute of the variable ``environment``."""
+    return {TABLE: json.dumps([dict(environment) for environment in environments])}
 
 
 def from_table(attributes: Mapping[str, Any], source: str = "environment") -> list[Environment]:
-    """Return the distinct environments that the attributes of the variable ``environment`` hold.
-
-    Parameters
-    ----------
-    attributes : mapping
-        Attributes of the variable ``environment``.
-    source : str
-        Name of the file, for the message.
-
-    Raises
-    ------
-    DamagedError
-        If they are something else.
-    """
+    """Distinct environments from the attributes of the variable ``environment``."""
     try:
         table = json.loads(attributes.get(TABLE, "[]"))
     except (ValueError, TypeError, RecursionError):
         table = None
-    if not isinstance(table, list) or not all(isinstance(one, dict) for one in table):
+    if not isinstance(table, list) or not all(isinstance(row, dict) for row in table):
         raise DamagedError(f"{source}: is damaged: its table of environments is no list.")
     return table
 
 
 PROGRAM = ("damagepred_version", "damagepred_commit", "kernel_hash")
-"""What tells one program from another."""
+"""Properties of an environment that identify the program."""
 
 
-def program(one: Environment) -> str:
-    """Return in words the program that solved a sample."""
-    return ", ".join(f"{KEYS[key]} {one.get(key, 'unknown')}" for key in PROGRAM)
+def program(environment: Environment) -> str:
+    """Version, commit and kernel hash, for messages."""
+    return ", ".join(f"{KEYS[key]} {environment.get(key, 'unknown')}" for key in PROGRAM)
 
 
 def programs(ds: xr.Dataset) -> dict[str, int]:
-    """Return how many samples of a study each program has solved.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        With ``status`` and, unless all samples are of older versions, ``environment``.
-    """
+    """Number of solved samples of a study per program."""
     solved = np.isin(ds["status"].values, SOLVED)
     table: list[Environment] = []
     rows = np.full(int(solved.sum()), -1)
@@ -167,20 +141,14 @@ def programs(ds: xr.Dataset) -> dict[str, int]:
 
 
 def mixture(ds: xr.Dataset) -> list[str]:
-    """Return a sentence if samples of a study were solved by several programs, else nothing."""
-    found = programs(ds)
-    each = "; ".join(f"{count} by {words}" for words, count in found.items())
-    return [f"walls were solved by {len(found)} programs, which may differ: {each}"] if len(found) > 1 else []
+    """A sentence if several programs solved samples of a study."""
+    counts = programs(ds)
+    each = "; ".join(f"{count} by {words}" for words, count in counts.items())
+    return [f"walls were solved by {len(counts)} programs, which may differ: {each}"] if len(counts) > 1 else []
 
 
 def differences(recorded: Environment, now: Environment) -> list[str]:
-    """Return in words what of two environments differs.
-
-    Parameters
-    ----------
-    recorded, now : mapping of str to str
-        As ``environment`` returns them.
-    """
+    """Differences between two environments, in words."""
     return [
         f"{word} ({recorded.get(key, 'unknown')}, here {now.get(key, 'unknown')})"
         for key, word in KEYS.items()
@@ -189,15 +157,7 @@ def differences(recorded: Environment, now: Environment) -> list[str]:
 
 
 def why_bits_differ(recorded: Environment | None, now: Environment) -> str:
-    """Return a sentence: what a difference between a recorded and a repeated result can come from.
-
-    Parameters
-    ----------
-    recorded : mapping of str to str, or None
-        Environment of the recorded result; None where the archive has none.
-    now : mapping of str to str
-        Environment of the repeated one.
-    """
+    """Possible causes of a difference between a recorded and a repeated result, in a sentence."""
     if recorded is None:
         return "The archive is of an older version, which did not record where this sample was solved."
     if different := differences(recorded, now):
@@ -206,4 +166,4 @@ def why_bits_differ(recorded: Environment | None, now: Environment) -> str:
     same = f"The {', '.join(first)} and {last} are the same"
     if now.get("damagepred_commit", "").endswith("+"):
         return f"{same}, but the checkout has changes that are not committed, then or now."
-    return f"{same}: this is a defect of damagepred."
+    return f"{same}: this is a bug in damagepred."

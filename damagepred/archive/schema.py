@@ -1,9 +1,9 @@
-"""Every variable an archive may hold: its name, dimensions, unit and meaning. One list, used by writers and readers."""
+"""Archive variables: name, dimensions, unit and meaning. The only list, used by writers and readers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,41 +13,23 @@ from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import ContactKind, ContactState, SampleStatus, ZoneState, flag_meanings
 
 SCHEMA_VERSION = 8
-"""Raised when names, meanings or files change; ``damagepred.archive.versions`` reads all versions up to it."""
+"""Increases when names, meanings or files change; ``damagepred.archive.versions`` reads all versions."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of an archive.
+    """Variable of an archive."""
 
-    Attributes
-    ----------
-    dims : tuple of str
-        In a wall's file; in a study's, ``sample`` comes first.
-    units : str or None
-        As UDUNITS reads it; None for flags.
-    long_name : str
-        Meaning and sign.
-    flags : tuple of str
-        Meanings of the values 0, 1, ... of a flag variable.
-    standard_name : str or None
-        CF standard name, where one fits.
-    mesh : mapping
-        Attributes of the UGRID conventions, for what belongs to the mesh of zones.
-    on_disk : str or None
-        Type in files where that is shorter than in memory: stresses need no sixteen digits.
-    """
-
-    dims: tuple[str, ...]
-    units: str | None
-    long_name: str
-    flags: tuple[str, ...] = ()
-    standard_name: str | None = None
-    mesh: Mapping[str, Any] = field(default_factory=dict)
-    on_disk: str | None = None
+    dims: tuple[str, ...]  # in a wall's file; in a study, "sample" comes first
+    units: str | None  # UDUNITS; None for flags
+    long_name: str  # meaning and sign
+    flags: tuple[str, ...] = ()  # meanings of the values 0, 1, ...
+    standard_name: str | None = None  # of CF
+    mesh: Mapping[str, Any] = field(default_factory=dict)  # attributes of UGRID
+    on_disk: str | None = None  # shorter type in files: stresses need no sixteen digits
 
     def attributes(self) -> dict[str, Any]:
-        """Return the CF attributes."""
+        """CF attributes."""
         attrs: dict[str, Any] = {"long_name": self.long_name}
         if self.units is not None:
             attrs["units"] = self.units
@@ -55,7 +37,7 @@ class Variable:
             attrs["standard_name"] = self.standard_name
         if self.flags:
             values = np.arange(len(self.flags), dtype=np.int8)
-            # the range and no _FillValue: xarray would make numbers with a fraction of flags that have one
+            # valid_range instead of _FillValue, for which xarray would convert flags to floats
             attrs |= {"flag_values": values, "flag_meanings": " ".join(self.flags), "valid_range": values[[0, -1]]}
         return attrs | dict(self.mesh)
 
@@ -66,16 +48,16 @@ _SECTION = ("section",)
 _ZONE, _GRIDPOINT = ("zone",), ("gridpoint",)
 
 MESH = "zone_mesh"
-"""Variable that says how zones and gridpoints make a mesh, in the words of the UGRID conventions."""
+"""Variable with the topology of zones and gridpoints (UGRID)."""
 _ON_ZONES, _ON_GRIDPOINTS = {"mesh": MESH, "location": "face"}, {"mesh": MESH, "location": "node"}
 
-GROWING_GROUND = {"ground_states": "each that of the surface movement reached"}
-"""Attribute of ``surface_movement`` in paths that ran through the grounds of growing movement; older ones lack it."""
+GROWING_GROUND = {"ground_states": "ground profile evaluated at the current surface movement"}
+"""Attribute of ``surface_movement``; older archives lack it."""
 CATEGORIES = ("negligible", "very_slight", "slight", "moderate", "severe", "very_severe")
 CATEGORY_VARIABLES = ("damage_category", "damage_category_band")
-"""Categories by the measure that was chosen, and by the width of the widest crack band."""
+"""Category by the chosen measure, and by the width of the widest crack band."""
 WORST_CATEGORY = "damage_category_worst"
-"""Of a history: the largest category so far."""
+"""Largest category to date in a history."""
 
 VARIABLES: dict[str, Variable] = {
     # the path
@@ -84,12 +66,10 @@ VARIABLES: dict[str, Variable] = {
     "stage": Variable(_STEP, "1", "stage of a movement in stages, from 1; 0 is dead load alone"),
     "central_deflection": Variable(_STEP, "m", "deflection of the footing's centre relative to its ends, not negative"),
     "deflection_ratio": Variable(_STEP, "1", "central deflection over the length between the ends"),
-    "strain": Variable(_STEP, "1", "of a history: strain that the bricks would have if nothing held them"),
-    "surface_movement": Variable(
-        _STEP, "m", "movement of the ground's surface under the footing, as a site is classed by"
-    ),
+    "strain": Variable(_STEP, "1", "of a history: free strain of the bricks"),
+    "surface_movement": Variable(_STEP, "m", "characteristic surface movement, by which a site is classed"),
     "movement": Variable(
-        _STEP, "m", "of a study: surface_movement, or else central_deflection, where all samples have the same"
+        _STEP, "m", "of a study: surface_movement, otherwise central_deflection, where all samples have the same"
     ),
     "load_force": Variable(_STEP, "N", "load of all strips of a laboratory test together, in their directions"),
     "load_displacement": Variable(_STEP, "m", "displacement of these strips in their directions, after the dead load"),
@@ -103,7 +83,7 @@ VARIABLES: dict[str, Variable] = {
     "time": Variable(_STEP, "s", "physical time of a dynamic run; of a movement in stages years since the dead load"),
     "base_displacement_x": Variable(_STEP, "m", "displacement of the base along the wall in a dynamic run"),
     "base_displacement_y": Variable(_STEP, "m", "displacement of the base upwards in a dynamic run"),
-    "searches": Variable(_STEP, "1", "searches for neighbouring blocks so far, of a dynamic run"),
+    "searches": Variable(_STEP, "1", "cumulative searches for neighbouring blocks, of a dynamic run"),
     "base_reaction": Variable(_STEP, "N", "vertical force of the ground on the wall, upwards positive"),
     # the verdict
     "damage_category": Variable(_STEP, None, "damage category of the wall proper, above any dpc", CATEGORIES),
@@ -112,10 +92,10 @@ VARIABLES: dict[str, Variable] = {
     ),
     "crack_width_max": Variable(_STEP, "m", "widest single joint of the wall proper, above any dpc"),
     "crack_width_worst": Variable(
-        _STEP, "m", "of a movement in stages: largest crack_width_max so far; cracks that close again keep it"
+        _STEP, "m", "of a movement in stages: largest crack_width_max to date, also after cracks close"
     ),
     "damage_category_worst": Variable(
-        _STEP, None, "of a movement in stages: largest damage_category so far; cracks that close keep it", CATEGORIES
+        _STEP, None, "of a movement in stages: largest damage_category to date, also after cracks close", CATEGORIES
     ),
     "crack_band_width_max": Variable(
         _STEP, "m", "widest crack band of the wall proper: openings of neighbouring joints along gauge_length, summed"
@@ -124,11 +104,13 @@ VARIABLES: dict[str, Variable] = {
     "psi": Variable(
         _STEP,
         "1",
-        "damage parameter Psi = 2 n^0.15 c^0.3 of the wall proper: n cracks of c mm, the wider counting more",
+        "damage parameter Psi = 2 n^0.15 c^0.3 of the wall proper: n cracks of c mm, weighted by width",
     ),
     "group_count": Variable(("group_count",), "1", "number of cracks that make a group"),
     "crack_group_width": Variable(
-        (*_STEP, "group_count"), "m", "largest width of which so many cracks of the wall proper lie in one group, or 0"
+        (*_STEP, "group_count"),
+        "m",
+        "largest width reached by group_count cracks of the wall proper in one group, or 0",
     ),
     "base_crack_width_max": Variable(_STEP, "m", "widest crack in the courses below the dpc"),
     "dpc_opening_max": Variable(_STEP, "m", "widest opening of the damp-proof course"),
@@ -141,35 +123,13 @@ VARIABLES: dict[str, Variable] = {
     "tilt_max": Variable(_STEP, "1", "largest deviation of the wall proper from plumb, over about a metre"),
     "slope_max": Variable(_STEP, "1", "largest deviation of courses of the wall proper from level, over about a metre"),
     "base_slope_max": Variable(_STEP, "1", "largest deviation of the lowest course from level, over about a metre"),
-    "control_joint_opening_max": Variable(_STEP, "m", "most by which a control joint has widened anywhere"),
-    "control_joint_closing_max": Variable(_STEP, "m", "most by which a control joint has closed anywhere"),
+    "control_joint_opening_max": Variable(_STEP, "m", "largest widening of a control joint"),
+    "control_joint_closing_max": Variable(_STEP, "m", "largest closing of a control joint"),
     "deviation_level": Variable(
         _STEP,
         None,
-        "how much the wall proper is seen to be out of level or plumb, judged again",
+        "visibility of the deviation of the wall proper from level or plumb, judged again",
         ("not_noticeable", "undesirable", "clearly_visible"),
-    ),
-    # the end of the movement alone, of a study that keeps it besides the path
-    **{
-        f"end_{name}": Variable(("sample",), unit, f"{what}, at the end of the sample's movement", flags)
-        for name, unit, what, flags in (
-            ("damage_category", None, "damage category of the wall proper, above any dpc", CATEGORIES),
-            ("damage_category_band", None, "damage category of the wall proper by its widest crack band", CATEGORIES),
-            ("crack_width_max", "m", "widest single joint of the wall proper, above any dpc", ()),
-            ("crack_band_width_max", "m", "widest crack band of the wall proper", ()),
-            ("dpc_opening_max", "m", "widest opening of the damp-proof course", ()),
-            ("footing_opening_max", "m", "widest gap along the bed between first course and footing", ()),
-            ("tilt_max", "1", "largest deviation of the wall proper from plumb", ()),
-            ("slope_max", "1", "largest deviation of courses of the wall proper from level", ()),
-            ("central_deflection", "m", "deflection of the footing's centre relative to its ends", ()),
-            ("deflection_ratio", "1", "central deflection over the length between the ends", ()),
-            ("surface_movement", "m", "movement of the ground's surface under the footing", ()),
-        )
-    },
-    "end_crack_group_width": Variable(
-        ("sample", "group_count"),
-        "m",
-        "largest width of which so many cracks lie in one group, or 0, at the end of the sample's movement",
     ),
     # openings
     "opening_left": Variable(_OPENING, "m", "left edge of the opening"),
@@ -180,7 +140,7 @@ VARIABLES: dict[str, Variable] = {
         (*_STEP, *_OPENING), "m", "change of the width at the upper end of the jambs, widening positive"
     ),
     "opening_distortion": Variable(
-        (*_STEP, *_OPENING), "1", "largest change of the right angle at a corner of the opening, in radians, either way"
+        (*_STEP, *_OPENING), "1", "largest absolute change of the right angle at a corner of the opening, in radians"
     ),
     "opening_sticking": Variable(
         (*_STEP, *_OPENING),
@@ -192,14 +152,16 @@ VARIABLES: dict[str, Variable] = {
         (*_STEP, *_OPENING), "m", "change of length of the diagonal that has shortened most, lengthening positive"
     ),
     # the footing
-    "support_x": Variable(("support",), "m", "place of the support along the wall"),
+    "support_x": Variable(("support",), "m", "position of the support along the wall"),
     "support_load": Variable((*_STEP, "support"), "N", "load that the support carries, upwards positive"),
-    "jack_x": Variable(("jack",), "m", "place of the jack along the wall"),
-    "section_x": Variable(_SECTION, "m", "place of the footing's section along the wall"),
+    "jack_x": Variable(("jack",), "m", "position of the jack along the wall"),
+    "section_x": Variable(_SECTION, "m", "position of the footing's section along the wall"),
     "section_strain": Variable((*_STEP, *_SECTION), "1", "strain of the section at mid-depth, elongation positive"),
     "section_curvature": Variable((*_STEP, *_SECTION), "m-1", "curvature of the footing, sagging positive"),
     "section_axial_force": Variable((*_STEP, *_SECTION), "N", "axial force in the footing, tension positive"),
-    "section_shear_force": Variable((*_STEP, *_SECTION), "N", "shear force, what the left pushes the right up by"),
+    "section_shear_force": Variable(
+        (*_STEP, *_SECTION), "N", "shear force: upward force of the left part on the right"
+    ),
     "section_moment": Variable((*_STEP, *_SECTION), "N m", "moment in the footing, sagging positive: tension below"),
     # blocks
     "block_x": Variable(_BLOCK, "m", "centroid of the block along the wall"),
@@ -214,16 +176,16 @@ VARIABLES: dict[str, Variable] = {
     "block_curvature": Variable(
         (*_STEP, *_BLOCK), "m-1", "curvature of an elastic block, positive where its ends go up against its middle"
     ),
-    "block_support_force_x": Variable((*_STEP, *_BLOCK), "N", "force of what holds the block, along the wall"),
-    "block_support_force_y": Variable((*_STEP, *_BLOCK), "N", "force of what holds the block, upwards"),
-    "block_support_moment": Variable((*_STEP, *_BLOCK), "N m", "moment of what holds the block, counter-clockwise"),
+    "block_support_force_x": Variable((*_STEP, *_BLOCK), "N", "force of the block's supports, along the wall"),
+    "block_support_force_y": Variable((*_STEP, *_BLOCK), "N", "force of the block's supports, upwards"),
+    "block_support_moment": Variable((*_STEP, *_BLOCK), "N m", "moment of the block's supports, counter-clockwise"),
     "vertex_x": Variable(_VERTEX, "m", "corner of a block along the wall"),
     "vertex_y": Variable(_VERTEX, "m", "height of a block's corner"),
-    "vertex_block": Variable(_VERTEX, "1", "block the corner belongs to; corners stand counter-clockwise"),
+    "vertex_block": Variable(_VERTEX, "1", "block the corner belongs to; corners are counter-clockwise"),
     # contacts
-    "contact_x": Variable(_CONTACT, "m", "place of the contact along the wall"),
+    "contact_x": Variable(_CONTACT, "m", "position of the contact along the wall"),
     "contact_y": Variable(_CONTACT, "m", "height of the contact"),
-    "contact_kind": Variable(_CONTACT, None, "what the contact lies in", flag_meanings(ContactKind)),
+    "contact_kind": Variable(_CONTACT, None, "kind of joint", flag_meanings(ContactKind)),
     "contact_interface": Variable(_CONTACT, "1", "interface, the common edge of two blocks, that the contact lies on"),
     "contact_joint": Variable(_CONTACT, "1", "mortar joint the contact belongs to"),
     "contact_length": Variable(_CONTACT, "m", "length of joint the contact stands for"),
@@ -241,7 +203,7 @@ VARIABLES: dict[str, Variable] = {
     "contact_shear_stress": Variable((*_STEP, *_CONTACT), "Pa", "shear stress"),
     "contact_state": Variable((*_STEP, *_CONTACT), None, "state of the contact", flag_meanings(ContactState)),
     "contact_broken_at": Variable(
-        _CONTACT, "1", "share of the full movement at which the bond broke, NaN where it holds or there was none"
+        _CONTACT, "1", "share of the full movement at which the bond broke, NaN where it holds or was absent"
     ),
     # deformable blocks
     "zones_in_shear": Variable(_STEP, "1", "zones that yield in shear"),
@@ -250,7 +212,7 @@ VARIABLES: dict[str, Variable] = {
     MESH: Variable(
         (),
         None,
-        "zones of the deformable blocks, whose gridpoints are their own",
+        "zones of the deformable blocks; blocks share no gridpoints",
         mesh={
             "cf_role": "mesh_topology",
             "topology_dimension": np.int32(2),
@@ -267,7 +229,7 @@ VARIABLES: dict[str, Variable] = {
     ),
     "zone_block": Variable(_ZONE, "1", "block the zone belongs to", mesh=_ON_ZONES),
     "gridpoint_block": Variable(_GRIDPOINT, "1", "block the gridpoint belongs to", mesh=_ON_GRIDPOINTS),
-    "gridpoint_x": Variable(_GRIDPOINT, "m", "place of the gridpoint along the wall"),
+    "gridpoint_x": Variable(_GRIDPOINT, "m", "position of the gridpoint along the wall"),
     "gridpoint_y": Variable(_GRIDPOINT, "m", "height of the gridpoint"),
     "gridpoint_displacement_x": Variable(
         (*_STEP, *_GRIDPOINT), "m", "displacement of the gridpoint along the wall", mesh=_ON_GRIDPOINTS
@@ -287,21 +249,15 @@ VARIABLES: dict[str, Variable] = {
     "zone_stress_zz": Variable(
         (*_STEP, *_ZONE), "Pa", "normal stress across the wall, tension positive", mesh=_ON_ZONES, on_disk="float32"
     ),
-    "zone_state": Variable(
-        (*_STEP, *_ZONE),
-        None,
-        "what yields in the zone",
-        flag_meanings(ZoneState),
-        mesh=_ON_ZONES,
-    ),
+    "zone_state": Variable((*_STEP, *_ZONE), None, "yield state of the zone", flag_meanings(ZoneState), mesh=_ON_ZONES),
     # a study
     "sample": Variable(("sample",), "1", "sampled wall", standard_name="realization"),
     "status": Variable(("sample",), None, "how the sample ended", flag_meanings(SampleStatus)),
     "limit_deflection": Variable(
-        ("sample",), "m", "deflection at which jacks or supports carried nothing any more; NaN if the path went on"
+        ("sample",), "m", "deflection at which jacks or supports carried no load any more; NaN if the path went on"
     ),
     "weight": Variable(
-        ("sample",), "1", "weight of the sample: density of the stated distributions over that it was drawn from"
+        ("sample",), "1", "weight of the sample: density of the stated distributions over the sampling density"
     ),
     "run_time": Variable(("sample",), "s", "time spent on the sample"),
     "environment": Variable(
@@ -316,35 +272,48 @@ VARIABLES: dict[str, Variable] = {
         ("sample",), "1", "energy set free in snap-through over the largest work done; NaN where it is not counted"
     ),
     "displacement_share": Variable(
-        ("sample",), "1", "largest displacement of a block beyond that of the ground over the size of the wall"
+        ("sample",), "1", "largest displacement of a block beyond the ground's over the size of the wall"
     ),
     "crack_share": Variable(("sample",), "1", "widest crack over the size of the wall"),
     "implausible": Variable(
         ("sample",), None, "whether energy error, displacement or crack exceeds its tolerance", ("no", "yes")
     ),
     "snap_back_limited": Variable(
-        ("sample",), "1", "joints whose fracture energy is less than they hold as they crack: their bond breaks at once"
+        ("sample",), "1", "joints with less fracture energy than elastic energy at cracking: their bond breaks at once"
     ),
     "apex_limited": Variable(("sample",), "1", "joints whose tensile strength was cut to cohesion over friction"),
 }
 
+END_VARIABLES = (
+    *CATEGORY_VARIABLES,
+    *("crack_width_max", "crack_band_width_max", "dpc_opening_max", "footing_opening_max", "tilt_max", "slope_max"),
+    *("central_deflection", "deflection_ratio", "surface_movement", "crack_group_width"),
+)
+"""Results at the end of a sample's own movement, in a study that stores both path and end."""
+
+for _name in END_VARIABLES:
+    _path = VARIABLES[_name]
+    VARIABLES[f"end_{_name}"] = replace(
+        _path, dims=("sample", *_path.dims[1:]), long_name=f"{_path.long_name}, at the end of the sample's movement"
+    )
+
 
 def name_categories(ds: xr.Dataset, names: tuple[str, ...], comment: str) -> None:
-    """Let a dataset's damage categories bear the names of the table that made them."""
+    """Set the category names of the damage table that made the categories of a dataset."""
     for name in (*CATEGORY_VARIABLES, WORST_CATEGORY):
         if name in ds:
             ds[name].attrs = category_attributes(names, comment, name)
 
 
 def category_attributes(names: tuple[str, ...], comment: str, variable: str = "damage_category") -> dict[str, Any]:
-    """Return the attributes of damage categories that bear the names of the table that made them."""
+    """Attributes of damage categories with the names of their damage table."""
     flags = tuple(name.replace(" ", "_") for name in names)
-    kept = VARIABLES[variable]
-    return Variable(kept.dims, None, kept.long_name, flags).attributes() | {"comment": comment}
+    registered = VARIABLES[variable]
+    return Variable(registered.dims, None, registered.long_name, flags).attributes() | {"comment": comment}
 
 
 def with_shared_movement(ds: xr.Dataset) -> xr.Dataset:
-    """Return a study with the coordinate ``increment``, and ``movement`` where all samples have the same."""
+    """Study with the coordinate ``increment``, and ``movement`` where all samples have the same."""
     if not {"sample", "increment"} <= ds.sizes.keys():
         return ds
     number = np.arange(ds.sizes["increment"])
@@ -352,31 +321,31 @@ def with_shared_movement(ds: xr.Dataset) -> xr.Dataset:
     for name in ("surface_movement", "central_deflection"):
         if name in ds.variables and ds[name].dims == ("sample", "increment"):
             least, most = ds[name].min("sample").values, ds[name].max("sample").values
-            if np.array_equal(least, most):  # never so where one is NaN
+            if np.array_equal(least, most):  # False with NaN
                 attributes = VARIABLES["movement"].attributes() | {"comment": f"is {name}"}
                 return ds.assign_coords(movement=("increment", least, attributes))
     return ds
 
 
 def flag_name(ds: xr.Dataset, value: int, variable: str = "damage_category") -> str:
-    """Return in plain words what a value of a flag variable means, ``"not known"`` where nothing is."""
-    known = VARIABLES[variable].flags if variable in VARIABLES else ()
+    """Meaning of a value of a flag variable in plain words, ``"not known"`` if it has none."""
+    registered = VARIABLES[variable].flags if variable in VARIABLES else ()
     given = ds[variable].attrs.get("flag_meanings") if variable in ds.variables else None
-    names = str(given).split() if given else known
+    names = str(given).split() if given else registered
     return names[value].replace("_", " ") if 0 <= value < len(names) else "not known"
 
 
 def category_label(ds: xr.Dataset, category: int, variable: str = "damage_category") -> str:
-    """Return number and name of a damage category, such as ``"2 slight"``."""
+    """Number and name of a damage category, such as ``"2 slight"``."""
     return f"{category} {flag_name(ds, category, variable)}" if category >= 0 else "not known"
 
 
 FLAG_FILL = np.int8(-1)
-"""Value of a flag that is not known."""
+"""Value of an unknown flag."""
 
 
 def is_dynamic(ds: xr.Dataset) -> bool:
-    """Return whether an archive is of a run in physical time; a history has a time, too, and stages."""
+    """Whether an archive is from a run in physical time; a history has a time too, but also stages."""
     return "time" in ds.variables and "stage" not in ds.variables
 
 
@@ -386,10 +355,12 @@ def dataset(
     dims: Mapping[str, tuple[str, ...]] | None = None,
     extra: Mapping[str, Variable] | None = None,
 ) -> xr.Dataset:
-    """Put values under their registered names into a CF dataset."""
-    known = {**VARIABLES, **(extra or {})}
+    """CF dataset of values under their registered names."""
+    registered = {**VARIABLES, **(extra or {})}
     variables = {
-        name: xr.Variable((dims or {}).get(name, known[name].dims), np.asarray(value), known[name].attributes())
+        name: xr.Variable(
+            (dims or {}).get(name, registered[name].dims), np.asarray(value), registered[name].attributes()
+        )
         for name, value in values.items()
     }
     coordinates = {name for name, v in variables.items() if v.dims == (name,)} | (

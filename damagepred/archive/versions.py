@@ -1,16 +1,16 @@
-"""Older archives in today's form: the one place that knows how archives have changed.
+"""Migration of older archives to the present schema.
 
-Version 1: one netCDF-4 file a sample in ``parts/``.
-Version 2: parts are in netCDF's classic format, and one may hold a run of samples. Variables are those of version 1.
-Version 3: what other damage tables ask for is kept besides: ``crack_group_width``, slopes, distortion of openings.
-Older archives simply lack it; ``damagepred.judge_again`` says what it then does without.
+Version 1: one netCDF-4 file per sample in ``parts/``.
+Version 2: parts are in netCDF's classic format, with one or more samples. Variables are unchanged.
+Version 3: inputs of other damage tables are stored too: ``crack_group_width``, slopes, distortion of openings. Older
+archives lack them; ``damagepred.judge_again`` reports the missing inputs.
 Version 4: each file of a study ends with a digest of its content and the hash of the study.
 Version 5: ``newton_iterations`` of the quasi-static solver and ``cycles`` of the others; both were ``cycles`` before.
 Version 6: no dimension of length 0; flags have a ``valid_range`` and no ``_FillValue``; a study has the coordinates
 ``increment`` and ``movement``.
 Version 7: ``crack_width_worst`` of a movement in stages; it was ``worst_crack_width`` before.
-Version 8: places count from 1, as ``soil_layer.1.thickness``; they counted from 0 before. A scene says what lies below
-its soil log; nothing moved there before.
+Version 8: keys count from 1, as ``soil_layer.1.thickness``; they counted from 0 before. A scene specifies the ground
+below its soil log; it did not move before.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ def _unchanged(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _split_cycles(ds: xr.Dataset) -> xr.Dataset:
-    """Return ``cycles`` of the quasi-static solver as ``newton_iterations``; -1, unknown, stays so in both."""
+    """``cycles`` of the quasi-static solver as ``newton_iterations``; -1 (unknown) in both."""
     if "cycles" not in ds:
         return ds
     if "solver_method" in ds.attrs:
         quasi_static = xr.DataArray(ds.attrs["solver_method"] == "quasi_static")
-    elif "joint_law_violation" in ds:  # of a study; the other solvers do not know it
+    elif "joint_law_violation" in ds:  # a study of the quasi-static solver
         quasi_static = ds["joint_law_violation"].notnull().any("increment")
     else:
         quasi_static = xr.DataArray("events" in ds)
@@ -61,7 +61,7 @@ def _split_cycles(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _without_empty_dimensions(ds: xr.Dataset) -> xr.Dataset:
-    """Return a dataset without dimensions of length 0, its flags with their range, a study with its movement."""
+    """Dataset without dimensions of length 0, its flags with their range, a study with its movement."""
     ds = ds.drop_dims([dim for dim, size in ds.sizes.items() if size == 0])
     for variable in ds.variables.values():
         if "flag_values" in variable.attrs:
@@ -70,18 +70,18 @@ def _without_empty_dimensions(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _worst_width_named_as_others(ds: xr.Dataset) -> xr.Dataset:
-    """Return the widest crack so far under its name of today."""
+    """Largest crack width to date under its present name."""
     return ds.rename(worst_crack_width="crack_width_worst") if "worst_crack_width" in ds else ds
 
 
-def from_1(place: str) -> str:
-    """Place that counts from 1 of one that counts from 0."""
-    return _NUMBER.sub(lambda found: f".{int(found[1]) + 1}", place)
+def from_1(key: str) -> str:
+    """Key that counts from 1, from a key that counts from 0."""
+    return _NUMBER.sub(lambda match: f".{int(match[1]) + 1}", key)
 
 
-def from_0(place: str) -> str:
-    """Place that counts from 0 of one that counts from 1."""
-    return _NUMBER.sub(lambda found: f".{int(found[1]) - 1}", place)
+def from_0(key: str) -> str:
+    """Key that counts from 0, from a key that counts from 1."""
+    return _NUMBER.sub(lambda match: f".{int(match[1]) - 1}", key)
 
 
 def inert_below_log(scene: Mapping[str, Any]) -> dict[str, Any]:
@@ -92,10 +92,10 @@ def inert_below_log(scene: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _counted_from_1(ds: xr.Dataset) -> xr.Dataset:
-    """Return a dataset whose places count from 1, and whose soil is inert below its log."""
+    """Dataset whose keys count from 1, and whose soil is inert below its log."""
     ds = ds.rename({name: from_1(str(name)) for name in ds.variables if "." in str(name)})
     if "variable" in ds.coords and ds["variable"].dtype.kind in "OUT":
-        ds = ds.assign_coords(variable=[from_1(str(place)) for place in ds["variable"].values])
+        ds = ds.assign_coords(variable=[from_1(str(key)) for key in ds["variable"].values])
     attrs = {GIVEN: " ".join(map(from_1, str(ds.attrs[GIVEN]).split()))} if GIVEN in ds.attrs else {}
     if "[[soil_layer]]" in (text := str(ds.attrs.get("scene", ""))):
         import tomli_w
@@ -105,7 +105,7 @@ def _counted_from_1(ds: xr.Dataset) -> xr.Dataset:
 
 
 COUNTS_FROM_1 = 8
-"""First version whose places count from 1."""
+"""First version whose keys count from 1."""
 
 MIGRATIONS: dict[int, Migration] = {
     1: _unchanged,
@@ -116,11 +116,11 @@ MIGRATIONS: dict[int, Migration] = {
     6: _worst_width_named_as_others,
     7: _counted_from_1,
 }
-"""What makes a dataset of one version one of the next."""
+"""Migration from each version to the next."""
 
 
 def brought_up_to_date(version: int, source: str, ds: xr.Dataset | None = None) -> xr.Dataset:
-    """Return a dataset of any known version as one of today's."""
+    """Dataset of any known version in the present schema."""
     if version < 1:
         raise InputError(f"{source}: has schema version {version}; it is not one of damagepred.")
     if version > SCHEMA_VERSION:

@@ -45,10 +45,10 @@ GRAVITY = 9.81
 """Acceleration of gravity (m/s2)."""
 
 BEARING_WIDTH = 1e-4
-"""Width of a bearing (m): a knife edge, that hardly hinders a block from turning."""
+"""Width of a bearing (m): a knife edge, on which a block turns almost freely."""
 
 LARGEST_DISPLACEMENT = 1e4
-"""Displacement (m, rad) that is taken for a slip of the unit beyond."""
+"""Limit of input (m, rad): above it, a mistaken unit is likely."""
 
 LARGEST_STRAIN = 0.01
 """Strain of a block, as in ``[strain]``."""
@@ -56,7 +56,7 @@ LARGEST_STRAIN = 0.01
 NO_JAMBS = Jambs.none()
 
 NEVER_CUT = (ContactKind.SUPPORT, ContactKind.CONTROL_JOINT)
-"""Interfaces that stay whole without a bond, too: bearings in a point, and gaps."""
+"""Interfaces that are never cut into parts: point bearings and gaps."""
 
 
 class Grounded(NamedTuple):
@@ -136,7 +136,7 @@ class Assembly:
 
     @property
     def n_blocks(self) -> int:
-        """Number of blocks so far."""
+        """Number of blocks."""
         return len(self._polygons)
 
     @checked
@@ -157,16 +157,16 @@ class Assembly:
         vertices : array_like (v, 2)
             Corners in order, either way round (m).
         material : BlockMaterial, optional
-            Its own material.
+            Material of the block; by default the material of the assembly.
         course : int
-            Course it belongs to, counted from 0, if there are courses.
+            Course of the block, counted from 0; -1 without courses.
         zone_size : float, optional
-            Makes the block deformable, whatever the solver's settings say: largest edge of the cells, of four zones
-            each, into which it is cut (m). 0 keeps it rigid.
+            Largest edge of the cells, of four zones each (m): makes the block deformable, whatever the solver's
+            settings. 0 keeps it rigid.
         elastic : bool, optional
-            Whether the block stretches and bends if it is a rectangle, whatever the solver's settings say.
+            Whether the block, a rectangle, stretches and bends, whatever the solver's settings.
         thickness : float, optional
-            Its own, out of plane (m).
+            Out-of-plane thickness (m); by default the thickness of the assembly.
 
         Raises
         ------
@@ -187,7 +187,7 @@ class Assembly:
 
     @checked
     def set_joint(self, a: int, b: int, joint: Joint, kind: ContactKind | None = None) -> None:
-        """Give the joint between two blocks its own material, and optionally its kind.
+        """Set the material, and optionally the kind, of the joint between two blocks.
 
         Parameters
         ----------
@@ -196,7 +196,7 @@ class Assembly:
         joint : Joint
             Material.
         kind : ContactKind, optional
-            Its kind; by default from its direction.
+            Kind of the joint; by default from its direction.
         """
         self._check(a)
         self._check(b)
@@ -204,7 +204,7 @@ class Assembly:
 
     @checked
     def set_joint_above(self, course: int, joint: Joint, kind: ContactKind = ContactKind.DPC) -> None:
-        """Give the whole bed joint on top of a course (counted from 0) its own material and kind.
+        """Set the material and kind of the whole bed joint on top of a course.
 
         Parameters
         ----------
@@ -236,13 +236,12 @@ class Assembly:
         displacement : callable, optional
             x (m) -> vertical displacement at full movement (m, upwards); None: the ground stays.
         joint : Joint, optional
-            Joint between them and the ground.
+            Material of the joint between blocks and ground.
         kind : ContactKind
-            What the interfaces are.
+            Kind of the interfaces.
         growth : callable, optional
-            Instead of ``displacement``, where the form of the ground changes as its movement grows: x (m), load factor
-            from 0 to 1 -> vertical displacement there and then (m, upwards), 0 at load factor 0. A trough that widens
-            as a tunnel is driven on is one.
+            Instead of ``displacement``, where the form of the ground changes as its movement grows, as a trough that
+            widens: x (m), load factor from 0 to 1 -> vertical displacement (m, upwards), 0 at load factor 0.
 
         Raises
         ------
@@ -258,18 +257,18 @@ class Assembly:
 
     @checked
     def bear(self, block: int, x: float, joint: Joint | None = None, *, width: float = BEARING_WIDTH) -> None:
-        """Let a block bear on the ground in one point of its underside, on a knife edge.
+        """Support a block on the ground in one point of its underside, on a knife edge.
 
         Parameters
         ----------
         block : int
             Block; its lowest edge must be level.
         x : float
-            Where, in the middle of the bearing (m).
+            Middle of the bearing (m).
         joint : Joint, optional
-            Between the block and the ground, for the area of the bearing: its width times the block's thickness.
+            Material of the bearing, for its area: width times the block's thickness.
         width : float
-            Of the bearing (m).
+            Width of the bearing (m).
         """
         corners = self._polygons[self._check(block)][:, 0]
         rounding = 1e-6 * float(np.ptp(corners))  # coordinates of blocks are rounded
@@ -285,7 +284,7 @@ class Assembly:
         Parameters
         ----------
         block : int
-            Its number.
+            Number of the block.
         x, y, rotation : bool
             Whether that degree of freedom is prescribed as zero.
         """
@@ -297,15 +296,15 @@ class Assembly:
 
     @checked
     def hold_after_load(self, block: int, *, x: bool = True, y: bool = True, rotation: bool = True) -> None:
-        """Leave a block free while the dead load comes on, then hold it where it stands in directions that are True.
+        """Leave a block free under the dead load, then hold it in its position in the directions that are True.
 
-        So a loading beam goes down with the wall under its preload and keeps its height from then on. ``move`` may be
-        given as well: the block then moves from where it stands.
+        For a loading beam that follows the wall under its preload and then keeps its height. ``move`` then starts from
+        this position.
 
         Parameters
         ----------
         block : int
-            Its number.
+            Number of the block.
         x, y, rotation : bool
             Whether that degree of freedom is held.
         """
@@ -326,7 +325,7 @@ class Assembly:
         Parameters
         ----------
         block : int
-            Its number.
+            Number of the block.
         x, y : float, optional
             Displacement (m).
         rotation : float, optional
@@ -342,16 +341,16 @@ class Assembly:
 
     @checked
     def strain(self, block: int, strain: float) -> None:
-        """Give a block a strain that it would have if nothing held it: growth, shrinkage or temperature.
+        """Set the free strain of a block: growth, shrinkage or temperature.
 
-        It grows in proportion to the movement, from nothing under the dead load, in all directions alike.
+        It is isotropic, 0 under the dead load, and grows in proportion to the movement.
 
         Parameters
         ----------
         block : int
-            Its number.
+            Number of the block.
         strain : float
-            At full movement (1), longer is positive.
+            Strain at full movement (1), longer is positive.
         """
         self._strain[self._check(block)] = require_number(
             f"block {block}: strain", strain, -LARGEST_STRAIN, LARGEST_STRAIN, unit="1"
@@ -366,10 +365,9 @@ class Assembly:
         block : int
             The block.
         where : callable
-            Arrays x, y of gridpoints (m) -> which of them.
+            Arrays x, y of gridpoints (m) -> mask of the gridpoints to hold.
         x, y : float or callable, optional
-            Their displacement at full movement (m), 0 to hold them, or a function of x and y (m). Directions left out
-            stay as they are.
+            Displacement at full movement (m), 0 to hold, or a function of x and y (m). Directions left out stay free.
         """
         for amount in (x, y):
             if amount is not None and not callable(amount):
@@ -387,9 +385,9 @@ class Assembly:
         block : int
             The block.
         where : callable
-            Arrays x, y of the middles of facets (m) -> which of them.
+            Arrays x, y of the middles of facets (m) -> mask of the facets to load.
         x, y : float or callable
-            Force for each area (Pa), or a function of x and y (m).
+            Force per area (Pa), or a function of x and y (m).
         live : bool
             Whether it grows with the movement, or acts as dead load.
         """
@@ -397,14 +395,14 @@ class Assembly:
 
     @checked
     def set_velocity(self, block: int, *, x: float = 0.0, y: float = 0.0, rotation: float = 0.0) -> None:
-        """Let a block start a dynamic run with a velocity.
+        """Set the initial velocity of a block in a dynamic run.
 
         Parameters
         ----------
         block : int
-            The block.
+            Number of the block.
         x, y, rotation : float
-            Of its centroid (m/s), and counter-clockwise (rad/s).
+            Velocity of its centroid (m/s), and rotation, counter-clockwise (rad/s).
         """
         if not np.isfinite([x, y, rotation]).all():
             raise InputError(f"block {block}: its velocity must be finite, got {(x, y, rotation)!r}.")
@@ -443,9 +441,9 @@ class Assembly:
         moment: float = 0.0,
         at: tuple[float, float] | None = None,
     ) -> None:
-        """Add a live load to a block: it grows from nothing with the movement, in proportion, while dead load stays.
+        """Add a live load to a block: 0 under the dead load, then in proportion to the movement.
 
-        Where the wall collapses under it, the attribute ``collapse_progress`` is the last load factor in equilibrium.
+        If the wall collapses, the attribute ``collapse_progress`` is the last load factor in equilibrium.
 
         Parameters
         ----------
@@ -477,8 +475,8 @@ class Assembly:
         self._check(block)
         x, y = force
         if not np.isfinite([x, y, moment, *(at or ())]).all():
-            place = "" if at is None else f" at {at!r}"
-            raise InputError(f"block {block}: its load must be finite, got {(x, y, moment)!r}{place}.")
+            position = "" if at is None else f" at {at!r}"
+            raise InputError(f"block {block}: its load must be finite, got {(x, y, moment)!r}{position}.")
         if at is not None:
             _, cx, cy, _ = mass_properties(self._polygons[block])
             moment += (at[0] - cx) * y - (at[1] - cy) * x
@@ -505,11 +503,11 @@ class Assembly:
         Parameters
         ----------
         solver : Solver, optional
-            Its quadrature and its settings of zones are used.
+            Quadrature and settings of zones.
         deformable : frozenset of int, optional
-            Blocks that are cut into zones, whatever the settings say.
+            Blocks that are cut into zones, whatever the settings.
         no_tension : frozenset of ContactKind
-            Kinds of interface without a bond, besides those whose joint material has none.
+            More kinds of interface without a bond; a joint material without bond needs no mention.
 
         Raises
         ------
@@ -557,23 +555,25 @@ class Assembly:
         """Deformable blocks and the size of their cells; supported, moved and loaded blocks are rigid."""
         held = {dof // 3 for dof in self._prescribed}
         sizes = {}
-        for block, own in enumerate(self._zone_size):
-            size = own
+        for block, given in enumerate(self._zone_size):
+            size = given
             chosen = settings.blocks == "deformable" if deformable is None else block in deformable
-            if own is None and chosen and block not in held:
+            if given is None and chosen and block not in held:
                 size = settings.zone_size or default_zone_size(self._polygons[block], settings.method)
             if not size:
                 continue
             if block in held:
-                raise InputError(f"block {block}: cannot be held as one and be deformable; leave out zone_size.")
+                raise InputError(f"block {block}: cannot be held as a whole and be deformable; leave out zone_size.")
             sizes[block] = size
         return sizes
 
     def _are_elastic(self, settings: Solver, mesh: Mesh | None) -> list[bool]:
-        """Return whether each block shall stretch and bend; supported and moved blocks are rigid."""
+        """Whether each block shall stretch and bend; supported and moved blocks are rigid."""
         held = {dof // 3 for dof in self._prescribed}
-        usual = settings.blocks == "elastic"
-        chosen = [(usual if own is None else own) and block not in held for block, own in enumerate(self._elastic)]
+        default = settings.blocks == "elastic"
+        chosen = [
+            (default if given is None else given) and block not in held for block, given in enumerate(self._elastic)
+        ]
         if mesh is not None and any(chosen):
             raise InputError("elastic blocks and blocks of zones do not go together in one wall; take one of the two.")
         return chosen
@@ -587,7 +587,7 @@ class Assembly:
         span: float | None = None,
         deformable: frozenset[int] | None = None,
     ) -> Model:
-        """Make the model the solvers take.
+        """Model for the solvers.
 
         Parameters
         ----------
@@ -598,7 +598,7 @@ class Assembly:
         span : float, optional
             Length to which the central deflection refers (m); by default the extent of the blocks.
         deformable : frozenset of int, optional
-            Blocks that are cut into zones, whatever the settings say.
+            Blocks that are cut into zones, whatever the settings.
         """
         settings = solver or Solver()
         geometry = self.geometry(settings, deformable)
@@ -623,15 +623,15 @@ class Assembly:
         mass = density * blocks.area * law.thickness
         load[:, :2] = mass[:, None] * np.array(self.gravity)
         live[:, :2] = mass[:, None] * float(np.hypot(*self.gravity)) * self._push_body
-        for total, part in ((load, self._load), (live, self._push)):
-            for block, extra in part.items():
+        for total, loads in ((load, self._load), (live, self._push)):
+            for block, extra in loads.items():
                 total[block] += extra
         prescribed = sorted(self._prescribed)
         dead_edges, live_edges = edge_loads(self._tractions, geometry.mesh, law.thickness)
         velocity = np.zeros((len(density), 3))
         for block, start in self._velocity.items():
             velocity[block] = start
-        one = np.zeros(1, dtype=np.int64)
+        first_material = np.zeros(1, dtype=np.int64)
         extent = float(np.ptp(blocks.vertices[:, 0]))
         length = extent if span is None else span
         middle = float(blocks.vertices[:, 0].min()) + extent / 2
@@ -672,7 +672,7 @@ class Assembly:
             plane=settings.plane,
             edge_load=dead_edges,
             live_edge_load=live_edges,
-            loose_joint=joint_properties(self._joint_materials[:1], one, one, {})[0],
+            loose_joint=joint_properties(self._joint_materials[:1], first_material, first_material, {})[0],
             initial_velocity=velocity if self._velocity else None,
         )
 
@@ -693,12 +693,9 @@ class Assembly:
         )
 
     def _ground_edges(self, outline: FloatArray, first_vertex: IntArray) -> tuple[SharedEdges, list[Grounded]]:
-        """Return the lowest edges of the blocks that rest on the ground, and what each of them is.
-
-        Straight corners part them no further than they must.
-        """
-        found: list[tuple[int, int, float, float, float]] = []
-        what: list[Grounded] = []
+        """Lowest edges of the blocks that rest on the ground, and the ground contact of each edge."""
+        edges: list[tuple[int, int, float, float, float]] = []
+        contacts: list[Grounded] = []
         for resting in self._ground + self._bearings:
             first, last = first_vertex[resting.block], first_vertex[resting.block + 1]
             corners = outline[first:last]
@@ -708,14 +705,14 @@ class Assembly:
             if not level.size:
                 raise InputError(f"block {resting.block}: cannot rest on the ground, its underside is a corner.")
             start, end = corners[level, 0], after[level, 0]
-            if resting.x is not None:  # a bearing, on the edge it is on
+            if resting.x is not None:  # a bearing on one edge
                 near = int(np.argmin(np.maximum(start - resting.x, resting.x - end)))
                 level, half = level[near : near + 1], resting.width / 2
                 start, end = np.array([resting.x - half]), np.array([resting.x + half])
-            found += [(resting.block, first + i, x0, x1, low) for i, x0, x1 in zip(level, start, end)]
-            what += [resting] * len(level)
-        block_b, edge, start, end, low_y = (np.array(column) for column in zip(*found)) if found else (np.empty(0),) * 5
-        count = len(found)
+            edges += [(resting.block, first + i, x0, x1, low) for i, x0, x1 in zip(level, start, end)]
+            contacts += [resting] * len(level)
+        block_b, edge, start, end, low_y = (np.array(column) for column in zip(*edges)) if edges else (np.empty(0),) * 5
+        count = len(edges)
         return SharedEdges(
             np.full(count, len(self._polygons), dtype=np.int64),
             block_b.astype(np.int64),
@@ -724,10 +721,10 @@ class Assembly:
             np.broadcast_to(np.array([0.0, 1.0]), (count, 2)),
             np.full(count, -1, dtype=np.int64),
             edge.astype(np.int64),
-        ), what
+        ), contacts
 
     def _classify(self, edges: SharedEdges, blocks: Blocks, grounded: list[Grounded]) -> tuple[Int8Array, IntArray]:
-        """Return kind and material of each interface: by direction, then by level, then by pair."""
+        """Kind and material of each interface: by direction, then by level, then by pair."""
         level = np.abs(edges.normal[:, 1]) >= np.abs(edges.normal[:, 0])
         kind = np.where(level, ContactKind.BED_JOINT, ContactKind.HEAD_JOINT).astype(np.int8)
         material = np.zeros(len(kind), dtype=np.int64)
@@ -735,19 +732,19 @@ class Assembly:
         inner = np.arange(len(kind)) < first_ground
         course = np.append(blocks.course, -1)
         for below, (number, special) in self._levels.items():
-            here = inner & level & (course[edges.a] == below) & (course[edges.b] == below + 1)
-            kind[here], material[here] = special, number
+            bed = inner & level & (course[edges.a] == below) & (course[edges.b] == below + 1)
+            kind[bed], material[bed] = special, number
         if self._pairs:
-            # one edge of a block may be two where a vertex lies on it: then there are two interfaces to a pair
-            place: dict[tuple[int, int], list[int]] = {}
+            # a vertex on an edge splits it: then a pair of blocks has two interfaces
+            interfaces: dict[tuple[int, int], list[int]] = {}
             for i in np.flatnonzero(inner).tolist():
                 pair = sorted((int(edges.a[i]), int(edges.b[i])))
-                place.setdefault((pair[0], pair[1]), []).append(i)
-            for (a, b), (number, own) in self._pairs.items():
-                if (a, b) not in place:
+                interfaces.setdefault((pair[0], pair[1]), []).append(i)
+            for (a, b), (number, given) in self._pairs.items():
+                if (a, b) not in interfaces:
                     raise InputError(f"blocks {a} and {b} share no edge, so there is no joint to set between them.")
-                material[place[a, b]] = number
-                kind[place[a, b]] = kind[place[a, b]] if own is None else own
+                material[interfaces[a, b]] = number
+                kind[interfaces[a, b]] = kind[interfaces[a, b]] if given is None else given
         kind[first_ground:] = [resting.kind for resting in grounded]
         material[first_ground:] = [resting.material for resting in grounded]
         return kind, material
@@ -762,11 +759,5 @@ def _numbered(materials: list[Any], material: object | None) -> int:
 
 
 def rectangle(left: float, bottom: float, right: float, top: float) -> Sequence[tuple[float, float]]:
-    """Return the corners of a rectangle, counter-clockwise.
-
-    Parameters
-    ----------
-    left, bottom, right, top : float
-        Its sides (m).
-    """
+    """Corners of a rectangle, counter-clockwise (m)."""
     return [(left, bottom), (right, bottom), (right, top), (left, top)]

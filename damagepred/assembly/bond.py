@@ -15,15 +15,7 @@ from damagepred.scene.wall import EDGE_TOLERANCE
 
 
 class Brick(NamedTuple):
-    """A rectangular block of the wall.
-
-    Attributes
-    ----------
-    left, bottom, right, top : float
-        Its edges (m).
-    course : int
-        Course counted from 0 at the bottom.
-    """
+    """Rectangular block of the wall: edges (m), and course counted from 0 at the bottom."""
 
     left: float
     bottom: float
@@ -33,20 +25,11 @@ class Brick(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Lines on which joints may lie.
+    """Lines on which joints may lie."""
 
-    Attributes
-    ----------
-    x : list of float
-        Every half brick along the wall (m), and where bricks are cut.
-    y : list of float
-        Bed joints, from the underside to the top (m).
-    perpends : tuple of set of int
-        Lines x on which the perpends of even and of odd courses of running bond lie; stack bond has the first.
-    """
-
-    x: list[float]
-    y: list[float]
+    x: list[float]  # every half brick along the wall (m), and where bricks are cut
+    y: list[float]  # bed joints, from the underside to the top (m)
+    # lines x on which the perpends of even and of odd courses of running bond lie; stack bond has the first
     perpends: tuple[frozenset[int], frozenset[int]]
 
 
@@ -55,7 +38,7 @@ def gauge(scene: Scene) -> Grid:
 
     Between two neighbouring breakpoints (an end, a jamb, a control joint) lie as many half bricks as fit best, made
     equal; so a brick differs a little from its nominal size where they do not suit the bond. Likewise the courses.
-    Bricks that are cut instead (``wall.fit``) keep their length; see ``_cut_lines``.
+    Cut bricks (``wall.fit``) keep their length; see ``_cut_lines``.
     """
     (along, half), (up, course) = _marks(scene)
     y = _lines(_breakpoints(up, course), course)
@@ -68,7 +51,7 @@ def gauge(scene: Scene) -> Grid:
 def _cut_lines(
     points: list[float], wall: Wall, y: list[float]
 ) -> tuple[list[float], list[float], tuple[frozenset[int], frozenset[int]]]:
-    """Return the lines of a wall whose bricks are cut at some points: perpends, but for those too near, and points."""
+    """Lines of a wall of cut bricks: breakpoints, and perpends that are not too near to them."""
     brick, near = wall.block_length, wall.shortest_cut or wall.block_length / 4
     courses = []
     for shift in (0.0, brick / 2):
@@ -82,7 +65,7 @@ def _cut_lines(
 
 
 def courses_and_halves(scene: Scene) -> tuple[int, int, float]:
-    """Return the number of courses, of half bricks in each, and of half bricks that openings take, counted alone."""
+    """Number of courses, of half bricks per course, and of half bricks inside openings."""
     numbers = []
     for marks, spacing in _marks(scene):
         points = _breakpoints(marks, spacing)
@@ -93,7 +76,7 @@ def courses_and_halves(scene: Scene) -> tuple[int, int, float]:
 
 
 def _marks(scene: Scene) -> list[tuple[list[float], float]]:
-    """Return where joints must lie along and up the wall (m), and the spacing of half bricks and courses (m)."""
+    """Fixed joint lines along and up the wall (m), with the spacing of half bricks and of courses (m)."""
     wall = scene.wall
     along = [e for o in scene.opening for e in (o.x, o.right)] + [joint.x for joint in scene.control_joint]
     up = [e for o in scene.opening for e in (o.y, o.top)]
@@ -101,7 +84,7 @@ def _marks(scene: Scene) -> list[tuple[list[float], float]]:
 
 
 def _breakpoints(marks: list[float], spacing: float) -> list[float]:
-    # jambs a hair apart are one: a sliver between them would be no brick
+    # jambs closer than the tolerance share one line: the sliver between them is no brick
     points = np.unique(np.array(marks))
     keep = np.concatenate(([True], np.diff(points) > EDGE_TOLERANCE * spacing))
     keep[-1] = True
@@ -112,7 +95,7 @@ def _breakpoints(marks: list[float], spacing: float) -> list[float]:
 
 
 def _count(low: float, high: float, spacing: float) -> int:
-    # halves go up, whatever rounding made of them: else a wall and its mirror image get different bonds
+    # round halves up so that mirrored walls get mirrored bonds
     return max(1, math.floor((high - low) / spacing * (1 + 1e-9) + 0.5))
 
 
@@ -125,18 +108,7 @@ def _lines(points: list[float], spacing: float) -> list[float]:
 
 
 def lay_bricks(scene: Scene) -> list[Brick]:
-    """Return all blocks of the wall, course by course from the bottom, left to right, lintels included.
-
-    Parameters
-    ----------
-    scene : Scene
-        Its wall, openings, control joints, and where the dpc lies.
-
-    Raises
-    ------
-    InputError
-        If a lintel finds no bearing, or a control joint would part it.
-    """
+    """All blocks of the wall, course by course from the bottom, left to right, lintels included."""
     grid = gauge(scene)
     lintels = {i: span for i, hole in enumerate(scene.opening) if (span := _lintel(scene, hole, grid))}
     bricks: list[Brick] = []
@@ -158,20 +130,12 @@ def lay_bricks(scene: Scene) -> list[Brick]:
 
 
 def _lowest_course(scene: Scene, joint: ControlJoint) -> int:
-    """Return the first course that a control joint parts."""
+    """First course that a control joint divides."""
     return 0 if scene.dpc is None or joint.through_dpc else scene.dpc.course
 
 
 def parted(scene: Scene, bricks: Sequence[Brick]) -> list[tuple[int, int, ControlJoint]]:
-    """Return the pairs of bricks, by number, left and right, that meet at control joints, and at which.
-
-    Parameters
-    ----------
-    scene : Scene
-        Its control joints.
-    bricks : sequence of Brick
-        As they are laid.
-    """
+    """Pairs of bricks (left, right) that meet at a control joint, and the joint."""
     grid = gauge(scene)
     pairs = []
     for joint in scene.control_joint:
@@ -187,7 +151,7 @@ def _index(lines: list[float], value: float) -> int:
 
 
 def _lintel(scene: Scene, hole: Opening, grid: Grid) -> tuple[int, int, int] | None:
-    """Return (course, first, last half-brick line) of the lintel over a hole, None where it reaches the top."""
+    """(course, first, last half-brick line) of the lintel over a hole; None if the hole reaches the top."""
     level = _index(grid.y, hole.top)
     if level == len(grid.y) - 1:
         return None
@@ -223,9 +187,9 @@ def _lintel(scene: Scene, hole: Opening, grid: Grid) -> tuple[int, int, int] | N
 
 
 def _bearing(grid: Grid, hole: Opening) -> tuple[int, int]:
-    """Return the half-brick lines at which the lintel ends: at least one half brick beyond each jamb."""
-    left, right = _index(grid.x, hole.x), _index(grid.x, hole.right)
-    reach = hole.lintel_bearing * (1 + 1e-9)  # of two lines equally near take the farther, on either side
-    first = min(_index(grid.x, hole.x - reach), left - 1)
-    last = max(_index(grid.x, hole.right + reach), right + 1)
+    """Half-brick lines at the ends of the lintel: at least one half brick beyond each jamb."""
+    jamb_left, jamb_right = _index(grid.x, hole.x), _index(grid.x, hole.right)
+    reach = hole.lintel_bearing * (1 + 1e-9)  # of two lines equally near take the farther on both sides
+    first = min(_index(grid.x, hole.x - reach), jamb_left - 1)
+    last = max(_index(grid.x, hole.right + reach), jamb_right + 1)
     return max(first, 0), min(last, len(grid.x) - 1)

@@ -1,21 +1,20 @@
-"""Elastic blocks: rectangles that stretch along their bed and bend, besides their rigid motion.
+"""Elastic blocks: rectangles with an axial strain along their bed and a curvature.
 
 In axes of the block, x along its bed, origin in the centre, length b, height h, thickness t, its displacement is
 
     u = eps x - kap x y,    v = kap (x^2/2 - b^2/24) - nu eps y + nu kap (y^2/2 - h^2/24)
 
-besides the rigid motion, with axial strain eps and curvature kap: uniaxial stress along x, with contraction by
+on top of the rigid motion, with axial strain eps and curvature kap: uniaxial stress along x, with contraction by
 Poisson's ratio nu. Its strain energy is (E b h t eps^2 + E b t h^3/12 kap^2)/2. Self weight does no work on the two.
 
-The rest of its elasticity is lumped into the bed joints, upright with (1 - nu^2)/E, as the contraction comes on top,
-and in shear with 1/G. Head joints are those of the mortar alone: their normal stress is that of the strain, and the
-shear of a block counts once, as its shear stress is the same along both joints. Lumping all elasticity into the joints
-makes running bond 50 % too stiff along the wall, where bed joints carry what a stretching brick would not, and up to
-12 % (stack bond 37 %) too soft in shear.
+The remaining elasticity is lumped into the bed joints: across them with (1 - nu^2)/E, as the contraction is counted
+apart, and in shear with 1/G. Head joints have the stiffness of the mortar alone: the axial strain already holds the
+normal flexibility, and the shear flexibility of a block counts once, in its bed joints. Lumping all elasticity into the
+joints makes running bond 50 % too stiff along the wall, and up to 12 % (stack bond 37 %) too soft in shear.
 
-Along an interface, the block's side moves as a straight piece: the mean of the field, and its slope at the middle,
-which is its best fit. Between two elastic blocks of equal strain and curvature, as in a wall under homogeneous strain,
-that is exact. Beds are cut into parts of half a block for it, and finer on bodies that do not bend.
+Along an interface, the block's side moves as a straight line: the mean of the field, and its slope at the middle, which
+is the best fit. It is exact between two elastic blocks of equal strain and curvature. For this, beds are cut into parts
+of half a block, and finer on bodies that do not bend.
 """
 
 from __future__ import annotations
@@ -32,53 +31,27 @@ from damagepred.kernels.dynamics.strains import unit_displacements
 class ElasticBlocks(NamedTuple):
     """Blocks with an axial strain and a curvature, d of them.
 
-    Their degrees of freedom stand after those of all blocks and the ground: strain (1) and curvature (1/m) of each.
-
-    Attributes
-    ----------
-    block : array of int (d,)
-        Number of each.
-    number : array of int (n + 1,)
-        Place of each block in this list, -1 if it is rigid; the ground last.
-    axis : array (d, 2)
-        Unit vector along the beds: of the sides of the rectangle the one nearer to the level.
-    length, height : array (d,)
-        Along the axis and across (m).
-    poisson_ratio : array (d,)
-        Contraction across the axis over the strain along it (1).
+    Their degrees of freedom, strain (1) and curvature (1/m) of each, follow the degrees of freedom of all blocks
+    and ground.
     """
 
-    block: IntArray
-    number: IntArray
-    axis: FloatArray
-    length: FloatArray
+    block: IntArray  # (d,): number of the block
+    number: IntArray  # (n + 1,): index of each block in this list, -1 if it is rigid; the ground last
+    axis: FloatArray  # (d, 2): unit vector along the beds: the more level side of the rectangle
+    length: FloatArray  # (d,): size along the axis and across (m)
     height: FloatArray
-    poisson_ratio: FloatArray
+    poisson_ratio: FloatArray  # (d,)
 
     def along(self, block: IntArray, direction: FloatArray) -> BoolArray:
-        """Return whether a direction is nearer to the axis of an elastic block than to its other side.
-
-        Parameters
-        ----------
-        block : array of int (m,)
-            Blocks, or the ground; False for those that are not elastic.
-        direction : array (m, 2)
-            Unit vectors.
-        """
+        """Whether directions (m, 2) are nearer to the axis of elastic blocks than to their other side."""
         number = self.number[block]
         return (number >= 0) & (np.abs((self.axis[number] * direction).sum(axis=1)) > np.sqrt(0.5))
 
     def unit_displacements(self, number: IntArray, arm: FloatArray, edge: FloatArray | None = None) -> FloatArray:
-        """Return displacement x, y of places (p, 2, 2) of blocks for a unit strain (m) and a unit curvature (m2).
+        """Displacement x, y of points (p, 2, 2) per unit strain (m) and unit curvature (m2).
 
-        Parameters
-        ----------
-        number : array of int (p,)
-            Place of the block in this list.
-        arm : array (p, 2)
-            From its centroid (m).
-        edge : array (p, 2), optional
-            Straight edge whose middle the place is (m): the mean along it.
+        The arm (m) counts from the centroid. With an edge (p, 2), the mean along the edge whose middle is the
+        point.
         """
         axis, across = self.axis[number], np.column_stack((-self.axis[number, 1], self.axis[number, 0]))
         x, y = (arm * axis).sum(axis=1), (arm * across).sum(axis=1)
@@ -91,74 +64,49 @@ class ElasticBlocks(NamedTuple):
         return np.stack((strained, along_k[:, None] * axis + across_k[:, None] * across), axis=2)
 
     def taken(self, blocks: IntArray) -> ElasticBlocks:
-        """Return the elastic ones among a list of blocks, which are numbered anew in its order."""
+        """Elastic blocks among a list of blocks, with the numbers of the list."""
         number = self.number[blocks]
-        here = np.flatnonzero(number >= 0)
-        anew = np.full(len(blocks) + 1, -1)
-        anew[here] = np.arange(len(here))
-        return ElasticBlocks(here, anew, *(values[number[here]] for values in self[2:]))
+        listed = np.flatnonzero(number >= 0)
+        new_number = np.full(len(blocks) + 1, -1)
+        new_number[listed] = np.arange(len(listed))
+        return ElasticBlocks(listed, new_number, *(values[number[listed]] for values in self[2:]))
 
     def parts(self, edges: SharedEdges, on_rigid: int) -> IntArray:
-        """Return into how many parts each common edge (m,) is cut, so that its sides are straight enough.
-
-        Parameters
-        ----------
-        edges : SharedEdges
-            Common edges.
-        on_rigid : int
-            Parts along the length of a block that lies on a body that does not bend; two on one that does.
-        """
+        """Number of parts per common edge (m,): two per length between bending blocks, else ``on_rigid``."""
         reach = edges.end - edges.start
         size = np.hypot(*reach.T)
-        found, bends = np.ones(len(size), dtype=np.int64), [self.number[side] >= 0 for side in (edges.a, edges.b)]
+        count, bends = np.ones(len(size), dtype=np.int64), [self.number[side] >= 0 for side in (edges.a, edges.b)]
         for side in (edges.a, edges.b):
             bed = self.along(side, reach / size[:, None])
             share = size / self.length[self.number[side]] * np.where(bends[0] & bends[1], 2, on_rigid)
-            found = np.where(bed, np.maximum(found, np.ceil(share * (1 - 1e-9)).astype(np.int64)), found)
-        return found
+            count = np.where(bed, np.maximum(count, np.ceil(share * (1 - 1e-9)).astype(np.int64)), count)
+        return count
 
 
 class ElasticSides(NamedTuple):
-    """How elastic blocks move the sides of m interfaces, with strain and curvature.
+    """Displacement of the sides of m interfaces by strain and curvature of elastic blocks."""
 
-    Attributes
-    ----------
-    dof : array of int (m, 2)
-        Degree of freedom of the strain of block a and block b, that of the curvature follows; -1 if it is rigid.
-    rows : array (m, 2, 3, 2)
-        Opening and shear at the middle (m), and relative rotation, of the interface, for a unit strain and a unit
-        curvature (1/m) of either block.
-    """
-
-    dof: IntArray
+    dof: IntArray  # (m, 2): degree of freedom of the strain of block a and b, the curvature follows; -1 if rigid
+    # (m, 2, 3, 2): opening and shear at the middle (m), and relative rotation, per unit strain and unit
+    # curvature (1/m)
     rows: FloatArray
 
 
 def elastic_blocks(polygons: list[FloatArray], elastic: list[bool], poisson_ratio: list[float]) -> ElasticBlocks | None:
-    """Return the elastic ones of the blocks: rectangles among those that shall be; None if there are none.
-
-    Parameters
-    ----------
-    polygons : list of array (v, 2)
-        All n blocks, corners counter-clockwise (m).
-    elastic : list of bool
-        Which of them shall be elastic. Others than rectangles stay rigid.
-    poisson_ratio : list of float
-        Of each block.
-    """
-    found = [(i, sides) for i, polygon in enumerate(polygons) if elastic[i] and (sides := _rectangle(polygon))]
-    if not found:
+    """Elastic blocks: the rectangles among the chosen polygons; None if there are none."""
+    rectangles = [(i, sides) for i, polygon in enumerate(polygons) if elastic[i] and (sides := _rectangle(polygon))]
+    if not rectangles:
         return None
-    block = np.array([i for i, _ in found])
+    block = np.array([i for i, _ in rectangles])
     number = np.full(len(polygons) + 1, -1)
     number[block] = np.arange(len(block))
-    axis_x, axis_y, length, height = np.array([sides for _, sides in found]).T
+    axis_x, axis_y, length, height = np.array([sides for _, sides in rectangles]).T
     ratio = np.array(poisson_ratio)[block]
     return ElasticBlocks(block, number, np.column_stack((axis_x, axis_y)), length, height, ratio)
 
 
 def _rectangle(polygon: FloatArray) -> tuple[float, float, float, float] | None:
-    """Return axis (x, y), length and height of a rectangle; None of another polygon."""
+    """Axis (x, y), length and height of a rectangle; None if the polygon is not a rectangle."""
     if len(polygon) != 4:
         return None
     (ax, ay), (bx, by), (cx, cy) = (np.roll(polygon, -1, axis=0) - polygon)[:3].tolist()
@@ -180,33 +128,19 @@ def elastic_sides(
     length: FloatArray,
     centre: FloatArray,
 ) -> ElasticSides:
-    """Return how elastic blocks move the sides of interfaces.
-
-    Parameters
-    ----------
-    elastic : ElasticBlocks
-        Of n blocks.
-    sides : tuple of array of int (m,)
-        Blocks a and b of each interface.
-    middle, normal : array (m, 2)
-        Of each interface (m, 1).
-    length : array (m,)
-        Of each interface (m).
-    centre : array (n, 2)
-        Centroids of the blocks (m).
-    """
+    """Displacement of the sides of m interfaces by elastic blocks; middle, normal (m, 2), centre (n, 2)."""
     dof = np.full((len(length), 2), -1, dtype=np.int64)
     rows = np.zeros((len(length), 2, 3, 2))
     tangent = np.column_stack((normal[:, 1], -normal[:, 0]))
     for side, sign in enumerate((-1.0, 1.0)):
         number = elastic.number[sides[side]]
-        here = np.flatnonzero(number >= 0)
-        number = number[here]
-        n, t = normal[here], tangent[here]
-        arm = middle[here] - centre[elastic.block[number]]
-        moved = elastic.unit_displacements(number, arm, length[here, None] * t)
-        rows[here, side, 0] = sign * np.einsum("ik,ikc->ic", n, moved)
-        rows[here, side, 1] = sign * np.einsum("ik,ikc->ic", t, moved)
-        rows[here, side, 2, 1] = sign * (arm * elastic.axis[number]).sum(axis=1)
-        dof[here, side] = 3 * len(elastic.number) + 2 * number
+        bends = np.flatnonzero(number >= 0)
+        number = number[bends]
+        n, t = normal[bends], tangent[bends]
+        arm = middle[bends] - centre[elastic.block[number]]
+        moved = elastic.unit_displacements(number, arm, length[bends, None] * t)
+        rows[bends, side, 0] = sign * np.einsum("ik,ikc->ic", n, moved)
+        rows[bends, side, 1] = sign * np.einsum("ik,ikc->ic", t, moved)
+        rows[bends, side, 2, 1] = sign * (arm * elastic.axis[number]).sum(axis=1)
+        dof[bends, side] = 3 * len(elastic.number) + 2 * number
     return ElasticSides(dof, rows)

@@ -16,20 +16,7 @@ _EPS = float(np.finfo(np.float64).eps)
 
 
 def convex_polygon(vertices: ArrayLike, name: str) -> FloatArray:
-    """Return the corners counter-clockwise, checked.
-
-    Parameters
-    ----------
-    vertices : array_like (v, 2)
-        Corners in order (m).
-    name : str
-        What the block is called in messages.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than three, not all finite, coincident, on one line, or the polygon is not convex.
-    """
+    """Checked corners (v, 2) of a convex polygon, counter-clockwise (m)."""
     try:
         corners = np.asarray(vertices, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -66,13 +53,7 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def mass_properties(corners: FloatArray) -> tuple[float, float, float, float]:
-    """Return area (m2), centroid x and y (m), and polar second moment of area about it (m4).
-
-    Parameters
-    ----------
-    corners : array (v, 2)
-        Counter-clockwise (m).
-    """
+    """Area (m2), centroid x and y (m), and polar second moment of area about it (m4); corners counter-clockwise."""
     count = len(corners)
     x, y = corners[:, 0].tolist(), corners[:, 1].tolist()
     x0, y0 = sum(x) / count, sum(y) / count  # near the polygon, so that far-away coordinates lose no digits
@@ -93,22 +74,7 @@ _UP_RIGHT = np.array([np.cos(0.6180339887), np.sin(0.6180339887)])
 
 
 def refuse_overlaps(vertices: FloatArray, first_vertex: IntArray, tolerance: float) -> None:
-    """Check that no two convex polygons share area.
-
-    Parameters
-    ----------
-    vertices : array (v, 2)
-        Corners of all polygons, counter-clockwise (m).
-    first_vertex : array of int (n + 1,)
-        Where each polygon's corners start.
-    tolerance : float
-        Overlaps less deep than this are none (m).
-
-    Raises
-    ------
-    InputError
-        If two do.
-    """
+    """Raise InputError if two convex polygons overlap by more than a depth (m)."""
     polygons = np.split(vertices, first_vertex[1:-1])
     low = np.minimum.reduceat(vertices, first_vertex[:-1])
     high = np.maximum.reduceat(vertices, first_vertex[:-1])
@@ -119,7 +85,7 @@ def refuse_overlaps(vertices: FloatArray, first_vertex: IntArray, tolerance: flo
 
 
 def _near_boxes(low: FloatArray, high: FloatArray, tolerance: float) -> IntArray:
-    """Return the pairs, (k, 2), whose bounding boxes overlap by more than ``tolerance`` in both directions."""
+    """Pairs (k, 2) whose bounding boxes overlap by more than ``tolerance`` in both directions."""
     centre, half = (low + high) / 2, (high - low) / 2
     # large blocks see all they may touch; small ones look only as far as their own size
     reach = half.max(axis=1)
@@ -134,55 +100,29 @@ def _near_boxes(low: FloatArray, high: FloatArray, tolerance: float) -> IntArray
 
 
 def _depth(first: FloatArray, second: FloatArray) -> float:
-    """Return how far the second convex polygon reaches behind the edge of the first that parts them best (m)."""
+    """Penetration of the second convex polygon behind the best separating edge of the first (m)."""
     along = np.roll(first, -1, axis=0) - first
     outward = np.column_stack((along[:, 1], -along[:, 0])) / np.hypot(*along.T)[:, None]
     return float(((first * outward).sum(axis=1) - (outward @ second.T).min(axis=1)).min())
 
 
 class SharedEdges(NamedTuple):
-    """Where two polygons meet along a line; the normal points from a to b.
+    """Common edges of polygons a and b, m of them; the normal points from a to b."""
 
-    Attributes
-    ----------
-    a, b : array of int (m,)
-        Polygons.
-    start, end : array (m, 2)
-        Ends of the common edge (m), start to end along the tangent (normal_y, -normal_x).
-    normal : array (m, 2)
-        Unit normal.
-    edge_a, edge_b : array of int (m,)
-        The edges of a and b it is part of, by the number of the vertex they start from.
-    """
-
-    a: IntArray
+    a: IntArray  # (m,): polygons
     b: IntArray
-    start: FloatArray
+    start: FloatArray  # (m, 2): ends (m), start to end along the tangent (normal_y, -normal_x)
     end: FloatArray
-    normal: FloatArray
-    edge_a: IntArray
+    normal: FloatArray  # (m, 2): unit vector
+    edge_a: IntArray  # (m,): edge of a and of b, by the number of its first vertex
     edge_b: IntArray
 
 
 def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float) -> SharedEdges:
-    """Find all pairs of polygons that share part of an edge, in time n log n.
+    """Common edges of all pairs of polygons, in time n log n.
 
-    Edges are grouped by the line they lie on; on each line, those that face up and those that face down are matched
-    where their spans overlap.
-
-    Parameters
-    ----------
-    vertices : array (v, 2)
-        Corners of all polygons, counter-clockwise (m).
-    first_vertex : array of int (n + 1,)
-        Where each polygon's corners start.
-    tolerance : float
-        Lines closer than this are one; common edges shorter than this are none (m).
-
-    Raises
-    ------
-    InputError
-        If two polygons lie on the same side of a line and overlap there.
+    Edges are grouped by line; on each line, edges that face up and edges that face down are matched where their
+    spans overlap. Lines closer than the tolerance (m) are one line, shorter common edges are left out.
     """
     sizes = np.diff(first_vertex)
     owner = np.repeat(np.arange(len(sizes)), sizes)
@@ -191,8 +131,8 @@ def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float)
     along = vertices[following] - vertices
     length = np.hypot(along[:, 0], along[:, 1])
     normal = np.column_stack((along[:, 1], -along[:, 0])) / length[:, None]  # outward
-    # one normal for both sides of a line, pointing right or up; which side the block lies on is kept apart. Where
-    # right and up end is no direction that anyone builds in, so that rounding does not part the sides of one line
+    # One normal for both sides of a line, pointing right or up; ``flip`` has the side of the block. Split directions at
+    # an angle no joint has, so that rounding gives both sides of a line the same normal.
     forward, across = normal @ _UP_RIGHT, _cross(_UP_RIGHT, normal)
     flip = forward < 0
     line_normal = np.where(flip[:, None], -normal, normal)
@@ -203,7 +143,7 @@ def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float)
     offset = ((vertices - centre) * line_normal).sum(axis=1)
     line = _lines(direction, offset, tolerance)
 
-    found: list[tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray]] = []
+    shared: list[tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray, IntArray, IntArray]] = []
     order = np.argsort(line, kind="stable")
     for members in np.split(order, np.flatnonzero(np.diff(line[order])) + 1):
         if flip[members].all() or not flip[members].any():
@@ -212,12 +152,12 @@ def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float)
         tangent = np.array([n[1], -n[0]])
         ends = np.stack((vertices[members] @ tangent, vertices[following[members]] @ tangent))
         low, high = ends.min(axis=0), ends.max(axis=0)
-        # a block below the line has the line's normal as its outward one: it is a, the other is b
+        # the outward normal of block a is the normal of the line
         below, above = np.flatnonzero(~flip[members]), np.flatnonzero(flip[members])
         i, j = _overlaps(low, high, below, above, tolerance)
         s, e = np.maximum(low[below][i], low[above][j]), np.minimum(high[below][i], high[above][j])
         foot = vertices[members[0]] - (vertices[members[0]] @ tangent) * tangent
-        found.append(
+        shared.append(
             (
                 owner[members[below[i]]],
                 owner[members[above[j]]],
@@ -228,14 +168,14 @@ def shared_edges(vertices: FloatArray, first_vertex: IntArray, tolerance: float)
                 members[above[j]],
             )
         )
-    if not found:
+    if not shared:
         none, nobody = np.empty((0, 2)), np.empty(0, np.int64)
         return SharedEdges(nobody, nobody, none, none, none, nobody, nobody)
-    return SharedEdges(*(np.concatenate(column) for column in zip(*found)))
+    return SharedEdges(*(np.concatenate(column) for column in zip(*shared)))
 
 
 def _groups(values: FloatArray, tolerance: float) -> IntArray:
-    """Give numbers to values so that those within ``tolerance`` of the next smaller one share a number."""
+    """Group numbers of values: a gap above ``tolerance`` starts a new group."""
     order = np.argsort(values, kind="stable")
     number = np.empty(len(values), dtype=np.int64)
     number[order] = np.concatenate(([0], np.cumsum(np.diff(values[order]) > tolerance)))
@@ -243,7 +183,7 @@ def _groups(values: FloatArray, tolerance: float) -> IntArray:
 
 
 def _lines(direction: IntArray, offset: FloatArray, tolerance: float) -> IntArray:
-    """Give numbers to edges by direction and offset together."""
+    """Line numbers of edges, by direction and offset."""
     order = np.lexsort((offset, direction))
     new = (np.diff(direction[order]) != 0) | (np.diff(offset[order]) > tolerance)
     number = np.empty(len(offset), dtype=np.int64)
@@ -254,7 +194,7 @@ def _lines(direction: IntArray, offset: FloatArray, tolerance: float) -> IntArra
 def _overlaps(
     low: FloatArray, high: FloatArray, below: IntArray, above: IntArray, tolerance: float
 ) -> tuple[IntArray, IntArray]:
-    """Return index pairs (into below, above) whose spans overlap by more than ``tolerance``."""
+    """Index pairs (into below, above) whose spans overlap by more than ``tolerance``."""
     rank = np.argsort(low[above], kind="stable")
     start, end = low[above][rank], high[above][rank]
     for side in (below, above):

@@ -19,89 +19,57 @@ MIRRORED = np.array([-1.0, 1.0, -1.0])
 
 
 class MirrorImage(NamedTuple):
-    """Mirror images of n blocks and m interfaces.
+    """Mirror images of n blocks and m interfaces."""
 
-    Attributes
-    ----------
-    axis : float
-        Place of the mirror (m).
-    block, interface : array of int (n,), (m,)
-        Image of each; blocks that the axis cuts, and interfaces along or across it, are their own.
-    reverses : array of bool (m,)
-        Whether the contacts of the image are in reverse order: those of a bed joint are, as its tangent points to the
-        right wherever it lies; those of a perpend are not.
-    """
-
-    axis: float
+    axis: float  # x of the mirror (m)
+    # (n,), (m,): image of each; blocks on the axis, and interfaces along or across it, are their own image
     block: IntArray
     interface: IntArray
+    # (m,): whether the image has its contacts in reverse order, as bed joints have: their tangent points to the
+    # right on both sides
     reverses: BoolArray
 
     def of_contacts(self, values: FloatArray) -> FloatArray:
-        """Return values at the contacts of some of the last interfaces, arrays (g, q), as they are in the mirror."""
+        """Mirrored values (g, q) at the contacts of the last g interfaces."""
         first = len(self.interface) - len(values)
         image = values[self.interface[first:] - first]
         return np.where(self.reverses[first:, None], image[:, ::-1], image)
 
 
 class HalfGeometry(NamedTuple):
-    """Reduction of n blocks and m interfaces with q contacts to h blocks and k interfaces.
-
-    Attributes
-    ----------
-    mirror : MirrorImage
-        Of the whole.
-    kept, faces : array of int (h,), (k,)
-        Blocks and interfaces of the half, the latter in this order: between blocks, on the axis, with the ground.
-    cut, halved, on_axis : array of bool (h,), (h,), (k,)
-        Which of the blocks the axis cuts: rigid ones, of which half the load is modelled, and deformable ones, of which
-        the right half is a block; which of the interfaces lie along the axis, between a block and its image.
-    blocks, interfaces, elastic, mesh
-        Of the half.
-    block_source, block_sign : array of int (n,), array (n, 3)
-        Block of the half whose motion each block of the whole has, and the signs of its x, y and rotation.
-    contact_source, shear_sign, opening_factor : array of int (m, q), array (m, q)
-        Contact (of all in the half) whose values each of the whole has, the sign of its shear, 0 on the axis, and the
-        factor of its opening, 2 on the axis.
-    """
+    """Reduction of n blocks and m interfaces with q contacts to h blocks and k interfaces of the half."""
 
     mirror: MirrorImage
-    kept: IntArray
-    faces: IntArray
-    cut: BoolArray
-    halved: BoolArray
-    on_axis: BoolArray
+    kept: IntArray  # (h,): blocks of the whole
+    faces: IntArray  # (k,): interfaces of the whole: between blocks, then on the axis, then with the ground
+    cut: BoolArray  # (h,): rigid blocks on the axis; half of their load is modelled
+    halved: BoolArray  # (h,): deformable blocks on the axis; their right half is a block
+    on_axis: BoolArray  # (k,): interfaces along the axis, between a block and its image
     blocks: Blocks
     interfaces: Interfaces
     elastic: ElasticBlocks | None
     mesh: HalfMesh | None
-    block_source: IntArray
-    block_sign: FloatArray
-    contact_source: IntArray
-    shear_sign: FloatArray
-    opening_factor: FloatArray
+    block_source: IntArray  # (n,): block of the half with the same motion
+    block_sign: FloatArray  # (n, 3): signs of its x, y and rotation
+    contact_source: IntArray  # (m, q): contact of the half with the same values
+    shear_sign: FloatArray  # (m, q): 0 on the axis
+    opening_factor: FloatArray  # (m, q): 2 on the axis
 
 
 _recent: deque[tuple[Blocks, Interfaces, float, HalfGeometry | None]] = deque(maxlen=8)
-"""Geometries reduced before, by identity: all samples of a wall share one."""
+"""Cache by identity: all samples of a wall share one geometry."""
 
 
 def half_geometry(
     blocks: Blocks, interfaces: Interfaces, elastic: ElasticBlocks | None, mesh: Mesh | None, rounding: float
 ) -> HalfGeometry | None:
-    """Return the half of a geometry; None if it is not its own mirror image, or cannot be halved.
+    """Right half of a geometry; None if it is not its own mirror image, or the axis cuts an interface.
 
-    The shape of a block counts by centroid, area, second moment of area and interfaces.
-
-    Parameters
-    ----------
-    blocks, interfaces, elastic, mesh
-        Of the wall.
-    rounding : float
-        Relative difference up to which lengths (over the size of the wall) and areas agree (1).
+    The rounding (1) is relative to the size of the wall. Blocks are compared by centroid, area, second moment of
+    area and interfaces.
     """
-    for known_blocks, known_interfaces, known_rounding, geometry in tuple(_recent):  # threads may add to it
-        if known_blocks is blocks and known_interfaces is interfaces and known_rounding == rounding:
+    for *key, geometry in tuple(_recent):  # threads may add to it
+        if key[0] is blocks and key[1] is interfaces and key[2] == rounding:
             return geometry
     mirror = _mirror_image(blocks, interfaces, rounding)
     geometry = None if mirror is None else _halve(mirror, blocks, interfaces, elastic, mesh, rounding)
@@ -110,7 +78,7 @@ def half_geometry(
 
 
 def _mirror_image(blocks: Blocks, interfaces: Interfaces, rounding: float) -> MirrorImage | None:
-    """Return the mirror images of blocks and interfaces; None if the geometry is not its own mirror image."""
+    """Mirror images of blocks and interfaces; None if the geometry is not its own mirror image."""
     low, high = blocks.vertices[:, 0].min(), blocks.vertices[:, 0].max()
     axis, near = float(low + high) / 2, rounding * float(np.ptp(blocks.vertices, axis=0).max())
     image = _images(blocks.x, blocks.y, axis, near)
@@ -139,7 +107,7 @@ def _mirror_image(blocks: Blocks, interfaces: Interfaces, rounding: float) -> Mi
 
 
 def _images(x: FloatArray, y: FloatArray, axis: float, near: float) -> IntArray | None:
-    """Return which point is the mirror image of each; None if one has none."""
+    """Index of the mirror image of each point; None if a point has none."""
     tree = cKDTree(np.column_stack((x, y)))
     image = tree.query(np.column_stack((2 * axis - x, y)), distance_upper_bound=near)[1].astype(np.int64)
     if (image == len(x)).any() or not np.array_equal(image[image], np.arange(len(x))):
@@ -155,7 +123,7 @@ def _halve(
     mesh: Mesh | None,
     rounding: float,
 ) -> HalfGeometry | None:
-    """Return how a geometry is halved; None if all of it is on the axis, or an interface reaches across it."""
+    """Reduction to the right half; None if all blocks are on the axis, or an interface crosses it."""
     n, m, q = len(blocks.x), *interfaces.contact_area.shape
     own_block, own_face = mirror.block == np.arange(n), mirror.interface == np.arange(m)
     away, reach = np.abs(interfaces.x - mirror.axis), interfaces.length / 2 * np.abs(interfaces.normal_y)
@@ -174,7 +142,7 @@ def _halve(
     if (b < 0).any() or ((a < 0) != on_axis).any():
         return None
     a[on_axis] = len(kept)
-    part = interfaces.taken(faces)
+    interfaces_half = interfaces.taken(faces)
     bodies, zoned, half, cut = np.stack((a, b)), None, _blocks_of_half(blocks, kept), own_block[kept]
     in_half = np.zeros_like(cut)  # deformable blocks of which the right half is a block
     if mesh is not None:
@@ -186,20 +154,20 @@ def _halve(
         if np.append(in_half, False)[bodies[:, own_face[faces] & ~on_axis]].any():
             return None
         half, cut = _with_outlines(half, zoned.outline), cut & ~in_half
-        piece = np.stack((part.body_a, part.body_b)) - (n + 1)
+        piece = np.stack((interfaces_half.body_a, interfaces_half.body_b)) - (n + 1)
         side = (piece >= 0) & ~np.stack((on_axis, np.zeros_like(on_axis)))
         bodies[side] = len(kept) + 1 + np.arange(int(side.sum()))
-        x, y = (np.broadcast_to(v, side.shape)[side] for v in (part.x, part.y))
+        x, y = (np.broadcast_to(v, side.shape)[side] for v in (interfaces_half.x, interfaces_half.y))
         facet = zoned.facet[mesh.piece_facet[piece[side]]]
         if (facet < 0).any():
             return None
         zoned = zoned._replace(mesh=zoned.mesh.in_pieces(facet, x, y))
     strained = elastic and elastic.taken(kept)
-    place = np.full(m, -1)
-    place[faces] = np.arange(len(faces))
-    left_block, left_face = number[:n] < 0, place < 0
+    position = np.full(m, -1)
+    position[faces] = np.arange(len(faces))
+    left_block, left_face = number[:n] < 0, position < 0
     source = number[np.where(left_block, mirror.block, np.arange(n))]
-    place[left_face] = place[mirror.interface[left_face]]
+    position[left_face] = position[mirror.interface[left_face]]
     contacts = np.where((left_face & mirror.reverses)[:, None], np.arange(q)[::-1], np.arange(q))
     return HalfGeometry(
         mirror,
@@ -209,21 +177,21 @@ def _halve(
         in_half,
         on_axis,
         blocks=half,
-        interfaces=part._replace(
+        interfaces=interfaces_half._replace(
             block_a=a,
             block_b=b,
             body_a=bodies[0],
             body_b=bodies[1],
-            arm_normal_a=np.where(on_axis, 0.0, part.arm_normal_a),  # the axis does not turn
-            arm_shear_a=np.where(on_axis, 0.0, part.arm_shear_a),
-            contact_area=part.contact_area * np.where(halved[faces], 0.5, 1.0)[:, None],
+            arm_normal_a=np.where(on_axis, 0.0, interfaces_half.arm_normal_a),  # the axis does not turn
+            arm_shear_a=np.where(on_axis, 0.0, interfaces_half.arm_shear_a),
+            contact_area=interfaces_half.contact_area * np.where(halved[faces], 0.5, 1.0)[:, None],
             elastic=strained
             and elastic_sides(
                 strained,
                 (a, b),
-                np.column_stack((part.x, part.y)),
-                np.column_stack((part.normal_x, part.normal_y)),
-                part.length,
+                np.column_stack((interfaces_half.x, interfaces_half.y)),
+                np.column_stack((interfaces_half.normal_x, interfaces_half.normal_y)),
+                interfaces_half.length,
                 np.column_stack((blocks.x, blocks.y))[kept],
             ),
         ),
@@ -231,19 +199,19 @@ def _halve(
         mesh=zoned,
         block_source=source,
         block_sign=_signs(left_block, in_half[source]),
-        contact_source=place[:, None] * q + contacts,
+        contact_source=position[:, None] * q + contacts,
         shear_sign=np.repeat(np.where(axis_face, 0.0, np.where(left_face, -1.0, 1.0))[:, None], q, axis=1),
         opening_factor=np.repeat(np.where(axis_face, 2.0, 1.0)[:, None], q, axis=1),
     )
 
 
 def _signs(left: BoolArray, halved: BoolArray) -> FloatArray:
-    """Return the signs (n, 3) of x, y and rotation; blocks of which one half is modelled only move up and down."""
+    # halved blocks only move up and down
     return np.where(halved[:, None], MIRRORED > 0, np.where(left[:, None], MIRRORED, 1.0))
 
 
 def _blocks_of_half(blocks: Blocks, kept: IntArray) -> Blocks:
-    """Return the blocks of the half, whole."""
+    """Blocks of the half, whole."""
     sizes = np.diff(blocks.first_vertex)
     return blocks._replace(
         vertices=blocks.vertices[np.isin(np.repeat(np.arange(len(sizes)), sizes), kept)],
@@ -253,12 +221,12 @@ def _blocks_of_half(blocks: Blocks, kept: IntArray) -> Blocks:
 
 
 def _with_outlines(blocks: Blocks, outlines: dict[int, FloatArray]) -> Blocks:
-    """Return blocks of which some have another outline."""
+    """Blocks with new outlines, by number."""
     corners = np.split(blocks.vertices, blocks.first_vertex[1:-1])
-    found = blocks._replace(**{name: getattr(blocks, name).copy() for name in ("x", "y", "area", "polar")})
+    changed = blocks._replace(**{name: getattr(blocks, name).copy() for name in ("x", "y", "area", "polar")})
     for block, outline in outlines.items():
         corners[block] = outline
-        found.area[block], found.x[block], found.y[block], found.polar[block] = mass_properties(outline)
-    return found._replace(
+        changed.area[block], changed.x[block], changed.y[block], changed.polar[block] = mass_properties(outline)
+    return changed._replace(
         vertices=np.concatenate(corners), first_vertex=np.concatenate(([0], np.cumsum([len(c) for c in corners])))
     )

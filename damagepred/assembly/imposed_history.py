@@ -16,22 +16,14 @@ from damagepred.scene.movement import History
 
 @dataclass
 class ViscousDisplacement:
-    """Viscous displacement of the joints in one step of a history: linear between its ends.
+    """Viscous displacement of the joints in one step of a history: linear between its ends."""
 
-    Attributes
-    ----------
-    start, end : Ground or None
-        At the ends (m); None where joints do not creep.
-    between : (float, float)
-        Path coordinates of the ends.
-    """
-
-    start: Ground | None = None
+    start: Ground | None = None  # displacement at the ends (m); None where joints do not creep
     end: Ground | None = None
-    between: tuple[float, float] = (0.0, 1.0)
+    between: tuple[float, float] = (0.0, 1.0)  # path coordinates of the ends
 
     def at(self, coordinate: float) -> tuple[FloatArray | float, FloatArray | float]:
-        """Return the displacement along normal and tangent at a path coordinate (m)."""
+        """Displacement along normal and tangent at a path coordinate (m)."""
         if self.start is None or self.end is None:
             return 0.0, 0.0
         share = float(np.interp(coordinate, self.between, (0.0, 1.0)))
@@ -41,33 +33,19 @@ class ViscousDisplacement:
 
 @dataclass(frozen=True, eq=False)
 class ImposedHistory(GroundMovement):
-    """Displacement imposed on all interfaces along a history, as a function of a path coordinate that always grows.
+    """Displacement imposed on all interfaces along a history, as a function of an increasing path coordinate.
 
-    In a history the same load factor returns with other strains. The coordinate grows in each increment by the change
-    of the load factor, or of the strain over its largest value, whichever is more; solvers take it as load factor.
-
-    Attributes
-    ----------
-    history : History
-        Load factors of the increments.
-    coordinates : array (increments + 1,)
-        Path coordinates of the increments, from 0.
-    strains : array (increments + 1,)
-        Strain of the bricks (1).
-    creep : JointCreep or None
-        Of the joints.
-    viscous : ViscousDisplacement
-        Of the present step; see ``creep_between``.
-    forget : callable
-        Forgets known states.
+    In a history the same load factor returns with other strains. In each increment the coordinate grows by the
+    change of the load factor, or of the strain over its largest value, whichever is more. Solvers use it as load
+    factor.
     """
 
     history: History = field(kw_only=True)
-    coordinates: FloatArray = field(kw_only=True)
-    strains: FloatArray = field(kw_only=True)
+    coordinates: FloatArray = field(kw_only=True)  # (increments + 1,): path coordinates of the increments, from 0
+    strains: FloatArray = field(kw_only=True)  # (increments + 1,): strain of the bricks (1)
     creep: JointCreep | None = field(kw_only=True)
-    viscous: ViscousDisplacement = field(kw_only=True)
-    forget: Callable[[], None] = field(kw_only=True)
+    viscous: ViscousDisplacement = field(kw_only=True)  # of the present step; see ``creep_between``
+    forget: Callable[[], None] = field(kw_only=True)  # clears the cache of states
 
     @classmethod
     def of(
@@ -78,21 +56,7 @@ class ImposedHistory(GroundMovement):
         strains: FloatArray | None,
         creep: JointCreep | None,
     ) -> ImposedHistory:
-        """Return the imposed displacement of a history.
-
-        Parameters
-        ----------
-        ground : GroundMovement
-            Of the ground alone, a function of the load factor.
-        unit_strain : Ground
-            Displacement of all interfaces by a strain of 1 of the bricks.
-        history : History
-            Load factors of the increments.
-        strains : array (increments + 1,) or None
-            Strain of the bricks (1).
-        creep : JointCreep or None
-            Of the joints.
-        """
+        """Displacement by ground movement, strain of the bricks (increments + 1,) and creep."""
         factors = history.load_factors
         strains = np.zeros_like(factors) if strains is None else strains
         largest = float(np.abs(strains).max()) or 1.0
@@ -101,13 +65,15 @@ class ImposedHistory(GroundMovement):
         coordinates = np.concatenate(([0.0], np.cumsum(steps)))
         viscous, first = ViscousDisplacement(), len(unit_strain.normal) - len(ground.full.normal)
 
-        @lru_cache(maxsize=32)  # solvers ask for the same few again and again
+        @lru_cache(maxsize=32)  # solvers repeat the same few
         def state(coordinate: float) -> Ground:
             factor, strain = (float(np.interp(coordinate, coordinates, values)) for values in (factors, strains))
-            found = Ground(*(strain * unit + creeping for unit, creeping in zip(unit_strain, viscous.at(coordinate))))
-            for values, own in zip(found, ground.at(factor)):
-                values[first:] += own
-            return found
+            ground_state = Ground(
+                *(strain * unit + creeping for unit, creeping in zip(unit_strain, viscous.at(coordinate)))
+            )
+            for values, by_ground in zip(ground_state, ground.at(factor)):
+                values[first:] += by_ground
+            return ground_state
 
         return cls(
             state(float(coordinates[-1])),
@@ -126,37 +92,29 @@ class ImposedHistory(GroundMovement):
         return True
 
     def creep_between(self, start: Ground, end: Ground, between: tuple[float, float]) -> None:
-        """Set the viscous displacement of the joints in the next step.
-
-        Parameters
-        ----------
-        start, end : Ground
-            At its ends (m).
-        between : (float, float)
-            Path coordinates of its ends.
-        """
+        """Set the viscous displacement (m) at the ends of the next step, and their path coordinates."""
         self.viscous.start, self.viscous.end, self.viscous.between = start, end, between
         self.forget()
 
     def states(self) -> tuple[Ground, ...]:
-        """Return the states at the extremes of movement and strain."""
+        """States at the extremes of movement and strain."""
         extremes = [number for v in (self.history.load_factors, self.strains) for number in (v.argmin(), v.argmax())]
         return tuple(self.at(float(self.coordinates[number])) for number in extremes)
 
     def largest_rate(self) -> float:
-        """Return 0: the displacement does not grow with the path coordinate."""
+        """0: the displacement does not grow with the path coordinate."""
         return 0.0
 
     def largest_standing(self) -> float:
-        """Return the largest displacement (m), which may stand all along the path."""
+        """Largest displacement along the path (m)."""
         return max(state.largest() for state in self.states())
 
     def load_factor_at(self, coordinate: float) -> float:
-        """Return the load factor of the movement at a path coordinate."""
+        """Load factor of the movement at a path coordinate."""
         return float(np.interp(coordinate, self.coordinates, self.history.load_factors))
 
     def load_factor_rate(self, coordinate: float) -> float:
-        """Return the load factor per path coordinate in the step that begins at a coordinate (1)."""
+        """Load factor per path coordinate in the step that begins at a coordinate (1)."""
         last = len(self.coordinates) - 2
         piece = slice(min(int(np.searchsorted(self.coordinates, coordinate, side="right")) - 1, last), None)
         (before, after), (start, end) = self.history.load_factors[piece][:2], self.coordinates[piece][:2]

@@ -1,4 +1,4 @@
-"""Where blocks meet: their interfaces, the joints of mortar these belong to, and the contacts on them."""
+"""Interfaces between blocks, the mortar joints they belong to, and the contacts on them."""
 
 from __future__ import annotations
 
@@ -17,100 +17,52 @@ from damagepred.enumerations import ContactKind
 from damagepred.scene import Solver
 
 
-@dataclass(frozen=True, eq=False)  # one geometry is told from another by identity
+@dataclass(frozen=True, eq=False)  # geometries are compared by identity
 class Geometry:
-    """What does not change while materials, loads and movement do.
-
-    Attributes
-    ----------
-    blocks, interfaces, joints
-        As in the model.
-    joint_material : array of int (m,)
-        Joint material of each interface.
-    ground_x : array (g, q)
-        Where the contacts with the ground lie (m).
-    mesh : Mesh or None
-        Zones of the deformable blocks.
-    elastic : ElasticBlocks or None
-        Blocks that stretch and bend.
-    """
+    """Geometry shared by all samples of a wall."""
 
     blocks: Blocks
     interfaces: Interfaces
     joints: Joints
-    joint_material: IntArray
-    ground_x: FloatArray
-    mesh: Mesh | None
-    elastic: ElasticBlocks | None = None
+    joint_material: IntArray  # (m,): joint material of each interface
+    ground_x: FloatArray  # (g, q): x of the contacts with the ground (m)
+    mesh: Mesh | None  # zones of the deformable blocks
+    elastic: ElasticBlocks | None = None  # blocks that stretch and bend
 
 
 def outlines(blocks: Blocks, mesh: Mesh | None) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return the outlines of all blocks, those of deformable ones facet by facet, and the facet of each edge, or -1.
-
-    Parameters
-    ----------
-    blocks : Blocks
-        Of the wall.
-    mesh : Mesh or None
-        Zones of deformable blocks; None: all are rigid.
-    """
+    """Outlines of all blocks, of deformable blocks facet by facet, and the facet of each edge, or -1."""
     none = np.full(len(blocks.vertices), -1, dtype=np.int64)
     if mesh is None:
         return blocks.vertices, blocks.first_vertex, none
     pieces, facets = np.split(blocks.vertices, blocks.first_vertex[1:-1]), np.split(none, blocks.first_vertex[1:-1])
     for d, block in enumerate(mesh.block):
-        own = slice(mesh.first_facet[d], mesh.first_facet[d + 1])
-        start = mesh.facets[own, 0]
+        facets_of_block = slice(mesh.first_facet[d], mesh.first_facet[d + 1])
+        start = mesh.facets[facets_of_block, 0]
         pieces[block] = np.column_stack((mesh.x[start], mesh.y[start]))
-        facets[block] = np.arange(own.start, own.stop)
+        facets[block] = np.arange(facets_of_block.start, facets_of_block.stop)
     first = np.concatenate(([0], np.cumsum([len(p) for p in pieces])))
     return np.concatenate(pieces), first, np.concatenate(facets)
 
 
 def joined(first: SharedEdges, second: SharedEdges) -> SharedEdges:
-    """Put common edges one list after the other.
-
-    Parameters
-    ----------
-    first, second : SharedEdges
-        Lists of common edges.
-    """
+    """Concatenated lists of common edges."""
     return SharedEdges(*(np.concatenate(pair) for pair in zip(first, second)))
 
 
 def cut(edges: SharedEdges, parts: IntArray) -> tuple[SharedEdges, IntArray]:
-    """Cut common edges into equal parts; return the parts, one after the other, and the edge that each is part of.
-
-    Parameters
-    ----------
-    edges : SharedEdges
-        m of them.
-    parts : array of int (m,)
-        Number of parts of each.
-    """
+    """Common edges cut into a number of equal parts (m,), and for each part the index of the whole edge."""
     whole = np.repeat(np.arange(len(parts)), parts)
     of = SharedEdges(*(column[whole] for column in edges))  # type: ignore[arg-type]
     before = np.arange(len(whole)) - (np.cumsum(parts) - parts)[whole]
     first, last = ((before + more)[:, None] / parts[whole, None] for more in (0, 1))
-    # both ends from either end of the edge: the parts meet in the very same points
+    # interpolate from both ends of the edge, so that neighbouring parts meet in the same point
     start, end = (of.start * (1.0 - share) + of.end * share for share in (first, last))
     return of._replace(start=start, end=end), whole
 
 
 def in_order(edges: SharedEdges, kind: Int8Array, blocks: Blocks, grounded: int) -> IntArray:
-    """Course by course, left to right, the ground last: neighbours in space are neighbours in memory.
-
-    Parameters
-    ----------
-    edges : SharedEdges
-        Common edges, one an interface.
-    kind : Int8Array
-        Kind of each interface.
-    blocks : Blocks
-        Of the wall.
-    grounded : int
-        Number of the ground as a body.
-    """
+    """Order of the interfaces: course by course, left to right, the ground last: neighbours are near in memory."""
     middle = (edges.start + edges.end) / 2
     is_ground = np.arange(len(kind)) >= len(kind) - grounded
     course = np.append(blocks.course, -1)[edges.b]
@@ -120,19 +72,7 @@ def in_order(edges: SharedEdges, kind: Int8Array, blocks: Blocks, grounded: int)
 def bodies_of(
     edges: SharedEdges, facet: IntArray, ground: int, mesh: Mesh | None
 ) -> tuple[Mesh | None, IntArray, IntArray]:
-    """Return the bodies on both sides of each interface: blocks, the ground, or pieces of facets of their own.
-
-    Parameters
-    ----------
-    edges : SharedEdges
-        Common edges, one an interface.
-    facet : array of int
-        Facet of each outline edge, or -1.
-    ground : int
-        Number of the ground as a body.
-    mesh : Mesh or None
-        Zones of deformable blocks; None: all are rigid.
-    """
+    """Bodies on both sides of each interface: blocks, the ground, or one piece of a facet per interface."""
     if mesh is None:
         return None, edges.a, edges.b
     middle = (edges.start + edges.end) / 2
@@ -146,23 +86,13 @@ def bodies_of(
 
 
 def number_joints(edges: SharedEdges, kind: Int8Array, blocks: Blocks) -> tuple[IntArray, Joints]:
-    """Put interfaces together that are one joint of mortar: the bed under a unit is laid as one, perpends singly.
-
-    Parameters
-    ----------
-    edges : SharedEdges
-        Common edges, one an interface.
-    kind : Int8Array
-        Kind of each interface.
-    blocks : Blocks
-        Of the wall.
-    """
+    """Joint of mortar of each interface, and the joints: the bed under a unit is one joint, perpends are single."""
     course = np.append(blocks.course, -1)[edges.b]
     is_bed = ~np.isin(kind, (ContactKind.HEAD_JOINT, ContactKind.CONTROL_JOINT)) & (course >= 0)
     count = len(blocks.x) + 1
     key = np.where(is_bed, edges.b, count * (1 + edges.a) + edges.b)
     _, first, joint = np.unique(key, return_index=True, return_inverse=True)
-    rank = np.argsort(np.argsort(first))  # number them in the order in which the interfaces stand
+    rank = np.argsort(np.argsort(first))  # number joints in the order of the interfaces
     joint = rank[joint].astype(np.int64)
     count = len(first)
     length = np.hypot(*(edges.end - edges.start).T)
@@ -188,33 +118,13 @@ def place_contacts(
     solver: Solver,
     thickness: FloatArray,
 ) -> Interfaces:
-    """Return the interfaces with their contacts.
-
-    Parameters
-    ----------
-    edges : SharedEdges
-        Common edges, m of them, in their final order.
-    kind, joint : array of int (m,)
-        What each is, and the joint of mortar it belongs to.
-    bodies : tuple of array of int (m,)
-        What moves side a and side b.
-    blocks : Blocks
-        The n blocks.
-    mesh : Mesh or None
-        Zones of the deformable blocks.
-    elastic : ElasticBlocks or None
-        Blocks that stretch and bend.
-    solver : Solver
-        Its quadrature.
-    thickness : array (n,)
-        Of the blocks (m); a contact has that of the thinner one.
-    """
+    """Interfaces with their contacts; a contact has the thickness of the thinner block."""
     points, weights = quadrature(solver.quadrature, solver.contacts_per_interface)
     middle = (edges.start + edges.end) / 2
     length = np.hypot(*(edges.end - edges.start).T)
     n_x, n_y = edges.normal.T
     centre = np.column_stack((blocks.x, blocks.y))
-    # the ground does not turn: any centre serves, but one far away costs digits, and weighs in the explicit solver
+    # the ground does not turn: any centre serves, but a distant one costs digits, and weighs in the explicit solver
     centre = np.vstack((centre, blocks.vertices.min(axis=0)))
     if mesh is not None:
         centre = np.vstack((centre, np.column_stack((mesh.piece_x, mesh.piece_y))))
@@ -249,40 +159,21 @@ def place_contacts(
 
 
 Profile = Callable[[FloatArray], FloatArray]
-"""Of the ground: x (m) -> displacement (m)."""
-
+"""Displacement of the ground: x (m) -> m."""
 
 Growth = Callable[[FloatArray, float], FloatArray]
-"""Of the ground: x (m), load factor -> displacement (m)."""
+"""Displacement of a ground whose form changes: x (m), load factor -> m."""
 
 
 def ground_movement(geometry: Geometry, profile: Profile | None, along: Profile | None = None) -> GroundMovement:
-    """Return the movement of a ground whose displacement is in proportion to the load factor.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        With the contacts on the ground.
-    profile, along : callable or None
-        x (m) -> displacement at load factor 1, upwards, and along the wall (m).
-    """
+    """Movement of the ground in proportion to the load factor, upwards and along the wall."""
     return GroundMovement(_ground(geometry, profile, along))
 
 
 def growing_ground(
     geometry: Geometry, profile: Growth, along: Growth | None = None, reverses: bool = False
 ) -> GroundMovement:
-    """Return the movement of a ground whose form changes as the movement grows.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        With the contacts on the ground.
-    profile, along : callable or None
-        x (m), load factor -> displacement, upwards, and along the wall (m); 0 at load factor 0.
-    reverses : bool
-        Whether the load factor also goes down to -1.
-    """
+    """Movement of a ground whose form changes as it grows, upwards and along the wall; 0 at load factor 0."""
 
     def state(factor: float) -> Ground:
         drift = None if along is None else lambda x: along(x, factor)
@@ -292,51 +183,38 @@ def growing_ground(
 
 
 def displacement_by_strain(geometry: Geometry, strain: FloatArray) -> Ground:
-    """Return the displacement of all interfaces by a strain of blocks, as if the ground under them moved so.
+    """Displacement of all interfaces by a strain of each block (n,), as if the ground under them moved.
 
-    A block that grows by e moves a point of its side by e times the distance from its centroid. What the two sides of a
-    contact part by if nothing holds them adds to its opening, as a movement of the ground under it does.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        With all blocks.
-    strain : array (n,)
-        Of each block.
+    A block that grows by e moves a point of its side by e times the distance from its centroid. The free gap
+    between the two sides of a contact adds to its opening, as a movement of the ground does.
     """
     face, blocks = geometry.interfaces, geometry.blocks
     e, x, y = (np.append(values, 0.0) for values in (strain, blocks.x, blocks.y))
     tangent = face.normal_y[:, None], -face.normal_x[:, None]
-    at_x, at_y = (m[:, None] + t * face.contact_offset for m, t in zip((face.x, face.y), tangent))
+    position_x, position_y = (m[:, None] + t * face.contact_offset for m, t in zip((face.x, face.y), tangent))
     a, b = face.block_a[:, None], face.block_b[:, None]
-    apart_x, apart_y = (e[b] * (at - c[b]) - e[a] * (at - c[a]) for at, c in ((at_x, x), (at_y, y)))
+    apart_x, apart_y = (
+        e[b] * (position - c[b]) - e[a] * (position - c[a]) for position, c in ((position_x, x), (position_y, y))
+    )
     normal = apart_x * face.normal_x[:, None] + apart_y * face.normal_y[:, None]
     return Ground(-normal, -(apart_x * tangent[0] + apart_y * tangent[1]))
 
 
 def with_strain(movement: GroundMovement, by_strain: Ground) -> GroundMovement:
-    """Return a movement of the ground with the strain of blocks besides: then it has a row for each interface.
-
-    Parameters
-    ----------
-    movement : GroundMovement
-        Of the ground alone.
-    by_strain : Ground
-        Displacement of all interfaces by the strain of blocks at load factor 1.
-    """
+    """Movement of the ground with the strain of blocks added; it has one row per interface."""
     first = len(by_strain.normal) - len(movement.full.normal)
 
     def state(factor: float) -> Ground:
         ground, both = movement.at(factor), (factor * by_strain.normal, factor * by_strain.shear)
-        for values, own in zip(both, ground):
-            values[first:] += own
+        for values, ground_values in zip(both, ground):
+            values[first:] += ground_values
         return Ground(*both)
 
     return GroundMovement(state(1.0)) if movement.proportional else GroundMovement.growing(state, movement.reverses)
 
 
 def _ground(geometry: Geometry, profile: Profile | None, along: Profile | None) -> Ground:
-    """Return the displacement of the ground at its contacts in one state."""
+    """Displacement of the ground at its contacts in one state."""
     still = np.zeros_like(geometry.ground_x)
     rise = still if profile is None else profile(geometry.ground_x)
     drift = still if along is None else along(geometry.ground_x)

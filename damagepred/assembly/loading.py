@@ -1,4 +1,4 @@
-"""A wall in a laboratory test: what it bears on, what loads it, and what is measured."""
+"""Laboratory tests of walls: supports, loads and measured displacements."""
 
 from __future__ import annotations
 
@@ -17,22 +17,7 @@ from damagepred.scene import Joint, Load, Loading, Scene, Support
 
 
 def add_supports(assembly: Assembly, supports: Sequence[Support], bricks: Sequence[Brick]) -> None:
-    """Let a wall bear on strips.
-
-    Parameters
-    ----------
-    assembly : Assembly
-        With the bricks, by their number.
-    supports : sequence of Support
-        The strips.
-    bricks : sequence of Brick
-        Of the wall.
-
-    Raises
-    ------
-    InputError
-        If there is no brick on a strip.
-    """
+    """Support the lowest course of a wall on strips."""
     for number, strip in enumerate(supports, start=1):
         carried = 0.0
         for block, brick in enumerate(bricks):
@@ -50,15 +35,7 @@ def has_beam(scene: Scene) -> bool:
 
 
 def bearing_joint(scene: Scene, guide_stiffness_ratio: float = 1e-6) -> Joint:
-    """Return the law of supports: they press, and rub; rollers only guide the wall along.
-
-    Parameters
-    ----------
-    scene : Scene
-        With supports.
-    guide_stiffness_ratio : float
-        Stiffness of a roller along the wall over the upright one.
-    """
+    """Law of supports: compression and friction; rollers have a small shear stiffness that guides the wall."""
     assert scene.loading is not None
     stiffness = scene.loading.bearing_stiffness or scene.joint.normal_stiffness
     friction = scene.loading.bearing_friction
@@ -73,22 +50,7 @@ def bearing_joint(scene: Scene, guide_stiffness_ratio: float = 1e-6) -> Joint:
 
 
 def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick]) -> Model:
-    """Return the model with the loads of a test.
-
-    Parameters
-    ----------
-    scene : Scene
-        With loads.
-    model : Model
-        Of the wall.
-    bricks : sequence of Brick
-        Of the wall, the first blocks of the model.
-
-    Raises
-    ------
-    InputError
-        If a load or an end of the gauge is where there is no brick, or blocks of zones would have to be controlled.
-    """
+    """Model with the loads of a test."""
     loading = scene.loading
     assert loading is not None
     if loading.beam in ("level", "clamped"):
@@ -124,57 +86,57 @@ def under_loads(scene: Scene, model: Model, bricks: Sequence[Brick]) -> Model:
 
 
 def _push(scene: Scene, model: Model, bricks: Sequence[Brick]) -> FloatArray:
-    """Return the loads on all blocks (3 n,) that make 1 N together, each strip by its share."""
+    """Load vector (3 n,) of 1 N in all, by the shares of the strips."""
     if has_beam(scene):
         reach = scene.wall.length, scene.wall.height
         bricks = [*bricks, Brick(0.0, reach[1], reach[0], reach[1] + scene.wall.block_height, -1)]
-    total, found = sum(load.share for load in scene.load), np.zeros((model.n_blocks, 3))
+    total, push = sum(load.share for load in scene.load), np.zeros((model.n_blocks, 3))
     for number, load in enumerate(scene.load, start=1):
-        one = _on_strip(load, model, bricks, scene.wall.length, scene.wall.height)
-        if one is None:
+        on_strip = _on_strip(load, model, bricks, scene.wall.length, scene.wall.height)
+        if on_strip is None:
             raise InputError(f"load {number}: there is no brick where it acts on the {load.side}")
-        found += load.share / total * one
-    return found.ravel()
+        push += load.share / total * on_strip
+    return push.ravel()
 
 
 def _on_strip(load: Load, model: Model, bricks: Sequence[Brick], length: float, height: float) -> FloatArray | None:
-    """Return a load of 1 N, uniform along a strip, on all blocks (n, 3); None if there is no brick."""
+    """Load vector (n, 3) of 1 N, uniform along a strip; None if there is no brick."""
     box = np.array([brick[:4] for brick in bricks])
-    left, bottom, right, top = box.T
+    west, bottom, east, top = box.T
     size = length if load.side == "top" else height
     middle, width = size / 2.0 if load.at is None else load.at, load.width or size
     near = 1e-6 * size
     if load.side == "top":
-        start, end, here, level = left, right, top > top.max() - near, np.minimum(top, height)
+        start, end, on_side, level = west, east, top > top.max() - near, np.minimum(top, height)
     else:
         start, end = bottom, top
-        here, level = (left < near, left) if load.side == "left" else (right > length - near, right)
+        on_side, level = (west < near, west) if load.side == "left" else (east > length - near, east)
     start, end = np.maximum(start, middle - width / 2.0), np.minimum(end, middle + width / 2.0)
-    part = np.where(here, np.maximum(end - start, 0.0), 0.0)
-    if not part.sum() > 0.0:
+    loaded = np.where(on_side, np.maximum(end - start, 0.0), 0.0)
+    if not loaded.sum() > 0.0:
         return None
     towards = {"top": (0.0, -1.0), "left": (1.0, 0.0), "right": (-1.0, 0.0)}[load.side]
     along = (1.0, 0.0) if load.side == "top" else (0.0, -1.0)
-    force = np.outer(part / part.sum(), towards if load.direction == "towards" else along)
-    at = (0.5 * (start + end), level) if load.side == "top" else (level, 0.5 * (start + end))
+    force = np.outer(loaded / loaded.sum(), towards if load.direction == "towards" else along)
+    centre = (0.5 * (start + end), level) if load.side == "top" else (level, 0.5 * (start + end))
     n = len(bricks)
-    moment = (at[0] - model.blocks.x[:n]) * force[:, 1] - (at[1] - model.blocks.y[:n]) * force[:, 0]
-    found = np.zeros((model.n_blocks, 3))
-    found[:n] = np.column_stack((force, moment))
-    return found
+    moment = (centre[0] - model.blocks.x[:n]) * force[:, 1] - (centre[1] - model.blocks.y[:n]) * force[:, 0]
+    loads = np.zeros((model.n_blocks, 3))
+    loads[:n] = np.column_stack((force, moment))
+    return loads
 
 
 def _gauge(loading: Loading, model: Model, bricks: Sequence[Brick]) -> FloatArray | None:
-    """Return the weights of all blocks' degrees of freedom (3 n,) in the opening of the gauge; None without one."""
+    """Weights (3 n,) of the degrees of freedom in the opening of the gauge; None without a gauge."""
     if not loading.gauge:
         return None
     first, second = np.array(loading.gauge)
     way, weights = (second - first) / math.dist(first, second), np.zeros((model.n_blocks, 3))
     for sign, (x, y) in ((-1.0, first), (1.0, second)):
-        here = [i for i, b in enumerate(bricks) if b.left <= x <= b.right and b.bottom <= y <= b.top]
-        if not here:
+        touched = [i for i, b in enumerate(bricks) if b.left <= x <= b.right and b.bottom <= y <= b.top]
+        if not touched:
             raise InputError(f"loading.gauge: there is no brick at x = {x:g} m, y = {y:g} m")
-        for i in here:  # on a joint: the mean of both
+        for i in touched:  # on a joint: mean of both bricks
             arm = (x - model.blocks.x[i]) * way[1] - (y - model.blocks.y[i]) * way[0]
-            weights[i] += sign / len(here) * np.array([way[0], way[1], arm])
+            weights[i] += sign / len(touched) * np.array([way[0], way[1], arm])
     return weights.ravel()

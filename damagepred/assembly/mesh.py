@@ -3,8 +3,8 @@
 A quadrilateral is divided into cells, a cell by both its diagonals into four zones: no direction is preferred, and
 crossed triangles do not lock when the material yields at constant volume (Nagtegaal, Parks and Rice 1974). Any other
 polygon is first cut into one quadrilateral for each corner, between the middles of the two edges that meet there and
-the centroid. Zones, gridpoints and facets of blocks of the same pattern are numbered alike, so that eight such blocks
-stand side by side in memory and are worked on together.
+the centroid. Zones, gridpoints and facets of blocks of the same pattern have the same numbers, so that kernels work on
+eight such blocks at once, side by side in memory.
 """
 
 from __future__ import annotations
@@ -26,80 +26,43 @@ LANES = 8
 
 
 class Pattern(NamedTuple):
-    """How the zones of a block hang together, by its own numbers of gridpoints.
+    """Connectivity of the zones of a block, by its own numbers of gridpoints."""
 
-    Attributes
-    ----------
-    zones : array of int (z, 3)
-        Gridpoints of each zone, counter-clockwise.
-    facets : array of int (f, 2)
-        Start and end of each piece of the boundary, counter-clockwise.
-    gridpoints : int
-        Their number.
-    """
-
-    zones: IntArray
-    facets: IntArray
-    gridpoints: int
+    zones: IntArray  # (z, 3): gridpoints, counter-clockwise
+    facets: IntArray  # (f, 2): start and end of each piece of the boundary, counter-clockwise
+    gridpoints: int  # number of gridpoints
 
 
 class Mesh(NamedTuple):
-    """Zones of all deformable blocks: d blocks, g gridpoints, z zones, f facets, each block's own one after the other.
+    """Zones of all deformable blocks: d blocks, g gridpoints, z zones, f facets, block by block.
 
-    Displacements and forces are vectors over degrees of freedom: 3 for each of n blocks, 3 for the ground, 3 for each
-    piece of a facet, and those of the gridpoints, in batches of blocks of one pattern: gridpoint by gridpoint x of all
-    blocks of the batch, then y. The three of a deformable block are its mean motion; those of a piece follow from the
-    gridpoints of its facet. Body number n + 1 + i is piece i: what interfaces join. There is one for each side of an
-    interface, in whose middle it lies, so that two sides that are stretched alike do not slip where their gridpoints
-    do not meet.
-
-    Attributes
-    ----------
-    patterns : tuple of Pattern
-        The different patterns.
-    block, pattern : array of int (d,)
-        Number of each deformable block, and of its pattern.
-    batch, lane : array of int (d,)
-        Where it stands in memory.
-    batch_pattern, batch_dof : array of int (b,), (b + 1,)
-        Pattern of each batch, and where its degrees of freedom begin.
-    first_gridpoint, first_zone, first_facet : array of int (d + 1,)
-        Where those of each deformable block begin.
-    x, y : array (g,)
-        Gridpoints (m).
-    zones : array of int (z, 3)
-        Gridpoints of each zone, counter-clockwise.
-    facets : array of int (f, 2)
-        Gridpoints at start and end of each facet; the outward normal is on the right.
-    piece_facet : array of int (p,)
-        Facet of each piece that an interface joins.
-    piece_place : array (p,)
-        Where its middle lies on the facet, 0 at the start, 1 at the end.
-    dof_x, dof_y : array of int (g,)
-        Degrees of freedom of the gridpoints.
-    size : int
-        Length of the vectors.
+    Displacements and forces are vectors over degrees of freedom: 3 per block (n), 3 for the ground, 3 per piece of
+    a facet, then the gridpoints, in batches of blocks of one pattern: per gridpoint x of all blocks of the batch,
+    then y. The three degrees of freedom of a deformable block are its mean motion; a piece follows the gridpoints
+    of its facet. Body n + 1 + i is piece i, which an interface joins. Each side of an interface has its own piece,
+    at the middle of the interface, so that two sides with the same strain do not slip where their gridpoints do not
+    meet.
     """
 
-    patterns: tuple[Pattern, ...]
-    block: IntArray
+    patterns: tuple[Pattern, ...]  # the different patterns
+    block: IntArray  # (d,): number of each deformable block, and of its pattern
     pattern: IntArray
-    batch: IntArray
+    batch: IntArray  # (d,): position in memory
     lane: IntArray
-    batch_pattern: IntArray
-    batch_dof: IntArray
-    first_gridpoint: IntArray
+    batch_pattern: IntArray  # (b,): pattern of each batch
+    batch_dof: IntArray  # (b + 1,): first degree of freedom of each batch
+    first_gridpoint: IntArray  # (d + 1,): first number of each deformable block
     first_zone: IntArray
     first_facet: IntArray
-    x: FloatArray
+    x: FloatArray  # (g,): gridpoints (m)
     y: FloatArray
-    zones: IntArray
-    facets: IntArray
-    piece_facet: IntArray
-    piece_place: FloatArray
-    dof_x: IntArray
+    zones: IntArray  # (z, 3): gridpoints, counter-clockwise
+    facets: IntArray  # (f, 2): gridpoints at start and end; the outward normal is on the right
+    piece_facet: IntArray  # (p,): facet of each piece that an interface joins
+    piece_place: FloatArray  # (p,): position of its middle on the facet, 0 at the start, 1 at the end
+    dof_x: IntArray  # (g,): degrees of freedom
     dof_y: IntArray
-    size: int
+    size: int  # length of the vectors
 
     @property
     def zone_block(self) -> IntArray:
@@ -129,22 +92,14 @@ class Mesh(NamedTuple):
         return (1.0 - self.piece_place) * self.y[start] + self.piece_place * self.y[end]
 
     def in_pieces(self, facet: IntArray, x: FloatArray, y: FloatArray) -> Mesh:
-        """Return the mesh with these pieces of facets, the degrees of freedom numbered anew.
-
-        Parameters
-        ----------
-        facet : array of int (p,)
-            Facet of each.
-        x, y : array (p,)
-            Its middle (m).
-        """
+        """Mesh with these pieces of facets (p,), by their middles (m), and new degrees of freedom."""
         start, end = self.facets[facet].T
         along_x, along_y = self.x[end] - self.x[start], self.y[end] - self.y[start]
-        place = ((x - self.x[start]) * along_x + (y - self.y[start]) * along_y) / (along_x**2 + along_y**2)
+        position = ((x - self.x[start]) * along_x + (y - self.y[start]) * along_y) / (along_x**2 + along_y**2)
         more = 3 * (len(facet) - len(self.piece_facet))
         return self._replace(
             piece_facet=facet,
-            piece_place=place,
+            piece_place=position,
             batch_dof=self.batch_dof + more,
             dof_x=self.dof_x + more,
             dof_y=self.dof_y + more,
@@ -166,33 +121,16 @@ class Mesh(NamedTuple):
 
 
 def cut_into_zones(polygon: FloatArray, size: float) -> tuple[Pattern, FloatArray]:
-    """Cut a convex polygon into zones.
+    """Pattern of zones of a convex polygon (counter-clockwise, m), and its gridpoints (g, 2).
 
-    Parameters
-    ----------
-    polygon : array (v, 2)
-        Corners, counter-clockwise (m).
-    size : float
-        Largest edge of a cell, of four zones (m). In both directions of a quadrilateral the number of cells is even,
-        where there is more than one, so that gridpoints of a running bond's bricks meet.
-
-    Raises
-    ------
-    InputError
-        If that would make more zones than anyone wants, or an edge is too short to be cut.
-
-    Returns
-    -------
-    pattern : Pattern
-        How the zones hang together.
-    gridpoints : array (g, 2)
-        Where the gridpoints are (m).
+    The size is the largest edge of a cell, of four zones (m). In both directions of a quadrilateral the number of
+    cells is even or 1, so that the gridpoints of bricks in running bond meet.
     """
     return _joined_quads(*_division(polygon, size))
 
 
 def _division(polygon: FloatArray, size: float) -> tuple[list[FloatArray], tuple[int, int]]:
-    """Return the quadrilaterals that a polygon is cut into, and the cells along the two directions of each."""
+    """Quadrilaterals of a polygon, and the number of cells along the two directions of each."""
     corners = _without_straight_corners(polygon)
     if len(corners) == 4:
         edge = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)
@@ -213,8 +151,8 @@ def _division(polygon: FloatArray, size: float) -> tuple[list[FloatArray], tuple
             )
     if (count := _zones_of(quads, cells)) > MOST_ZONES:
         raise InputError(
-            f"zone_size = {size:g} m: would cut one block into {count} zones, and {MOST_ZONES} are the most; take "
-            f"larger ones."
+            f"zone_size = {size:g} m: would cut one block into {count} zones, and at most {MOST_ZONES} are allowed; "
+            f"take a larger size."
         )
     return quads, cells
 
@@ -224,13 +162,13 @@ def _zones_of(quads: list[FloatArray], cells: tuple[int, int]) -> int:
 
 
 def _cells_along(length: float, size: float) -> int:
-    """Return the number of cells along an edge (m): even where more than one is needed."""
+    """Number of cells along an edge (m): 1 or even."""
     cells = int(np.ceil(length / size * (1 - 1e-9)))
     return 1 if cells <= 1 else cells + cells % 2
 
 
 def _without_straight_corners(polygon: FloatArray) -> FloatArray:
-    """Leave out corners at which the outline does not turn."""
+    """Polygon without the corners at which the outline does not turn."""
     before, after = polygon - np.roll(polygon, 1, axis=0), np.roll(polygon, -1, axis=0) - polygon
     turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     straight = turn <= 1e-9 * np.hypot(*before.T) * np.hypot(*after.T)
@@ -238,28 +176,28 @@ def _without_straight_corners(polygon: FloatArray) -> FloatArray:
 
 
 def _joined_quads(quads: list[FloatArray], cells: tuple[int, int]) -> tuple[Pattern, FloatArray]:
-    """Divide quadrilaterals that share edges into cells, and put them together."""
+    """Quadrilaterals divided into cells, with common gridpoints on common edges."""
     along, up = cells
     points: list[FloatArray] = []
     zones: list[IntArray] = []
     offset = 0
     for quad in quads:
-        here, own = _quad(quad, along, up)
-        points.append(here)
-        zones.append(own + offset)
-        offset += len(here)
+        gridpoints, triangles_of_quad = _quad(quad, along, up)
+        points.append(gridpoints)
+        zones.append(triangles_of_quad + offset)
+        offset += len(gridpoints)
     every, triangles = np.concatenate(points), np.concatenate(zones)
     if len(quads) > 1:
         origin = every.mean(axis=0)
         scale = np.ptp(every, axis=0).max()
         key = np.round((every - origin) / scale * 1e7).astype(np.int64)
-        first, place = _same_places(key)
-        every, triangles = every[first], place[triangles]
+        first, number = _same_places(key)
+        every, triangles = every[first], number[triangles]
     return Pattern(triangles, _outline(triangles), len(every)), every
 
 
 def _same_places(key: IntArray) -> tuple[IntArray, IntArray]:
-    """Give points at one place one number, as they first come; return the first of each, and all numbers."""
+    """Merge points that coincide; return the first of each, and the new numbers of all."""
     from scipy.spatial import cKDTree
 
     pairs = cKDTree(key).query_pairs(2.5, output_type="ndarray")
@@ -271,7 +209,7 @@ def _same_places(key: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _quad(quad: FloatArray, along: int, up: int) -> tuple[FloatArray, IntArray]:
-    """Divide one quadrilateral into along x up cells of four zones; gridpoints row by row, then the cells' middles."""
+    """Points and zones of one quadrilateral in along x up cells: gridpoints row by row, then the middles of cells."""
     s, t = np.meshgrid(np.arange(along + 1) / along, np.arange(up + 1) / up)
     s, t = s.ravel()[:, None], t.ravel()[:, None]
     corners = (1 - s) * (1 - t) * quad[0] + s * (1 - t) * quad[1] + s * t * quad[2] + (1 - s) * t * quad[3]
@@ -286,7 +224,7 @@ def _quad(quad: FloatArray, along: int, up: int) -> tuple[FloatArray, IntArray]:
 
 
 def _crossing(cell: FloatArray) -> FloatArray:
-    """Return where the diagonals of convex cells (c, 4, 2) cross: there crossed triangles do not lock."""
+    """Intersection of the diagonals of convex cells (c, 4, 2): crossed triangles do not lock there."""
     d, e = cell[:, 2] - cell[:, 0], cell[:, 3] - cell[:, 1]
     gap = cell[:, 1] - cell[:, 0]
     share = (gap[:, 0] * e[:, 1] - gap[:, 1] * e[:, 0]) / (d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0])
@@ -295,7 +233,7 @@ def _crossing(cell: FloatArray) -> FloatArray:
 
 
 def _outline(zones: IntArray) -> IntArray:
-    """Return the edges that belong to one zone only, one after the other along the outline."""
+    """Edges that belong to one zone only, in sequence along the outline."""
     edges = np.concatenate((zones[:, [0, 1]], zones[:, [1, 2]], zones[:, [2, 0]]))
     there = {(a, b) for a, b in edges.tolist()}
     following = {a: b for a, b in edges.tolist() if (b, a) not in there}
@@ -307,29 +245,19 @@ def _outline(zones: IntArray) -> IntArray:
 
 
 def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
-    """Cut the blocks that are deformable into zones.
+    """Zones of the deformable blocks, by number -> largest edge of the cells (m); None if all are rigid.
 
-    Parameters
-    ----------
-    polygons : list of array (v, 2)
-        All n blocks.
-    sizes : dict
-        Number of each deformable block -> largest edge of its cells (m).
-
-    Returns
-    -------
-    Mesh or None
-        None if no block is deformable. No facet has pieces yet; see ``Mesh.in_pieces``.
+    No facet has pieces yet; see ``Mesh.in_pieces``.
     """
     if not sizes:
         return None
     cuts, total, blocks = [], 0, sorted(sizes)
-    for block in blocks:  # before any is cut: millions of zones would take long, and fill the memory
+    for block in blocks:  # count first: millions of zones would fill the memory
         total += _zones_of(*_division(polygons[block] - polygons[block].mean(axis=0), sizes[block]))
         if total > MOST_ZONES:
             raise InputError(
-                f"zone_size = {sizes[block]:g} m: would make more than {MOST_ZONES} zones in all, the most there may "
-                f"be; take larger ones, or cut fewer blocks."
+                f"zone_size = {sizes[block]:g} m: would make more than {MOST_ZONES} zones in all, the limit; take a "
+                f"larger size, or fewer deformable blocks."
             )
     for block in blocks:
         origin = polygons[block].mean(axis=0)
@@ -339,24 +267,14 @@ def mesh_of(polygons: list[FloatArray], sizes: dict[int, float]) -> Mesh | None:
 
 
 def joined_mesh(count: int, blocks: list[int], cuts: list[tuple[Pattern, FloatArray]]) -> Mesh:
-    """Return the mesh of blocks that are cut into zones; no facet has pieces yet.
-
-    Parameters
-    ----------
-    count : int
-        Number of all blocks.
-    blocks : list of int
-        The deformable ones.
-    cuts : list of (Pattern, array (g, 2))
-        How the zones of each hang together, and its gridpoints (m).
-    """
-    known: dict[tuple[int, bytes], int] = {}
+    """Mesh of the deformable blocks among ``count`` blocks, from pattern and gridpoints of each, without pieces."""
+    number_of_pattern: dict[tuple[int, bytes], int] = {}
     patterns: list[Pattern] = []
     for pattern, _ in cuts:
-        if (key := (pattern.gridpoints, pattern.zones.tobytes())) not in known:
-            known[key] = len(patterns)
+        if (key := (pattern.gridpoints, pattern.zones.tobytes())) not in number_of_pattern:
+            number_of_pattern[key] = len(patterns)
             patterns.append(pattern)
-    number = np.array([known[pattern.gridpoints, pattern.zones.tobytes()] for pattern, _ in cuts])
+    number = np.array([number_of_pattern[pattern.gridpoints, pattern.zones.tobytes()] for pattern, _ in cuts])
     batch, lane, batch_pattern = _batches(number, [points - points.mean(axis=0) for _, points in cuts])
     count_g = np.array([patterns[p].gridpoints for p in number])
     first_gridpoint = np.concatenate(([0], np.cumsum(count_g)))
@@ -380,8 +298,8 @@ def joined_mesh(count: int, blocks: list[int], cuts: list[tuple[Pattern, FloatAr
         first_facet=np.concatenate(([0], np.cumsum([len(patterns[p].facets) for p in number]))),
         x=xy[:, 0].copy(),
         y=xy[:, 1].copy(),
-        zones=np.concatenate([patterns[p].zones + at for p, at in zip(number, first_gridpoint)]),
-        facets=np.concatenate([patterns[p].facets + at for p, at in zip(number, first_gridpoint)]),
+        zones=np.concatenate([patterns[p].zones + first for p, first in zip(number, first_gridpoint)]),
+        facets=np.concatenate([patterns[p].facets + first for p, first in zip(number, first_gridpoint)]),
         piece_facet=np.empty(0, dtype=np.int64),
         piece_place=np.empty(0),
         dof_x=dof_x,
@@ -391,83 +309,59 @@ def joined_mesh(count: int, blocks: list[int], cuts: list[tuple[Pattern, FloatAr
 
 
 class HalfMesh(NamedTuple):
-    """Right half of a mesh that is its own mirror image; g gridpoints and z zones of the whole.
-
-    Attributes
-    ----------
-    mesh : Mesh
-        Of the half.
-    facet : array of int
-        Number in the half of each facet of the whole, -1 on the left.
-    axis_gridpoints : array of int
-        Those of the half on the axis in blocks that it cuts.
-    gridpoint, zone : array of int (g,), (z,)
-        Of the half whose values each of the whole has.
-    mirrored_gridpoint, mirrored_zone : array of bool (g,), (z,)
-        Whether they are the mirror image of that.
-    outline : dict
-        Corners of the right half of each block that the axis cuts, by its number in the half (m).
-    """
+    """Right half of a mesh that is its own mirror image; g gridpoints and z zones of the whole."""
 
     mesh: Mesh
-    facet: IntArray
-    axis_gridpoints: IntArray
-    gridpoint: IntArray
+    facet: IntArray  # number in the half of each facet of the whole, -1 on the left
+    axis_gridpoints: IntArray  # gridpoints of the half on the axis, in blocks that it cuts
+    gridpoint: IntArray  # (g,), (z,): number in the half with the same values
     zone: IntArray
-    mirrored_gridpoint: BoolArray
+    mirrored_gridpoint: BoolArray  # (g,), (z,): whether it is the mirror image
     mirrored_zone: BoolArray
-    outline: dict[int, FloatArray]
+    outline: dict[int, FloatArray]  # corners of the right half of each block on the axis, by its number in the half (m)
 
 
 def half_mesh(mesh: Mesh, axis: float, image: IntArray, number: IntArray, near: float) -> HalfMesh | None:
-    """Return the right half of a mesh; None if it is not its own mirror image, or has no line along the axis.
+    """Right half of a mesh; None if it is not its own mirror image, or has no line along the axis.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        Of the whole, n blocks.
-    axis : float
-        Place of the mirror (m).
-    image, number : array of int (n,)
-        Mirror image of each block, and its number in the half, -1 on the left.
-    near : float
-        Distance below which points are the same (m).
+    image, number (n,): mirror image of each block, and its number in the half, -1 on the left. Points closer than
+    ``near`` (m) are the same.
     """
     middle = mesh.x[mesh.zones].mean(axis=1)
     zone_block = mesh.zone_block
     right = (number[zone_block] >= 0) & ((image[zone_block] != zone_block) | (middle > axis))
     blocks, cuts, outline = [], [], {}
     for d in np.flatnonzero(number[mesh.block] >= 0):
-        block, pattern, own = int(mesh.block[d]), mesh.patterns[mesh.pattern[d]], mesh.first_gridpoint[d]
+        block, pattern, first = int(mesh.block[d]), mesh.patterns[mesh.pattern[d]], mesh.first_gridpoint[d]
         zones = mesh.zones[mesh.first_zone[d] : mesh.first_zone[d + 1]]
-        points = np.arange(own, mesh.first_gridpoint[d + 1])
+        points = np.arange(first, mesh.first_gridpoint[d + 1])
         if image[block] == block:
             kept = zones[right[mesh.first_zone[d] : mesh.first_zone[d + 1]]]
             points, places = np.unique(kept, return_inverse=True)
             if 2 * len(kept) != len(zones) or mesh.x[points].min() < axis - near:
                 return None
             pattern = Pattern(places.reshape(-1, 3), _outline(places.reshape(-1, 3)), len(points))
-        place = np.column_stack((mesh.x[points], mesh.y[points]))
+        positions = np.column_stack((mesh.x[points], mesh.y[points]))
         if image[block] == block:
-            outline[int(number[block])] = _without_straight_corners(place[pattern.facets[:, 0]])
+            outline[int(number[block])] = _without_straight_corners(positions[pattern.facets[:, 0]])
         blocks.append(int(number[block]))
-        cuts.append((pattern, place))
+        cuts.append((pattern, positions))
     half = joined_mesh(int(number.max()) + 1, blocks, cuts)
     mirror = axis, image, number, near
 
-    gridpoint, left = _found(mesh.x, mesh.y, mesh.gridpoint_block, half.x, half.y, half.gridpoint_block, *mirror)
-    x, y, there_x, there_y = (v[m.zones].mean(axis=1) for m in (mesh, half) for v in (m.x, m.y))
-    zone, left_zone = _found(x, y, mesh.zone_block, there_x, there_y, half.zone_block, *mirror)
+    gridpoint, mirrored = _matches(mesh.x, mesh.y, mesh.gridpoint_block, half.x, half.y, half.gridpoint_block, *mirror)
+    x, y, half_x, half_y = (v[m.zones].mean(axis=1) for m in (mesh, half) for v in (m.x, m.y))
+    zone, mirrored_zone = _matches(x, y, mesh.zone_block, half_x, half_y, half.zone_block, *mirror)
     if (gridpoint == len(half.x)).any() or (zone == len(half.zones)).any():
         return None
     numbers = {(a, b): f for f, (a, b) in enumerate(half.facets.tolist())}
-    ends = np.where(left[mesh.facets], -1, gridpoint[mesh.facets])
+    ends = np.where(mirrored[mesh.facets], -1, gridpoint[mesh.facets])
     facet = np.array([numbers.get((a, b), -1) for a, b in ends.tolist()])
     on_axis = np.isin(half.gridpoint_block, list(outline)) & (half.x < axis + near)
-    return HalfMesh(half, facet, np.flatnonzero(on_axis), gridpoint, zone, left, left_zone, outline)
+    return HalfMesh(half, facet, np.flatnonzero(on_axis), gridpoint, zone, mirrored, mirrored_zone, outline)
 
 
-def _found(
+def _matches(
     x: FloatArray,
     y: FloatArray,
     block: IntArray,
@@ -479,19 +373,19 @@ def _found(
     number: IntArray,
     near: float,
 ) -> tuple[IntArray, BoolArray]:
-    """Return which point of the half each of the whole is or mirrors, their number if none, and whether it mirrors."""
+    """Number in the half of each point of the whole (their count if there is none), and whether it is mirrored."""
     from scipy.spatial import cKDTree
 
-    apart = 10.0 * float(np.ptp(x) + np.ptp(y))  # blocks touch: they are put apart
+    apart = 10.0 * float(np.ptp(x) + np.ptp(y))  # a third coordinate separates blocks that touch
     mirrored = (number[block] < 0) | ((image[block] == block) & (x < axis - near))
     kept = np.where(number < 0, number[image], number)[block]
-    here = np.column_stack((np.where(mirrored, 2.0 * axis - x, x), y, apart * kept))
+    points = np.column_stack((np.where(mirrored, 2.0 * axis - x, x), y, apart * kept))
     tree = cKDTree(np.column_stack((there_x, there_y, apart * there_block)))
-    return tree.query(here, distance_upper_bound=near)[1], mirrored
+    return tree.query(points, distance_upper_bound=near)[1], mirrored
 
 
 def _batches(pattern: IntArray, outlines: list[FloatArray]) -> tuple[IntArray, IntArray, IntArray]:
-    """Put blocks of one pattern side by side, those of one shape first; return batch, lane, pattern of each batch."""
+    """Batches of blocks of one pattern, equal shapes first: batch and lane of each block, pattern of each batch."""
     scale = max(np.abs(o).max() for o in outlines)
     shapes: dict[tuple[int, bytes], int] = {}
     shape = np.array(
@@ -505,26 +399,18 @@ def _batches(pattern: IntArray, outlines: list[FloatArray]) -> tuple[IntArray, I
     for p in range(int(pattern.max()) + 1):
         members = np.flatnonzero(pattern == p)
         members = members[np.argsort(shape[members], kind="stable")]
-        at = np.arange(len(members))
-        batch[members], lane[members] = len(batch_pattern) + at // LANES, at % LANES
+        rank = np.arange(len(members))
+        batch[members], lane[members] = len(batch_pattern) + rank // LANES, rank % LANES
         batch_pattern += [p] * (-(-len(members) // LANES))
     return batch, lane, np.array(batch_pattern)
 
 
 def default_zone_size(polygon: FloatArray, method: str) -> float:
-    """Return the size of cells (m) of a block for which none is given: its width, or half of that if explicit.
+    """Default size of cells (m) of a block: its width, half of it for the explicit solver.
 
-    But at least two along its longest edge: one facet has no bending.
-
-    A brick of 240 x 75 mm is cut into 8 x 2 cells of four zones for the explicit solver, as many as the paper has. The
-    quasi-static solver's work grows with the cube of the gridpoints along the joints of a course; it takes 4 x 1.
-
-    Parameters
-    ----------
-    polygon : array of float
-        Corners of the block (k, 2) (m).
-    method : str
-        Of the solver.
+    At least two cells lie along its longest edge, as one facet has no bending. A brick of 240 x 75 mm gets 8 x 2
+    cells of four zones for the explicit solver, as in the paper, and 4 x 1 for the quasi-static solver, whose work
+    grows with the cube of the gridpoints along the joints of a course.
     """
     corners = polygon - polygon.mean(axis=0)
     edge = np.roll(corners, -1, axis=0) - corners

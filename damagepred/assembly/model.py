@@ -20,133 +20,76 @@ from damagepred.scene.movement import History
 
 
 class Blocks(NamedTuple):
-    """Blocks, n of them, with vertices of all polygons one after the other (counter-clockwise).
+    """Blocks, n of them; the vertices of all polygons are one array (counter-clockwise)."""
 
-    Attributes
-    ----------
-    x, y : array (n,)
-        Centroid (m).
-    area, polar : array (n,)
-        Area of the elevation (m2) and its polar second moment about the centroid (m4).
-    course : array of int (n,)
-        Course counted from 0 at the bottom, -1 where there are none.
-    vertices : array (v, 2)
-        Corners (m).
-    first_vertex : array of int (n + 1,)
-        Block i owns vertices first_vertex[i] to first_vertex[i + 1].
-    """
-
-    x: FloatArray
+    x: FloatArray  # (n,): centroid (m)
     y: FloatArray
-    area: FloatArray
-    polar: FloatArray
-    course: IntArray
-    vertices: FloatArray
-    first_vertex: IntArray
+    area: FloatArray  # (n,): area of the elevation (m2)
+    polar: FloatArray  # (n,): polar second moment of area about the centroid (m4)
+    course: IntArray  # (n,): from 0 at the bottom, -1 without courses
+    vertices: FloatArray  # (v, 2): corners (m)
+    first_vertex: IntArray  # (n + 1,): block i has vertices first_vertex[i] to first_vertex[i + 1]
 
 
 class Interfaces(NamedTuple):
-    """Common edges of two blocks; m of them, each with q contacts. Those with the ground come last.
+    """Common edges of two blocks; m of them, each with q contacts; interfaces with the ground come last.
 
     The normal points from block a to block b, the tangent is (normal_y, -normal_x). The ground is block n. The edge
     of a deformable block moves piece by piece: each piece that an interface joins is a body, number n + 1 and up.
-
-    Attributes
-    ----------
-    block_a, block_b : array of int (m,)
-        The two blocks.
-    body_a, body_b : array of int (m,)
-        The bodies that move the two sides: the block itself if it is rigid, or a piece of its facet.
-    kind : array of int8 (m,)
-        A ``ContactKind``.
-    joint : array of int (m,)
-        Number of the mortar joint the interface belongs to: strengths that vary from joint to joint are the same
-        for all interfaces of one joint.
-    x, y : array (m,)
-        Middle of the edge (m).
-    length : array (m,)
-        Of the edge (m).
-    normal_x, normal_y : array (m,)
-        Unit normal from a to b.
-    arm_normal_a, arm_shear_a, arm_normal_b, arm_shear_b : array (m,)
-        Displacement of the edge's middle along normal and tangent for a unit rotation of a, of b (m).
-    contact_offset : array (m, q)
-        Position of the contacts along the tangent from the middle (m).
-    contact_area : array (m, q)
-        Area each stands for (m2).
-    elastic : ElasticSides or None
-        How elastic blocks move the sides besides; None if there are none.
     """
 
-    block_a: IntArray
+    block_a: IntArray  # (m,)
     block_b: IntArray
-    body_a: IntArray
+    body_a: IntArray  # (m,): bodies that move the two sides: the rigid block itself, or a piece of its facet
     body_b: IntArray
-    kind: Int8Array
-    joint: IntArray
-    x: FloatArray
+    kind: Int8Array  # (m,): a ``ContactKind``
+    joint: IntArray  # (m,): number of the mortar joint; strengths vary from joint to joint
+    x: FloatArray  # (m,): middle of the edge (m)
     y: FloatArray
-    length: FloatArray
-    normal_x: FloatArray
+    length: FloatArray  # (m,): length of the edge (m)
+    normal_x: FloatArray  # (m,): unit normal from a to b
     normal_y: FloatArray
+    # (m,): displacement of the middle along normal and tangent per unit rotation of a, of b (m)
     arm_normal_a: FloatArray
     arm_shear_a: FloatArray
     arm_normal_b: FloatArray
     arm_shear_b: FloatArray
-    contact_offset: FloatArray
-    contact_area: FloatArray
-    elastic: ElasticSides | None = None
+    contact_offset: FloatArray  # (m, q): position of the contacts along the tangent from the middle (m)
+    contact_area: FloatArray  # (m, q): tributary area (m2)
+    elastic: ElasticSides | None = None  # displacement of the sides by elastic blocks
 
     def taken(self, listed: IntArray) -> Interfaces:
-        """Return those of a list, in its order; elastic blocks left out."""
+        """Interfaces of a list, in its order, without elastic blocks."""
         return Interfaces(*(values[listed] for values in self[:-1]))  # type: ignore[arg-type]
 
 
 class InterfaceRecords(NamedTuple):
-    """The interfaces as kernels take them: a call with few arrays takes less time than one with many.
+    """Interfaces for kernels: a call with few arrays takes less time than one with many."""
 
-    Attributes
-    ----------
-    edge : records of EDGE (m,)
-        Of ``Interfaces``.
-    contact_offset, contact_area, elastic
-        As there.
-    """
-
-    edge: np.ndarray
+    edge: np.ndarray  # (m,): records of EDGE
     contact_offset: FloatArray
     contact_area: FloatArray
     elastic: ElasticSides | None
 
 
 class Joints(NamedTuple):
-    """The mortar joints: a bed under one unit, or a perpend; j of them, course by course, left to right.
+    """Mortar joints: a bed under one unit, or a perpend; j of them, course by course, left to right."""
 
-    Attributes
-    ----------
-    kind : array of int8 (j,)
-        A ``ContactKind``.
-    course : array of int (j,)
-        Course of the unit on a bed, or of the perpend; -1 where there are no courses.
-    x, y : array (j,)
-        Middle of the joint (m).
-    """
-
-    kind: Int8Array
-    course: IntArray
-    x: FloatArray
+    kind: Int8Array  # (j,): a ``ContactKind``
+    course: IntArray  # (j,): course of the unit on the bed, or of the perpend; -1 without courses
+    x: FloatArray  # (j,): middle of the joint (m)
     y: FloatArray
 
 
 class JointProperties(NamedTuple):
     """Law of each interface (m,): the fields of ``damagepred.scene.Joint``, with stiffness as the solver uses it.
 
-    Instead of the fracture energies there are ``critical_opening`` (m), where tension has fallen to nothing,
-    w_c = 2 G_f / f_t, elastic opening included, 0 where the bond breaks at once; and ``critical_slip`` (m), which wears
-    off the bond, s_c = 2 G_f / (C - C_r), 0 where slip leaves it as it is. A joint without cap has an infinite
-    ``compressive_strength``. ``softening_shape`` (1) is 0 where the bond softens linearly, as w_c and s_c assume; see
-    ``damagepred.kernels.joint.softening``. ``gap`` (m) is how far an interface without bond closes before it is
-    pressed, 0 but for control joints.
+    Fracture energies become ``critical_opening`` (m), w_c = 2 G_f / f_t, at which tension reaches 0, elastic
+    opening included, or 0 where the bond breaks at once; and ``critical_slip`` (m), s_c = 2 G_f / (C - C_r), at
+    which the bond is worn off, or 0 where slip does not soften it. A joint without cap has an infinite
+    ``compressive_strength``. ``softening_shape`` (1) is 0 for linear softening, as w_c and s_c assume; see
+    ``damagepred.kernels.joint.softening``. ``gap`` (m) is the closing of an interface without bond before it is in
+    contact, 0 except in control joints.
     """
 
     normal_stiffness: FloatArray
@@ -170,58 +113,34 @@ class JointProperties(NamedTuple):
 class Ground(NamedTuple):
     """Displacement of the ground in one state, under the contacts with it, the last g interfaces.
 
-    Where bricks have a strain of their own, g is the number of all interfaces; see ``assembly.interfaces.with_strain``.
-
-    Attributes
-    ----------
-    normal, shear : array (g, q)
-        Along normal and tangent of the interface, subtracted from the opening of the joint on block b's side (m).
+    With strained bricks, g is the number of all interfaces; see ``assembly.interfaces.with_strain``.
     """
 
+    # (g, q): along normal and tangent, subtracted from the opening of the joint on block b's side (m)
     normal: FloatArray
     shear: FloatArray
 
     def largest(self) -> float:
-        """Return the largest displacement (m)."""
+        """Largest displacement (m)."""
         return float(np.hypot(self.normal, self.shear).max(initial=0.0))
 
 
 @dataclass(frozen=True, eq=False)
 class GroundMovement:
-    """Displacement of the ground as a function of the load factor; it begins at 0 at load factor 0.
+    """Displacement of the ground as a function of the load factor; 0 at load factor 0."""
 
-    Attributes
-    ----------
-    full : Ground
-        State at load factor 1.
-    state : callable or None
-        Load factor -> state, where the form of the ground changes as the movement grows; None where every state is
-        ``full`` times the load factor.
-    reverses : bool
-        Whether the load factor also goes down to -1.
-    sampled_states : int
-        Number of states, at equal steps of the load factor, that stand for all of a growing movement.
-    """
-
-    full: Ground
+    full: Ground  # state at load factor 1
+    # load factor -> state, where the form of the ground changes; None: ``full`` times the load factor
     state: Callable[[float], Ground] | None = None
-    reverses: bool = False
-    sampled_states: int = 8
+    reverses: bool = False  # whether the load factor also goes down to -1
+    sampled_states: int = 8  # states of a growing movement, at equal steps of the load factor, in ``states``
     _recent: list[tuple[tuple[float, Ground], ...]] = field(default_factory=lambda: [()], init=False, repr=False)
 
     @classmethod
     def growing(cls, state: Callable[[float], Ground], reverses: bool = False) -> GroundMovement:
-        """Return the movement through states that are given at each load factor.
-
-        Parameters
-        ----------
-        state : callable
-            Load factor -> state.
-        reverses : bool
-            Whether the load factor also goes down to -1.
-        """
-        known = lru_cache(maxsize=32)(state)  # solvers ask for the same few again and again
-        return cls(known(1.0), known, reverses)
+        """Movement through given states: load factor -> state."""
+        cached = lru_cache(maxsize=32)(state)  # solvers repeat the same few
+        return cls(cached(1.0), cached, reverses)
 
     @property
     def proportional(self) -> bool:
@@ -234,38 +153,38 @@ class GroundMovement:
         return any(state.normal.any() or state.shear.any() for state in self.states())
 
     def at(self, load_factor: float) -> Ground:
-        """Return the state at a load factor."""
+        """State at a load factor."""
         if self.state is not None:
             return self.state(load_factor)
-        for known, ground in self._recent[0]:  # solvers ask for the same two again and again
-            if known == load_factor:
+        for factor, ground in self._recent[0]:  # solvers repeat the same two
+            if factor == load_factor:
                 return ground
-        found = Ground(load_factor * self.full.normal, load_factor * self.full.shear)
-        self._recent[0] = ((load_factor, found), *self._recent[0][:2])  # in one step: threads may share a model
-        return found
+        ground = Ground(load_factor * self.full.normal, load_factor * self.full.shear)
+        self._recent[0] = ((load_factor, ground), *self._recent[0][:2])  # one assignment: threads may share a model
+        return ground
 
     def load_factor_at(self, coordinate: float) -> float:
-        """Return the load factor of the movement at a path coordinate; the two differ in an ``ImposedHistory``."""
+        """Load factor of the movement at a path coordinate; the two differ in an ``ImposedHistory``."""
         return coordinate
 
     def load_factor_rate(self, coordinate: float) -> float:
-        """Return the load factor per path coordinate in the step that begins at a coordinate (1)."""
+        """Load factor per path coordinate in the step that begins at a coordinate (1)."""
         return 1.0
 
     def states(self) -> tuple[Ground, ...]:
-        """Return the states that stand for all of the movement: the full one, and others where the form changes."""
+        """Representative states: the full one, and samples in between where the form changes."""
         if self.proportional:
             return (self.full,)
         return tuple(self.at(factor) for factor in self._sampled_factors())
 
     def largest_rate(self) -> float:
-        """Return the largest displacement over its load factor (m)."""
+        """Largest displacement over its load factor (m)."""
         if self.proportional:
             return self.full.largest()
         return max(self.at(factor).largest() / abs(factor) for factor in self._sampled_factors())
 
     def largest_standing(self) -> float:
-        """Return the largest displacement that may stand all along the path (m); 0 where it begins with the path."""
+        """Largest displacement all along the path (m); 0 where it begins with the path."""
         return 0.0
 
     def _sampled_factors(self) -> list[float]:
@@ -273,133 +192,75 @@ class GroundMovement:
         return [*factors, *(-factor for factor in factors)] if self.reverses else factors
 
     def map(self, change: Callable[[Ground], Ground]) -> GroundMovement:
-        """Return the movement with each state changed."""
+        """Movement with each state changed."""
         if self.state is None:
             return GroundMovement(change(self.full))
         return GroundMovement.growing(lambda factor: change(self.at(factor)), self.reverses)
 
 
 class Supports(NamedTuple):
-    """What is held, moved and loaded; degrees of freedom are 3 block + (0: x, 1: y, 2: rotation).
+    """Supports, prescribed displacements and loads; degrees of freedom are 3 block + (0: x, 1: y, 2: rotation)."""
 
-    Attributes
-    ----------
-    prescribed : array of int (p,)
-        Degrees of freedom that are held or moved.
-    prescribed_displacement : array (p,)
-        How far they move from where they start, at full movement (m, rad).
-    load : array (3 n,)
-        Dead load on each degree of freedom, self weight included (N, N m).
-    live_load : array (3 n,)
-        Load at full movement that grows with it from nothing, added to the dead load (N, N m).
-    start : array (p,)
-        Initial values of prescribed degrees of freedom (m, rad): 0, except those free under the dead load.
-    after_load : array of bool (p,)
-        What is free while the dead load comes on and held from then on, where it stands; see ``solvers.stages``.
-    """
-
-    prescribed: IntArray
-    prescribed_displacement: FloatArray
-    load: FloatArray
+    prescribed: IntArray  # (p,): held or moved degrees of freedom
+    prescribed_displacement: FloatArray  # (p,): from the start to full movement (m, rad)
+    load: FloatArray  # (3 n,): dead load, self weight included (N, N m)
+    # (3 n,): load at full movement, in proportion to the load factor, added to the dead load (N, N m)
     live_load: FloatArray
-    start: FloatArray
-    after_load: BoolArray
+    start: FloatArray  # (p,): initial values (m, rad): 0, except where free under the dead load
+    after_load: BoolArray  # (p,): free under the dead load, then held in position; see ``solvers.stages``
 
     @classmethod
     def none(cls, load: FloatArray) -> Supports:
-        """Return dead loads (3 n,) alone: nothing held, moved or pushed."""
+        """Dead loads (3 n,) alone: no supports, no live load."""
         empty = np.empty(0)
         return cls(np.empty(0, np.int64), empty, load, np.zeros_like(load), empty, np.empty(0, np.bool_))
 
     def displacement(self, load_factor: float) -> FloatArray:
-        """Return the prescribed displacements (p,) at a load factor of the movement (m, rad)."""
+        """Prescribed displacements (p,) at a load factor of the movement (m, rad)."""
         return self.start + load_factor * self.prescribed_displacement
 
 
 class Jacks(NamedTuple):
-    """Jacks that push with equal loads, of which either the load is given or the deflection that it makes.
+    """Jacks with equal loads, under load control or under control of the deflection."""
 
-    Attributes
-    ----------
-    push : array (size,)
-        Force on all degrees of freedom of jacks that push upwards with 1 N each.
-    at : array (j,)
-        Where they stand along the wall (m).
-    ends : array (e,)
-        Where the outer supports are (m).
-    deflection : float
-        Of the footing's centre at full movement (m, upwards), under displacement control.
-    load : float
-        Of each jack at full movement (N), under load control; it grows from the load of the level state.
-    by_load : bool
-        Which of the two is controlled. The deflection is 0, and the load what that takes, while the dead load comes on.
-    stop : str
-        What ends the path early: ``"jacks"`` or ``"supports"`` carry nothing any more; ``""`` is nothing.
-    weights : array (size,) or None
-        Of all degrees of freedom in the deflection that is controlled. None: ``Model.deflection``.
-    after_load : bool
-        Whether they push only after the dead load, and the deflection counts from there; see ``solvers.stages``.
-    origin : float
-        Deflection from which it counts (m).
-    """
-
-    push: FloatArray
-    at: FloatArray
-    ends: FloatArray
-    deflection: float
-    load: float
-    by_load: bool
-    stop: str
-    weights: FloatArray | None = None
+    push: FloatArray  # (size,): forces of jacks that push upwards with 1 N each
+    at: FloatArray  # (j,): x of the jacks (m)
+    ends: FloatArray  # (e,): x of the outer supports (m)
+    deflection: float  # upward deflection of the footing's centre at full movement (m), under displacement control
+    load: float  # of each jack at full movement (N), under load control, from the load of the level state
+    by_load: bool  # load control; under the dead load the deflection is 0 in either case
+    stop: str  # unloaded part that ends the path: "jacks" or "supports"; "" for none
+    weights: FloatArray | None = None  # (size,): weights of the controlled deflection; None: ``Model.deflection``
+    # jacks push only after the dead load, and the deflection counts from there; see ``solvers.stages``
     after_load: bool = False
-    origin: float = 0.0
+    origin: float = 0.0  # zero of the deflection (m)
 
 
 class LaboratoryTest(NamedTuple):
-    """What is measured in a laboratory test, from the dead load on.
+    """Measured load and displacement of a laboratory test, from the dead load on."""
 
-    Attributes
-    ----------
-    push : array (3 n,)
-        Loads on all blocks that make 1 N together; also the weights of their displacement.
-    gauge : array (3 n,) or None
-        Weights of the blocks' degrees of freedom in the opening of the gauge, if there is one.
-    force : float
-        Load at full movement where it is controlled (N), else 0.
-    """
-
-    push: FloatArray
-    gauge: FloatArray | None
-    force: float
+    push: FloatArray  # (3 n,): loads that sum to 1 N; also the weights of their displacement
+    gauge: FloatArray | None  # (3 n,): weights of the opening of the gauge
+    force: float  # load at full movement under force control (N), otherwise 0
 
 
 class Jambs(NamedTuple):
-    """The ends of the two jambs of each opening, which tell how it is distorted; o openings.
+    """Ends of the two jambs of each opening, which measure its distortion; o openings.
 
-    The ends stand counter-clockwise: lower left, lower right, upper right, upper left.
-
-    Attributes
-    ----------
-    block : array of int (o, 4)
-        Blocks that hold the ends, -1 where the opening has no such jamb.
-    arm : array (o, 4, 2)
-        Place of each end relative to its block's centroid (m).
+    Order: lower left, lower right, upper right, upper left.
     """
 
-    block: IntArray
-    arm: FloatArray
+    block: IntArray  # (o, 4): blocks that hold the ends, -1 where the opening has no such jamb
+    arm: FloatArray  # (o, 4, 2): position relative to the centroid of the block (m)
 
     @classmethod
     def none(cls) -> Jambs:
-        """Return those of a wall without openings."""
+        """Jambs of a wall without openings."""
         return cls(np.empty((0, 4), dtype=np.int64), np.empty((0, 4, 2)))
 
 
 class BlockLaw(NamedTuple):
-    """Material of each block (n,): the fields of ``damagepred.scene.BlockMaterial``; infinite where it does not yield.
-
-    Thickness (m) out of plane is each block's own.
-    """
+    """Material of each block (n,), infinite where it does not yield; thickness (m) out of plane."""
 
     elastic_modulus: FloatArray
     poisson_ratio: FloatArray
@@ -412,7 +273,7 @@ class BlockLaw(NamedTuple):
 
 @dataclass(frozen=True)
 class Model:
-    """Blocks, interfaces, laws and what acts on them; see the parts for units and signs.
+    """Blocks, interfaces, laws, supports and loads; see the parts for units and signs.
 
     Attributes
     ----------
@@ -421,7 +282,7 @@ class Model:
     density : array (n,)
         Mass density of the blocks (kg/m3).
     thickness : float
-        Out of plane (m).
+        Out-of-plane thickness (m).
     span : float
         Distance between the points to which the central deflection refers (m), usually the wall's length.
     central_deflection : float
@@ -431,17 +292,17 @@ class Model:
     snap_back_limited : int
         Number of joints whose fracture energy, of mode I or II, is too small to soften: their bond breaks at once.
     block_law : BlockLaw
-        What the blocks are made of.
+        Material of the blocks.
     mesh : Mesh or None
-        Zones of the deformable blocks; None if all are rigid.
+        Zones of the deformable blocks.
     elastic : ElasticBlocks or None
-        Blocks that stretch and bend; None if there are none.
+        Blocks that stretch and bend.
     plane : {"stress", "strain"}
         Whether zones are free or held out of plane.
     loose_joint : JointProperties or None
-        One row: the law of what blocks meet that have no joint at all; None takes the first interface's.
+        One row: the law of contacts that are found during motion; by default the law of the first interface.
     initial_velocity : array (n, 3) or None
-        x, y (m/s) and rotation (rad/s) at the start of a dynamic run; None is rest.
+        x, y (m/s) and rotation (rad/s) at the start of a dynamic run; by default 0.
     edge_load, live_edge_load : array (size,) or None
         Dead and live load on single gridpoints, in the order of ``Mesh``'s degrees of freedom (N).
     footing : array of int or None
@@ -450,17 +311,17 @@ class Model:
         Weights of all degrees of freedom in the footing's deflection: its centre relative to its ends (m, upwards).
         None: it is prescribed.
     jacks : Jacks or None
-        What pushes the footing.
+        Jacks under the footing.
     sections : Sections or None
-        Of a footing of reinforced concrete, which cracks; their law takes the place of that of their contacts.
+        Sections of a reinforced-concrete footing, which crack; their law replaces the law of their contacts.
     surface_movement : float or None
-        Movement of the ground's surface at full movement that a site is classed by (m); None: it stays.
+        Characteristic surface movement at full movement (m), by which a site is classed.
     history : History or None
-        Increments of a movement history. None: equal increments to 1.
+        Increments of a movement history; by default equal increments to 1.
     creep : JointCreep or None
-        Of the joints over the time of a history.
+        Creep of the joints over the time of a history.
     test : LaboratoryTest or None
-        Of a laboratory test under ``[[load]]``.
+        Laboratory test under ``[[load]]``.
 
     Examples
     --------
@@ -528,13 +389,13 @@ class Model:
         return self.density * self.blocks.area * self.block_law.thickness
 
     def describe_block(self, block: int) -> str:
-        """Describe a block by number, place and course, for a message."""
+        """Number, position and course of a block, for a message."""
         course = int(self.blocks.course[block])
         where = f"x = {self.blocks.x[block]:.3g} m, y = {self.blocks.y[block]:.3g} m"
         return f"block {block} ({where}" + (f", course {course + 1})" if course >= 0 else ")")
 
     def support_displacement(self, coordinate: float) -> FloatArray:
-        """Return the prescribed displacements (p,) at a path coordinate (m, rad)."""
+        """Prescribed displacements (p,) at a path coordinate (m, rad)."""
         return self.supports.displacement(self.ground.load_factor_at(coordinate))
 
     @cached_property
@@ -544,7 +405,7 @@ class Model:
 
     @cached_property
     def interface_records(self) -> InterfaceRecords:
-        """The interfaces as kernels take them."""
+        """Interfaces for kernels."""
         face = self.interfaces
         edge = np.empty(len(face.kind), EDGE)
         for name in EDGE.names or ():
@@ -553,17 +414,14 @@ class Model:
 
     @cached_property
     def moves(self) -> BoolArray:
-        """Whether each block (n,) can move by itself in any direction, being not held or moved altogether."""
+        """Whether each block (n,) has a free degree of freedom."""
         free = np.ones(3 * self.n_blocks, dtype=np.bool_)
         free[self.supports.prescribed[self.supports.prescribed < free.size]] = False
         return np.asarray(free.reshape(-1, 3).any(axis=1))
 
     @property
     def mean_block_weight(self) -> float:
-        """Mean weight of a block (N), from the dead loads, else the live ones; the yardstick for unbalanced forces.
-
-        A block that is held or moved altogether, a plate under a wall, has no say: however heavy, it carries nothing.
-        """
+        """Mean weight of a free block (N), from the dead loads, otherwise the live ones; scale of unbalanced forces."""
         for which in (self.moves, ~self.moves):
             for load in (self.supports.load, self.supports.live_load):
                 forces = load.reshape(-1, 3)[which, :2]
@@ -574,17 +432,17 @@ class Model:
 
     @property
     def on_ground(self) -> BoolArray:
-        """Whether each interface (m,) is one with the ground."""
+        """Whether each interface (m,) is with the ground."""
         return np.asarray(self.interfaces.block_a == self.n_blocks)
 
     @property
     def is_strained(self) -> bool:
-        """Whether blocks have a strain of their own, and every interface its imposed displacement."""
+        """Whether blocks have a free strain, so that every interface has an imposed displacement."""
         return len(self.ground.full.normal) > int(self.on_ground.sum())
 
     @property
     def block_share(self) -> FloatArray:
-        """Share of each block (n,) that is modelled: half of a block on the axis of a half wall, else all of it."""
+        """Modelled share of each block (n,): 1/2 on the axis of a half wall, otherwise 1."""
         return np.ones(self.n_blocks)
 
     @property
@@ -594,5 +452,5 @@ class Model:
 
     @property
     def block_stress(self) -> float:
-        """Mean block weight over the largest contact area (Pa); the yardstick for joint stresses."""
+        """Mean block weight over the largest contact area (Pa): scale of joint stresses."""
         return self.mean_block_weight / (float(self.interfaces.contact_area.max(initial=0.0)) or 1.0)

@@ -1,4 +1,4 @@
-"""What holds, moves and loads single gridpoints and edges of deformable blocks."""
+"""Supports, movements and loads of single gridpoints and edges of deformable blocks."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from damagepred.assembly.model import Supports
 from damagepred.errors import InputError
 
 Where = Callable[[FloatArray, FloatArray], BoolArray]
-"""Tells of points x, y (m) which are meant."""
+"""Points x, y (m) -> mask of the chosen points."""
 Amount = float | Callable[[FloatArray, FloatArray], FloatArray]
-"""A number, or a function of the place x, y (m)."""
+"""A number, or a function of x, y (m)."""
 
 GAUSS = (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12))
-"""Points at which a traction along a facet is taken: exact up to the third degree."""
+"""Gauss points of a traction along a facet: exact up to the third degree."""
 
 
 class Hold(NamedTuple):
@@ -31,7 +31,7 @@ class Hold(NamedTuple):
 
 
 class Traction(NamedTuple):
-    """Load on facets of a block whose middles are meant, in x and y (Pa); ``live`` if it grows with the movement."""
+    """Load on the chosen facets of a block, in x and y (Pa); ``live`` if it grows with the movement."""
 
     block: int
     where: Where
@@ -41,40 +41,27 @@ class Traction(NamedTuple):
 
 
 def held_too(supports: Supports, holds: list[Hold], mesh: Mesh | None) -> Supports:
-    """Return the supports with those of single gridpoints.
-
-    Parameters
-    ----------
-    supports : Supports
-        Of blocks.
-    holds : list of Hold
-        Of gridpoints; where two speak of the same one, the later counts.
-    mesh : Mesh or None
-        Zones of the deformable blocks.
-
-    Raises
-    ------
-    InputError
-        If a block is not deformable, or none of its gridpoints is meant.
-    """
+    """Supports with the held or moved gridpoints added; of two holds of one gridpoint the later counts."""
     if not holds:
         return supports
-    found: dict[int, float] = {}
+    displacements: dict[int, float] = {}
     for hold in holds:
-        mesh_, own = _gridpoints(mesh, hold.block)
-        x, y = mesh_.x[own], mesh_.y[own]
+        mesh_, gridpoints = _gridpoints(mesh, hold.block)
+        x, y = mesh_.x[gridpoints], mesh_.y[gridpoints]
         meant = np.flatnonzero(hold.where(x, y))
         if not meant.size:
             raise InputError(f"block {hold.block}: none of its {len(x)} gridpoints is where it is to be held.")
-        for amount, dof in ((hold.x, mesh_.dof_x[own]), (hold.y, mesh_.dof_y[own])):
+        for amount, dof in ((hold.x, mesh_.dof_x[gridpoints]), (hold.y, mesh_.dof_y[gridpoints])):
             if amount is not None:
                 values = _values(amount, x[meant], y[meant], f"block {hold.block}: the displacement of its gridpoints")
-                found.update(zip(dof[meant].tolist(), values.tolist()))
-    dofs = np.array(sorted(found), dtype=np.int64)
+                displacements.update(zip(dof[meant].tolist(), values.tolist()))
+    dofs = np.array(sorted(displacements), dtype=np.int64)
     none = np.zeros(len(dofs))
     return supports._replace(
         prescribed=np.concatenate((supports.prescribed, dofs)),
-        prescribed_displacement=np.concatenate((supports.prescribed_displacement, [found[d] for d in dofs.tolist()])),
+        prescribed_displacement=np.concatenate(
+            (supports.prescribed_displacement, [displacements[d] for d in dofs.tolist()])
+        ),
         start=np.concatenate((supports.start, none)),
         after_load=np.concatenate((supports.after_load, none.astype(np.bool_))),
     )
@@ -83,17 +70,7 @@ def held_too(supports: Supports, holds: list[Hold], mesh: Mesh | None) -> Suppor
 def edge_loads(
     tractions: list[Traction], mesh: Mesh | None, thickness: FloatArray
 ) -> tuple[FloatArray | None, FloatArray | None]:
-    """Return dead and live load on gridpoints, arrays (size,) (N); None where there is none.
-
-    Parameters
-    ----------
-    tractions : list of Traction
-        On edges of deformable blocks.
-    mesh : Mesh or None
-        Their zones.
-    thickness : array (n,)
-        Of the blocks (m).
-    """
+    """Dead and live load on gridpoints, arrays (size,) (N); None without loads."""
     loads: list[FloatArray | None] = [None, None]
     for traction in tractions:
         mesh_, _ = _gridpoints(mesh, traction.block)
@@ -108,9 +85,9 @@ def edge_loads(
         facets, x, y = facets[meant], x[meant], y[meant]
         half = 0.5 * np.hypot(x[:, 1] - x[:, 0], y[:, 1] - y[:, 0]) * thickness[traction.block]
         for share in GAUSS:
-            at_x, at_y = (1 - share) * x[:, 0] + share * x[:, 1], (1 - share) * y[:, 0] + share * y[:, 1]
+            point_x, point_y = (1 - share) * x[:, 0] + share * x[:, 1], (1 - share) * y[:, 0] + share * y[:, 1]
             for amount, dof in ((traction.x, mesh_.dof_x), (traction.y, mesh_.dof_y)):
-                force = half * _values(amount, at_x, at_y, f"block {traction.block}: the traction")
+                force = half * _values(amount, point_x, point_y, f"block {traction.block}: the traction")
                 np.add.at(total, dof[facets[:, 0]], (1 - share) * force)
                 np.add.at(total, dof[facets[:, 1]], share * force)
         loads[traction.live] = total
@@ -118,10 +95,10 @@ def edge_loads(
 
 
 def _gridpoints(mesh: Mesh | None, block: int) -> tuple[Mesh, slice]:
-    found = np.empty(0) if mesh is None else np.flatnonzero(mesh.block == block)
-    if mesh is None or not found.size:
+    index = np.empty(0) if mesh is None else np.flatnonzero(mesh.block == block)
+    if mesh is None or not index.size:
         raise InputError(f"block {block}: is rigid, it has no gridpoints; give it a zone_size.")
-    d = int(found[0])
+    d = int(index[0])
     return mesh, slice(int(mesh.first_gridpoint[d]), int(mesh.first_gridpoint[d + 1]))
 
 

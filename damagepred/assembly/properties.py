@@ -19,39 +19,28 @@ Fields = Mapping[int, Mapping[str, FloatArray]]
 def joint_properties(
     materials: Sequence[Joint], material: IntArray, joint: IntArray, fields: Fields
 ) -> tuple[JointProperties, int]:
-    """Return the law of each interface, and how many joints had their tensile strength cut.
+    """Law of each interface, and the number of joints whose tensile strength was cut.
 
-    Tension in a Mohr-Coulomb joint cannot pass the apex of the cone, so in effect
-    tensile_strength <= cohesion / friction; the same holds for the residual values. Residual values are at most the
-    intact ones, and the dilation at most the friction, also where they are drawn apart. Whether a joint is too soft
-    for its fracture energy is left to ``brittle_where_soft``, as its stiffness may change yet.
-
-    Parameters
-    ----------
-    materials : sequence of Joint
-        The joint materials.
-    material : array of int (m,)
-        Which of them each interface has.
-    joint : array of int (m,)
-        Which joint each interface belongs to.
-    fields : mapping
-        Values that vary from joint to joint, by material and field name.
+    Tension in a Mohr-Coulomb joint cannot exceed the apex of the cone: tensile_strength <= cohesion / friction,
+    also for the residual values. Residual values are at most the intact ones, and the dilation at most the
+    friction, also where they are sampled independently. ``brittle_where_soft`` compares stiffness and fracture
+    energy later, as the stiffness may change.
     """
     names = (*JointProperties._fields[:-3], "fracture_energy", "shear_fracture_energy", "strength_factor")
     table = np.array([[_value(m, name) for m in materials] for name in names])
     columns: dict[str, FloatArray] = dict(zip(names, np.take(table, material, axis=1)))
     for number, varied in fields.items():
-        own = np.flatnonzero(material == number) if varied else joint[:0]
+        interfaces = np.flatnonzero(material == number) if varied else joint[:0]
         for name in columns.keys() & varied.keys():
-            columns[name][own] = varied[name][joint[own]]
+            columns[name][interfaces] = varied[name][joint[interfaces]]
         if "friction" in varied and "residual_friction" not in varied and materials[number].residual_friction is None:
-            columns["residual_friction"][own] = varied["friction"][joint[own]]
+            columns["residual_friction"][interfaces] = varied["friction"][joint[interfaces]]
     batch = columns.pop("strength_factor")
     for name in ("tensile_strength", "cohesion", "residual_tensile_strength", "residual_cohesion"):
         columns[name] = columns[name] * batch
-    # drawn apart, what is left may come out above what there was
-    for left, whole in (("residual_tensile_strength", "tensile_strength"), ("residual_cohesion", "cohesion")):
-        columns[left] = np.minimum(columns[left], columns[whole])
+    # sampled independently, a residual value may exceed the intact one
+    for residual, intact in (("residual_tensile_strength", "tensile_strength"), ("residual_cohesion", "cohesion")):
+        columns[residual] = np.minimum(columns[residual], columns[intact])
     columns["dilation"] = np.minimum(columns["dilation"], columns["friction"])
     columns["dilation"][np.isfinite(columns["compressive_strength"])] = 0.0
     limited = _cut_at_apex(columns, "tensile_strength", "cohesion", "friction")
@@ -66,13 +55,7 @@ def joint_properties(
 
 
 def no_tension_joint(joint: Joint) -> bool:
-    """Return whether a joint carries no tension and has no bond that could break: damp-proof course, dry joint, soil.
-
-    Parameters
-    ----------
-    joint : Joint
-        Its tensile strength counts as cut at the apex of the cone.
-    """
+    """Whether a joint carries no tension and has no bond to break: damp-proof course, dry joint, soil."""
     tension = 0.0 if joint.cohesion == 0.0 and joint.friction > 0.0 else joint.tensile_strength
     same_friction = _value(joint, "residual_friction") == joint.friction
     return tension == 0.0 and joint.cohesion == joint.residual_cohesion and same_friction
@@ -105,26 +88,11 @@ def lump_block_elasticity(
     soft: int | None = None,
     elastic: ElasticBlocks | None = None,
 ) -> JointProperties:
-    """Put the elasticity of rigid blocks in series with their joints.
+    """Joint stiffness with the elasticity of rigid blocks in series.
 
-    1/k = 1/k_n + h_a/E_a + h_b/E_b, and with G for the shear stiffness, where h is the distance from the interface to
-    a block's centroid. Without it the wall is far too stiff.
-
-    Parameters
-    ----------
-    properties : JointProperties
-        Of the joints alone.
-    interfaces, blocks
-        Geometry; the ground, body number n, and facets of deformable blocks, beyond it, add nothing.
-    materials : sequence of BlockMaterial
-        Block materials.
-    material : array of int (n,)
-        Which of them each block has.
-    soft : int, optional
-        Number of blocks, the first ones, whose elasticity counts; by default all.
-    elastic : ElasticBlocks, optional
-        Blocks that stretch by themselves: they add nothing to their head joints, see
-        ``damagepred.assembly.elastic_blocks``.
+    1/k = 1/k_n + h_a/E_a + h_b/E_b, and with G for the shear stiffness, where h is the distance from the interface
+    to a block's centroid. Only the first ``soft`` blocks count, by default all. Elastic blocks add nothing to their
+    head joints, see ``damagepred.assembly.elastic_blocks``.
     """
     soft_n = 1.0 / properties.normal_stiffness
     soft_s = 1.0 / properties.shear_stiffness
@@ -150,17 +118,7 @@ def lump_block_elasticity(
 
 
 def softened(properties: JointProperties, which: BoolArray, creep: float) -> JointProperties:
-    """Return joints with their stiffness after a long time, k / (1 + creep).
-
-    Parameters
-    ----------
-    properties : JointProperties
-        Of the joints alone.
-    which : array of bool (m,)
-        Interfaces that creep.
-    creep : float
-        Creep coefficient (1).
-    """
+    """Joints with their long-term stiffness, k / (1 + creep), where they creep (m,)."""
     share = np.where(which, 1.0 / (1.0 + creep), 1.0)
     names = ("normal_stiffness", "shear_stiffness")
     return properties._replace(**{name: share * getattr(properties, name) for name in names})
@@ -169,20 +127,11 @@ def softened(properties: JointProperties, which: BoolArray, creep: float) -> Joi
 def brittle_where_soft(
     properties: JointProperties, joint: IntArray, snap_back_ratio: float = 1.1
 ) -> tuple[JointProperties, int]:
-    """Make joints brittle whose fracture energy is below their elastic energy at cracking (snap-back); count them.
+    """Make joints brittle whose fracture energy is below their elastic energy at cracking; count them.
 
-    Their tension would have to fall to nothing at an opening, w_c, that is not beyond the one at which they crack,
-    f_t / k_n (snap-back). The same holds for slip. Tension may soften where the first slip breaks the bond; where
-    tension does not soften, slip leaves the bond as it is. To be called when the stiffness is final.
-
-    Parameters
-    ----------
-    properties : JointProperties
-        With critical_opening = 2 G_f / f_t, critical_slip = 2 G_f / (C - C_r).
-    joint : array of int (m,)
-        Which joint each interface belongs to.
-    snap_back_ratio : float
-        Smallest critical slip over the elastic shear displacement at cracking; below, the first slip breaks the bond.
+    Such tension would vanish at an opening w_c below the opening at cracking, f_t / k_n (snap-back). The same holds
+    for slip. Tension may soften where the first slip breaks the bond; where tension does not soften, slip leaves
+    the bond as it is. To be called with the final stiffness.
     """
     elastic = properties.tensile_strength / properties.normal_stiffness
     opening = properties.critical_opening
@@ -199,17 +148,7 @@ def brittle_where_soft(
 
 
 def block_law(materials: Sequence[BlockMaterial], material: IntArray, thickness: FloatArray) -> BlockLaw:
-    """Return the law of each block.
-
-    Parameters
-    ----------
-    materials : sequence of BlockMaterial
-        The materials.
-    material : array of int (n,)
-        Which of them each block has.
-    thickness : array (n,)
-        Out of plane (m).
-    """
+    """Law of each block."""
 
     def each(name: str) -> FloatArray:
         values = [getattr(m, name, None) for m in materials]

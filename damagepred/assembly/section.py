@@ -25,7 +25,7 @@ class SectionOptions:
     strength_share : float
         Share of the strength of wires and of concrete in compression that the cracked state may use at first cracking.
     minimum_reinforcement : float
-        Least area of the top wires over that of the concrete: without wires a face has no cracked state.
+        Least area of the top wires over the area of the concrete: without wires a face has no cracked state.
     """
 
     strength_share: float = 0.9
@@ -35,107 +35,69 @@ class SectionOptions:
 class Sections(NamedTuple):
     """Sections of a reinforced-concrete beam, s of them; each is an interface between two of its segments.
 
-    Signs as in kernels/concrete_section/law.py. Levels are depths below mid-depth.
-
-    Attributes
-    ----------
-    interface : array of int (s,)
-        Number of the interface in the model.
-    length : array (s,)
-        Length of beam it stands for (m): opening = strain x length, turn = curvature x length.
-    law : array of int (s,)
-        CRACKED or BRANSON of kernels/concrete_section/law.py.
-    width, depth : array (s,)
-        Of the concrete (m).
-    concrete_modulus, tensile_strength, crushing_strain : array (s,)
-        E_c and f_ct in bending (Pa), f'c / E_c (1).
-    steel_modulus, steel_strength, hardening_modulus : array (s,)
-        E_s, yield strength, and stress per plastic strain after yield (Pa).
-    top_area, bottom_area, top_level, bottom_level : array (s,)
-        Area (m2) and level (m) of the wires; the level of the top ones is negative.
-    tension_stiffening : array (s,)
-        beta (1).
-    axial_stiffness, coupled_stiffness, bending_stiffness : array (s,)
-        Of the uncracked section about mid-depth (N, Nm, Nm2): with its steel for "cracked", of concrete alone for
-        "branson". N = axial x strain + coupled x curvature, M = coupled x strain + bending x curvature.
-    flexibility : array (s, 3)
-        Inverse of that stiffness with moment / depth and curvature x depth: f11, f12, f22 (1/N).
-    pull, wires_pull : array (s, 2, 2)
-        Cracking of top and bottom: r for each N of axial force, and of moment / depth (1/N), by the tensile strength of
-        concrete and by ``strength_share`` of what the wires hold.
-    crush : array (s, 2, 2)
-        Likewise its pressure over ``strength_share`` f'c (1/N).
-    first_cracked : array (s, 2, 2)
-        Strain at mid-depth and curvature x depth of the cracked state at the moment that cracks top and bottom, N = 0.
-    cracked_second_moment : array (s, 2)
-        I_cr, with the top and with the bottom in tension, in terms of concrete (m4); at most I_g.
-    cracking_moment : array (s,)
-        M_cr = f_ct I_g / (depth / 2) (Nm), Branson's.
-    exponent : array (s,)
-        Branson's (1).
-    earlier_moment : array (s,)
-        By which they have been bent before, either way (Nm).
+    Signs as in kernels/concrete_section/law.py. Levels are depths below mid-depth (m).
     """
 
-    interface: IntArray
-    length: FloatArray
-    law: IntArray
-    width: FloatArray
+    interface: IntArray  # (s,): number of the interface in the model
+    length: FloatArray  # (s,): length of beam it stands for (m): opening = strain x length, turn = curvature x length
+    law: IntArray  # (s,): CRACKED or BRANSON of kernels/concrete_section/law.py
+    width: FloatArray  # (s,): concrete (m)
     depth: FloatArray
-    concrete_modulus: FloatArray
+    concrete_modulus: FloatArray  # (s,): E_c (Pa), f_ct in bending (Pa), f'c / E_c (1)
     tensile_strength: FloatArray
     crushing_strain: FloatArray
-    steel_modulus: FloatArray
+    steel_modulus: FloatArray  # (s,): E_s, yield strength, and stress per plastic strain after yield (Pa)
     steel_strength: FloatArray
     hardening_modulus: FloatArray
-    top_area: FloatArray
+    top_area: FloatArray  # (s,): wires: area (m2), level (m); the top level is negative
     bottom_area: FloatArray
     top_level: FloatArray
     bottom_level: FloatArray
-    tension_stiffening: FloatArray
+    tension_stiffening: FloatArray  # (s,): beta (1)
+    # (s,): of the uncracked section about mid-depth (N, Nm, Nm2), with its steel for "cracked": N = axial x
+    # strain + coupled x curvature, M = coupled x strain + bending x curvature
     axial_stiffness: FloatArray
     coupled_stiffness: FloatArray
     bending_stiffness: FloatArray
+    # (s, 3): inverse of the stiffness with moment / depth and curvature x depth: f11, f12, f22 (1/N)
     flexibility: FloatArray
+    # (s, 2, 2): cracking of top and bottom: r per N of axial force, and of moment / depth (1/N), by the tensile
+    # strength of concrete, and by ``strength_share`` of the strength of the wires
     pull: FloatArray
     wires_pull: FloatArray
-    crush: FloatArray
+    crush: FloatArray  # (s, 2, 2): likewise its pressure over ``strength_share`` f'c (1/N)
+    # (s, 2, 2): mid-depth strain and curvature x depth of the cracked state at first cracking of top and
+    # bottom, N = 0
     first_cracked: FloatArray
+    # (s, 2): I_cr, with the top and with the bottom in tension, in terms of concrete (m4), at most I_g
     cracked_second_moment: FloatArray
-    cracking_moment: FloatArray
-    exponent: FloatArray
-    earlier_moment: FloatArray
+    cracking_moment: FloatArray  # (s,): M_cr = f_ct I_g / (depth / 2) (Nm), Branson
+    exponent: FloatArray  # (s,): Branson (1)
+    earlier_moment: FloatArray  # (s,): earlier bending moment, in both directions (Nm)
 
 
 class SectionMemory(NamedTuple):
-    """What sections went through, for top (0) and bottom (1).
+    """History of sections, for top (0) and bottom (1)."""
 
-    Attributes
-    ----------
-    cracked : array (s, 2)
-        "cracked": zeta, the share of the length that is cracked from that face. "branson": the largest moment that
-        pulled at that face (Nm).
-    plastic : array (s, 2)
-        Plastic strain of the wires (1), stretched positive.
-    """
-
+    # (s, 2): "cracked": zeta, share of the length cracked from that face; "branson": largest moment that pulled
+    # at that face (Nm)
     cracked: FloatArray
-    plastic: FloatArray
+    plastic: FloatArray  # (s, 2): plastic strain of the wires (1), tension positive
 
     @classmethod
     def at_first(cls, sections: Sections) -> SectionMemory:
-        """Return the history of sections after their earlier moment, either way."""
+        """History of sections after their earlier moment, in both directions."""
         memory = cls.fresh(len(sections.interface))
         commit_earlier_moment(sections, memory)
         return memory
 
     @classmethod
     def fresh(cls, number: int) -> SectionMemory:
-        """Return the history of uncracked sections."""
+        """History of uncracked sections."""
         return cls(np.zeros((number, 2)), np.zeros((number, 2)))
 
     def copy(self) -> SectionMemory:
-        """Return a copy that may be changed."""
+        """Independent copy."""
         return SectionMemory(self.cracked.copy(), self.plastic.copy())
 
 
@@ -150,23 +112,9 @@ class SecondMoments(NamedTuple):
 def concrete_sections(
     interface: IntArray, length: ArrayLike, footing: Footing, options: SectionOptions = SectionOptions()
 ) -> Sections:
-    """Return the sections of a reinforced-concrete footing.
+    """Sections of a reinforced-concrete footing; interface (s,), and length of beam per section (m).
 
-    Parameters
-    ----------
-    interface : array of int (s,)
-        Numbers of their interfaces in the model.
-    length : float or array (s,)
-        Length of beam each stands for (m).
-    footing : Footing
-        With ``concrete``.
-    options : SectionOptions
-        Options of the law.
-
-    Raises
-    ------
-    InputError
-        If there is no concrete, or its wires are not below (above) mid-depth.
+    Raises InputError if there is no concrete, or a layer of wires is on the wrong side of mid-depth.
     """
     concrete = _concrete(footing)
     number = len(interface)
@@ -189,12 +137,12 @@ def concrete_sections(
     wires = (
         concrete.steel_strength
         * options.strength_share
-        * np.array(_wires_hold(width, depth, steel / modulus, bottom_area, low, top_area, high))
+        * np.array(_wire_strength(width, depth, steel / modulus, bottom_area, low, top_area, high))
     )
     pull = modulus / concrete.flexural_strength * faces @ flexibility
 
     def first(face: int) -> tuple[float, float]:
-        """Return strain and curvature x depth of the cracked state, at the moment that cracks a face and N = 0."""
+        """Strain and curvature x depth of the cracked state, at the moment that cracks a face and N = 0."""
         side, second = (-1.0, gross.hogging) if face == 0 else (1.0, gross.sagging)
         layers = ((bottom_area, depth / 2.0 + side * low), (top_area, depth / 2.0 + side * high))
         axis = _neutral_axis(width, steel / modulus, layers) - depth / 2.0
@@ -239,7 +187,7 @@ def concrete_sections(
 
 
 def _second_moments(footing: Footing) -> SecondMoments:
-    """Return the second moments of area of a footing, gross and cracked (N = 0, elastic steel)."""
+    """Second moments of area of a footing, gross and cracked (N = 0, elastic steel)."""
     concrete = _concrete(footing)
     half, ratio = footing.depth / 2.0, concrete.steel_modulus / concrete.concrete_modulus
     (bottom_area, low), (top_area, high) = _wires(footing, concrete)
@@ -251,19 +199,10 @@ def _second_moments(footing: Footing) -> SecondMoments:
 
 
 def cracking_moment(footing: Footing, axial_force: float = 0.0, hogging: bool = False) -> float:
-    """Return the moment at which a footing cracks (Nm, positive), from below or, hogging, from above.
+    """Cracking moment of a footing (Nm, positive), from below or, hogging, from above; axial force N (N) at mid-depth.
 
     For law "cracked" with the steel, at most ``strength_share`` of the wires' moment; for "branson" of the concrete
     alone, whatever N. 0 if it cracks without a moment.
-
-    Parameters
-    ----------
-    footing : Footing
-        With ``concrete``.
-    axial_force : float
-        N (N), at mid-depth.
-    hogging : bool
-        Whether the top is pulled.
     """
     sections = concrete_sections(np.zeros(1, np.int64), 1.0, footing)
     if sections.law[0] == BRANSON:
@@ -275,17 +214,7 @@ def cracking_moment(footing: Footing, axial_force: float = 0.0, hogging: bool = 
 
 
 def moment_curvature(footing: Footing, curvature: ArrayLike, axial_force: float = 0.0) -> FloatArray:
-    """Return the moments (Nm, sagging positive) of a section bent by one curvature after the other.
-
-    Parameters
-    ----------
-    footing : Footing
-        With ``concrete``.
-    curvature : array (k,)
-        Sagging (1/m), in the order in which it happens.
-    axial_force : float
-        N (N) at mid-depth, pull positive. It must not be more than the wires can carry.
-    """
+    """Moments (Nm, sagging positive) of a section bent by a sequence of curvatures (1/m), under N (N) at mid-depth."""
     path = np.ascontiguousarray(np.atleast_1d(curvature), dtype=float)
     strains, moments = np.zeros_like(path), np.zeros_like(path)
     sections = concrete_sections(np.zeros(1, np.int64), 1.0, footing)
@@ -301,7 +230,7 @@ def _concrete(footing: Footing) -> ReinforcedConcrete:
 
 
 def _wires(footing: Footing, concrete: ReinforcedConcrete) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return (area, level) of the bottom and of the top wires."""
+    """(area, level) of the bottom and of the top wires."""
     (bottom, low), (top, high) = concrete.bottom_wires, concrete.top_wires
     half = footing.depth / 2.0
     if concrete.cover + max(low, high) > half:
@@ -312,12 +241,12 @@ def _wires(footing: Footing, concrete: ReinforcedConcrete) -> tuple[tuple[float,
     return (bottom, half - concrete.cover - low / 2.0), (top, -(half - concrete.cover - high / 2.0))
 
 
-def _wires_hold(
+def _wire_strength(
     width: float, depth: float, ratio: float, bottom: float, low: float, top: float, high: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return N (m2) at M = 0 and M / depth (m2) at N = 0 for each Pa in the top wires, and in the bottom ones.
+    """N (m2) at M = 0 and M / depth (m2) at N = 0 per Pa in the top wires, and in the bottom wires.
 
-    Cracked, concrete carrying no tension. Between the two, forces are linear; that is on the safe side.
+    Cracked, without tension in the concrete. Linear between the two, which is on the safe side.
     """
     half, both = depth / 2.0, low - high
 
@@ -334,14 +263,14 @@ def _wires_hold(
 
 
 def _cracked_second_moment(width: float, ratio: float, layers: tuple[tuple[float, float], ...]) -> float:
-    """Return I_cr, with the steel (area, depth below the pressed face) in terms of concrete."""
+    """I_cr, with the steel (area, depth below the compressed face) in terms of concrete."""
     x = _neutral_axis(width, ratio, layers)
     steel = sum((ratio - (d < x)) * area * (d - x) ** 2 for area, d in layers)
     return float(width * x**3 / 3.0 + steel)
 
 
 def _neutral_axis(width: float, ratio: float, layers: tuple[tuple[float, float], ...]) -> float:
-    """Return its depth x below the pressed face: width x^2 / 2 = sum of n A (d - x), n - 1 for steel in concrete."""
+    """Depth x below the compressed face: width x^2 / 2 = sum of n A (d - x), n - 1 for steel in compression."""
     layers = tuple(sorted(layers, key=lambda layer: layer[1]))
     x = 0.0
     for pressed in range(len(layers) + 1):

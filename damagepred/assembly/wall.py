@@ -1,4 +1,4 @@
-"""From a scene to its model. Geometry is worked out once for all samples that share it."""
+"""Model of a scene. All samples that share a geometry compute it once."""
 
 from __future__ import annotations
 
@@ -78,38 +78,22 @@ ZONING = (
 )
 """Settings that decide on zones and elastic blocks."""
 MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL, HEAD = range(8)
-"""Numbers of the joint materials of a wall; BED is that between footing and first course."""
+"""Numbers of the joint materials of a wall; BED lies between footing and first course."""
 CREEPING = (MORTAR, DPC, BED, HEAD)
 """Joint materials that creep."""
 IN_KIND = np.array([MORTAR, HEAD, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL])
-"""Which of them the interfaces of each kind have."""
+"""Joint material of the interfaces of each kind."""
 
 
 class WallGeometry(NamedTuple):
-    """What does not change while materials, loads and movement do.
+    """Geometry shared by all samples of a wall."""
 
-    Attributes
-    ----------
-    geometry : Geometry
-        Blocks, interfaces and joints: bricks first, then the footing.
-    bricks : tuple of Brick
-        The bricks.
-    jambs : Jambs
-        Of the openings.
-    footing : array of int
-        Blocks of the footing, left to right; none where the wall's underside itself is moved.
-    control : array of int (m,)
-        Number of the control joint that each interface belongs to, -1 if it is none.
-    top_length : array (bricks,)
-        Length of wall top that each brick offers (m).
-    """
-
-    geometry: Geometry
+    geometry: Geometry  # bricks first, then the footing
     bricks: tuple[Brick, ...]
     jambs: Jambs
-    footing: IntArray
-    control: IntArray
-    top_length: FloatArray
+    footing: IntArray  # blocks of the footing, left to right; empty if the wall's underside itself is moved
+    control: IntArray  # (m,): number of the control joint of each interface, or -1
+    top_length: FloatArray  # (bricks,): length of wall top on each brick (m)
 
 
 @lru_cache(maxsize=8)
@@ -119,7 +103,7 @@ def _geometry(
     control_joint: tuple[ControlJoint, ...],
     dpc_course: int | None,
     solver: Solver,
-    found: Foundation | None,
+    footing_shape: Foundation | None,
     deformable: frozenset[int] | None,
     no_tension: frozenset[ContactKind],
     poisson_ratio: float,
@@ -127,7 +111,7 @@ def _geometry(
     beam: bool,
 ) -> WallGeometry:
     dpc = None if dpc_course is None else Dpc(course=dpc_course)
-    # the movement says nothing about the bricks; its default is too much for a short wall
+    # the movement does not shape the bricks; its default is too much for a short wall
     still = Movement(central_deflection=0.0)
     scene = Scene(wall=wall, opening=opening, control_joint=control_joint, dpc=dpc, movement=still)
     bricks = lay_bricks(scene)
@@ -141,19 +125,19 @@ def _geometry(
     if dpc_course is not None:
         assembly.set_joint_above(dpc_course - 1, Joint(), ContactKind.DPC)
     meet = parted(scene, bricks)
-    for left, right, _ in meet:
-        assembly.set_joint(left, right, Joint(), ContactKind.CONTROL_JOINT)
+    for first, second, _ in meet:
+        assembly.set_joint(first, second, Joint(), ContactKind.CONTROL_JOINT)
     footing = np.empty(0, dtype=np.int64)
     if beam:
         assembly.add_block(rectangle(0.0, wall.height, wall.length, wall.height + wall.block_height), elastic=False)
     if supports:
         add_supports(assembly, supports, bricks)
-    elif found is None:
+    elif footing_shape is None:
         assembly.rest_on_ground([i for i, brick in enumerate(bricks) if brick.course == 0])
     else:
-        footing = add_footing(assembly, found, bricks, wall.length, wall.block_length)
+        footing = add_footing(assembly, footing_shape, bricks, wall.length, wall.block_length)
     geometry = assembly.geometry(solver, no_tension=no_tension)
-    numbers = {(left, right): scene.control_joint.index(joint) for left, right, joint in meet}
+    numbers = {(first, second): scene.control_joint.index(joint) for first, second, joint in meet}
     sides = zip(geometry.interfaces.block_a.tolist(), geometry.interfaces.block_b.tolist())
     control = np.array([numbers.get((min(pair), max(pair)), -1) for pair in sides], dtype=np.int64)
     jambs = _jambs(scene, bricks, geometry)
@@ -161,27 +145,27 @@ def _geometry(
 
 
 @lru_cache(maxsize=8)
-def _footing_alone(known: Scene, solver: Solver, found: Foundation) -> WallGeometry:
-    wall = known.wall
+def _footing_alone(scene: Scene, solver: Solver, shape: Foundation) -> WallGeometry:
+    wall = scene.wall
     assembly = Assembly(thickness=wall.thickness)
-    bricks = lay_bricks(known)
-    footing = add_footing(assembly, found, bricks, wall.length, wall.block_length, alone=True)
-    geometry = assembly.geometry(solver, no_tension=_no_tension(known))
+    bricks = lay_bricks(scene)
+    footing = add_footing(assembly, shape, bricks, wall.length, wall.block_length, alone=True)
+    geometry = assembly.geometry(solver, no_tension=_no_tension(scene))
     return WallGeometry(geometry, (), NO_JAMBS, footing, np.full(len(geometry.interfaces.kind), -1), np.empty(0))
 
 
 def _blocks_at(brick: Brick, solver: Solver, dpc_course: int | None) -> str:
-    """Return what the settings say of a brick."""
+    """Kind of block that the settings choose for a brick."""
     below = dpc_course is not None and brick.course < dpc_course
     return (solver.below_dpc if below else solver.above_dpc) or solver.blocks
 
 
 def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None, chosen: bool | None) -> float:
-    """Return the size of a brick's cells (m), 0 if it is rigid."""
+    """Size of a brick's cells (m), 0 if it is rigid."""
     below = dpc_course is not None and brick.course < dpc_course
-    part = solver.below_dpc if below else solver.above_dpc
-    blocks = part or solver.blocks
-    if part is None and chosen is not None:  # each brick by itself; what the user says of a part stays
+    given = solver.below_dpc if below else solver.above_dpc
+    blocks = given or solver.blocks
+    if given is None and chosen is not None:  # a setting for a part of the wall takes precedence
         blocks = "deformable" if chosen else "rigid"
     if blocks != "deformable":
         return 0.0
@@ -193,7 +177,7 @@ def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None, chosen: boo
 @checked
 @one_blas_thread()
 def wall_geometry(scene: Scene) -> Geometry:
-    """Return blocks, interfaces and joints of a scene's wall.
+    """Blocks, interfaces and joints of a scene's wall.
 
     Raises
     ------
@@ -216,10 +200,10 @@ def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> WallGeome
     if course is not None and course >= courses:
         raise InputError(f"dpc.course = {course}: the wall has {courses} courses; take 1 to {courses - 1}")
     meshing = _meshing(scene.solver, bool(deformable))
-    # a gap's width shapes nothing
+    # the width of a gap does not change the geometry
     joints = tuple(replace(joint, width=0.0) for joint in scene.control_joint)
-    found, bare = foundation(scene), _no_tension(scene)
-    # how elastic bricks contract, which shapes their sides
+    shape, bare = foundation(scene), _no_tension(scene)
+    # the contraction of elastic bricks changes the motion of their sides
     ratio = scene.block.poisson_ratio if "elastic" in (meshing.blocks, meshing.above_dpc, meshing.below_dpc) else 0.0
     return _geometry(
         scene.wall,
@@ -227,7 +211,7 @@ def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> WallGeome
         joints,
         course,
         meshing,
-        found,
+        shape,
         deformable,
         bare,
         ratio,
@@ -237,7 +221,7 @@ def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> WallGeome
 
 
 def _no_tension(scene: Scene) -> frozenset[ContactKind]:
-    """Return the kinds of interface whose material has no bond."""
+    """Kinds of interface whose material has no bond."""
     material, materials = IN_KIND.copy(), _joint_materials(scene)
     if not _own_bed(scene):
         material[material == BED] = MORTAR
@@ -245,17 +229,17 @@ def _no_tension(scene: Scene) -> frozenset[ContactKind]:
 
 
 def _own_bed(scene: Scene) -> bool:
-    """Whether the bed on the footing or ground has a material of its own."""
+    """Whether the bed on the footing or ground has its own material."""
     return scene.footing.joint is not None
 
 
 def _meshing(solver: Solver, zoned: bool) -> Solver:
-    """Keep of the settings only what shapes the geometry: samples that differ in other things share it."""
-    usual = Solver()
+    """Settings that shape the geometry, all others at their defaults: samples that differ in others share it."""
+    defaults = Solver()
     given = (solver.blocks, solver.above_dpc, solver.below_dpc, solver.footing)
     zoned |= not {"deformable", "elastic"}.isdisjoint(given)
     names = ("quadrature", "contacts_per_interface", "no_tension_subdivisions") + (ZONING if zoned else ())
-    return replace(usual, **{name: getattr(solver, name) for name in names})
+    return replace(defaults, **{name: getattr(solver, name) for name in names})
 
 
 @checked
@@ -263,18 +247,17 @@ def _meshing(solver: Solver, zoned: bool) -> Solver:
 def wall_model(
     scene: Scene, fields: Mapping[str, FloatArray] | None = None, deformable: frozenset[int] | None = None
 ) -> Model:
-    """Return the model of a scene.
+    """Model of a scene.
 
     Parameters
     ----------
     scene : Scene
         The wall and its movement.
     fields : mapping of str to array (joints,), optional
-        Values that vary from joint to joint, by their place: ``"joint.<name>"`` or ``"dpc.<name>"``, one value for
-        each of the wall's joints in their order (those of the other material are ignored).
+        Values that vary from joint to joint: ``"joint.<name>"``, ``"head_joint.<name>"`` or ``"dpc.<name>"``, one value
+        per joint of the wall in its order (joints of other materials are ignored).
     deformable : frozenset of int, optional
-        The bricks that are cut into zones, whatever ``[solver] blocks`` says; a part of the wall for which the settings
-        say it (``above_dpc``, ``below_dpc``) stays as they say.
+        Bricks that are cut into zones, whatever ``[solver] blocks``; ``above_dpc`` and ``below_dpc`` take precedence.
 
     Raises
     ------
@@ -288,20 +271,20 @@ def wall_model(
     >>> len(model.density)  # blocks
     109
     """
-    known = _cached(scene, deformable)
-    return _with_slow_strains(scene, _model(scene, known, fields or {}, 0.0), known)
+    geometry = _cached(scene, deformable)
+    return _with_slow_strains(scene, _model(scene, geometry, fields or {}, 0.0), geometry)
 
 
 @checked
 def footing_alone(scene: Scene, line_load: float = 0.0) -> Model:
-    """Return the model of a scene's footing without the wall, on the same supports and jacks, or the same ground.
+    """Model of a scene's footing without the wall, on the same supports and jacks, or the same ground.
 
     Parameters
     ----------
     scene : Scene
         With ``movement.shape`` jacks or mound.
     line_load : float
-        Dead load along the footing, besides its weight (N/m, downwards): what of the wall it carries.
+        Dead load along the footing, without its weight (N/m, downwards): its share of the wall.
 
     Raises
     ------
@@ -315,19 +298,19 @@ def footing_alone(scene: Scene, line_load: float = 0.0) -> Model:
     >>> assembly.footing_alone(scene, line_load=10e3).jacks.at.tolist()
     [1.5, 3.0, 4.5]
     """
-    found = foundation(scene)
-    if found is None or scene.movement.shape not in ("jacks", "mound"):
+    shape = foundation(scene)
+    if shape is None or scene.movement.shape not in ("jacks", "mound"):
         raise InputError(
             f"movement.shape = '{scene.movement.shape}': prescribes the form of the footing; alone it takes 'jacks' or "
             "'mound'."
         )
     solver = _meshing(scene.solver, zoned=False)
-    known = Scene(wall=scene.wall, opening=scene.opening, control_joint=scene.control_joint, dpc=scene.dpc)
-    return _model(scene, _footing_alone(known, solver, found), {}, line_load)
+    description = Scene(wall=scene.wall, opening=scene.opening, control_joint=scene.control_joint, dpc=scene.dpc)
+    return _model(scene, _footing_alone(description, solver, shape), {}, line_load)
 
 
-def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], line_load: float) -> Model:
-    geometry, bricks, jambs, footing, control, top_length = known
+def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray], line_load: float) -> Model:
+    geometry, bricks, jambs, footing, control, top_length = shared
     blocks, interfaces = geometry.blocks, geometry.interfaces
     material = IN_KIND[interfaces.kind]
     if not _own_bed(scene):
@@ -405,23 +388,23 @@ def _model(scene: Scene, known: WallGeometry, fields: Mapping[str, FloatArray], 
     )
 
 
-def _with_slow_strains(scene: Scene, model: Model, known: WallGeometry) -> Model:
-    """Return the model with the strain of the bricks and creep of the joints, which act on all interfaces."""
+def _with_slow_strains(scene: Scene, model: Model, shared: WallGeometry) -> Model:
+    """Model with strain of the bricks and creep of the joints, which act on all interfaces."""
     strains, history = scene.strain_of_increments, model.history
     along = history is not None and not (strains is None and model.creep is None)
     if scene.strain is None and not along:
         return model
-    of_bricks = np.where(np.arange(model.n_blocks) < len(known.bricks), 1.0, 0.0)
+    of_bricks = np.where(np.arange(model.n_blocks) < len(shared.bricks), 1.0, 0.0)
     if along and history is not None:
-        unit = displacement_by_strain(known.geometry, of_bricks)
+        unit = displacement_by_strain(shared.geometry, of_bricks)
         ground = ImposedHistory.of(model.ground, unit, history, strains, model.creep)
         return replace(model, ground=ground, history=history._replace(strain=strains))
     total = 0.0 if scene.strain is None else scene.strain.total
-    return replace(model, ground=with_strain(model.ground, displacement_by_strain(known.geometry, total * of_bricks)))
+    return replace(model, ground=with_strain(model.ground, displacement_by_strain(shared.geometry, total * of_bricks)))
 
 
 def _on_jacks(scene: Scene, model: Model, geometry: Geometry, footing: IntArray) -> Model:
-    """Return the model with its footing on supports and jacks; deflection is measured between the outer supports."""
+    """Model with its footing on supports and jacks; deflection is measured between the outer supports."""
     supports = scene.rig.support_places(scene.wall.length)
     up = upward(geometry, footing, model.size)
     over = upward(geometry, footing, model.size, top=True)
@@ -440,7 +423,7 @@ def _on_jacks(scene: Scene, model: Model, geometry: Geometry, footing: IntArray)
 
 
 def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray) -> Model:
-    """Return the model with its footing on soil whose surface moves."""
+    """Model with its footing on soil whose surface moves."""
     length, kind, mound = scene.wall.length, scene.movement.kind, scene.mound
     if scene.movement.reverses:
         other = scene.movement.other
@@ -469,8 +452,8 @@ def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray
 
 
 def _joint_materials(scene: Scene) -> list[Joint]:
-    """Return the joint materials of a wall, in the order of their numbers."""
-    held = scene.rig.support == "held" or stops_at(scene) == "supports"  # until it ends there it is the same
+    """Joint materials of a wall, in the order of their numbers."""
+    held = scene.rig.support == "held" or stops_at(scene) == "supports"  # lift-off ends the path: no difference before
     return [
         scene.joint,
         _dpc_joint(scene.dpc, scene.joint),
@@ -484,14 +467,14 @@ def _joint_materials(scene: Scene) -> list[Joint]:
 
 
 def _concrete(footing: Footing) -> BlockMaterial:
-    """Return the material of the footing: elastic."""
+    """Elastic material of the footing."""
     return BlockMaterial(
         elastic_modulus=footing.elastic_modulus, poisson_ratio=footing.poisson_ratio, density=footing.density
     )
 
 
 def _moved_from_below(scene: Scene, beam: int) -> list[Hold]:
-    """Return what moves the footing: its underside follows the movement, its left end stays where it is along x."""
+    """Movement of a footing: its underside follows the movement, its left end is held along x."""
     length, bottom = scene.wall.length, -scene.footing.depth
     near = 1e-9 * length
     return [
@@ -501,7 +484,7 @@ def _moved_from_below(scene: Scene, beam: int) -> list[Hold]:
 
 
 def _dpc_joint(dpc: Dpc | None, joint: Joint) -> Joint:
-    """Return the material of a dpc: no tension, its own friction, the mortar's stiffness unless given."""
+    """Material of a dpc: no tension, its own friction, the mortar's stiffness unless given."""
     if dpc is None:
         return joint
     return Joint(
@@ -516,7 +499,7 @@ def _dpc_joint(dpc: Dpc | None, joint: Joint) -> Joint:
 
 
 def control_joint(joint: Joint) -> Joint:
-    """Return the law of a control joint that has closed: pressed like the mortar, without bond and friction."""
+    """Law of a closed control joint: the stiffness of mortar, without bond and friction."""
     return Joint(
         normal_stiffness=joint.normal_stiffness,
         shear_stiffness=joint.shear_stiffness,
@@ -527,16 +510,16 @@ def control_joint(joint: Joint) -> Joint:
 
 
 def _by_material(fields: Mapping[str, FloatArray], scene: Scene, joints: int) -> dict[int, dict[str, FloatArray]]:
-    """Return what varies from joint to joint by material; head joints vary as the mortar, unless by themselves."""
+    """Joint fields by material; head joints vary as the mortar unless they have their own values."""
     tables, heads = {"joint": MORTAR, "dpc": DPC, "head_joint": HEAD}, scene.head_joint
     sorted_out: dict[int, dict[str, FloatArray]] = {number: {} for number in tables.values()}
-    for place, values in fields.items():
-        table, _, name = place.partition(".")
+    for key, values in fields.items():
+        table, _, name = key.partition(".")
         if table not in tables or name not in Joint.__dataclass_fields__:
-            raise InputError(f"'{place}': only properties of joint, head_joint and dpc can vary from joint to joint.")
+            raise InputError(f"'{key}': only properties of joint, head_joint and dpc can vary from joint to joint.")
         if np.shape(values) != (joints,):
-            raise InputError(f"'{place}': needs one value for each of the {joints} joints, got {np.shape(values)}.")
-        sorted_out[tables[table]][name] = _of_joints(place, name, values)
+            raise InputError(f"'{key}': needs one value for each of the {joints} joints, got {np.shape(values)}.")
+        sorted_out[tables[table]][name] = _of_joints(key, name, values)
     for name, values in sorted_out[MORTAR].items():
         if heads is None or getattr(heads, name) is None:
             of_heads = values if heads is None else heads.of_bed(name, values)
@@ -544,18 +527,18 @@ def _by_material(fields: Mapping[str, FloatArray], scene: Scene, joints: int) ->
     return sorted_out
 
 
-def _of_joints(place: str, name: str, values: FloatArray) -> FloatArray:
-    """Return the values of joints as numbers that a joint can have."""
+def _of_joints(key: str, name: str, values: FloatArray) -> FloatArray:
+    """Checked field values, as numbers that a joint can have."""
     try:
-        found = np.asarray(values, dtype=np.float64)
+        numbers = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"'{place}': needs numbers, one for each joint.") from None
-    if not np.isfinite(found).all():
-        raise InputError(f"'{place}': has values that are not finite.")
-    for extreme in {found.min(), found.max()} if found.size else ():
+        raise InputError(f"'{key}': needs numbers, one for each joint.") from None
+    if not np.isfinite(numbers).all():
+        raise InputError(f"'{key}': has values that are not finite.")
+    for extreme in {numbers.min(), numbers.max()} if numbers.size else ():
         changed: dict[str, Any] = {name: float(extreme)}
         replace(_ANY_JOINT, **changed)
-    return found
+    return numbers
 
 
 _ANY_JOINT = Joint(normal_stiffness=1.0, shear_stiffness=1.0, tensile_strength=0.0, cohesion=0.0, friction=1e15)
@@ -563,19 +546,22 @@ _ANY_JOINT = Joint(normal_stiffness=1.0, shear_stiffness=1.0, tensile_strength=0
 
 
 def _top_length(wall: Wall, bricks: list[Brick]) -> FloatArray:
-    left, _, right, top, _ = np.array(bricks).reshape(-1, 5).T
-    return np.where(top > wall.height * (1 - 1e-9), right - left, 0.0)
+    start, _, end, top, _ = np.array(bricks).reshape(-1, 5).T
+    return np.where(top > wall.height * (1 - 1e-9), end - start, 0.0)
 
 
 def _jambs(scene: Scene, bricks: list[Brick], geometry: Geometry) -> Jambs:
-    """Find the blocks at the ends of each opening's jambs; at the upper ones the test measured the change in width."""
+    """Blocks at the ends of each opening's jambs; the test measured the change in width at the upper ends."""
     box = np.array([b[:4] for b in bricks])
-    left, bottom, right, top = box.reshape(-1, 4).T
+    west_edge, bottom, east_edge, top = box.reshape(-1, 4).T
     block = np.full((len(scene.opening), 4), -1, dtype=np.int64)
     arm = np.zeros((len(scene.opening), 4, 2))
     for number, hole in enumerate(scene.opening):
         lowest, highest = np.isclose(bottom, _nearest(bottom, hole.y)), np.isclose(top, _nearest(top, hole.top))
-        west, east = np.isclose(right, _nearest(right, hole.x)), np.isclose(left, _nearest(left, hole.right))
+        west, east = (
+            np.isclose(east_edge, _nearest(east_edge, hole.x)),
+            np.isclose(west_edge, _nearest(west_edge, hole.right)),
+        )
         ends = (
             (lowest, west, hole.x, hole.y),
             (lowest, east, hole.right, hole.y),
@@ -583,11 +569,11 @@ def _jambs(scene: Scene, bricks: list[Brick], geometry: Geometry) -> Jambs:
             (highest, west, hole.x, hole.top),
         )
         for end, (level, side, x, y) in enumerate(ends):
-            # an opening at the very end of the wall has one jamb: its width is measured from there to nowhere
-            found = np.flatnonzero(level & side)
-            if found.size:
-                block[number, end] = found[0]
-                arm[number, end] = x - geometry.blocks.x[found[0]], y - geometry.blocks.y[found[0]]
+            # an opening at the end of the wall has only one jamb
+            bricks_there = np.flatnonzero(level & side)
+            if bricks_there.size:
+                block[number, end] = bricks_there[0]
+                arm[number, end] = x - geometry.blocks.x[bricks_there[0]], y - geometry.blocks.y[bricks_there[0]]
     return Jambs(block, arm)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from damagepred.archive.cautions import energy_error_share, implausible, snap_through_share
 from damagepred.archive.provenance import provenance
-from damagepred.archive.schema import CATEGORY_VARIABLES, WORST_CATEGORY, dataset, name_categories
+from damagepred.archive.schema import CATEGORY_VARIABLES, VARIABLES, WORST_CATEGORY, dataset, name_categories
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import LaboratoryTest
@@ -227,6 +227,14 @@ def _strain_values(steps: list[Step]) -> dict[str, NDArray]:
     return {name: np.array([s[:, i] for s in strains]) for i, name in enumerate(("block_strain", "block_curvature"))}
 
 
+def _registered(
+    dims: tuple[str, ...], record: Mapping[str, Any], value: Callable[[str], NDArray] | None = None
+) -> dict[str, NDArray]:
+    """Variables of the schema with these dimensions whose names, without the last dimension's, have a value."""
+    short = {name: name.removeprefix(f"{dims[-1]}_") for name, kind in VARIABLES.items() if kind.dims == dims}
+    return {name: record[key] if value is None else value(key) for name, key in short.items() if key in record}
+
+
 def collect(
     model: Model,
     steps: list[Step],
@@ -246,49 +254,33 @@ def collect(
         zoning = {"deformable_blocks": len(model.mesh.block), "zones": len(model.mesh.zones), "plane": model.plane}
 
     def at_contacts(name: str) -> NDArray:
-        return stacked(steps, name).reshape(len(steps), -1)
+        values = np.asarray(contacts[name])
+        return np.repeat(values, per_joint) if values.ndim == 1 else values.ravel()
 
-    def spread(values: NDArray) -> NDArray:
-        return np.repeat(values, per_joint)
+    def along_path(name: str) -> NDArray:
+        return stacked(steps, name).reshape(len(steps), -1)
 
     moved = stacked(steps, "displacement")
     unknown = np.full_like(moved[0], np.nan)
     support = np.array([unknown if s.increment.support_force is None else s.increment.support_force for s in steps])
+    corners = {"block": np.repeat(np.arange(model.n_blocks), np.diff(blocks.first_vertex))}
+    corners |= dict(zip("xy", blocks.vertices.T))
+    contacts = face._asdict() | model.properties._asdict()
+    contacts |= {"x": joints.contact_x, "y": joints.contact_y, "length": joints.contact_length}
+    contacts |= {"thickness": face.contact_area / joints.contact_length, "interface": np.arange(len(face.kind))}
+    if (broken_at := steps[-1].increment.broken_at) is not None:
+        contacts["broken_at"] = broken_at
     values = {
         "increment": stacked(steps, "number").astype(np.int64),
         **path_values(model, steps),
         **{f"opening_{name}": np.full(openings, np.nan) for name in ("left", "sill", "width", "height") if openings},
-        "block_x": blocks.x,
-        "block_y": blocks.y,
-        "block_course": blocks.course,
-        "block_displacement_x": moved[..., 0],
-        "block_displacement_y": moved[..., 1],
-        "block_rotation": moved[..., 2],
+        **_registered(("block",), blocks._asdict()),
+        **dict(zip(("block_displacement_x", "block_displacement_y", "block_rotation"), np.moveaxis(moved, 2, 0))),
         **_strain_values(steps),
-        "block_support_force_x": support[..., 0],
-        "block_support_force_y": support[..., 1],
-        "block_support_moment": support[..., 2],
-        "vertex_x": blocks.vertices[:, 0],
-        "vertex_y": blocks.vertices[:, 1],
-        "vertex_block": np.repeat(np.arange(model.n_blocks), np.diff(blocks.first_vertex)),
-        "contact_x": joints.contact_x.ravel(),
-        "contact_y": joints.contact_y.ravel(),
-        "contact_length": joints.contact_length.ravel(),
-        "contact_thickness": (face.contact_area / joints.contact_length).ravel(),
-        "contact_kind": spread(face.kind),
-        "contact_joint": spread(face.joint),
-        "contact_interface": spread(np.arange(len(face.kind))),
-        "contact_normal_x": spread(face.normal_x),
-        "contact_normal_y": spread(face.normal_y),
-        "contact_tensile_strength": spread(model.properties.tensile_strength),
-        "contact_cohesion": spread(model.properties.cohesion),
-        "contact_friction": spread(model.properties.friction),
-        "contact_opening": at_contacts("opening"),
-        "contact_slip": at_contacts("slip"),
-        "contact_normal_stress": at_contacts("normal_stress"),
-        "contact_shear_stress": at_contacts("shear_stress"),
-        "contact_state": at_contacts("state"),
-        **({} if (broken_at := steps[-1].increment.broken_at) is None else {"contact_broken_at": broken_at.ravel()}),
+        **dict(zip((f"block_support_{name}" for name in ("force_x", "force_y", "moment")), np.moveaxis(support, 2, 0))),
+        **_registered(("vertex",), corners),
+        **_registered(("contact",), contacts, at_contacts),
+        **_registered(("increment", "contact"), vars(steps[0].increment), along_path),
         **_footing_values(model, steps),
         **(_zone_values(model, steps) if store_zones else {}),
     }

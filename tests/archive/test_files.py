@@ -354,7 +354,7 @@ def test_a_failed_write_of_a_dataset_keeps_the_last_one(tmp_path: Path, monkeypa
         ("wall.nc", [".nc"], "is the input of this command"),
         ("nowhere/new.nc", [".nc"], "its folder does not exist"),
         ("file/new.nc", [".nc"], "part of its path is a file"),
-        ("file", [], "is a file, and this is written into a folder"),
+        ("file", [], "is a file, and a folder is needed"),
         ("file/house.dp", [], "part of its path is a file"),
         ("picture.png", [], "another name than that of a file"),
         (f"{'x' * 300}.nc", [".nc"], "cannot be written: File name too long"),

@@ -177,7 +177,7 @@ COMMITTED = environment() | {"damagepred_commit": "0123456789ab"}
 @pytest.mark.parametrize(
     ("recorded", "here", "says"),
     [
-        ({}, {}, "kernel hash, libraries and BLAS core are the same: this is a defect of damagepred."),
+        ({}, {}, "kernel hash, libraries and BLAS core are the same: this is a bug in damagepred."),
         ({"machine": "Zen 5"}, {"machine": "Skylake"}, "another machine (Zen 5, here Skylake)."),
         ({"blas": "Haswell"}, {"blas": "SkylakeX"}, "another BLAS core (Haswell, here SkylakeX)."),
         ({"kernel_hash": "ab"}, {"kernel_hash": "cd"}, "another kernel hash (ab, here cd)."),
