@@ -1,4 +1,4 @@
-"""From openings to cracks to categories of damage. Needs no solver, so archives can be judged again."""
+"""From openings to cracks to categories of damage. Independent of the solvers, so archives can be judged again."""
 
 from damagepred.damage.bands import BandGauges
 from damagepred.damage.cracks import HAIRLINE, Cracks, find_cracks, group_widths

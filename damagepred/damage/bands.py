@@ -1,10 +1,10 @@
 """Width of a crack band: the openings of neighbouring joints, summed as one measures across them.
 
-Equilibrium often leaves it open how neighbouring joints share an opening, so the widest single joint hangs on the
-solver, its pace and its rounding; the reading of a gauge that spans all of them does not. A gauge of a given length is
-laid straight across joints of one kind, at right angles: along a course across its head joints, upwards across bed
-joints. Its reading is the sum of the openings of the broken joints that it crosses. The width of the band is the
-largest reading of all gauges on the wall; gauges begin at the contacts and the ends of joints.
+Equilibrium often does not determine how neighbouring joints share an opening, so the widest single joint depends on
+solver, step size and rounding; the reading of a gauge across all of them does not. A straight gauge of a given length
+crosses joints of one kind at right angles: head joints along a course, bed joints upwards. Its reading is the sum of
+the openings of the broken joints that it crosses. The width of the band is the largest reading of all gauges on the
+wall; gauges begin at the contacts and the ends of joints.
 
 A gauge lies on masonry alone. It ends at an opening, a control joint, the damp-proof course, the footing bed and the
 end of the wall. A stepped or diagonal crack is read twice, along the course and upwards. The two readings are the
@@ -35,8 +35,8 @@ class BandGauges:
     profile : Profile
         Nodes of the mortar joints of the wall proper.
     sums : sparse array (g, k q) or (g, k (q + 2))
-        Share of the opening at each contact, of the ends before and behind them, too, in each reading of a gauge that
-        crosses several joints.
+        Share of the opening at each contact (and at the ends of joints, if they are nodes) in each reading of a gauge
+        that crosses several joints.
     """
 
     profile: Profile
@@ -49,9 +49,9 @@ class BandGauges:
         Parameters
         ----------
         joints : JointMap
-            Of the wall. Where its blocks are not known, no two joints are known to be neighbours.
+            Joints of the wall. Without blocks, no two joints are neighbours.
         length : float
-            Of a gauge (m): joints that lie no farther apart than that are read together.
+            Length of a gauge (m): it reads joints up to this distance apart together.
         """
         chosen = np.flatnonzero(joints.is_wall)
         profile = joints.profile(chosen)
@@ -59,7 +59,7 @@ class BandGauges:
         return cls(profile, sparse.csr_array(sparse.vstack(parts)))
 
     def width(self, opening: FloatArray, cracked: BoolArray, threshold: float = 0.0) -> float:
-        """Return the width of the widest crack band (m).
+        """Width of the widest crack band (m).
 
         Parameters
         ----------
@@ -68,7 +68,7 @@ class BandGauges:
         cracked : array of bool (m, q)
             Whether the bond is broken.
         threshold : float
-            Opening (m) from which a joint's opening counts. Above 0 the sum hangs on how joints share an opening.
+            Smallest opening that counts (m). Above 0 the sum depends on how joints share an opening.
         """
         broken = cracked.ravel()[self.profile.contacts]
         if not broken.any():
@@ -81,14 +81,14 @@ class BandGauges:
 
 
 def _readings(joints: JointMap, chosen: IntArray, nodes: FloatArray, axis: int, length: float) -> sparse.csr_array:
-    """Return the readings of gauges along one axis, of those that cross more than one joint.
+    """Readings of gauges along one axis that cross more than one joint.
 
-    A gauge begins at each contact and each end of a joint and goes on in the axis' direction, from block to block.
+    A gauge begins at each contact and each end of a joint and runs along the axis, from block to block.
     """
     start, end = joints.start[chosen], joints.end[chosen]
     along = end - start
     columns, size = nodes.shape[1], nodes.size
-    number = np.flatnonzero(np.abs(along[:, axis]) < 1e-6 * np.abs(along[:, 1 - axis]))  # those at right angles to it
+    number = np.flatnonzero(np.abs(along[:, axis]) < 1e-6 * np.abs(along[:, 1 - axis]))  # at right angles to the axis
     if not number.size:
         return sparse.csr_array((0, size))
     start, along, nodes = start[number], along[number], nodes[number]
@@ -98,34 +98,34 @@ def _readings(joints: JointMap, chosen: IntArray, nodes: FloatArray, axis: int, 
     sides = joints.blocks[chosen[number]]
     behind, ahead = np.where(forward[:, None], sides, sides[:, ::-1]).T
     level = start[:, axis]
-    place = start[:, 1 - axis, None] + tangent[:, None] * nodes
-    low, high = place.min(axis=1), place.max(axis=1)
+    position = start[:, 1 - axis, None] + tangent[:, None] * nodes
+    low, high = position.min(axis=1), position.max(axis=1)
     origin, span = low.min(), 2.0 * (high.max() - low.min())
     sort = np.argsort(behind * span + (low - origin), kind="stable")
     keys = (behind * span + (low - origin))[sort]
 
-    row, at = np.arange(place.size), place.ravel()
+    row, across = np.arange(position.size), position.ravel()
     joint = row // columns
-    inside = at + 1e-5 * ((low + high)[joint] / 2 - at)  # where joints meet, on the gauge's own side
+    inside = across + 1e-5 * ((low + high)[joint] / 2 - across)  # where joints meet, on the side of the gauge
     rows, cells, shares = [row], [number[joint] * columns + row % columns], [np.ones(len(row))]
     last, base = joint, level[joint]
     while True:
-        found = np.searchsorted(keys, ahead[last] * span + (inside - origin), side="right") - 1
-        following = sort[np.maximum(found, 0)]
-        ok = (found >= 0) & (ahead[last] >= 0) & (behind[following] == ahead[last]) & (inside <= high[following])
+        index = np.searchsorted(keys, ahead[last] * span + (inside - origin), side="right") - 1
+        following = sort[np.maximum(index, 0)]
+        ok = (index >= 0) & (ahead[last] >= 0) & (behind[following] == ahead[last]) & (inside <= high[following])
         ok &= (level[following] > level[last]) & (level[following] - base <= length * (1 + 1e-9))
         if not ok.any():
             break
-        row, at, inside, base, last = row[ok], at[ok], inside[ok], base[ok], following[ok]
-        way = np.clip(tangent[last] * (at - start[last, 1 - axis]), nodes[last, 0], nodes[last, -1])
+        row, across, inside, base, last = row[ok], across[ok], inside[ok], base[ok], following[ok]
+        way = np.clip(tangent[last] * (across - start[last, 1 - axis]), nodes[last, 0], nodes[last, -1])
         cell = np.clip((nodes[last] <= way[:, None] + 1e-12).sum(axis=1) - 1, 0, max(columns - 2, 0))
         gap = nodes[last, np.minimum(cell + 1, columns - 1)] - nodes[last, cell]
         share = np.where(gap > 0.0, (way - nodes[last, cell]) / np.where(gap > 0.0, gap, 1.0), 0.0)
-        for node, part in ((cell, 1.0 - share), (cell + 1, share)):
-            some = part > 1e-9
+        for node, weight in ((cell, 1.0 - share), (cell + 1, share)):
+            some = weight > 1e-9
             rows.append(row[some])
             cells.append((number[last] * columns + node)[some])
-            shares.append(part[some])
+            shares.append(weight[some])
     several = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *rows[1:]]))
     data, where = np.concatenate(shares), (np.concatenate(rows), np.concatenate(cells))
-    return sparse.csr_array((data, where), shape=(place.size, size))[several]
+    return sparse.csr_array((data, where), shape=(position.size, size))[several]

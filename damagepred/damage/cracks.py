@@ -15,7 +15,7 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.damage.joints import JointMap
 
 HAIRLINE = 0.05e-3
-"""Opening or slip (m) from which a joint is part of a crack: below it no eye sees one."""
+"""Smallest opening or slip (m) of a joint in a crack: smaller ones are invisible."""
 
 
 class Cracks(NamedTuple):
@@ -26,13 +26,13 @@ class Cracks(NamedTuple):
     width : array (c,)
         Largest opening normal to the joint (m).
     x, y : array (c,)
-        Where that is, or the contact nearest to it (m).
+        Position of the largest opening, or of the nearest contact (m).
     joints : array of int (c,)
-        Number of interfaces it runs through.
+        Number of interfaces in the crack.
     displacement : array (k,)
-        Of these and of cracks that only slid: largest sqrt(opening^2 + slip^2) (m).
+        Largest sqrt(opening^2 + slip^2) (m) of k cracks, including cracks that only slid.
     length : array (k,)
-        Of their interfaces together (m).
+        Total length of their interfaces (m).
     """
 
     width: FloatArray
@@ -55,7 +55,7 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
     Parameters
     ----------
     joints : JointMap
-        Where they lie.
+        Joints of the wall.
     opening, slip : array (m, q)
         Opening normal to and slip along the joint at each contact (m).
     cracked : array of bool (m, q)
@@ -63,18 +63,18 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
     """
     opening = joints.widest(opening)
     beyond = (cracked & (opening > HAIRLINE)) | (slip > HAIRLINE) | (slip < -HAIRLINE)
-    part = np.zeros(len(joints.kind), dtype=np.bool_)
-    part[np.flatnonzero(beyond) // opening.shape[1]] = True
-    part &= joints.is_wall
-    number = np.flatnonzero(part)
+    chosen = np.zeros(len(joints.kind), dtype=np.bool_)
+    chosen[np.flatnonzero(beyond) // opening.shape[1]] = True
+    chosen &= joints.is_wall
+    number = np.flatnonzero(chosen)
     if not number.size:
         return NO_CRACKS
-    count, label = _connected(joints, part, number)
+    count, label = _connected(joints, chosen, number)
     width = np.where(cracked[number], np.maximum(opening[number], 0.0), 0.0)
     widest = width.argmax(axis=1)
     per_joint = width[np.arange(len(number)), widest]
-    x, y = (at[number, widest] for at in (joints.contact_x, joints.contact_y))
-    order = np.lexsort((y, x, -per_joint, label))  # of joints as wide as each other the place decides, not the number
+    x, y = (coordinate[number, widest] for coordinate in (joints.contact_x, joints.contact_y))
+    order = np.lexsort((y, x, -per_joint, label))  # ties are ordered by position, not by number
     first = order[np.searchsorted(label[order], np.arange(count))]
     rank = first[np.argsort(-per_joint[first], kind="stable")]
     rank = rank[per_joint[rank] > 0.0]  # joints that only slid are no open crack
@@ -92,15 +92,10 @@ def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked
 
 
 def psi(cracks: Cracks) -> float:
-    """Return the damage parameter Psi = 2 n^0.15 c^0.3 of n cracks (Korswagen 2024), 0 without a crack.
+    """Damage parameter Psi = 2 n^0.15 c^0.3 of n cracks (Korswagen 2024), 0 without a crack.
 
-    c (mm) is the mean of their displacements c_i weighted by displacement and length: sum(c_i^2 L_i) / sum(c_i L_i).
-    One crack of 0.1 mm has Psi = 1, the first that is seen; 1.5, 2.5 and 3.5 part the grades above.
-
-    Parameters
-    ----------
-    cracks : Cracks
-        Of the wall proper.
+    c (mm) is the mean displacement c_i weighted by displacement and length: sum(c_i^2 L_i) / sum(c_i L_i). One
+    crack of 0.1 mm, the first visible, has Psi = 1; the grades above begin at 1.5, 2.5 and 3.5.
     """
     weight = cracks.displacement * cracks.length
     if not weight.any():
@@ -109,10 +104,10 @@ def psi(cracks: Cracks) -> float:
     return float(2.0 * len(weight) ** 0.15 * mean**0.3)
 
 
-def _connected(joints: JointMap, part: BoolArray, number: IntArray) -> tuple[int, NDArray[np.int32]]:
-    """Return how many pieces interfaces ``number`` make, those where ``part`` is True, and the piece of each."""
+def _connected(joints: JointMap, chosen: BoolArray, number: IntArray) -> tuple[int, NDArray[np.int32]]:
+    """Number of connected pieces of the chosen interfaces, and the piece of each."""
     first, second = joints.wall_neighbours
-    both = np.flatnonzero(part[first] & part[second])
+    both = np.flatnonzero(chosen[first] & chosen[second])
     if not both.size:
         return len(number), np.arange(len(number), dtype=np.int32)
     a, b = np.searchsorted(number, first[both]), np.searchsorted(number, second[both])
@@ -122,17 +117,17 @@ def _connected(joints: JointMap, part: BoolArray, number: IntArray) -> tuple[int
 
 
 def group_widths(cracks: Cracks, distance: float, counts: Sequence[int]) -> tuple[float, ...]:
-    """Return for each count the width of the narrowest crack in the widest group of that many cracks (m), 0 if none.
+    """Width of the narrowest crack in the widest group of each count of cracks (m), 0 without such a group.
 
-    The rule of any damage table is then a comparison: a group of that many cracks of at least some width exists if, and
-    only if, this width is as large.
+    A group of that many cracks of at least some width exists if, and only if, this width is as large: the rule of any
+    damage table becomes a comparison.
 
     Parameters
     ----------
     cracks : Cracks
         The cracks.
     distance : float
-        Within which of one of them they lie (m).
+        Distance from one crack within which the group lies (m).
     counts : sequence of int
         Numbers of cracks, from 2.
     """
@@ -141,15 +136,15 @@ def group_widths(cracks: Cracks, distance: float, counts: Sequence[int]) -> tupl
         return (0.0,) * len(counts)
     order = np.argsort(-cracks.width, kind="stable")
     width = cracks.width[order]
-    so_far = np.cumsum(_near(cracks.x[order], cracks.y[order], distance), axis=1)  # around each, from the widest on
-    found = []
+    within = np.cumsum(_near(cracks.x[order], cracks.y[order], distance), axis=1)  # around each crack, widest first
+    widths = []
     for count in counts:
-        enough = so_far >= count
+        enough = within >= count
         last = enough.argmax(axis=1)
-        found.append(float(np.where(enough[:, -1], np.minimum(width, width[last]), 0.0).max()))
-    return tuple(found)
+        widths.append(float(np.where(enough[:, -1], np.minimum(width, width[last]), 0.0).max()))
+    return tuple(widths)
 
 
 def _near(x: FloatArray, y: FloatArray, distance: float) -> BoolArray:
-    place = np.column_stack((x, y))
-    return np.asarray(cdist(place, place) <= distance * (1 + 1e-12))
+    position = np.column_stack((x, y))
+    return np.asarray(cdist(position, position) <= distance * (1 + 1e-12))

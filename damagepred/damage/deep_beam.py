@@ -1,13 +1,13 @@
-"""A wall as a deep elastic beam that follows the ground (Burland and Wroth 1974): strain from the deflection ratio.
+"""Strain of a deep elastic beam that follows the ground (Burland and Wroth 1974), from the deflection ratio.
 
 The beam is simply supported with a point load in the middle, and carries shear of parabolic distribution:
 
     D/L = eps_b [L/(12 t) + 3 E I/(2 t L H G)]        at the edge, in bending
     D/L = eps_d [1 + H L^2 G/(18 E I)]                 along the diagonal, in shear
 
-with I for unit thickness. Sagging (dishing): the neutral axis at mid-height, I = H^3/12, t = H/2. Hogging (doming): at
-the underside, which the ground holds together, I = H^3/3, t = H; the same as sagging of a wall twice as high. Of the
-two the bending strain is the larger where L/H > E/(4 G) in sagging, L/H > E/(2 G) in hogging.
+with I for unit thickness. Sagging (dishing): the neutral axis is at mid-height, I = H^3/12, t = H/2. Hogging (doming):
+at the underside, restrained by the ground, I = H^3/3, t = H; the same as sagging of a wall twice as high. The bending
+strain is the larger where L/H > E/(4 G) in sagging, L/H > E/(2 G) in hogging.
 
 The slope in shear is the shear strain at the neutral axis, 3/2 of the mean; by its energy it would be 6/5 of it, so for
 a given deflection the strains are underrated by up to a quarter where shear governs.
@@ -59,14 +59,14 @@ class BeamStrain(NamedTuple):
 def deflection_over_strain(
     length: ArrayLike, height: ArrayLike, kind: Kind, modulus_ratio: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the deflection ratio for unit strain, in bending and along the diagonal (1).
+    """Deflection ratio per unit strain, in bending and along the diagonal (1).
 
-    Times a strain the walls can bear, the smaller of the two is the critical deflection ratio.
+    The smaller one times the limiting strain is the critical deflection ratio.
 
     Parameters
     ----------
     length, height : array_like
-        Of the wall (m).
+        Size of the wall (m).
     kind : {"dishing", "doming"}
         Sagging or hogging.
     modulus_ratio : array_like
@@ -79,7 +79,7 @@ def deflection_over_strain(
 
     Examples
     --------
-    A wall 6 m by 2.4 m that sags: bending decides, for its deflection ratio is the smaller.
+    A wall 6 m by 2.4 m that sags: bending governs, with the smaller deflection ratio.
 
     >>> from damagepred import damage
     >>> [round(float(ratio), 2) for ratio in damage.deflection_over_strain(6.0, 2.4, "dishing", 2.4)]
@@ -108,23 +108,23 @@ def beam_strain(
     ground_strain: ArrayLike = 0.0,
     poisson_ratio: ArrayLike = 0.3,
 ) -> BeamStrain:
-    """Return the tensile strains of a wall that follows the ground; all but the kind may be arrays.
+    """Tensile strains of a wall that follows the ground; all arguments except the kind may be arrays.
 
     Parameters
     ----------
     deflection_ratio : array_like
         Central deflection over length (1), without sign; NaN stays NaN.
     length, height : array_like
-        Of the wall (m).
+        Size of the wall (m).
     kind : {"dishing", "doming"}
         Sagging or hogging.
     modulus_ratio : array_like
         E/G (1).
     ground_strain : array_like
-        Horizontal strain of the ground (1), tension positive, taken on by the wall (Boscardin and Cording 1989): it
-        adds to the bending strain, and with the diagonal strain makes a Mohr's circle.
+        Horizontal strain of the ground (1), tension positive, which the wall follows (Boscardin and Cording 1989): it
+        adds to the bending strain, and combines with the diagonal strain in Mohr's circle.
     poisson_ratio : array_like
-        nu (1), read with a ground strain only.
+        nu (1), used with a ground strain only.
 
     Raises
     ------

@@ -13,41 +13,23 @@ from damagepred.damage.limits import read_levels
 
 
 class DeviationLimits(NamedTuple):
-    """Limits of slope, and the length on which it is measured; from ``data/damage/deviation.toml``.
-
-    Attributes
-    ----------
-    name, source, confidence : str
-        Where they come from, and the level of confidence (``data_files.CONFIDENCE``).
-    level_names : tuple of str
-        Of level 0, 1, ...
-    limits : tuple of float
-        Smallest deviation of level 1, 2, ...
-    gauge : float
-        Length on which a deviation is measured (m).
-    """
+    """Limits of slope, and the length on which it is measured; from ``data/damage/deviation.toml``."""
 
     name: str
     source: str
-    confidence: str
-    level_names: tuple[str, ...]
-    limits: tuple[float, ...]
-    gauge: float
+    confidence: str  # (``data_files.CONFIDENCE``)
+    level_names: tuple[str, ...]  # names of levels 0, 1, ...
+    limits: tuple[float, ...]  # smallest deviation of levels 1, 2, ...
+    gauge: float  # length on which a deviation is measured (m)
 
     def level(self, *deviation: FloatArray) -> Int8Array:
-        """Return the level of the largest of some deviations, element by element; -1 where one is not known.
-
-        Parameters
-        ----------
-        *deviation : array
-            Slopes, all of one shape.
-        """
+        """Level of the largest deviation, element by element; -1 where one is unknown."""
         return level_of(np.max(np.broadcast_arrays(*deviation), axis=0), self.limits)
 
 
 @lru_cache(maxsize=1)
 def deviation_limits() -> DeviationLimits:
-    """Read the limits of slope.
+    """Limits of slope.
 
     Examples
     --------
@@ -60,23 +42,23 @@ def deviation_limits() -> DeviationLimits:
         content["name"],
         content["source"],
         content["confidence"],
-        tuple(one["name"] for one in levels),
-        tuple(float(one["from"]) for one in levels[1:]),
+        tuple(level["name"] for level in levels),
+        tuple(float(level["from"]) for level in levels[1:]),
         float(content["gauge"]["length"]),
     )
 
 
 class Deviation(NamedTuple):
-    """Largest slopes of a wall, as parts of one; NaN where the wall has no courses to measure on.
+    """Largest slopes of a wall (1); NaN where the wall has no courses.
 
     Attributes
     ----------
     tilt_max : array (...)
-        Out of plumb: of the wall proper, one brick relative to that about a gauge's length above it.
+        Out of plumb: a brick of the wall proper relative to a brick about a gauge's length above it.
     slope_max : array (...)
-        Out of level: of the courses of the wall proper, over about a gauge's length.
+        Out of level: courses of the wall proper, over about a gauge's length.
     base_slope_max : array (...)
-        The same of the lowest course, which follows the footing.
+        Out of level: the lowest course, which follows the footing.
     """
 
     tilt_max: FloatArray
@@ -121,25 +103,28 @@ class SightLines(NamedTuple):
         x, y : array (n,)
             Centroids (m).
         course : array of int (n,)
-            Course of each block, -1 where it has none: such blocks are left out, the footing's among them.
+            Course of each block; blocks without one (-1), as the footing's, are left out.
         dpc_level : float
             Height of the dpc (m); the wall proper is above.
         gauge : float, optional
-            Length to measure on (m); by default that of the limits. Where a course, or the wall, is shorter, all of it.
+            Measuring length (m), at most the course or the wall; by default the gauge of the limits.
         """
         gauge = deviation_limits().gauge if gauge is None else gauge
-        own = np.flatnonzero(course >= 0)
-        courses = [row[np.argsort(x[row])] for row in (own[course[own] == c] for c in np.unique(course[own]))]
+        in_courses = np.flatnonzero(course >= 0)
+        courses = [
+            row[np.argsort(x[row])]
+            for row in (in_courses[course[in_courses] == c] for c in np.unique(course[in_courses]))
+        ]
         along = [_along(x, row, gauge) for row in courses]
         proper = [row for row in courses if y[row].mean() > dpc_level]
         up = _upward(x, y, proper, gauge)
-        left, right = (np.concatenate([pair[i] for pair in along] or [np.empty(0, np.int64)]) for i in (0, 1))
+        first, second = (np.concatenate([pair[i] for pair in along] or [np.empty(0, np.int64)]) for i in (0, 1))
         return cls(
-            left,
-            right,
-            x[right] - x[left],
-            y[left] > dpc_level,
-            course[left] == (course[own].min() if own.size else 0),
+            first,
+            second,
+            x[second] - x[first],
+            y[first] > dpc_level,
+            course[first] == (course[in_courses].min() if in_courses.size else 0),
             up[0],
             up[1],
             y[up[1]] - y[up[0]],
@@ -164,27 +149,27 @@ def _largest(values: FloatArray) -> FloatArray:
 
 
 def _along(x: FloatArray, row: IntArray, gauge: float) -> tuple[IntArray, IntArray]:
-    """Return pairs of one course, left to right: each block with the farthest one within the gauge."""
-    place = x[row]
-    reach = np.searchsorted(place, place + gauge * (1 + 1e-9), side="right") - 1
+    """Pairs of one course, left to right: each block with the farthest one within the gauge."""
+    position = x[row]
+    reach = np.searchsorted(position, position + gauge * (1 + 1e-9), side="right") - 1
     first = np.arange(len(row))
-    long_enough = place[reach] - place >= 0.5 * min(gauge, float(place[-1] - place[0]))
+    long_enough = position[reach] - position >= 0.5 * min(gauge, float(position[-1] - position[0]))
     chosen = (reach > first) & long_enough
     return row[chosen], row[reach[chosen]]
 
 
 def _upward(x: FloatArray, y: FloatArray, courses: list[IntArray], gauge: float) -> tuple[IntArray, IntArray]:
-    """Return pairs one over the other: each block with one of the two highest courses within the gauge.
+    """Pairs one over the other: each block with one of the two highest courses within the gauge.
 
-    In running bond one of the two has a brick right above: a pair that stands askew would take a crack between them, or
-    the stretching of the wall, for a tilt.
+    In running bond one of the two has a brick right above: a pair out of line would read a crack between them, or
+    the stretching of the wall, as a tilt.
     """
     none = np.empty(0, dtype=np.int64)
     if len(courses) < 2:
         return none, none
     level = np.array([y[row].mean() for row in courses])
     apart = np.concatenate([np.diff(x[row]) for row in courses])
-    askew = 0.2 * float(np.median(apart)) if apart.size else np.inf  # one brick a course stands over the one below
+    askew = 0.2 * float(np.median(apart)) if apart.size else np.inf  # with one brick per course, each is above the last
     least = 0.5 * min(gauge, float(level[-1] - level[0]))
     lower, upper = [none], [none]
     for number, row in enumerate(courses):
@@ -194,7 +179,7 @@ def _upward(x: FloatArray, y: FloatArray, courses: list[IntArray], gauge: float)
             continue
         above = np.concatenate([courses[c] for c in within])
         gap = np.abs(x[above][None, :] - x[row][:, None])
-        nearest = gap.argmin(axis=1)  # of equals the first: the higher
+        nearest = gap.argmin(axis=1)  # of equals the first, which is higher
         over = gap[np.arange(len(row)), nearest] <= askew
         lower.append(row[over])
         upper.append(above[nearest[over]])

@@ -16,14 +16,14 @@ OPPOSITE = ((0, 2), (1, 3))
 
 
 class Distortion(NamedTuple):
-    """Distortion of o openings; NaN where an opening has one jamb only.
+    """Distortion of o openings; NaN for an opening with a single jamb.
 
     Attributes
     ----------
     opening_width_change : array (..., o)
         Change of width at the upper end of the jambs (m), widening positive.
     opening_distortion : array (..., o)
-        Largest change of the right angle at a corner (rad), either way.
+        Largest absolute change of the right angle at a corner (rad).
     opening_diagonal_change : array (..., o)
         Change of length of the diagonal that has shortened most, or lengthened least (m), lengthening positive.
     """
@@ -39,11 +39,11 @@ class Frames(NamedTuple):
     Attributes
     ----------
     block : array of int (o, 4)
-        Block at the end of each jamb, -1 where there is none.
+        Block at the end of each jamb, or -1.
     arm : array (o, 4, 2)
-        Place of the corner relative to that block's centroid (m).
+        Position of the corner relative to the centroid of the block (m).
     corner : array (o, 4, 2)
-        Place of the corner (m).
+        Position of the corner (m).
     """
 
     block: IntArray
@@ -62,7 +62,7 @@ class Frames(NamedTuple):
         shift = moved[..., :2] + moved[..., 2:] * np.stack((-self.arm[..., 1], self.arm[..., 0]), axis=-1)
         has_both = (self.block >= 0).all(axis=1)
         edge, stretch = (np.roll(v, -1, axis=-2) - v for v in (self.corner, shift))
-        with np.errstate(invalid="ignore", divide="ignore"):  # an opening with one jamb has no corners to speak of
+        with np.errstate(invalid="ignore", divide="ignore"):  # an opening with one jamb lacks corners
             turn = (edge[..., 0] * stretch[..., 1] - edge[..., 1] * stretch[..., 0]) / (edge**2).sum(axis=-1)
         angle = turn - np.roll(turn, 1, axis=-1)
         diagonals = []
@@ -80,45 +80,30 @@ def _length(vector: FloatArray) -> FloatArray:
 
 
 class StickingLimits(NamedTuple):
-    """Limits of distortion at which doors and windows stick; from ``data/damage/opening_distortion.toml``.
-
-    Attributes
-    ----------
-    name, source, confidence : str
-        Their source, and the level of confidence (``data_files.CONFIDENCE``).
-    level_names : tuple of str
-        Of level 0, 1, ...
-    angle, narrowing, diagonal : tuple of float
-        Smallest distortion (rad), loss of width (m) and shortening of a diagonal (m) of level 1, 2, ...
-    """
+    """Limits of distortion at which doors and windows stick; from ``data/damage/opening_distortion.toml``."""
 
     name: str
     source: str
-    confidence: str
-    level_names: tuple[str, ...]
+    confidence: str  # (``data_files.CONFIDENCE``)
+    level_names: tuple[str, ...]  # names of levels 0, 1, ...
+    # smallest distortion (rad), loss of width (m) and shortening of a diagonal (m) of levels 1, 2, ...
     angle: tuple[float, ...]
     narrowing: tuple[float, ...]
     diagonal: tuple[float, ...]
 
     def level(self, distortion: FloatArray, width_change: FloatArray, diagonal_change: FloatArray) -> Int8Array:
-        """Return the level of openings, element by element: the highest that one measure makes; -1 where unknown.
-
-        Parameters
-        ----------
-        distortion, width_change, diagonal_change : array
-            As ``Distortion`` has them.
-        """
+        """Level of openings, element by element: the highest of the three measures; -1 where unknown."""
         measured = (distortion, -np.asarray(width_change), -np.asarray(diagonal_change))
-        found = [
+        levels = [
             level_of(value, limits) for limits, value in zip((self.angle, self.narrowing, self.diagonal), measured)
         ]
-        unknown = np.minimum.reduce(found) < 0
-        return np.where(unknown, -1, np.maximum.reduce(found)).astype(np.int8)
+        unknown = np.minimum.reduce(levels) < 0
+        return np.where(unknown, -1, np.maximum.reduce(levels)).astype(np.int8)
 
 
 @lru_cache(maxsize=1)
 def sticking_limits() -> StickingLimits:
-    """Read the limits of distortion at which doors and windows stick.
+    """Limits of distortion at which doors and windows stick.
 
     Examples
     --------
@@ -131,6 +116,6 @@ def sticking_limits() -> StickingLimits:
         content["name"],
         " ".join(content["source"].split()),
         content["confidence"],
-        tuple(one["name"] for one in levels),
-        *(tuple(float(one[name]) for one in levels[1:]) for name in ("angle", "narrowing", "diagonal")),
+        tuple(level["name"] for level in levels),
+        *(tuple(float(level[name]) for level in levels[1:]) for name in ("angle", "narrowing", "diagonal")),
     )

@@ -1,4 +1,4 @@
-"""Cracks through the increments of a path: each keeps its number as it grows, closes and opens again."""
+"""Cracks along the increments of a path: each keeps its number as it grows, closes and opens again."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from damagepred.damage.joints import JointMap
 from damagepred.damage.tracing import Crack, Links, Pieces, trace
 
 PARTS = ("wall", "below_dpc", "dpc_opening", "dpc_slip")
-"""Parts that cracks are assigned to: the wall proper, the courses below the dpc, the dpc where it is open, and where it
-is closed and has slipped."""
+"""Parts of the wall with their own cracks: the wall proper, the courses below the dpc, the open dpc, the closed dpc
+that has slipped."""
 WALL, BELOW_DPC, DPC_OPENING, DPC_SLIP = range(4)
 
 
@@ -23,13 +23,13 @@ class Numbered(NamedTuple):
     Attributes
     ----------
     number : int
-        From 1, older cracks first, of one age the widest first.
+        From 1, older cracks first, then wider cracks.
     part : int
         Index into ``PARTS``.
     crack : Crack
-        As it is now.
+        Present state.
     first_increment, first_piece : int
-        When and where its first bond broke, or it first slid.
+        Increment and piece of its first broken bond or first slip.
     """
 
     number: int
@@ -47,19 +47,19 @@ class Growth:
     joints : JointMap
         The wall's joints.
     hairline : float
-        Opening or slip (m) from which a piece of joint is part of a crack.
+        Smallest opening or slip of a piece of joint in a crack (m).
 
     Attributes
     ----------
     merged : dict of int to int
-        Cracks that have become part of an older one, and its number.
+        Cracks that have joined an older one -> number of the older one.
     """
 
     def __init__(self, joints: JointMap, hairline: float = HAIRLINE) -> None:
         self.pieces, self.hairline = Pieces(joints), hairline
         q = joints.contact_x.shape[1]
-        wall, below, dpc = (np.repeat(own, q) for own in (joints.is_wall, joints.is_base, joints.is_dpc))
-        self._own = (wall, below, dpc, dpc)
+        wall, below, dpc = (np.repeat(members, q) for members in (joints.is_wall, joints.is_base, joints.is_dpc))
+        self._in_part = (wall, below, dpc, dpc)
         count = joints.contact_x.size
         self._number = [np.zeros(count, dtype=np.int64) for _ in PARTS]  # 0: never part of a crack
         self._first = np.full(count, -1, dtype=np.int64)
@@ -70,33 +70,33 @@ class Growth:
     def step(
         self, increment: int, opening: FloatArray, slip: FloatArray, cracked: BoolArray, links: Links | None = None
     ) -> list[Numbered]:
-        """Return the cracks of the next increment, by number.
+        """Cracks of the next increment, by number.
 
         Parameters
         ----------
         increment : int
-            Its position on the path.
+            Number of the increment.
         opening, slip : array (m, q) or (p,)
             Opening normal to and slip along the joints (m).
         cracked : array of bool (m, q) or (p,)
             Whether the bond is broken.
         links : Links, optional
-            What joins cracks through bricks.
+            Links through bricks.
         """
         joints = self.pieces.joints
         opening = joints.widest(np.reshape(opening, joints.contact_x.shape)).ravel()
         slip, cracked = np.ravel(slip), np.ravel(cracked)
         is_open = opening > self.hairline
         slid = np.abs(slip) > self.hairline
-        self._begin(increment, opening, cracked | slid | (is_open & self._own[DPC_OPENING]))
+        self._begin(increment, opening, cracked | slid | (is_open & self._in_part[DPC_OPENING]))
         joint = (is_open & cracked) | slid
         members = (joint, joint, is_open, slid & ~is_open)
-        found = []
-        for part, (own, member) in enumerate(zip(self._own, members)):
+        numbered = []
+        for part, (in_part, member) in enumerate(zip(self._in_part, members)):
             through = links if links is not None and part in (WALL, BELOW_DPC) else Links.none()
-            cracks = trace(self.pieces, opening, slip, own & member, through)
-            found += [Numbered(n, part, c, *self._origin(c)) for n, c in self._numbered(part, cracks)]
-        return sorted(found, key=lambda one: one.number)
+            cracks = trace(self.pieces, opening, slip, in_part & member, through)
+            numbered += [Numbered(n, part, c, *self._origin(c)) for n, c in self._numbered(part, cracks)]
+        return sorted(numbered, key=lambda crack: crack.number)
 
     def _begin(self, increment: int, opening: FloatArray, broken: BoolArray) -> None:
         new = broken & (self._first < 0)
@@ -104,14 +104,14 @@ class Growth:
         self._first_gap[new] = opening[new]
 
     def _origin(self, crack: Crack) -> tuple[int, int]:
-        """Return the increment and the piece in which a crack began; of several the one that was widest then."""
+        """Increment and piece in which a crack began; of several pieces the widest one then."""
         first = self._first[crack.pieces]
-        known = np.flatnonzero(first == first.min())
-        piece = crack.pieces[known[np.argmax(self._first_gap[crack.pieces[known]])]]
+        oldest = np.flatnonzero(first == first.min())
+        piece = crack.pieces[oldest[np.argmax(self._first_gap[crack.pieces[oldest]])]]
         return int(first.min()), int(piece)
 
     def _numbered(self, part: int, cracks: list[Crack]) -> list[tuple[int, Crack]]:
-        """Give each crack the oldest number that its pieces bear; the longest first, where two bear the same."""
+        """Give each crack the oldest number of its pieces; of two with the same number, the longest keeps it."""
         bears = self._number[part]
         taken: dict[int, int] = {}
         claims = [np.unique(bears[crack.pieces]) for crack in cracks]

@@ -21,54 +21,39 @@ if TYPE_CHECKING:
 class Ends(NamedTuple):
     """Linear extrapolation of the opening from the contacts to the ends of n interfaces.
 
-    The line goes through the outermost contact and the one beside it. Of an interface with a single contact, it goes
-    through that of the next interface between the same two blocks; without such an interface the opening is constant.
-
-    Attributes
-    ----------
-    contact, beside : array of int (n, 2)
-        Outermost contact at start and end, and the one that gives the line with it, as positions among all m q.
-    share : array (n, 2)
-        Distance of the end from the outermost contact, over the distance of that from the one beside it; negative where
-        the end lies between the two, 0 where the contact lies at the end.
+    The line goes through the outermost contact and its neighbour. An interface with a single contact takes the
+    contact of the next interface between the same two blocks; without one the opening is constant.
     """
 
-    contact: IntArray
-    beside: IntArray
+    contact: IntArray  # (n, 2): outermost contact at start and end, among all m q
+    beside: IntArray  # (n, 2): neighbour that defines the line
+    # (n, 2): distance of the end from the outermost contact over the distance between the two contacts;
+    # negative if the end lies between them, 0 if the contact lies at the end
     share: FloatArray
 
     def of(self, number: IntArray) -> Ends:
-        """Return those of some of the interfaces."""
+        """Extrapolation for a selection of interfaces."""
         return Ends(self.contact[number], self.beside[number], self.share[number])
 
     def __call__(self, values: FloatArray) -> FloatArray:
-        """Return values at start and end of each interface, (n, 2), from those at all contacts, (m, q)."""
+        """Values at start and end of each interface (n, 2), from the values at all contacts (m, q)."""
         flat = np.ravel(values)
         outermost = flat[self.contact]
         return np.asarray(outermost + self.share * (outermost - flat[self.beside]))
 
 
 class Profile(NamedTuple):
-    """Nodes of n interfaces: their contacts from start to end, with the ends themselves where contacts lie elsewhere.
+    """Nodes of n interfaces: contacts from start to end, and the ends themselves where no contact lies there.
 
-    Between nodes the opening is linear, as between rigid blocks; it is extrapolated beyond the outermost contacts.
-
-    Attributes
-    ----------
-    contacts : array of int (n, q)
-        Contacts, as positions among all m q.
-    way : array (n, q) or (n, q + 2)
-        Way of each node from the start of its interface (m).
-    ends : Ends or None
-        How openings at the ends follow; None where the outermost contacts lie there.
+    The opening is linear between nodes, as between rigid blocks, and extrapolated beyond the outermost contacts.
     """
 
-    contacts: IntArray
-    way: FloatArray
-    ends: Ends | None
+    contacts: IntArray  # (n, q): among all m q
+    way: FloatArray  # (n, q) or (n, q + 2): distance of each node from the start of its interface (m)
+    ends: Ends | None  # extrapolation; None if contacts lie at the ends
 
     def of(self, values: FloatArray) -> FloatArray:
-        """Return values at the nodes, of the shape of ``way``, from those at all contacts, (m, q)."""
+        """Values at the nodes, from the values at all contacts (m, q)."""
         inside = np.ravel(values)[self.contacts]
         if self.ends is None:
             return inside
@@ -76,15 +61,7 @@ class Profile(NamedTuple):
         return np.column_stack((first, inside, last))
 
     def open_length(self, opening: FloatArray, threshold: float) -> float:
-        """Return the length (m) over which the interfaces are open by more than a threshold.
-
-        Parameters
-        ----------
-        opening : array (m, q)
-            Of all contacts (m).
-        threshold : float
-            In m.
-        """
+        """Length (m) with an opening above a threshold (m)."""
         beyond = self.of(opening) - threshold
         if beyond.max(initial=0.0) <= 0.0:
             return 0.0
@@ -97,19 +74,18 @@ class Profile(NamedTuple):
 
 @dataclass(frozen=True)
 class JointMap:
-    """Where the interfaces of a wall lie; m interfaces with q contacts each.
+    """Geometry of the interfaces of a wall; m interfaces with q contacts each.
 
     Attributes
     ----------
     start, end : array (m, 2)
         Ends of each interface (m).
     kind : array of int8 (m,)
-        See ``ContactKind.BED_JOINT`` and the names beside it.
+        A ``ContactKind``.
     contact_x, contact_y, contact_length : array (m, q)
-        Place of each contact and its tributary length (m).
+        Position of each contact and its tributary length (m).
     blocks : array of int (m, 2)
-        Block that the normal of each interface points from, and block that it points to, -1 where there is none, or it
-        is not known.
+        Blocks on the two sides; the normal points from the first to the second. -1: none or unknown.
     """
 
     start: FloatArray
@@ -135,7 +111,7 @@ class JointMap:
         Parameters
         ----------
         x, y, length : array (m, q)
-            Place of each contact and its tributary length (m).
+            Position of each contact and its tributary length (m).
         normal : array (m, 2)
             Unit normal of each interface.
         kind : array (m,)
@@ -156,37 +132,37 @@ class JointMap:
         Parameters
         ----------
         ds : xarray.Dataset
-            Of one wall with its contacts.
+            One wall with its contacts.
         with_blocks : bool
-            Whether to find out which blocks lie on either side of each interface, where ``ends`` does not need them.
+            Whether to find the blocks on the two sides of each interface, also if ``ends`` does not need them.
         """
         shape = (int(ds["contact_interface"].values[-1]) + 1, -1)
         x, y, length, kind = (ds[f"contact_{name}"].values.reshape(shape) for name in ("x", "y", "length", "kind"))
         normal = np.column_stack([ds[f"contact_normal_{axis}"].values.reshape(shape)[:, 0] for axis in "xy"])
-        found = cls.from_contacts(x, y, length, normal, kind[:, 0])
+        joints = cls.from_contacts(x, y, length, normal, kind[:, 0])
         wanted = with_blocks or x.shape[1] == 1
-        return replace(found, blocks=_blocks_beside(ds, found)) if wanted else found
+        return replace(joints, blocks=_blocks_beside(ds, joints)) if wanted else joints
 
     @cached_property
     def is_dpc(self) -> BoolArray:
-        """Which interfaces are the dpc, (m,)."""
+        """Whether each interface (m,) is the dpc."""
         return self.kind == ContactKind.DPC
 
     @cached_property
     def is_wall(self) -> BoolArray:
-        """Which interfaces are mortar joints of the wall proper, (m,): above the dpc, or all where there is none."""
+        """Whether each interface (m,) is a mortar joint of the wall proper: above the dpc, or all without a dpc."""
         mortar = (self.kind == ContactKind.BED_JOINT) | (self.kind == ContactKind.HEAD_JOINT)
         return mortar & (self.middle_y > self.dpc_level)
 
     @cached_property
     def is_base(self) -> BoolArray:
-        """Which interfaces are mortar joints below the dpc, (m,)."""
+        """Whether each interface (m,) is a mortar joint below the dpc."""
         mortar = (self.kind == ContactKind.BED_JOINT) | (self.kind == ContactKind.HEAD_JOINT)
         return mortar & (self.middle_y <= self.dpc_level)
 
     @cached_property
     def is_footing(self) -> BoolArray:
-        """Which interfaces are the bed between the first course and the footing, or what the wall stands on, (m,)."""
+        """Whether each interface (m,) is the bed between the first course and the footing or ground."""
         return self.kind == ContactKind.FOOTING_INTERFACE
 
     @cached_property
@@ -201,7 +177,7 @@ class JointMap:
 
     @cached_property
     def contacts_along(self) -> tuple[IntArray, FloatArray]:
-        """The contacts in order along each interface, (m, q), and their way from its start (m)."""
+        """Order of the contacts along each interface (m, q), and their distance from its start (m)."""
         along = (self.end - self.start) / self.length[:, None]
         x, y = self.contact_x - self.start[:, :1], self.contact_y - self.start[:, 1:]
         way = x * along[:, :1] + y * along[:, 1:]
@@ -215,7 +191,7 @@ class JointMap:
 
     @cached_property
     def ends(self) -> Ends:
-        """How an opening at the ends of all interfaces follows from the contacts."""
+        """Extrapolation of the opening to the ends of all interfaces."""
         order, way = self.contacts_along
         contact = order[:, [0, -1]] + (order.shape[1] * np.arange(len(self.kind)))[:, None]
         distance = np.column_stack((way[:, 0], self.length - way[:, -1]))
@@ -236,39 +212,27 @@ class JointMap:
 
     @cached_property
     def _next_between_the_same_blocks(self) -> IntArray:
-        """The interface that each goes over into at its start and at its end, (m, 2), -1 where there is none."""
+        """Next interface between the same blocks at start and end of each (m, 2), or -1."""
         _, pair = np.unique(self.blocks, axis=0, return_inverse=True)
         key = pair.reshape(-1, 1) * (self.corner_numbers.max() + 1) + self.corner_numbers
-        found = np.empty(key.shape, dtype=np.int64)
-        for here, there in ((0, 1), (1, 0)):
-            order = np.argsort(key[:, there])
-            at = order[np.minimum(np.searchsorted(key[order, there], key[:, here]), len(order) - 1)]
-            found[:, here] = np.where(key[at, there] == key[:, here], at, -1)
-        found[self.blocks.max(axis=1) < 0] = -1  # blocks that are not known
-        return found
+        following = np.empty(key.shape, dtype=np.int64)
+        for side, other in ((0, 1), (1, 0)):
+            order = np.argsort(key[:, other])
+            match = order[np.minimum(np.searchsorted(key[order, other], key[:, side]), len(order) - 1)]
+            following[:, side] = np.where(key[match, other] == key[:, side], match, -1)
+        following[self.blocks.max(axis=1) < 0] = -1  # unknown blocks
+        return following
 
     def widest(self, opening: FloatArray) -> FloatArray:
-        """Return the widest opening over the tributary length of each contact (m), (m, q), ends of joints included.
-
-        Parameters
-        ----------
-        opening : array (m, q)
-            Of all contacts (m).
-        """
+        """Largest opening over the tributary length of each contact (m, q) (m), ends of joints included."""
         if not self.extrapolates:
             return opening
-        found = opening.ravel().copy()
-        np.maximum.at(found, self.ends.contact, self.ends(opening))
-        return found.reshape(opening.shape)
+        widest = opening.ravel().copy()
+        np.maximum.at(widest, self.ends.contact, self.ends(opening))
+        return widest.reshape(opening.shape)
 
     def profile(self, number: IntArray) -> Profile:
-        """Return the nodes of some interfaces, with which openings along them are measured.
-
-        Parameters
-        ----------
-        number : array of int (n,)
-            The interfaces.
-        """
+        """Nodes of a selection of interfaces, for openings along them."""
         order, way = self.contacts_along
         contacts, way = number[:, None] * order.shape[1] + order[number], way[number]
         if not self.extrapolates:
@@ -291,13 +255,7 @@ class JointMap:
         return {}
 
     def band_gauges(self, length: float) -> BandGauges:
-        """Return the gauges by which crack bands of this wall are measured; laid once for each length.
-
-        Parameters
-        ----------
-        length : float
-            Of a gauge (m).
-        """
+        """Gauges of one length (m) for crack bands of this wall, cached."""
         from damagepred.damage.bands import BandGauges
 
         if length not in self._gauges:
@@ -311,7 +269,7 @@ class JointMap:
 
     @cached_property
     def dpc_level(self) -> float:
-        """Height of the dpc (m), minus infinity where there is none."""
+        """Height of the dpc (m), minus infinity without a dpc."""
         return float(self.middle_y[self.is_dpc].max()) if self.is_dpc.any() else -np.inf
 
     @cached_property
@@ -319,7 +277,7 @@ class JointMap:
         """Numbers of the corners at start and end of each interface: array (m, 2)."""
         points = np.concatenate((self.start, self.end))
         apart = 1e-7 * float(np.ptp(points, axis=0).max())
-        # by the gaps between coordinates, not by rounding them: a corner may lie where rounding parts its copies
+        # group by gaps between coordinates: rounding could separate copies of one corner
         level = np.empty(points.shape, dtype=np.int64)
         for axis, values in enumerate(points.T):
             order = np.argsort(values, kind="stable")
@@ -328,7 +286,7 @@ class JointMap:
         return self._parted(number.reshape(2, -1).T)
 
     def _parted(self, number: IntArray) -> IntArray:
-        """Give corners at a control joint, where the leaf is parted, another number on its right than on its left."""
+        """Corner numbers with separate numbers on the two sides of a control joint."""
         gap = self.kind == ContactKind.CONTROL_JOINT
         if not gap.any():
             return number
@@ -340,7 +298,7 @@ class JointMap:
 
     @cached_property
     def corners(self) -> sparse.csr_array:
-        """Which corner each interface touches: array of bool (m, corners)."""
+        """Incidence of interfaces and corners (m, corners)."""
         number = self.corner_numbers.T.ravel()
         rows = np.tile(np.arange(len(self.kind)), 2)
         return sparse.csr_array((np.ones(len(rows), dtype=np.int8), (rows, number)))
@@ -348,19 +306,19 @@ class JointMap:
     @cached_property
     def wall_neighbours(self) -> tuple[IntArray, IntArray]:
         """Pairs of interfaces of the wall proper that share a corner: the first and the second of each."""
-        own = np.flatnonzero(self.is_wall)
-        touching = self.corners[own]
+        wall = np.flatnonzero(self.is_wall)
+        touching = self.corners[wall]
         pairs = sparse.triu(touching.astype(np.int32) @ touching.T, k=1).tocoo()
-        return own[pairs.row], own[pairs.col]
+        return wall[pairs.row], wall[pairs.col]
 
 
 def _blocks_beside(ds: xr.Dataset, joints: JointMap) -> IntArray:
-    """Return the blocks that an archive's interfaces lie between, as ``JointMap.blocks``, from the blocks' corners."""
+    """Blocks on the two sides of an archive's interfaces, as ``JointMap.blocks``, from the corners of blocks."""
     from scipy.spatial import KDTree
 
     corner = np.column_stack((ds["vertex_x"].values, ds["vertex_y"].values))
     owner = ds["vertex_block"].values
-    first = np.flatnonzero(np.diff(owner, prepend=-1))  # corners stand block by block, counter-clockwise
+    first = np.flatnonzero(np.diff(owner, prepend=-1))  # corners are listed block by block, counter-clockwise
     count = np.diff(np.append(first, len(owner)))
     following = np.arange(len(owner)) + 1
     following[first + count - 1] = first
@@ -378,8 +336,8 @@ def _blocks_beside(ds: xr.Dataset, joints: JointMap) -> IntArray:
     pair = np.repeat(np.arange(len(block)), sides)
     number = first[block][pair] + np.arange(len(pair)) - np.repeat(np.cumsum(sides) - sides, sides)
     arm = probe[point][pair] - corner[number]
-    left = edge[number, 0] * arm[:, 1] - edge[number, 1] * arm[:, 0] > 0.0
-    holds = np.bincount(pair[left], minlength=len(block)) == sides
-    found = np.full(len(probe), -1, dtype=np.int64)
-    found[point[holds]] = owner[first][block[holds]]
-    return found.reshape(2, -1).T
+    on_left = edge[number, 0] * arm[:, 1] - edge[number, 1] * arm[:, 0] > 0.0
+    holds = np.bincount(pair[on_left], minlength=len(block)) == sides
+    blocks = np.full(len(probe), -1, dtype=np.int64)
+    blocks[point[holds]] = owner[first][block[holds]]
+    return blocks.reshape(2, -1).T

@@ -14,7 +14,7 @@ from damagepred.damage.table import DamageTable, load_table
 Widths = FloatArray | float
 
 GROUP_COUNTS = (2, 3, 4, 5)
-"""Numbers of cracks in a group whose width archives keep, so that they can be judged by other rules."""
+"""Numbers of cracks in a group whose width archives store, for other rules."""
 
 
 class Verdict(NamedTuple):
@@ -23,12 +23,12 @@ class Verdict(NamedTuple):
     Attributes
     ----------
     damage_category : int
-        From the cracks of the wall proper, above the dpc, by the measure and the rules of the rules.
+        By the cracks of the wall proper, above the dpc, with the measure of the rules.
     damage_category_band : int
-        The same with the width of the widest crack band in place of the widest joint.
+        By the width of the widest crack band instead of the widest joint.
     crack_width_max : float
-        Widest crack of the wall proper (m): the largest opening normal to its joint, which is how damage tables are
-        read here; cracks as objects (``damagepred.cracks``) have other measures besides.
+        Widest crack of the wall proper (m): the largest opening normal to its joint, the measure of damage tables here.
+        Cracks as objects (``damagepred.cracks``) have more measures.
     crack_band_width_max : float
         Widest crack band of the wall proper (m): openings of neighbouring joints summed, see
         ``damagepred.damage.bands``; at least ``crack_width_max``.
@@ -46,11 +46,11 @@ class Verdict(NamedTuple):
     dpc_separation_length : float
         Length over which the dpc is open by more than the threshold (m).
     dpc_slip_max : float
-        Largest slip of the dpc, either way (m), 0 without a dpc.
+        Largest absolute slip of the dpc (m), 0 without a dpc.
     footing_opening_max : float
-        Widest gap along the bed between the first course and the footing, or what the wall stands on (m).
+        Widest gap along the bed between the first course and the footing or ground (m).
     footing_separation_length : float
-        Length over which that bed is open by more than the threshold (m).
+        Length over which this bed is open by more than the threshold (m).
     """
 
     damage_category: int
@@ -69,24 +69,24 @@ class Verdict(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """Rules by which the openings of a wall become a category; ``damagepred.scene.Damage`` explains them.
+    """Rules from the openings of a wall to a category; see ``damagepred.scene.Damage``.
 
     Attributes
     ----------
     table : DamageTable
-        Limits, with the plasterboard allowance where it applies.
+        Limits, with any plasterboard allowance.
     count_rule : bool
         Whether groups of cracks count.
     group_distance : float
-        Distance within which cracks make a group (m).
+        Largest distance of cracks in a group (m).
     group_count : int
-        Number of cracks that makes a group.
+        Number of cracks in a group.
     dpc_threshold, footing_threshold : float
-        Opening from which the dpc, or the bed on the footing, counts as separated (m).
+        Opening above which the dpc, or the bed on the footing, counts as separated (m).
     measure : {"joint", "band"}
-        Whether the widest joint or the widest crack band makes the category.
+        Whether the widest joint or the widest crack band determines the category.
     band_gauge, band_threshold : float
-        Length of the gauge across a crack band, and the opening from which a joint counts in it (m).
+        Length of the gauge across a crack band, and the smallest opening that it counts (m).
     count_footing_gap : bool
         Whether a gap along the bed on the footing counts as a crack of a wall without a dpc.
     """
@@ -104,7 +104,7 @@ class Rules(NamedTuple):
 
     @classmethod
     def from_settings(cls, table: str, plasterboard: bool, **others: Any) -> Rules:
-        """Make the rules of the plain values of ``damagepred.scene.Damage``.
+        """Rules with the plain values of ``damagepred.scene.Damage``.
 
         Parameters
         ----------
@@ -118,7 +118,7 @@ class Rules(NamedTuple):
         return cls(load_table(table, plasterboard=plasterboard), **others)
 
     def attributes(self) -> dict[str, dict[str, float]]:
-        """Return the rules that are archived as attributes of the variables that depend on them."""
+        """Archived attributes of the variables that depend on the rules."""
         return {
             "dpc_separation_length": {"opening_threshold": self.dpc_threshold},
             "footing_separation_length": {"opening_threshold": self.footing_threshold},
@@ -129,14 +129,14 @@ class Rules(NamedTuple):
     def widths(
         self, crack_width: Widths, band_width: Widths, footing_opening: Widths, has_dpc: bool
     ) -> tuple[Widths, Widths]:
-        """Return the width that makes the category, by the widest joint and by the widest crack band (m).
+        """Width that determines the category, by the widest joint and by the widest crack band (m).
 
         Parameters
         ----------
         crack_width, band_width, footing_opening : array or float
             Widest joint, widest crack band, and widest gap along the footing bed (m).
         has_dpc : bool
-            Whether the wall has a dpc: then the footing bed is no part of the wall proper, and its gap never counts.
+            Whether the wall has a dpc: then the footing bed is outside the wall proper, and its gap never counts.
         """
         if not self.count_footing_gap or has_dpc:
             return crack_width, band_width

@@ -13,20 +13,12 @@ from damagepred.arrays import Int8Array
 def level_of(
     values: ArrayLike, limits: Sequence[float], *, limit_is_below: bool = False, tolerance: float = 1e-9
 ) -> Int8Array:
-    """Return the number of limits that each value has reached, element by element; -1 where it is NaN.
+    """Number of limits (ascending) that each value has reached, element by element; -1 where it is NaN.
 
-    Parameters
-    ----------
-    values : array
-        Measure of damage, in the unit of the limits.
-    limits : sequence of float
-        Ascending.
-    limit_is_below : bool
-        Whether a value that meets a limit has the level below it; otherwise it has reached the limit.
-    tolerance : float
-        Relative error of a value that counts as meeting a limit: 5 mm computed as 4.999999999 mm is 5 mm.
+    With ``limit_is_below`` a value equal to a limit has the level below it. A relative error up to the tolerance
+    counts as equal: 5 mm computed as 4.999999999 mm is 5 mm.
     """
     given = np.asarray(values, dtype=np.float64)
     bounds = np.asarray(limits, dtype=np.float64) * (1.0 + tolerance if limit_is_below else 1.0 - tolerance)
-    found = np.searchsorted(bounds, given, side="left" if limit_is_below else "right")
-    return np.where(np.isnan(given), -1, found).astype(np.int8)
+    level = np.searchsorted(bounds, given, side="left" if limit_is_below else "right")
+    return np.where(np.isnan(given), -1, level).astype(np.int8)

@@ -1,4 +1,4 @@
-"""Limits of the simple methods, from data files with sources: tensile strains and movements of the ground."""
+"""Limits of the simple methods, from data files with sources: tensile strains and ground movements."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class StrainTable:
     Attributes
     ----------
     name, source, confidence : str
-        Where the limits come from, and the level of confidence.
+        Source of the limits, and the level of confidence.
     limits : tuple of float
-        Largest strain of category 0, 1, ... (1); a strain that meets a limit belongs to the lower category.
+        Largest strain of category 0, 1, ... (1); a strain equal to a limit belongs to the lower category.
 
     Examples
     --------
@@ -40,7 +40,7 @@ class StrainTable:
     limits: tuple[float, ...]
 
     def by_strain(self, strain: ArrayLike) -> Int8Array:
-        """Return the category of a tensile strain (1), element by element; -1 where it is NaN."""
+        """Category of a tensile strain (1), element by element; -1 where it is NaN."""
         return level_of(strain, self.limits, limit_is_below=True)
 
 
@@ -51,19 +51,19 @@ class MovementLimit:
     Attributes
     ----------
     author, about : str
-        Its author, and the damage beyond it.
+        Author, and the damage above the limit.
     measure : {"angular_distortion", "deflection_ratio"}
-        Of the ground under the wall.
+        Measure of the ground under the wall.
     one_in : tuple of float
-        The limit's reciprocal (1), at each length over height.
+        Reciprocal of the limit (1), at each length over height.
     length_over_height : tuple of float
-        Where it depends on it; otherwise empty.
+        Length over height (1); empty if the limit is constant.
     kind : str or None
-        The movement, dishing or doming, for which it holds; None: both.
+        Movement, dishing or doming; None: both.
     deflection : float or None
-        Central deflection that must not be exceeded, either (m).
+        Additional limit of the central deflection (m).
     confidence : str
-        Its level (``data_files.CONFIDENCE``).
+        Level of confidence (``data_files.CONFIDENCE``).
 
     Examples
     --------
@@ -83,12 +83,12 @@ class MovementLimit:
     confidence: str = "assumed"
 
     def value(self, length: float, height: float) -> float:
-        """Return the limit (1) for a wall of given size (m).
+        """Limit (1) for a wall of given size (m).
 
         Parameters
         ----------
         length, height : float
-            Of the wall (m).
+            Size of the wall (m).
         """
         limit = 1 / self.one_in[0]
         if self.length_over_height:
@@ -97,38 +97,21 @@ class MovementLimit:
 
 
 class Scale(NamedTuple):
-    """Levels of damage by one measure of a wall, from a file of ``data/damage``.
-
-    Attributes
-    ----------
-    name, source, confidence : str
-        Where the limits come from, and the level of confidence.
-    measure : str
-        Variable of an archive that is judged.
-    limits : tuple of float
-        Smallest value of level 1, 2, ..., in the unit of the variable.
-    """
+    """Levels of damage by one measure of a wall, from a file of ``data/damage``."""
 
     name: str
     source: str
     confidence: str
-    measure: str
-    limits: tuple[float, ...]
+    measure: str  # variable of an archive
+    limits: tuple[float, ...]  # smallest value of levels 1, 2, ..., in the unit of the variable
 
     def level(self, values: ArrayLike) -> Int8Array:
-        """Return the level of each value; -1 where it is NaN."""
+        """Level of each value; -1 where it is NaN."""
         return level_of(values, self.limits)
 
 
 def load_scale(name: str) -> Scale:
-    """Read a scale by the name of its file, such as ``"psi"`` or ``"tilt"``.
-
-    Examples
-    --------
-    >>> from damagepred.damage.limits import load_scale
-    >>> load_scale("psi").level([0.9, 1.0, 2.6]).tolist()
-    [0, 1, 3]
-    """
+    """Scale by the name of its file, such as ``"psi"`` or ``"tilt"``."""
     content = _read(name)
     text = {key: " ".join(content[key].split()) for key in ("name", "source", "confidence", "measure")}
     return Scale(**text, limits=tuple(content["limits"]))
@@ -136,7 +119,7 @@ def load_scale(name: str) -> Scale:
 
 @lru_cache(maxsize=1)
 def load_strain_table() -> StrainTable:
-    """Read the limiting tensile strains of Boscardin and Cording (1989).
+    """Limiting tensile strains of Boscardin and Cording (1989).
 
     Examples
     --------
@@ -152,7 +135,7 @@ def load_strain_table() -> StrainTable:
 
 @lru_cache(maxsize=1)
 def load_movement_limits() -> tuple[MovementLimit, ...]:
-    """Read all limits of movement: deflection ratios, angular distortions, and those of AS 2870 by construction.
+    """All limits of movement: deflection ratios, angular distortions, and AS 2870 by construction.
 
     Examples
     --------
@@ -178,7 +161,7 @@ def load_movement_limits() -> tuple[MovementLimit, ...]:
 
 @lru_cache(maxsize=1)
 def construction_limits() -> dict[str, MovementLimit]:
-    """Read AS 2870 Table 4.1, the design deflection of a footing by construction, such as ``"full_masonry"``.
+    """Design deflection of a footing by construction, such as ``"full_masonry"`` (AS 2870 Table 4.1).
 
     Examples
     --------
@@ -203,7 +186,7 @@ def construction_limits() -> dict[str, MovementLimit]:
 
 
 def read_levels(name: str) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Return a data file of ``data/damage`` and its levels, the first of which has no limit."""
+    """Data file of ``data/damage`` and its levels; level 0 has no limit."""
     content = _read(name)
     return content, sorted(content["level"], key=lambda level: level["number"])
 

@@ -30,17 +30,17 @@ class DamageTable:
     Attributes
     ----------
     name, source, confidence : str
-        Where the limits come from, and the level of confidence (``data_files.CONFIDENCE``).
+        Source of the limits, and the level of confidence (``data_files.CONFIDENCE``).
     category_names : tuple of str
-        Of category 0, 1, ...
+        Names of category 0, 1, ...
     limits : tuple of float
-        Smallest crack width of category 1, 2, ... (m); a width that meets a limit belongs to the higher category.
+        Smallest crack width of category 1, 2, ... (m); a width equal to a limit belongs to the higher category.
     group_category : int
-        Category that a group of wide cracks makes.
+        Least category of a group of wide cracks.
     group_width : float
-        Width from which a crack counts in a group (m).
+        Smallest width of a crack in a group (m).
     plasterboard_factor : float or None
-        Factor on all widths where plasterboard hides the wall; None if the table knows no such allowance.
+        Factor on all widths behind plasterboard, if the table has this allowance.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class DamageTable:
         return len(self.limits)
 
     def with_plasterboard(self) -> DamageTable:
-        """Return the table with the plasterboard allowance.
+        """Table with the plasterboard allowance.
 
         Raises
         ------
@@ -87,18 +87,18 @@ class DamageTable:
         )
 
     def by_width(self, width: FloatArray | float) -> Int8Array:
-        """Return the category of a crack of given width (m), element by element; -1 if NaN."""
+        """Category of a crack of given width (m), element by element; -1 if NaN."""
         return level_of(width, self.limits)
 
     def by_width_and_group(self, width: FloatArray | float, group_width: FloatArray | float) -> Int8Array:
-        """Return the category by the widest crack and by a group of cracks, element by element.
+        """Category by the widest crack and by a group of cracks, element by element.
 
         Parameters
         ----------
         width : array or float
-            Of the widest crack (m).
+            Width of the widest crack (m).
         group_width : array or float
-            Width of the narrowest crack in the widest group (m), see ``group_widths``; 0 or NaN: groups do not count.
+            Width of the narrowest crack in the widest group (m), see ``group_widths``; 0 or NaN without group.
         """
         category = self.by_width(width)
         grouped = level_of(group_width, (self.group_width,)) > 0
@@ -108,12 +108,12 @@ class DamageTable:
 @checked
 @lru_cache(maxsize=8)
 def load_table(name: str, *, plasterboard: bool = False) -> DamageTable:
-    """Read a shipped damage table.
+    """Shipped damage table.
 
     Parameters
     ----------
     name : {"as2870", "bre251"}
-        Its file in ``data/damage``.
+        Name of the file in ``data/damage``.
     plasterboard : bool
         Whether its limits are raised for plasterboard.
 
@@ -139,7 +139,7 @@ def load_table(name: str, *, plasterboard: bool = False) -> DamageTable:
 
 @checked
 def read_table(path: str | Path) -> DamageTable:
-    """Read a damage table written like those in ``data/damage``.
+    """Damage table from a file in the format of ``data/damage``.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def _table(content: dict[str, Any]) -> DamageTable:
     if any(a >= b for a, b in zip([0.0, *limits], limits)):
         raise ValueError("the limits must grow from category to category")
     names = [unicodedata.normalize("NFC", str(c["name"])) for c in categories]
-    # letters of any script with their marks: the archive's attribute flag_meanings has the names, blanks between them
+    # letters of any script: the archive's attribute flag_meanings has the names, separated by blanks
     kinds = [
         re.sub(r"[LNM]", "a", "".join(unicodedata.category(c)[0] if c not in " _-" else c for c in n)) for n in names
     ]

@@ -1,10 +1,9 @@
 """Cracks as objects in one state of a wall: contacts that have opened or slid, joined end to end, and traced.
 
 The tributary length of each contact is a piece of its joint. Pieces that meet, within a joint or at a corner, are
-joined; pieces of bricks that have yielded join those that they touch. The longest course of what is joined, along its
-widest joints and as far as it is straight, is one crack with its short branches. What leaves it is the next crack: a
-fan or an arch is several. ``damagepred.damage.find_cracks``, by which
-categories are found, joins whole joints instead.
+joined; yielded parts of bricks join the pieces that they touch. The longest path of a connected set, along its widest
+joints and as far as it is straight, is one crack with its short branches. Longer branches are further cracks: a fan or
+an arch is several. ``damagepred.damage.find_cracks``, which determines categories, joins whole joints instead.
 """
 
 from __future__ import annotations
@@ -29,19 +28,13 @@ LEVEL, UPRIGHT = 15.0, 75.0
 
 @dataclass(frozen=True)
 class Pieces:
-    """The joints of a wall cut into pieces, p = m q of them, one for each contact, and the points where they meet.
-
-    Attributes
-    ----------
-    joints : JointMap
-        The joints.
-    """
+    """Joints of a wall cut into pieces, p = m q of them, one per contact, and the points where they meet."""
 
     joints: JointMap
 
     @cached_property
     def ends(self) -> IntArray:
-        """Numbers of the two points that each piece lies between, along its joint's tangent: array (p, 2)."""
+        """Numbers of the two end points of each piece (p, 2), along the tangent of its joint."""
         m, q = self.joints.contact_x.shape
         count = self.joints.corners.shape[1]
         points = np.empty((m, q + 1), dtype=np.int64)
@@ -51,13 +44,13 @@ class Pieces:
 
     @cached_property
     def place(self) -> FloatArray:
-        """Where the two ends of each piece are (m): array (p, 2, 2)."""
+        """Position of the two ends of each piece (p, 2, 2) (m)."""
         length = self.joints.contact_length
         whole = length.sum(axis=1, keepdims=True)
         share = np.concatenate((np.zeros_like(whole), np.cumsum(length, axis=1) / whole), axis=1)[..., None]
         start, end = self.joints.start[:, None], self.joints.end[:, None]
-        at = start + share * (end - start)
-        return np.stack((at[:, :-1], at[:, 1:]), axis=2).reshape(-1, 2, 2)
+        points = start + share * (end - start)
+        return np.stack((points[:, :-1], points[:, 1:]), axis=2).reshape(-1, 2, 2)
 
     @cached_property
     def tangent(self) -> FloatArray:
@@ -78,121 +71,65 @@ class Pieces:
 
     @cached_property
     def longest_branch(self) -> float:
-        """Length of two joints (m): what leaves a crack on a longer course is a crack of its own."""
+        """Length of two joints (m): a longer branch is a separate crack."""
         return 2.0 * float(np.median(np.hypot(*(self.joints.end - self.joints.start).T)))
 
 
 class Links(NamedTuple):
-    """Yielded zones that join cracks: graph edges beyond the pieces of joints; l of them.
+    """Links of cracks through yielded zones: graph edges in addition to the pieces of joints; l of them."""
 
-    Attributes
-    ----------
-    ends : array of int (l, 2)
-        Points that they join: those of pieces, and from ``Pieces.points`` on those of zones.
-    place : array (l, 2, 2)
-        Where these are (m).
-    """
-
-    ends: IntArray
-    place: FloatArray
+    ends: IntArray  # (l, 2): points: ends of pieces, and from ``Pieces.points`` on, zones
+    place: FloatArray  # (l, 2, 2): position of the points (m)
 
     @classmethod
     def none(cls) -> Links:
-        """Return no links, for walls of rigid bricks."""
+        """No links, for walls of rigid bricks."""
         return cls(np.empty((0, 2), dtype=np.int64), np.empty((0, 2, 2)))
 
 
 class Crack(NamedTuple):
-    """One crack in one state; a opened or slid pieces of joints, s steps of its path.
+    """One crack in one state; a pieces of joints that have opened or slid, s steps of its path."""
 
-    Attributes
-    ----------
-    pieces : array of int (a,)
-        Contacts it is made of.
-    opening : array (a,)
-        Opening normal to the joint (m), 0 where it is closed.
-    displacement : array (a,)
-        Relative displacement of the two faces in all (m).
-    width : array (a,)
-        Its part normal to the crack's mean line (m), opening positive.
-    along : array (a,)
-        Where each piece lies along the mean line (m), 0 at its middle.
-    path : array (s + 1, 2)
-        Points of its longest course, from the lower or left end (m).
-    path_pieces : array of int (s,)
-        Contact of each step of it, -1 through a brick.
-    length : float
-        Of all its pieces (m).
-    length_through_blocks : float
-        Of its path through bricks (m).
-    branches : int
-        Pieces of it that leave the path.
-    inclination : float
-        Of the mean line, from the horizontal (degrees), above -90 and up to 90.
-    orientation : int
-        Index into ``ORIENTATIONS``.
-    widest : int
-        Position in ``pieces`` of the widest opening.
-    """
-
-    pieces: IntArray
-    opening: FloatArray
-    displacement: FloatArray
-    width: FloatArray
-    along: FloatArray
-    path: FloatArray
-    path_pieces: IntArray
-    length: float
-    length_through_blocks: float
-    branches: int
-    inclination: float
-    orientation: int
-    widest: int
+    pieces: IntArray  # (a,): contacts
+    opening: FloatArray  # (a,): opening normal to the joint (m), 0 if closed
+    displacement: FloatArray  # (a,): relative displacement of the two faces (m)
+    width: FloatArray  # (a,): component normal to the crack's mean line (m), opening positive
+    along: FloatArray  # (a,): position along the mean line (m), 0 at its middle
+    path: FloatArray  # (s + 1, 2): points of its longest path, from the lower or left end (m)
+    path_pieces: IntArray  # (s,): contact of each step, -1 through a brick
+    length: float  # of all its pieces (m)
+    length_through_blocks: float  # of its path through bricks (m)
+    branches: int  # pieces off the path
+    inclination: float  # of the mean line, from the horizontal (degrees), above -90 and up to 90
+    orientation: int  # index into ``ORIENTATIONS``
+    widest: int  # position in ``pieces`` of the widest opening
 
 
-def trace(pieces: Pieces, opening: FloatArray, slip: FloatArray, part: BoolArray, links: Links) -> list[Crack]:
-    """Join pieces into cracks.
-
-    Parameters
-    ----------
-    pieces : Pieces
-        The joints' pieces.
-    opening, slip : array (p,)
-        Opening normal to and slip along the joint (m).
-    part : array of bool (p,)
-        Which have opened or slid.
-    links : Links
-        What joins them through bricks.
-
-    Returns
-    -------
-    list of Crack
-        Widest first, cracks that only slid last.
-    """
-    chosen = np.flatnonzero(part)
+def trace(pieces: Pieces, opening: FloatArray, slip: FloatArray, active: BoolArray, links: Links) -> list[Crack]:
+    """Cracks of joined pieces that have opened or slid (p,), widest first, cracks that only slid last."""
+    chosen = np.flatnonzero(active)
     if not chosen.size:
         return []
     ends = np.concatenate((pieces.ends[chosen], links.ends))
-    place = np.concatenate((pieces.place[chosen], links.place))
-    found = []
+    position = np.concatenate((pieces.place[chosen], links.place))
+    cracks = []
     waiting = _joined(ends)
     while waiting:
         edges = waiting.pop()
-        own = edges[edges < len(chosen)]
-        if own.size:  # zones alone are no crack of joints
+        if (edges < len(chosen)).any():  # zones alone are no crack of joints
             contact = np.where(edges < len(chosen), chosen[np.minimum(edges, len(chosen) - 1)], -1)
-            crack, others = _crack(pieces, opening, slip, contact, ends[edges], place[edges])
-            found.append(crack)
+            crack, others = _crack(pieces, opening, slip, contact, ends[edges], position[edges])
+            cracks.append(crack)
             waiting += [edges[other] for other in others]
-    return sorted(found, key=lambda c: (-float(c.opening.max()), -c.length, int(c.pieces[0])))
+    return sorted(cracks, key=lambda c: (-float(c.opening.max()), -c.length, int(c.pieces[0])))
 
 
 def _crack(
     pieces: Pieces, opening: FloatArray, slip: FloatArray, contact: IntArray, ends: IntArray, place: FloatArray
 ) -> tuple[Crack, list[IntArray]]:
-    """Return the crack along the longest course of some edges, and the edges of other cracks that leave it.
+    """Crack along the longest path of some edges, and the edges of other cracks that branch off.
 
-    Edges are contacts (-1: through a brick), the points they join and where these are.
+    Edges are contacts (-1: through a brick), with the points they join and their positions.
     """
     step = np.hypot(*(place[:, 1] - place[:, 0]).T)
     joint = contact >= 0
@@ -202,50 +139,50 @@ def _crack(
     corners = np.array(
         [place[path[0], 0 if forward[0] else 1], *(place[e, 1 if f else 0] for e, f in zip(path, forward))]
     )
-    part = _straight_part(corners, displacement[path], pieces.longest_branch)
-    path, forward, corners = path[part], forward[part], corners[part.start : part.stop + 1]
+    straight = _straight_part(corners, displacement[path], pieces.longest_branch)
+    path, forward, corners = path[straight], forward[straight], corners[straight.start : straight.stop + 1]
     leaving = [edges for edges in _leaving(ends, path) if joint[edges].any()]
     others = [edges for edges in leaving if _joint_length(ends, step, cost, joint, edges) > pieces.longest_branch]
     kept = joint.copy()
     kept[[edge for edges in others for edge in edges]] = False
-    if not kept.any():  # a course through bricks alone has no joint to tell its width by
+    if not kept.any():  # a path through bricks alone has no joint, hence no width
         others, kept = [], joint
-    own = contact[kept]
+    members = contact[kept]
     direction, middle = _mean_line(place[kept], step[kept])
     if (corners[-1] - corners[0]) @ direction < 0:
         path, forward, corners = path[::-1], ~forward[::-1], corners[::-1]
     normal = np.array((-direction[1], direction[0]))
-    tangent = pieces.tangent[own]
-    gap = np.maximum(opening[own], 0.0)
-    # the normal of a joint points from block a to block b, its tangent is that turned clockwise
-    moved = gap[:, None] * np.column_stack((-tangent[:, 1], tangent[:, 0])) + slip[own][:, None] * tangent
-    width = _which_side(pieces, own, contact, path, forward, normal) * (moved @ normal)
+    tangent = pieces.tangent[members]
+    gap = np.maximum(opening[members], 0.0)
+    # the normal of a joint points from block a to block b, its tangent is the normal turned clockwise
+    moved = gap[:, None] * np.column_stack((-tangent[:, 1], tangent[:, 0])) + slip[members][:, None] * tangent
+    width = _which_side(pieces, members, contact, path, forward, normal) * (moved @ normal)
     through = path[contact[path] < 0]
     inclination = float(np.degrees(np.arctan2(direction[1], direction[0])))
     crack = Crack(
-        pieces=own,
+        pieces=members,
         opening=gap,
-        displacement=np.hypot(gap, slip[own]),
+        displacement=np.hypot(gap, slip[members]),
         width=width,
-        along=(pieces.place[own].mean(axis=1) - middle) @ direction,
+        along=(pieces.place[members].mean(axis=1) - middle) @ direction,
         path=corners,
         path_pieces=contact[path],
-        length=float(pieces.length[own].sum()),
+        length=float(pieces.length[members].sum()),
         length_through_blocks=float(step[through].sum()),
         branches=len(leaving) - len(others),
         inclination=inclination,
         orientation=_orientation(abs(inclination), bool(through.size)),
-        widest=int(np.lexsort((-np.hypot(gap, slip[own]), -gap))[0]),
+        widest=int(np.lexsort((-np.hypot(gap, slip[members]), -gap))[0]),
     )
     return crack, others
 
 
 def _mean_line(place: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the direction of the line that lies closest to some edges, to the right or up, and a point of it."""
+    """Direction (to the right or up) and a point of the line closest to some edges."""
     weight = step / step.sum()
     middle = weight @ place.mean(axis=1)
     arms = place - middle
-    # the second moment of a straight edge about the middle: of its ends and its own middle, by Simpson's rule
+    # second moment of a straight edge about the middle, by Simpson's rule
     half = arms.mean(axis=1)
     spread = sum(
         np.einsum("e,ei,ej->ij", w, a, a)
@@ -259,14 +196,14 @@ def _mean_line(place: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def _longest_course(ends: IntArray, step: FloatArray, cost: FloatArray) -> tuple[IntArray, BoolArray]:
-    """Return the edges of the cheapest path between the two points farthest apart, and which of them run forward.
+    """Edges of the cheapest path between the two points farthest apart, and which of them run forward.
 
     Two searches by length find these points (diameter of the graph): exact where a crack has no loops.
     """
     points, local = np.unique(ends, return_inverse=True)
     local = local.reshape(-1, 2)
     n = len(points)
-    # of edges that join the same two points the cheapest counts
+    # of parallel edges the cheapest counts
     key = local.min(axis=1) * n + local.max(axis=1)
     order = np.lexsort((cost, key))
     key, cheapest = np.unique(key[order], return_index=True)
@@ -289,10 +226,10 @@ def _longest_course(ends: IntArray, step: FloatArray, cost: FloatArray) -> tuple
 
 
 def _straight_part(corners: FloatArray, width: FloatArray, least: float) -> slice:
-    """Return the steps of a path around its widest that bend away from their chord by less than a quarter of it.
+    """Steps of a path around its widest that deviate from their chord by less than a quarter of it.
 
-    The path is cut where it is farthest from the chord, as in the algorithm of Douglas and Peucker: an arch is two
-    cracks. Bends by less than ``least`` (m) are teeth of a stepped crack.
+    The path is cut where it is farthest from the chord (Douglas and Peucker): an arch is two cracks. Deviations
+    below ``least`` (m) are teeth of a stepped crack.
     """
     start, stop = 0, len(width)
     widest = int(np.argmax(np.where(np.isfinite(width), width, 0.0)))
@@ -307,44 +244,44 @@ def _straight_part(corners: FloatArray, width: FloatArray, least: float) -> slic
 
 
 def _joint_length(ends: IntArray, step: FloatArray, cost: FloatArray, joint: BoolArray, edges: IntArray) -> float:
-    """Return the length of joints on the longest course of some edges."""
+    """Length of joints on the longest path of some edges."""
     path = edges[_longest_course(ends[edges], step[edges], cost[edges])[0]]
     return float(step[path][joint[path]].sum())
 
 
 def _which_side(
-    pieces: Pieces, own: IntArray, contact: IntArray, path: IntArray, forward: BoolArray, normal: FloatArray
+    pieces: Pieces, members: IntArray, contact: IntArray, path: IntArray, forward: BoolArray, normal: FloatArray
 ) -> FloatArray:
-    """Return for each piece +1 where its block b is on the left of the path (off it: of the mean line), else -1."""
-    tangent = pieces.tangent[own]
+    """+1 for each piece with block b on the left of the path (off it: of the mean line), otherwise -1."""
+    tangent = pieces.tangent[members]
     beside = np.column_stack((-tangent[:, 1], tangent[:, 0])) @ normal
     side = np.where(beside >= 0, 1.0, -1.0)
     on_path = contact[path] >= 0
-    position = np.searchsorted(own, contact[path[on_path]], sorter=np.argsort(own))
-    at = np.argsort(own)[position]
-    side[at] = np.where(forward[on_path], 1.0, -1.0)
+    position = np.searchsorted(members, contact[path[on_path]], sorter=np.argsort(members))
+    rows = np.argsort(members)[position]
+    side[rows] = np.where(forward[on_path], 1.0, -1.0)
     return side
 
 
 def _leaving(ends: IntArray, path: IntArray) -> list[IntArray]:
-    """Return the edges that are left when the path is taken out, those together that are joined beside it."""
-    left = np.setdiff1d(np.arange(len(ends)), path)
-    # cut at the path: each edge has its own copy of a point of the path
-    own = ends[left].astype(np.int64)
-    cut = np.isin(own, ends[path])
-    own[cut] = ends.max() + 1 + np.arange(int(cut.sum()))
-    return [left[some] for some in _joined(own)]
+    """Connected groups of the edges that remain without the path."""
+    remaining = np.setdiff1d(np.arange(len(ends)), path)
+    # cut at the path: each edge gets its own copy of a point of the path
+    points = ends[remaining].astype(np.int64)
+    cut = np.isin(points, ends[path])
+    points[cut] = ends.max() + 1 + np.arange(int(cut.sum()))
+    return [remaining[group] for group in _joined(points)]
 
 
 def _joined(ends: IntArray) -> list[IntArray]:
-    """Return the edges of each connected part of a graph."""
+    """Edges of each connected part of a graph."""
     if not len(ends):
         return []
-    points, own = np.unique(ends, return_inverse=True)
-    own = own.reshape(-1, 2)
-    graph = sparse.csr_array((np.ones(len(own), np.int8), (own[:, 0], own[:, 1])), shape=(len(points),) * 2)
+    points, local = np.unique(ends, return_inverse=True)
+    local = local.reshape(-1, 2)
+    graph = sparse.csr_array((np.ones(len(local), np.int8), (local[:, 0], local[:, 1])), shape=(len(points),) * 2)
     _, label = connected_components(graph, directed=False)
-    of_edge = label[own[:, 0]]
+    of_edge = label[local[:, 0]]
     order = np.argsort(of_edge, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(of_edge[order])) + 1)
 

@@ -1,4 +1,4 @@
-"""Fragility curves and studies for other programs: datasets in, files and tables out."""
+"""Exports of fragility curves and studies: files and tables for other programs."""
 
 from damagepred.exports.arviz import to_arviz
 from damagepred.exports.files import FORMATS, export_curves, export_place, write_csv

@@ -14,19 +14,18 @@ from damagepred.inputs.arguments import checked
 
 @checked
 def to_arviz(ds: xr.Dataset) -> Any:
-    """Return a study in the groups of ArviZ; samples are draws of one chain, failed and missing ones among them.
+    """Study in the groups of ArviZ; all samples, also failed and missing ones, are draws of one chain.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        As ``damagepred.open_study`` returns it. ArviZ knows no weights of samples and no missing ones: select the
-        samples first, such as ``ds.isel(sample=ds["status"] < 2)``.
+        Study from ``damagepred.open_study``. ArviZ supports neither weights nor missing samples: select the samples
+        first, such as ``ds.isel(sample=ds["status"] < 2)``.
 
     Returns
     -------
     arviz.InferenceData or xarray.DataTree
-        As the installed ArviZ has it. ``prior`` has the inputs, ``prior_predictive`` the results, and
-        ``sample_stats_prior`` status, run time and the like.
+        ``prior`` has the inputs, ``prior_predictive`` the results, ``sample_stats_prior`` status and run time.
 
     Raises
     ------
@@ -46,9 +45,9 @@ def to_arviz(ds: xr.Dataset) -> Any:
     names: dict[str, list[str]] = {"prior": [], "prior_predictive": [], "sample_stats_prior": []}
     for name in map(str, ds.data_vars):
         of_sample = name in VARIABLES and VARIABLES[name].dims == ("sample",) and not name.startswith("end_")
-        known = "sample_stats_prior" if of_sample else "prior_predictive"
-        names[known if name in VARIABLES else "prior"].append(name)
+        group = "sample_stats_prior" if of_sample else "prior_predictive"
+        names[group if name in VARIABLES else "prior"].append(name)
     draws = ds.rename(sample="draw")
-    groups = {group: draws[found].expand_dims(chain=[0]) for group, found in names.items() if found}
-    # ArviZ 1 has no class of its own
+    groups = {group: draws[members].expand_dims(chain=[0]) for group, members in names.items() if members}
+    # ArviZ 1 uses the tree of xarray
     return arviz.InferenceData(**groups) if hasattr(arviz, "InferenceData") else xr.DataTree.from_dict(groups)

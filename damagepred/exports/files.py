@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FORMATS = {"pelicun": "_pelicun.csv", "openquake": "_openquake.xml", "openquake-discrete": "_openquake_discrete.xml"}
-"""What can be exported, and the end of the file's name."""
+"""Export formats, and the endings of their file names."""
 
 
 def write_csv(frame: pd.DataFrame, path: Path, *, index: bool = True) -> None:
-    """Write a table as CSV, whole or not at all.
+    """Write a table as CSV.
 
     Parameters
     ----------
@@ -54,19 +54,19 @@ def write_csv(frame: pd.DataFrame, path: Path, *, index: bool = True) -> None:
 
 @checked
 def export_place(kind: str, beside: str | Path) -> Path:
-    """Return where an export goes: to a file of its kind, or beside another file or a study folder, under its name.
+    """Path of an export: a file of its kind, or beside another file or a study folder, under its name.
 
     Parameters
     ----------
     kind : str
         One of ``FORMATS``.
     beside : str or Path
-        Such as ``curves.nc`` or ``house.dp``, or ``model.xml`` for the file itself.
+        File or folder such as ``curves.nc`` or ``house.dp``, or ``model.xml`` for the file itself.
 
     Raises
     ------
     InputError
-        If the format is not known.
+        If the format is unknown.
 
     Examples
     --------
@@ -76,8 +76,8 @@ def export_place(kind: str, beside: str | Path) -> Path:
     """
     if kind not in FORMATS:
         raise InputError(f"format = {kind!r}: exports are {', '.join(FORMATS)}." + nearest(kind, FORMATS))
-    place = Path(beside)
-    return place if place.suffix == Path(FORMATS[kind]).suffix else place.with_name(place.stem + FORMATS[kind])
+    path = Path(beside)
+    return path if path.suffix == Path(FORMATS[kind]).suffix else path.with_name(path.stem + FORMATS[kind])
 
 
 @checked
@@ -93,16 +93,16 @@ def export_curves(
     Parameters
     ----------
     curves : xarray.Dataset
-        As ``damagepred.fit_fragility`` returns it.
+        Curves from ``damagepred.fit_fragility``.
     kind : {"pelicun", "openquake", "openquake-discrete"}
-        For pelicun a damage model as CSV, and beside it, as JSON, the options an assessment needs to know the demand;
-        for OpenQuake a fragility model as NRML 0.5.
+        For pelicun a damage model as CSV, with the options that define the demand as JSON; for OpenQuake a fragility
+        model as NRML 0.5.
     beside : str or Path
         See ``export_place``.
     categories : sequence of int, optional
-        By default all.
+        Categories to export; by default all.
     extrapolated : bool
-        Whether curves are exported whose median lies beyond the largest movement to which a wall was followed.
+        Whether to export curves whose median lies beyond the largest movement of the walls.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def export_curves(
     Raises
     ------
     InputError
-        If the curves cannot be exported so; the message says why.
+        If the curves cannot be exported; the message gives the reason.
     StudyError
         If a file cannot be written.
 
@@ -123,18 +123,16 @@ def export_curves(
     >>> [path.name for path in exports.export_curves(curves, "pelicun", "house.dp", categories=[2])]
     ['house_pelicun.csv', 'house_pelicun.json']
     """
-    place = export_place(kind, beside)
-    check_output(place, place.suffix)
+    path = export_place(kind, beside)
+    check_output(path, path.suffix)
     if kind == "pelicun":
-        frame, options = (
-            pelicun_frame(curves, categories=categories, extrapolated=extrapolated),
-            place.with_suffix(".json"),
-        )
+        frame = pelicun_frame(curves, categories=categories, extrapolated=extrapolated)
+        options = path.with_suffix(".json")
         config = json.dumps(pelicun_config(curves), indent=2) + "\n"
-        write_csv(frame, place)
+        write_csv(frame, path)
         write_whole(options, lambda p: p.write_text(config, encoding="utf-8"))
-        return [place, options]
+        return [path, options]
     form: Literal["continuous", "discrete"] = "discrete" if kind.endswith("discrete") else "continuous"
     xml = openquake_xml(curves, form, categories=categories, extrapolated=extrapolated)
-    write_whole(place, lambda p: p.write_text(xml, encoding="utf-8"))
-    return [place]
+    write_whole(path, lambda p: p.write_text(xml, encoding="utf-8"))
+    return [path]

@@ -1,4 +1,4 @@
-"""Plain tables of curves and walls, for spreadsheets and whoever works with pandas."""
+"""Tables of curves and walls, for spreadsheets and pandas."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 
 @checked
 def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
-    """Return the points of all curves, a row for each category and intensity.
+    """Points of all curves, one row per category and intensity.
 
     Parameters
     ----------
     curves : xarray.Dataset
-        As ``damagepred.fit_fragility`` returns it.
+        Curves from ``damagepred.fit_fragility``.
 
     Returns
     -------
     pandas.DataFrame
-        Indexed by category and intensity (m, or 1 for a ratio), as far as walls were followed; columns
+        Indexed by category and intensity (m, or 1 for a ratio), up to the end of the walls' paths; columns
         ``category_name``, ``fit_status``, ``probability`` with ``_lower`` and ``_upper``, and ``empirical``.
 
     Examples
@@ -52,17 +52,17 @@ def curves_frame(curves: xr.Dataset) -> pd.DataFrame:
 
 @checked
 def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
-    """Return the parameters of the curves, a row for each category.
+    """Parameters of the curves, one row per category.
 
     Parameters
     ----------
     curves : xarray.Dataset
-        As ``damagepred.fit_fragility`` returns it.
+        Curves from ``damagepred.fit_fragility``.
 
     Returns
     -------
     pandas.DataFrame
-        Indexed by category: median and dispersion with their bands, how many walls reached it, how the fit went.
+        Indexed by category: median and dispersion with their bands, number of walls that reached it, status of the fit.
 
     Examples
     --------
@@ -77,18 +77,18 @@ def parameters_frame(curves: xr.Dataset) -> pd.DataFrame:
 
 @checked
 def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
-    """Return the walls of a study, a row each: inputs, how it ended, and what was worst on its path.
+    """Walls of a study, one row each: inputs, status, and largest values along the path.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        As ``damagepred.open_study`` returns it.
+        Study from ``damagepred.open_study``.
 
     Returns
     -------
     pandas.DataFrame
-        Indexed by sample. ``status`` in words; what has an increment is the largest of its path, NaN (-1 for a
-        category) where nothing is known.
+        Indexed by sample. ``status`` is in words; results with increments are the largest along the path, NaN (-1 for a
+        category) where unknown.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
     (24, ['complete'])
     """
     require_results(ds, ("sample", "status"), "open_study")
-    # joints' own values, where a design has them, are no column of a table of walls
+    # values per joint are no column of a table of walls
     alone = [n for n in ds.data_vars if ds[n].dims == ("sample",)]
     frame = ds[alone].reset_coords(drop=True).to_dataframe()
     if "status" in frame:
@@ -125,17 +125,17 @@ def walls_frame(ds: xr.Dataset) -> pd.DataFrame:
 
 @checked
 def frame(ds: xr.Dataset) -> pd.DataFrame:
-    """Return a dataset as a table: a row an increment of a wall, a wall of a study, or a point of curves.
+    """Dataset as a table: one row per increment of a wall, per wall of a study, or per point of curves.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        As ``solve``, ``open_study`` or ``fit_fragility`` returns it.
+        Result of ``solve``, ``open_study`` or ``fit_fragility``.
 
     Returns
     -------
     pandas.DataFrame
-        See ``walls_frame`` and ``curves_frame``; of a wall, what is known of an increment as a whole.
+        See ``walls_frame`` and ``curves_frame``; for a wall, the variables with one value per increment.
 
     Examples
     --------
@@ -153,21 +153,6 @@ def frame(ds: xr.Dataset) -> pd.DataFrame:
 
 
 def require_results(ds: xr.Dataset, names: Iterable[str], source: str) -> None:
-    """Refuse a dataset without what it must have.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        The dataset.
-    names : iterable of str
-        Variables or coordinates.
-    source : str
-        Function that makes such datasets.
-
-    Raises
-    ------
-    InputError
-        If one is missing.
-    """
+    """Refuse a dataset without variables or coordinates that ``source`` provides."""
     if missing := [name for name in names if name not in ds.variables and name not in ds.dims]:
         raise InputError(f"the dataset has no {missing[0]}; take one that {source} returns.")

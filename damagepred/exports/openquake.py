@@ -1,8 +1,8 @@
 """Fragility curves as a fragility model of OpenQuake (NRML 0.5).
 
-NRML knows a fixed list of intensities, all of earthquakes; PGD, a displacement of the ground in cm, is the nearest to
-a movement of the ground under a house, so lengths are written in cm under that name. A deflection ratio has no unit and
-is written as it is, under the same name. The description says what PGD stands for.
+NRML has a fixed list of earthquake intensities. PGD, a displacement of the ground in cm, is the nearest to a movement
+of the ground under a house, so lengths are written in cm under this name. A deflection ratio has no unit and is written
+unchanged, under the same name. The description explains PGD.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from damagepred.inputs.text import without_controls
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 INTENSITY = "PGD"
 MODEL = "masonry_wall"
-"""Name of the model and its function, unless another is given: the taxonomy of exposed assets."""
+"""Default name of the model and its function: the taxonomy of exposed assets."""
 
 NOTHING = 1e-6
 """Probability of the least category below which OpenQuake assumes no damage."""
 
 ALL = 1 - 1e-6
-"""Probability of the worst category up to which curves are exported; OpenQuake keeps them level beyond."""
+"""Probability of the worst category up to which curves are exported; OpenQuake keeps them constant above."""
 
 LEVELS = 60
-"""Of a discrete function, evenly spaced in the logarithm."""
+"""Levels of a discrete function, evenly spaced in the logarithm."""
 
 
 @checked
@@ -43,21 +43,21 @@ def openquake_xml(
     categories: Sequence[int] | None = None,
     extrapolated: bool = False,
 ) -> str:
-    """Return a fragility model as NRML 0.5.
+    """Fragility model as NRML 0.5.
 
     Parameters
     ----------
     curves : xarray.Dataset
-        As ``damagepred.fit_fragility`` returns it.
+        Curves from ``damagepred.fit_fragility``.
     form : {"continuous", "discrete"}
-        Lognormal functions by mean and standard deviation of the capacity itself, as NRML wants them (not of its
-        logarithm); or probabilities at levels, between which OpenQuake interpolates.
+        Lognormal functions by mean and standard deviation of the capacity (in NRML not of its logarithm); or
+        probabilities at levels, between which OpenQuake interpolates.
     identifier : str
-        Of model and function: letters, digits, and ``_ - .``; assets name it as their taxonomy.
+        Name of model and function, the taxonomy of assets: letters, digits, and ``_ - .``.
     categories : sequence of int, optional
-        By default all.
+        Categories to export; by default all.
     extrapolated : bool
-        See ``limit_states``.
+        Whether to export curves whose median lies beyond the largest movement of the walls.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def _discrete(function: Tree.Element, states: LimitStates) -> None:
 
 
 def _range(states: LimitStates) -> tuple[float, float]:
-    """Return the levels between which the curves are exported."""
+    """Smallest and largest exported level."""
     below = states.median * np.exp(states.dispersion * special.ndtri(NOTHING))
     beyond = states.median * np.exp(states.dispersion * special.ndtri(ALL))
     return _factor(states) * float(below.min()), _factor(states) * float(beyond.max())

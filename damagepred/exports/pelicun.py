@@ -1,9 +1,9 @@
 """Fragility curves as a damage model of pelicun, one component whose limit states are the categories.
 
-pelicun (3.10) reads a CSV file with one row a component and columns as ``LS1-Theta_0``. The measure of the movement is
-none of the demands it knows: it has to be told of it when an assessment is made, for which ``pelicun_config`` has the
-words. ``Demand-Directional`` is 1: with 0, pelicun multiplies the demand by 1.2. Limit states of a component have fully
-correlated capacities there, which is why their curves must not cross.
+pelicun (3.10) reads a CSV file with one row per component and columns as ``LS1-Theta_0``. The measure of the movement
+is not among its demands, so an assessment needs the options of ``pelicun_config``. ``Demand-Directional`` is 1: with 0,
+pelicun multiplies the demand by 1.2. Limit states of a component have fully correlated capacities in pelicun, so their
+curves must not cross.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
 COMPONENT = "masonry.wall"
-"""Name of the component, unless another is given."""
+"""Default name of the component."""
 
 
 class Demand(NamedTuple):
-    """A measure of the movement in pelicun's words."""
+    """Measure of the movement as a demand of pelicun."""
 
     name: str
     acronym: str
@@ -47,18 +47,18 @@ def pelicun_frame(
     categories: Sequence[int] | None = None,
     extrapolated: bool = False,
 ) -> pd.DataFrame:
-    """Return the table that pelicun loads as a damage model.
+    """Damage model of pelicun as a table.
 
     Parameters
     ----------
     curves : xarray.Dataset
-        As ``damagepred.fit_fragility`` returns it.
+        Curves from ``damagepred.fit_fragility``.
     component : str
         Name of the component.
     categories : sequence of int, optional
-        By default all; limit state i is the i-th of them.
+        Categories to export, by default all; limit state i is the i-th category.
     extrapolated : bool
-        See ``limit_states``.
+        Whether to export curves whose median lies beyond the largest movement of the walls.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def pelicun_frame(
     Raises
     ------
     InputError
-        If a category has no curve, curves cross, or it does not know the measure of the movement.
+        If a category has no curve, curves cross, or pelicun has no demand for the measure of the movement.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def pelicun_frame(
 
 @checked
 def pelicun_config(curves: xr.Dataset) -> dict[str, Any]:
-    """Return the options with which a pelicun assessment knows the demand: ``Assessment(pelicun_config(curves))``.
+    """Options that define the demand in a pelicun assessment: ``Assessment(pelicun_config(curves))``.
 
     Examples
     --------
@@ -114,5 +114,5 @@ def pelicun_config(curves: xr.Dataset) -> dict[str, Any]:
 
 def _demand(measure: str) -> Demand:
     if measure not in DEMANDS:
-        raise InputError(f"intensity_measure = {measure!r}: exports for pelicun know {', '.join(DEMANDS)}.")
+        raise InputError(f"intensity_measure = {measure!r}: exports for pelicun take {', '.join(DEMANDS)}.")
     return DEMANDS[measure]

@@ -33,7 +33,7 @@ TOPICS = (
 
 
 def page(topic: str) -> str:
-    """Return a page of the guide as Markdown.
+    """Page of the guide as Markdown.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The guide's pages of all keys and of all archive variables, written from the code.
+"""Guide pages of all keys and of all archive variables, generated from the code.
 
 python -m damagepred.guide.reference
 """
@@ -38,7 +38,7 @@ ADVANCED_TABLES = {f"[solver.advanced.{name}]": kind for name, kind in option_cl
 """Options of the algorithms, for experts."""
 
 LARGE = 1e4
-"""Bounds beyond it (SI) only keep out slips of the pen, and are not listed."""
+"""Larger bounds (SI) only catch typing errors, and are not listed."""
 
 KEYS_HEAD = """\
 # Keys: every table and key of a scene and a study
@@ -67,7 +67,7 @@ unknown. NaN is unknown, too. Files follow the CF conventions 1.11, meshes of zo
 ## With xarray and pandas
 
 A wall has no variables of parts that it lacks: without windows and doors there is no dimension `opening`. All flags are
-whole numbers, in memory and in files that plain xarray opens; their `valid_range` tells the known values. Where all
+whole numbers, in memory and in files that plain xarray opens; their `valid_range` has the defined values. Where all
 samples of a study have the same movement, it is the coordinate `movement` of the dimension `increment`.
 
 ```python
@@ -113,24 +113,24 @@ with xr.open_dataset("small.dp/results.nc") as study:
 ```
 
 `damagepred.to_arviz(study)` gives the study to ArviZ (`pip install "damagepred[arviz]"`). Inputs are the group `prior`,
-results `prior_predictive`. ArviZ knows neither weights nor failed samples: select the samples first.
+results `prior_predictive`. ArviZ supports neither weights nor failed samples: select the samples first.
 '''
 
 
 def _scene_tables(kind: Any = Scene, inside: str = "") -> Iterator[tuple[str, type]]:
-    """Yield the head of each table of a scene file with its class, from the fields of the classes."""
+    """Heading and class of each table of a scene file, from the fields of the classes."""
     for name, field in kind.__pydantic_fields__.items():
         inner = list(_parts(field.annotation))
-        for part in inner:
-            if isinstance(part, type) and dataclasses.is_dataclass(part):
+        for kind_inside in inner:
+            if isinstance(kind_inside, type) and dataclasses.is_dataclass(kind_inside):
                 head = f"{inside}{name}"
-                yield f"[[{head}]]" if any(get_origin(p) is tuple for p in inner) else f"[{head}]", part
-                yield from _scene_tables(part, f"{head}.")
+                yield f"[[{head}]]" if any(get_origin(p) is tuple for p in inner) else f"[{head}]", kind_inside
+                yield from _scene_tables(kind_inside, f"{head}.")
 
 
 def keys_page() -> str:
-    """Return the page of all keys of scenes and studies."""
-    parts = [KEYS_HEAD, "## The scene\n", "- `title` (text, default `masonry wall`): what the wall is.\n"]
+    """Page of all keys of scenes and studies."""
+    parts = [KEYS_HEAD, "## The scene\n", "- `title` (text, default `masonry wall`): description of the wall.\n"]
     heads: dict[type, str] = {}
     for head, kind in _scene_tables():
         heads.setdefault(kind, head)  # [footing.joint] has the keys of [joint]
@@ -143,7 +143,7 @@ def keys_page() -> str:
 
 
 def archive_page() -> str:
-    """Return the page of all variables of archives."""
+    """Page of all variables of archives."""
     groups: dict[str, list[str]] = {}
     for name, variable in VARIABLES.items():
         groups.setdefault(_group(variable), []).append(_variable(name, variable))
@@ -152,8 +152,8 @@ def archive_page() -> str:
 
 
 def _table(name: str, kind: type) -> str:
-    """Return the section of one table: what it is, and its keys."""
-    own, texts = described_fields(kind)
+    """Section of one table: description and keys."""
+    head, texts = described_fields(kind)
     if kind is Component:
         shown = [f for f in dataclasses.fields(kind) if f.name in texts]
     else:
@@ -162,18 +162,12 @@ def _table(name: str, kind: type) -> str:
                 texts = described_fields(base)[1] | texts
         shown = list(dataclasses.fields(kind))
     rows = [_key(kind, field.name, texts[field.name]) for field in shown if field.name in texts]
-    more = '\n\nBesides, the keys of `[variables."place"]` but `components` and `field`.' if kind is Component else ""
-    return f"### `{name}`\n\n{_wrapped(own + more)}\n\n" + "\n".join(rows) + "\n"
+    more = '\n\nAlso the keys of `[variables."place"]` except `components` and `field`.' if kind is Component else ""
+    return f"### `{name}`\n\n{_wrapped(head + more)}\n\n" + "\n".join(rows) + "\n"
 
 
 def described_fields(kind: type) -> tuple[str, dict[str, str]]:
-    """Return what a class says of itself, and of each attribute (numpydoc).
-
-    Parameters
-    ----------
-    kind : type
-        Class whose docstring has a section Attributes.
-    """
+    """Description of a class, and of each of its attributes, from its docstring (numpydoc)."""
     described, _, _ = inspect.cleandoc(kind.__doc__ or "").partition("\nExamples\n--------\n")
     head, _, attributes = described.partition("\nAttributes\n----------\n")
     texts: dict[str, str] = {}
@@ -184,7 +178,7 @@ def described_fields(kind: type) -> tuple[str, dict[str, str]]:
 
 
 def _markdown(text: str) -> str:
-    """Return reStructuredText's literals as Markdown has them, and paragraphs in one line each."""
+    """Markdown of reStructuredText literals, with each paragraph on one line."""
     paragraphs = re.split(r"\n\s*\n", text.strip().replace("``", "`"))
     return "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
 
@@ -203,10 +197,10 @@ def _key(kind: Any, name: str, text: str) -> str:
 
 
 def _parts(annotation: Any) -> Iterator[Any]:
-    """Yield an annotation and all that stands inside it."""
+    """An annotation and everything nested in it."""
     yield annotation
-    for part in (*get_args(annotation), *getattr(annotation, "__metadata__", ())):
-        yield from _parts(part)
+    for nested in (*get_args(annotation), *getattr(annotation, "__metadata__", ())):
+        yield from _parts(nested)
 
 
 def _all(field: Any) -> list[Any]:
@@ -214,16 +208,16 @@ def _all(field: Any) -> list[Any]:
 
 
 def _type(field: Any) -> str:
-    """Return unit, words to choose from, or type of a key."""
+    """Unit, allowed words, or type of a key."""
     inside = _all(field)
-    if any(get_origin(part) in (dict, Mapping) for part in inside):
+    if any(get_origin(nested) in (dict, Mapping) for nested in inside):
         return "table"
-    if units := [part.unit for part in inside if isinstance(part, Quantity)]:
+    if units := [nested.unit for nested in inside if isinstance(nested, Quantity)]:
         return _unit(units[0])
-    for part in inside:
-        if get_origin(part) is Literal:
-            return " or ".join(f"`{word}`" for word in get_args(part))
-        if isinstance(part, type) and dataclasses.is_dataclass(part):
+    for nested in inside:
+        if get_origin(nested) is Literal:
+            return " or ".join(f"`{word}`" for word in get_args(nested))
+        if isinstance(nested, type) and dataclasses.is_dataclass(nested):
             return "table"
     names = {bool: "true or false", int: "whole number", float: "number", str: "text"}
     return next((word for kind, word in names.items() if kind in inside), "")
@@ -247,21 +241,21 @@ def _default(field: Any) -> str:
 
 
 def _bounds(field: Any) -> list[str]:
-    """Return the range of a number in words, without bounds that only keep out slips of the pen."""
+    """Range of a number in words, without bounds that only catch typing errors."""
     words = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
-    found: dict[str, float] = {}
+    bounds: dict[str, float] = {}
     for mark in _all(field):
         for sign, tightest in (("gt", max), ("ge", max), ("lt", min), ("le", min)):
             value = getattr(mark, sign, None)
             if isinstance(value, int | float) and abs(value) < LARGE:
-                found[sign] = tightest(found.get(sign, value), value)
-    if "gt" in found and found.get("ge", -LARGE) <= found["gt"]:
-        found.pop("ge", None)
-    return [f"{words[sign]} {value:g}" for sign, value in found.items()]
+                bounds[sign] = tightest(bounds.get(sign, value), value)
+    if "gt" in bounds and bounds.get("ge", -LARGE) <= bounds["gt"]:
+        bounds.pop("ge", None)
+    return [f"{words[sign]} {value:g}" for sign, value in bounds.items()]
 
 
 def _group(variable: ArchiveVariable) -> str:
-    """Return the heading that a variable of an archive stands under, by its last dimension."""
+    """Heading of a variable of an archive, by its last dimension."""
     names = {
         "increment": "Of the wall, increment by increment",
         "sample": "Of a sample of a study",
@@ -290,7 +284,7 @@ def _variable(name: str, variable: ArchiveVariable) -> str:
 
 
 PAGES = {"keys": keys_page, "archive": archive_page}
-"""Topic -> what writes its page."""
+"""Topic -> function that writes its page."""
 
 
 def main() -> None:

@@ -150,7 +150,7 @@ def test_not_netcdf(tmp_path: Path, content: bytes):
 
 
 def test_a_folder(tmp_path: Path):
-    with pytest.raises(InputError, match="is a folder, and one wall"):
+    with pytest.raises(InputError, match="is a folder, and the file"):
         read_dataset(tmp_path)
 
 

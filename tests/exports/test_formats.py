@@ -61,7 +61,7 @@ def test_pelicun_is_told_lengths_in_metres(deflections: xr.Dataset) -> None:
 
 
 def test_a_measure_pelicun_cannot_be_told_of_is_refused(ratios: xr.Dataset) -> None:
-    with pytest.raises(InputError, match="intensity_measure = 'curvature': exports for pelicun know deflection_ratio"):
+    with pytest.raises(InputError, match="intensity_measure = 'curvature': exports for pelicun take deflection_ratio"):
         pelicun_frame(ratios.assign_attrs(intensity_measure="curvature"))
 
 
@@ -146,7 +146,7 @@ def test_a_category_without_a_curve_is_refused_and_can_be_left_out(kind: str, tm
 
 
 def test_no_curve_at_all_says_what_to_do() -> None:
-    with pytest.raises(InputError, match=r"category 1: never reached\. Sample more walls, or go further"):
+    with pytest.raises(InputError, match=r"category 1: never reached\. Sample more walls, or a larger movement"):
         pelicun_frame(curves_of([np.nan], [np.nan]).assign_coords(intensity=np.linspace(0, 1, 31)))
 
 
