@@ -1,4 +1,4 @@
-"""A Monte Carlo study as users have it: the campaign, and the analyses that run campaigns."""
+"""A Monte Carlo study: the campaign, and the analyses that run campaigns."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Progress", "RunSummary", "Study", "StudyFunction", "as_function", "o
 
 
 class Study(Campaign):
-    """A Monte Carlo study: ``run`` solves its samples; ``function`` and ``rare`` run the same walls for other ends.
+    """Monte Carlo study: ``run`` solves its samples; ``function`` and ``rare`` use the same walls in other analyses.
 
     Examples
     --------
@@ -31,14 +31,14 @@ class Study(Campaign):
 
     @checked
     def function(self, outputs: Sequence[str] | None = None, movement: Kept | None = None) -> StudyFunction:
-        """Return the study as a plain function: vector of its variables -> xarray.Dataset.
+        """Study as a plain function: vector of its variables -> xarray.Dataset.
 
         Parameters
         ----------
         outputs : sequence of str, optional
             Results to return; by default category, crack width and opening of the dpc.
         movement : {"path", "sampled", "both"}, optional
-            What is returned of the movement; by default what the study keeps.
+            Increments to return, as in ``[study]``; by default as in the study.
 
         Raises
         ------
@@ -49,18 +49,18 @@ class Study(Campaign):
 
     @checked
     def rare(self, category: int, at: float, out: str | Path, *, reach: float = 2.0, **options: Any) -> RareEvent:
-        """Estimate the probability that a category is reached by a movement by subset simulation, however small it is.
+        """Probability that a category is reached by a movement, also a very small one, by subset simulation.
 
         Parameters
         ----------
         category : int
-            It, or a worse one.
+            This category or a worse one.
         at : float
             Movement (m): central deflection, or on a mound the surface's movement.
         out : str or Path
-            Folder; the same call goes on where an interrupted one stopped.
+            Folder; the same call resumes an interrupted one.
         reach : float
-            Factor on this movement to which walls are solved, to tell how far from the category they are.
+            Factor on this movement to which walls are solved, to measure their distance from the category.
         options
             samples (a level), level_share, workers, executor, timeout, confidence, on_level; see
             ``damagepred.analyses.rare_event.rare_event``.

@@ -1,4 +1,4 @@
-"""A Monte Carlo campaign: samples are drawn, solved and archived."""
+"""Monte Carlo campaign: samples are drawn, solved and archived."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from damagepred.scene import Scene
 from damagepred.solvers.options import SolverOptions
 
 MOST_VALUES = 25_000_000
-"""Values of joints that a design records at most (200 MB); they follow from the seed in any case."""
+"""Limit of the values of joints in a design (200 MB); they follow from the seed."""
 
 
 class Progress(NamedTuple):
@@ -46,15 +46,15 @@ class Progress(NamedTuple):
     Attributes
     ----------
     total, done, failed : int
-        Samples asked for, finished in any way, and failed among those.
+        Requested samples, finished samples (with failed ones), failed samples.
     just_failed : str
-        Why the last sample failed, if it did.
+        Reason if the last sample failed.
 
     Examples
     --------
     >>> from damagepred import study
-    >>> so_far = study.Progress(total=128, done=32, failed=1)
-    >>> f"{so_far.done / so_far.total:.0%}"
+    >>> progress = study.Progress(total=128, done=32, failed=1)
+    >>> f"{progress.done / progress.total:.0%}"
     '25%'
     """
 
@@ -66,22 +66,22 @@ class Progress(NamedTuple):
 
 @dataclass(frozen=True)
 class RunSummary:
-    """How a run ended.
+    """Result of a run.
 
     Attributes
     ----------
     folder : Path
         Study folder.
     total, done, failed : int
-        Samples asked for, finished in any way, and failed among those.
+        Requested samples, finished samples (with failed ones), failed samples.
     interrupted : bool
-        Whether it was stopped before the last sample.
+        Whether the run was stopped before the last sample.
     seconds : float
         Time of this run.
 
     Examples
     --------
-    A study that is complete has nothing left to solve, and the summary says so:
+    A complete study has no samples left to solve:
 
     >>> from damagepred import Study
     >>> summary = Study.from_toml("house.toml").run("house.dp")
@@ -98,7 +98,7 @@ class RunSummary:
 
 
 def study_differences(frozen: StudySettings, settings: StudySettings) -> list[str]:
-    """Keys in which two studies differ; the number of walls does not change these, and the design shows a table's."""
+    """Keys in which two studies differ, without keys that leave the walls unchanged, such as their number."""
     was, now = frozen.to_dict(), settings.to_dict()
     for content in (was, now):
         for key in ("samples", "stop_when", "time_budget", "epistemic", "table"):
@@ -107,15 +107,14 @@ def study_differences(frozen: StudySettings, settings: StudySettings) -> list[st
 
 
 class Campaign:
-    """Samples of a study as its file describes them, and the run that solves them.
+    """Samples of a study, and the run that solves them.
 
     Parameters
     ----------
     settings : StudySettings
         Scene, variables and sampling.
     limits : Limits
-        Estimated cost of one wall above which the study is refused, and the time that a wall may take; ``NO_LIMITS``
-        lifts them.
+        Estimated cost of one wall above which the study is refused, and time limit of a wall; ``NO_LIMITS`` lifts them.
 
     Raises
     ------
@@ -134,7 +133,7 @@ class Campaign:
         SolverOptions.of(settings.scene.solver)  # refused before anything is solved
         self.settings, self.limits = settings, limits
         self.design = settings.design()
-        if self.design.by_distance is not None:  # better refused here than wall by wall
+        if self.design.by_distance is not None:  # refuse here, not wall by wall
             self.design.joint_values(0, joint_places(settings.scene))
 
     @classmethod
@@ -146,24 +145,18 @@ class Campaign:
         path : str or Path
             TOML file.
         limits : Limits
-            See ``Campaign``.
+            Estimated cost above which the study is refused, and time limit of a wall.
 
         Raises
         ------
         InputError
-            If it, or the scene it names, is missing or not acceptable.
+            If the file, or its scene file, is missing or invalid.
         """
         return cls(StudySettings.from_toml(path), limits)
 
     @classmethod
     def from_folder(cls, path: str | Path) -> Self:
-        """Read the frozen study of a study folder.
-
-        Raises
-        ------
-        InputError
-            If it is no study folder.
-        """
+        """Read the frozen study of a study folder; another folder raises InputError."""
         folder = StudyFolder(path)
         folder.require()
         return cls.from_text(folder.study_text())
@@ -175,7 +168,7 @@ class Campaign:
 
     @checked
     def sample(self, number: int, samples: int | None = None) -> tuple[Scene, dict[str, FloatArray]]:
-        """Return the scene of one sample, and its values that vary from joint to joint.
+        """Scene of one sample, and its values that vary from joint to joint.
 
         Parameters
         ----------
@@ -204,27 +197,27 @@ class Campaign:
         mix_versions: bool = False,
         on_progress: Callable[[Progress], None] | None = None,
     ) -> RunSummary:
-        """Run the study, or what is left of it, into a folder.
+        """Run the missing samples of the study into a folder.
 
         Parameters
         ----------
         out : str or Path
-            Study folder. If it holds this study, what is missing is run; more samples than before extend it.
+            Study folder; an existing study is resumed, and extended to a larger number of samples.
         samples : int, optional
-            Number of samples in all.
+            Total number of samples; by default the study's.
         workers : int
-            Processes to run at a time.
+            Number of worker processes.
         executor : concurrent.futures.Executor, optional
-            Run there instead; a Dask client will do, too. Its workers write into the same folder.
+            Executor, or Dask client, for the samples; its workers write into the same folder.
         timeout : float, optional
-            Seconds a sample may take; not with an executor. By default the study's limit of time, an hour; ``math.inf``
-            lifts it.
+            Time limit of a sample (s), without an executor. By default an hour; ``math.inf`` lifts it.
         retry_failed : bool
-            Run failed samples again.
+            Whether to run failed samples again.
         mix_versions : bool
-            Go on with a study of which another version of the program has solved samples. Its status and report say so.
+            Whether to resume a study whose samples another version of the program has solved; status and report then
+            list the versions.
         on_progress : callable, optional
-            Called with a ``Progress`` at the start and with each sample whose result is safe.
+            Called with a ``Progress`` at the start and after each archived sample.
 
         Returns
         -------
@@ -251,33 +244,33 @@ class Campaign:
         lock = folder.lock()
         try:
             folder.tidy()
-            asked = self.settings.study.samples if samples is None else int(samples)
-            if engine is None and not folder.exists:  # the workers load the program while the design is drawn
-                engine = LocalPool(where, min(workers, asked), timeout, preload=True)
-            drawn, known = self._prepare(
+            requested = self.settings.study.samples if samples is None else int(samples)
+            if engine is None and not folder.exists:  # workers load the program while the design is drawn
+                engine = LocalPool(where, min(workers, requested), timeout, preload=True)
+            drawn, status = self._prepare(
                 folder,
-                asked,
+                requested,
                 UNSOLVED if retry_failed else (SampleStatus.MISSING,),
                 mix_versions,
             )
             if retry_failed:
-                failures = set(np.flatnonzero(known == SampleStatus.FAILED).tolist()) | folder.failed_samples()
-                folder.forget_failures({i for i in failures if i < asked})
+                failures = set(np.flatnonzero(status == SampleStatus.FAILED).tolist()) | folder.failed_samples()
+                folder.forget_failures({i for i in failures if i < requested})
             values = self.design.wall_values(drawn)
-            finished, failures = folder.finished(), folder.failed_samples()
-            over = {i for i in finished | failures if i < asked}
-            left = [i for i in range(asked) if i not in over]
-            failed = sum(i < asked for i in failures)
-            state = Progress(asked, len(over), failed)
+            failures = folder.failed_samples()
+            finished_samples = {i for i in folder.finished() | failures if i < requested}
+            remaining = [i for i in range(requested) if i not in finished_samples]
+            failed = sum(i < requested for i in failures)
+            state = Progress(requested, len(finished_samples), failed)
             if on_progress:
                 on_progress(state)
-            tasks = ((i, {k: float(v[i]) for k, v in values.items()}) for i in left)
+            tasks = ((i, {k: float(v[i]) for k, v in values.items()}) for i in remaining)
             with _interruptible() as stop:
-                if left:
-                    engine = engine or LocalPool(where, min(workers, len(left)), timeout)
-                    state = self._run(folder, tasks, len(left), engine, timeout, stop, state, on_progress)
+                if remaining:
+                    engine = engine or LocalPool(where, min(workers, len(remaining)), timeout)
+                    state = self._run(folder, tasks, len(remaining), engine, timeout, stop, state, on_progress)
             folder.consolidate()
-            if executor is None or not stop.asked:  # workers elsewhere may not have seen the request to stop yet
+            if executor is None or not stop.count:  # remote workers may not have seen the request to stop
                 folder.tidy()
         finally:
             if engine is not None:
@@ -310,7 +303,7 @@ class Campaign:
         stop.at_first, stop.at_once = folder.ask_to_stop, engine.terminate
         try:
             warm_up(self.settings.scene)  # while local workers load the program
-            for result in run_all(engine, where, Batches(noted(), count, timeout), lambda: stop.asked):
+            for result in run_all(engine, where, Batches(noted(), count, timeout), lambda: stop.count):
                 message = ""
                 if isinstance(result, LostSample):
                     folder.record_failure(result.sample, result.reason, result.message, values[result.sample])
@@ -323,7 +316,7 @@ class Campaign:
                     on_progress(state)
             finished = True
         finally:
-            if finished and stop.asked < 2:
+            if finished and stop.count < 2:
                 engine.close()
             else:
                 engine.kill()
@@ -334,14 +327,14 @@ class Campaign:
     def _prepare(
         self,
         folder: StudyFolder,
-        asked: int,
+        requested: int,
         run: tuple[int, ...] = (SampleStatus.MISSING,),
         mix_versions: bool = False,
     ) -> tuple[int, Int8Array]:
-        """Make or check the folder and its design; return the number of samples drawn, and the status of each."""
+        """Make or check the folder and its design; return the number of drawn samples, and the status of each."""
         if not folder.exists:
-            folder.create(self.settings.to_toml(), self._manifest(asked), self.design_dataset(asked))
-            return asked, np.full(asked, SampleStatus.MISSING, dtype=np.int8)
+            folder.create(self.settings.to_toml(), self._manifest(requested), self.design_dataset(requested))
+            return requested, np.full(requested, SampleStatus.MISSING, dtype=np.int8)
         folder.require()
         if differences := study_differences(read_frozen(folder.study_text()), self.settings):
             raise StudyError(
@@ -354,14 +347,14 @@ class Campaign:
         drawn = int(manifest["samples"])
         if not folder.design_file.is_file():
             self.write_design(folder, drawn)
-        status = self._check_parts(folder, run, asked, mix_versions)
-        if asked > drawn:
+        status = self._check_parts(folder, run, requested, mix_versions)
+        if requested > drawn:
             if self.settings.study.sampler == "lhs":
                 raise InputError(
-                    f"{folder.path}: a Latin hypercube of {drawn} samples cannot be extended to {asked}; use sampler = "
-                    "'sobol' or 'random' in a new study, which can."
+                    f"{folder.path}: a Latin hypercube of {drawn} samples cannot be extended to {requested}; use "
+                    "sampler = 'sobol' or 'random' in a new study, which can."
                 )
-            drawn = asked
+            drawn = requested
             self.write_design(folder, drawn)
         if drawn != manifest["samples"] or manifest["schema_version"] != SCHEMA_VERSION:
             folder.write_manifest({**manifest, "samples": drawn})
@@ -369,32 +362,32 @@ class Campaign:
             (status, np.full(max(0, drawn - len(status)), SampleStatus.MISSING, dtype=np.int8))
         )
 
-    def _check_parts(self, folder: StudyFolder, run: tuple[int, ...], asked: int, mix_versions: bool) -> Int8Array:
-        """Set damaged files aside; refuse to run samples beside those of other versions; return the status of all."""
-        found, left_out = folder.read(("environment",))
-        status = found["status"].values
+    def _check_parts(self, folder: StudyFolder, run: tuple[int, ...], requested: int, mix_versions: bool) -> Int8Array:
+        """Set damaged files aside, refuse a mixture of program versions; return the status of all samples."""
+        results, left_out = folder.read(("environment",))
+        status = results["status"].values
         now = program(environment())
-        others = [words for words in programs(found) if words != now]
-        if others and not mix_versions and (asked > len(status) or np.isin(status[:asked], run).any()):
+        others = [words for words in programs(results) if words != now]
+        if others and not mix_versions and (requested > len(status) or np.isin(status[:requested], run).any()):
             raise StudyError(
-                f"{folder.path}: its walls were solved by {'; '.join(others)}, and this is {now}; go on with that "
-                "program, or mix versions with --mix-versions (mix_versions=True), and status and report will say so."
+                f"{folder.path}: its walls were solved by {'; '.join(others)}, and this is {now}; use that program, or "
+                "mix versions with --mix-versions (mix_versions=True); status and report then list them."
             )
         for file, why in left_out.items():
-            again = "is made again" if file == folder.results_file else "its samples are run again"
+            again = "it is made again" if file == folder.results_file else "its samples are run again"
             warnings.warn(f"{why} It is set aside as {folder.set_aside(file)}; {again}.", ArchiveWarning, stacklevel=3)
         return status
 
     def _check_table(self, folder: StudyFolder) -> None:
-        """Refuse to go on where the user's table has other samples than those that were drawn from it."""
+        """Refuse a table whose first rows are not the drawn samples."""
         if self.settings.study.sampler != "table" or not folder.design_file.is_file():
             return
         design = folder.design()
-        for place, values in self.design.wall_values(design.sizes["sample"]).items():
-            if (other := np.flatnonzero(values != design[place].values)).size:
+        for key, values in self.design.wall_values(design.sizes["sample"]).items():
+            if (other := np.flatnonzero(values != design[key].values)).size:
                 raise StudyError(
                     f"{folder.path}: holds other samples than the table; nothing was changed. The first difference is "
-                    f"{place} of sample {other[0]} (was {design[place].values[other[0]]:g}, is {values[other[0]]:g}). "
+                    f"{key} of sample {other[0]} (was {design[key].values[other[0]]:g}, is {values[other[0]]:g}). "
                     "Rows may be added at the table's end, but not changed."
                 )
 
@@ -409,33 +402,25 @@ class Campaign:
         }
 
     def write_design(self, folder: StudyFolder, samples: int) -> None:
-        """Write the inputs of the first samples to a folder that has its frozen study.
-
-        Parameters
-        ----------
-        folder : StudyFolder
-            Where to.
-        samples : int
-            How many.
-        """
+        """Write the inputs of the first samples to a folder with its frozen study."""
         design = self.design_dataset(samples).assign_attrs(study=folder.study_text())
         write_dataset(design, folder.design_file, folder.study_hash)
 
     @checked
     @one_blas_thread()
     def design_dataset(self, samples: int) -> xr.Dataset:
-        """Return every input of the first samples.
+        """Every input of the first samples.
 
         Parameters
         ----------
         samples : int
-            How many.
+            Number of samples.
 
         Returns
         -------
         xarray.Dataset
-            One variable for each sampled number, named by its place: on (sample,), or on (sample, joint) if it varies
-            from joint to joint, the study stores fields, and they are not too many (``MOST_VALUES``).
+            One variable per sampled number, named by its key: on (sample,), or on (sample, joint) if it varies from
+            joint to joint, the study stores fields, and they fit (``MOST_VALUES``).
         """
         require_count("samples", samples)
         require_affordable(self.settings, self.limits, samples)
@@ -444,18 +429,18 @@ class Campaign:
         if (weight := self.design.weights(samples)) is not None:
             columns["weight"] = weight
         if self.settings.study.store_fields and self.design.joint and not self.settings.shape_varies:
-            places = joint_places(self.settings.scene)
+            joints_of_wall = joint_places(self.settings.scene)
             joints = len(wall_geometry(self.settings.scene).joints.kind)
             if samples * joints * len(self.design.joint) <= MOST_VALUES:
-                drawn = [self.design.joint_values(i, places) for i in range(samples)]
-                columns |= {place: np.array([d[place] for d in drawn]) for place in self.design.joint}
+                drawn = [self.design.joint_values(i, joints_of_wall) for i in range(samples)]
+                columns |= {key: np.array([d[key] for d in drawn]) for key in self.design.joint}
         extra = {
-            place: Variable(
-                ("sample", "joint") if place in self.design.joint else ("sample",),
-                Scene.unit_of(place).replace("**", ""),
-                f"sampled input {place}" + (" of each joint" if place in self.design.joint else ""),
+            key: Variable(
+                ("sample", "joint") if key in self.design.joint else ("sample",),
+                Scene.unit_of(key).replace("**", ""),
+                f"sampled input {key}" + (" of each joint" if key in self.design.joint else ""),
             )
-            for place in (*self.design.wall, *self.design.joint)
+            for key in (*self.design.wall, *self.design.joint)
         }
         settings = self.settings
         ds = dataset(
@@ -479,34 +464,34 @@ class Campaign:
             },
             extra=extra,
         )
-        for place in (*self.design.wall, *self.design.joint):
-            if place in ds:
-                stated = settings.variables.get(place)
-                ds[place].attrs.update(role="input", distribution=stated.distribution if stated else "table")
+        for key in (*self.design.wall, *self.design.joint):
+            if key in ds:
+                stated = settings.variables.get(key)
+                ds[key].attrs.update(role="input", distribution=stated.distribution if stated else "table")
         return ds
 
 
 class _Stop:
-    """Counts interrupts: the first lets running samples finish, the second ends them."""
+    """Counter of interrupts: the first lets running samples finish, the second ends them."""
 
     def __init__(self) -> None:
-        self.asked = 0
+        self.count = 0
         self.at_first: Callable[[], None] | None = None
         self.at_once: Callable[[], None] | None = None
 
     def __call__(self, number: int, frame: object) -> None:
-        self.asked += 1
-        if self.asked == 1 and self.at_first is not None:
+        self.count += 1
+        if self.count == 1 and self.at_first is not None:
             self.at_first()
-        if self.asked == 2 and self.at_once is not None:
+        if self.count == 2 and self.at_once is not None:
             self.at_once()
-        if self.asked > 2:
+        if self.count > 2:
             raise KeyboardInterrupt
 
 
 @contextmanager
 def _interruptible() -> Iterator[_Stop]:
-    """Turn Ctrl-C and a polite kill into a request, while in the main thread."""
+    """Handle Ctrl-C and SIGTERM as requests to stop, in the main thread."""
     stop = _Stop()
     before: dict[signal.Signals, Any] = {}
     for number in (signal.SIGINT, signal.SIGTERM):

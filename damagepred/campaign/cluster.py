@@ -1,4 +1,4 @@
-"""Workers on other machines."""
+"""Dask clusters as executors."""
 
 from __future__ import annotations
 
@@ -9,20 +9,7 @@ from damagepred.errors import InputError
 
 
 def connect_dask_scheduler(address: str, timeout: float = 10.0) -> Any:
-    """Return a client of a Dask scheduler, which a study takes as its executor.
-
-    Parameters
-    ----------
-    address : str
-        Of the scheduler, such as ``tcp://192.168.1.2:8786``, or the path of its scheduler file (``*.json``).
-    timeout : float
-        Time to wait for its answer (s).
-
-    Raises
-    ------
-    InputError
-        If ``distributed`` is not installed, nothing answers at the address, or the scheduler has no workers.
-    """
+    """Client of a Dask scheduler, by its address (``tcp://192.168.1.2:8786``) or scheduler file (``*.json``)."""
     try:
         from distributed import Client
     except ImportError:

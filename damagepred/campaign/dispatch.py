@@ -1,7 +1,7 @@
-"""Dispatch of samples to workers in batches, and repetition of lost ones.
+"""Dispatch of samples to workers in batches, and repetition of lost samples.
 
-A batch is lost if its worker died or exceeded the time limit, or its answer never came. Each sample of a lost batch is
-run again, alone. Only a sample that is lost alone as well has failed.
+A batch is lost if its worker died or exceeded the time limit, or its answer never came. Each sample of a lost batch
+runs again, alone. A sample that is lost alone has failed.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ class DispatchOptions:
     Attributes
     ----------
     attempts : int
-        Times that a sample runs alone; lost at the last one, it has failed.
+        Runs of a lost sample alone before it counts as failed.
     most_parts : int
-        Files that a study folder is to hold at most, about.
+        Approximate limit of the files in a study folder.
     shortest_batch, longest_batch : float
-        Work in a batch (s): long enough that not every wall has a file, short enough that a kill loses little.
+        Work in a batch (s): long enough to limit the number of files, short enough that a kill loses little.
     share_of_rest : float
-        Samples in a batch, at most, over a worker's share of those that no batch holds yet; one worker takes any.
+        Largest batch over a worker's share of the remaining samples; a single worker has no limit.
     timeout_share : float
-        Work in a batch, at most, over the time limit of a sample.
+        Largest work in a batch over the time limit of a sample.
     assumed_workers : int
-        Workers of an executor that does not tell their number.
+        Workers of an executor of unknown size.
     recount_interval : float
-        Time (s) after which the workers of an executor are counted again.
+        Interval (s) at which the workers of an executor are counted.
     interrupt_check : float
-        Interval (s) at which interrupts are noticed while samples run.
+        Interval (s) of checks for interrupts while samples run.
     """
 
     attempts: int = 2
@@ -59,17 +59,7 @@ class DispatchOptions:
 
 
 class LostSample(NamedTuple):
-    """A sample whose worker never answered.
-
-    Attributes
-    ----------
-    sample : int
-        Its number.
-    reason : str
-        timeout, worker_died or error.
-    message : str
-        In full.
-    """
+    """Sample whose worker never answered; the reason is timeout, worker_died or error."""
 
     sample: int
     reason: str
@@ -77,37 +67,27 @@ class LostSample(NamedTuple):
 
 
 class Engine(Protocol):
-    """What runs batches."""
+    """Interface of local pools and executors."""
 
     @property
     def width(self) -> int:
-        """Batches that run at a time."""
+        """Number of concurrent batches."""
 
     def submit(self, batch: Batch) -> Future[list[Outcome]]:
-        """Hand over a batch."""
+        """Submit a batch."""
 
     def close(self) -> None:
-        """End it once it is idle."""
+        """End the engine once it is idle."""
 
     def kill(self) -> None:
-        """End it now."""
+        """End the engine now."""
 
     def terminate(self) -> None:
-        """End what runs, in a signal handler."""
+        """End running batches, in a signal handler."""
 
 
 class GivenExecutor:
-    """Any ``concurrent.futures`` executor, or a Dask client: what they share is ``submit``.
-
-    Parameters
-    ----------
-    folder : str
-        Study folder, as the executor's workers see it.
-    executor : Executor
-        The executor; it is left open.
-    options : DispatchOptions
-        Number of workers if it does not tell it, and how often they are counted.
-    """
+    """Any ``concurrent.futures`` executor, or a Dask client, that the caller closes."""
 
     def __init__(
         self,
@@ -115,7 +95,7 @@ class GivenExecutor:
         executor: Executor | Any,
         options: DispatchOptions = DispatchOptions(),
     ) -> None:
-        self._client = getattr(executor, "_client", executor)  # Dask's own executor knows its client
+        self._client = getattr(executor, "_client", executor)  # the executor of Dask has a client
         if hasattr(executor, "get_executor"):
             executor = executor.get_executor(pure=False)
         self.folder, self.executor, self.options = folder, executor, options
@@ -123,17 +103,17 @@ class GivenExecutor:
 
     @property
     def width(self) -> int:
-        """Samples that run at a time; a cluster may grow."""
+        """Number of workers; a cluster may grow."""
         if time.monotonic() - self._counted > self.options.recount_interval:
             self._counted = time.monotonic()
-            known = getattr(self.executor, "_max_workers", None) or getattr(self.executor, "num_workers", None)
+            count = getattr(self.executor, "_max_workers", None) or getattr(self.executor, "num_workers", None)
             if hasattr(self._client, "nthreads"):
-                known = sum(self._client.nthreads().values())
-            self._width = known if isinstance(known, int) and known > 0 else self.options.assumed_workers
+                count = sum(self._client.nthreads().values())
+            self._width = count if isinstance(count, int) and count > 0 else self.options.assumed_workers
         return self._width
 
     def submit(self, batch: Batch) -> Future[list[Outcome]]:
-        """Hand a batch to the executor."""
+        """Submit a batch to the executor."""
         future = self.executor.submit(run_batch, self.folder, list(batch))
         if not isinstance(future, Future):
             raise InputError(
@@ -142,25 +122,13 @@ class GivenExecutor:
         return future
 
     def close(self) -> None:
-        """Leave the executor as it is: it is the caller's."""
+        """Nothing: the caller owns the executor."""
 
     kill = terminate = close
 
 
 class Batches:
-    """Divides samples into batches, by the time that samples have taken so far.
-
-    Parameters
-    ----------
-    tasks : iterable of (int, mapping)
-        Samples with their values, in ascending order.
-    count : int
-        How many there are.
-    timeout : float or None
-        Seconds a sample may take.
-    options : DispatchOptions
-        Length of batches.
-    """
+    """Samples (in ascending order, with their values) in batches whose size follows the measured time of samples."""
 
     def __init__(
         self,
@@ -175,17 +143,11 @@ class Batches:
         self._seconds, self._known, self._taken = 0.0, 0, 0
 
     def note(self, seconds: float) -> None:
-        """Learn how long a sample took."""
+        """Record the time of a sample (s)."""
         self._seconds, self._known = self._seconds + seconds, self._known + 1
 
     def size(self, width: int = 1) -> int:
-        """Return how many samples the next batch takes (factoring: all workers are to end at one time).
-
-        Parameters
-        ----------
-        width : int
-            Batches that run at a time.
-        """
+        """Number of samples in the next batch (factoring: all workers shall end at the same time)."""
         if not self._known:
             return 1
         each = max(self._seconds / self._known, 1e-6)
@@ -197,13 +159,7 @@ class Batches:
         return max(1, int(min(work / each, rest if width == 1 else options.share_of_rest * rest / width)))
 
     def next(self, width: int = 1) -> Batch | None:
-        """Return the next batch: samples whose numbers follow each other.
-
-        Parameters
-        ----------
-        width : int
-            Batches that run at a time.
-        """
+        """Next batch of consecutive samples, or None."""
         if self._next is None:
             return None
         batch, size = [self._next], self.size(width)
@@ -226,25 +182,8 @@ def run_all(
 ) -> Iterator[Outcome | LostSample]:
     """Keep workers busy and yield the outcomes of samples as they arrive.
 
-    Samples that were not started because the study is to stop have none.
-
-    Parameters
-    ----------
-    engine : Engine
-        Where to run.
-    folder : str
-        Study folder.
-    batches : Batches
-        What to run.
-    interrupts : callable
-        How often a stop was asked for. Once: running batches are waited for, and none is started. Twice: return now.
-    options : DispatchOptions
-        Attempts for each sample.
-
-    Raises
-    ------
-    StudyError
-        If results cannot be written, or nothing can be run any more.
+    The number of interrupts controls the end: after one no batch is started, after two the function returns at
+    once. Samples that were not started have no outcome.
     """
     running: dict[Any, Batch] = {}
     again: list[Batch] = []
@@ -259,8 +198,8 @@ def run_all(
                 running[engine.submit(batch)] = batch
             except (BrokenExecutor, RuntimeError) as error:
                 raise StudyError(
-                    f"the executor takes no more work ({type(error).__name__}: {error}); what was finished is kept, "
-                    "and the same call goes on from there."
+                    f"the executor takes no more work ({type(error).__name__}: {error}); finished samples are saved, "
+                    "and the same call resumes the study."
                 ) from error
         if not running:
             return
@@ -271,34 +210,34 @@ def run_all(
             return
         for future in done:
             batch = running.pop(future)
-            found = _result(future, folder, batch)
-            if isinstance(found, list):
-                for outcome in found:
+            outcomes = _result(future, folder, batch)
+            if isinstance(outcomes, list):
+                for outcome in outcomes:
                     if outcome.status == NOT_STARTED:
-                        stopping = True  # somebody has asked the study's folder for it
+                        stopping = True  # a stop was requested through the study folder
                     else:
                         batches.note(outcome.seconds)
-                yield from (outcome for outcome in found if outcome.status != NOT_STARTED)
+                yield from (outcome for outcome in outcomes if outcome.status != NOT_STARTED)
             elif interrupts():
-                continue  # the interrupt may have ended its worker: these samples stay missing
+                continue  # the interrupt may have ended its worker: its samples stay missing
             elif len(batch) > 1:
                 again += [[task] for task in batch]
             elif lost.setdefault(batch[0][0], 1) < options.attempts:
                 lost[batch[0][0]] += 1
                 again.append(batch)
             else:
-                yield found
+                yield outcomes
 
 
 def _result(future: Future[list[Outcome]], folder: str, batch: Batch) -> list[Outcome] | LostSample:
-    """Return the outcomes of a batch; a part in the folder counts, whatever the future says."""
+    """Outcomes of a batch; a part in the folder counts even if the answer was lost."""
     try:
         return future.result()
     except StudyError:
         raise
     except (Exception, CancelledError) as error:
-        if (found := already_done(StudyFolder(folder), batch)) is not None:
-            return found
+        if (outcomes := already_done(StudyFolder(folder), batch)) is not None:
+            return outcomes
         sample = batch[0][0]
         if isinstance(error, TimeoutError):
             return LostSample(sample, FailureKind.TIMEOUT, str(error) or "took longer than its time limit")
@@ -308,22 +247,7 @@ def _result(future: Future[list[Outcome]], folder: str, batch: Batch) -> list[Ou
 
 
 def sample_timeout(timeout: float | None, limits: Limits, executor: Executor | None) -> float | None:
-    """Return the time that a sample may take (s), None for no limit.
-
-    Parameters
-    ----------
-    timeout : float or None
-        Time asked for; None takes that of the limits, infinite is no limit.
-    limits : Limits
-        Of the study.
-    executor : Executor or None
-        That of the caller, which has limits of its own.
-
-    Raises
-    ------
-    InputError
-        If the time is no positive number, or goes with an executor.
-    """
+    """Time limit of a sample (s), None for none; by default the limit of the study. An executor has its own."""
     if timeout is not None and timeout != math.inf:
         require_number("timeout", timeout, 0.0, unit="s", open_low=True)
     if executor is not None:
@@ -332,7 +256,7 @@ def sample_timeout(timeout: float | None, limits: Limits, executor: Executor | N
                 f"executor: is of type {type(executor).__name__}; give a concurrent.futures executor or a Dask client."
             )
         if timeout is not None:
-            raise InputError("timeout: is for the local workers; with an executor of your own, let it set the limit.")
+            raise InputError("timeout: is for the local workers; set the limit in your executor instead.")
         return None
     seconds = limits.time if timeout is None else timeout
     return None if seconds == math.inf else float(seconds)

@@ -1,4 +1,4 @@
-"""Replay of one sample of a study, bit for bit, with all its fields."""
+"""Replay of one sample of a study, with all its fields."""
 
 from __future__ import annotations
 
@@ -24,44 +24,25 @@ from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.solvers.options import with_recorded_options
 
 BIT_FOR_BIT = "bit for bit"
-"""First words of the comparison of a sample that is the same."""
+"""First words of the comparison of an identical sample."""
 
 _PATH = ("sample", "increment")
-"""Leading dimensions of what tells of the path, all of which is compared."""
+"""Leading dimensions of the compared results of a path."""
 
 
 @lru_cache(maxsize=4)
 def _campaign(text: str) -> Campaign:
-    """Return the study of a frozen text; many samples of few studies are replayed in one process."""
+    """Study of a frozen text, cached: many samples of few studies are replayed in one process."""
     return Campaign.from_text(text)
 
 
 @checked
 @one_blas_thread()
 def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None = None) -> tuple[xr.Dataset, str]:
-    """Solve one sample again.
+    """One sample solved again, as ``damagepred.solve`` returns it, and its comparison with the archive.
 
-    Parameters
-    ----------
-    path : str or Path
-        Study folder.
-    sample : int
-        Number of the sample.
-    on_step : callable, optional
-        Called with each increment.
-
-    Returns
-    -------
-    dataset : xarray.Dataset
-        As ``damagepred.solve`` returns it.
-    comparison : str
-        Whether it is bit for bit what the archive holds; if not, what of machine, version, commit, kernel hash,
-        libraries and BLAS core differs.
-
-    Raises
-    ------
-    InputError
-        If there is no such study or sample.
+    The comparison names differing variables and, as their cause, differences in machine, version, commit, kernel
+    hash, libraries and BLAS core. An unknown study or sample raises InputError.
     """
     folder = StudyFolder(path)
     folder.require()
@@ -69,7 +50,7 @@ def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None
     if not 0 <= sample < design.sizes["sample"]:
         raise InputError(f"sample {sample}: {folder.path} has samples 0 to {design.sizes['sample'] - 1}.")
     study = _campaign(folder.study_text())
-    values = {place: float(design[place].values[sample]) for place in study.design.wall}
+    values = {key: float(design[key].values[sample]) for key in study.design.wall}
     scene, fields = sampled_wall(study.settings, study.design, sample, values)
     if recorded := design.attrs.get("solver_options"):
         scene = replace(scene, solver=with_recorded_options(scene.solver, recorded))
@@ -81,36 +62,36 @@ def replay(path: str | Path, sample: int, on_step: Callable[[Step], None] | None
 
 def _compare(folder: StudyFolder, sample: int, ds: xr.Dataset) -> str:
     if (file := folder.part_of(sample)) is None:
-        return f"sample {sample} has not come to a result in this study: nothing to compare with"
+        return f"sample {sample} has no result in this study: nothing to compare with"
     try:
-        part = read_part(file, study=folder.study_hash)
+        columns = read_part(file, study=folder.study_hash)
     except InputError as error:
         return f"there is nothing to compare with: {error}"
-    row = int(np.flatnonzero(part["sample"].values == sample)[0])
-    paths = {name: part[name].values[row] for name in part if name in ds and part[name].dims[:2] == _PATH}
-    kept = {name: part[name].values[row] for name in part if name in ds and part[name].dims[:1] == _PATH[:1]}
+    row = int(np.flatnonzero(columns["sample"].values == sample)[0])
+    paths = {name: columns[name].values[row] for name in columns if name in ds and columns[name].dims[:2] == _PATH}
+    kept = {name: columns[name].values[row] for name in columns if name in ds and columns[name].dims[:1] == _PATH[:1]}
     ends = {name: value for name, value in kept.items() if ds[name].dims[:1] == _PATH[1:] and name not in paths}
     steps = int(np.isfinite(paths["base_reaction"]).sum()) if paths else len(ds["increment"])
-    # a study that keeps the end alone: where the path went to it
+    # a study may keep only the end of the path, if the path reached it
     reached = not ends or bool(np.isfinite(ends["base_reaction"]))
     differing = [
         name
-        for name, found in paths.items()
-        if not np.array_equal(found[:steps], ds[name].values[:steps], equal_nan=True)
+        for name, archived in paths.items()
+        if not np.array_equal(archived[:steps], ds[name].values[:steps], equal_nan=True)
     ]
     differing += [
         name
-        for name, found in ends.items()
-        if reached and not np.array_equal(found, ds[name].values[-1], equal_nan=True)
+        for name, archived in ends.items()
+        if reached and not np.array_equal(archived, ds[name].values[-1], equal_nan=True)
     ]
     if differing:
-        why = why_bits_differ(_environment_of(part, row), environment())
+        why = why_bits_differ(_environment_of(columns, row), environment())
         return f"differs from the archive in {', '.join(differing)}. {why}"
-    return f"{BIT_FOR_BIT} what the archive holds for sample {sample}"
+    return f"{BIT_FOR_BIT} equal to sample {sample} of the archive"
 
 
-def _environment_of(part: Columns, row: int) -> Environment | None:
-    """Return where a sample was solved; None where a part is of an older version and does not say."""
-    if (column := part.get("environment")) is None:
+def _environment_of(columns: Columns, row: int) -> Environment | None:
+    """Environment that solved a sample; None in parts of older versions."""
+    if (column := columns.get("environment")) is None:
         return None
     return from_table(column.attributes)[int(column.values[row])]

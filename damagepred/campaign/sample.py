@@ -1,4 +1,4 @@
-"""Sampled walls: from their numbers to their part of the archive. Workers run this module."""
+"""Sampled walls: from inputs to a part of the archive. Workers run this module."""
 
 from __future__ import annotations
 
@@ -47,19 +47,7 @@ NOT_STARTED = -1
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a sample ended.
-
-    Attributes
-    ----------
-    sample : int
-        Its number.
-    status : int
-        A ``SampleStatus``, or ``NOT_STARTED``.
-    seconds : float
-        Time it took.
-    message : str
-        Why it failed, if it did.
-    """
+    """Status of a sample (``SampleStatus`` or ``NOT_STARTED``), its time (s), and the message of a failure."""
 
     sample: int
     status: int
@@ -68,33 +56,21 @@ class Outcome:
 
 
 Batch = Sequence[tuple[int, Mapping[str, float]]]
-"""Samples that one task solves, one number after the other, each with its values for the whole wall."""
+"""Consecutive samples of one task, each with its values for the whole wall."""
 
 
 @one_blas_thread()
 def sampled_wall(
     settings: StudySettings, design: Design, sample: int, values: Mapping[str, float]
 ) -> tuple[Scene, dict[str, FloatArray]]:
-    """Return the scene of one sample and its values that vary from joint to joint.
-
-    Parameters
-    ----------
-    settings : StudySettings
-        The study.
-    design : Design
-        Its distributions.
-    sample : int
-        Number of the sample.
-    values : mapping of str to float
-        Its values that hold for the whole wall.
-    """
+    """Scene of one sample, by its values for the whole wall, and its values that vary from joint to joint."""
     scene = settings.scene.with_values(values).with_seed(settings.study.seed, sample)
     if not design.joint:
         return scene, {}
     drawn_on = settings.study.fields_from
     if drawn_on is None:
         return scene, design.joint_values(sample, joint_places(scene))
-    if shape := {place: v for place, v in values.items() if place.split(".")[0] in ("wall", "opening", "dpc")}:
+    if shape := {key: v for key, v in values.items() if key.split(".")[0] in ("wall", "opening", "dpc")}:
         drawn_on = drawn_on.with_values(shape)
     return scene, _on_nearest(design.joint_values(sample, joint_places(drawn_on)), drawn_on, scene)
 
@@ -102,92 +78,65 @@ def sampled_wall(
 def sample_of(
     settings: StudySettings, design: Design, sample: int, samples: int
 ) -> tuple[Scene, dict[str, FloatArray]]:
-    """Draw the design of a study and return the scene of one sample, and its values that vary from joint to joint.
-
-    Parameters
-    ----------
-    settings, design, sample
-        See ``sampled_wall``.
-    samples : int
-        Number of samples of the design; only a Latin hypercube depends on it.
-    """
+    """Scene of one sample of a design of some samples, and its values that vary from joint to joint."""
     values = design.wall_values(samples)
-    return sampled_wall(settings, design, sample, {place: float(v[sample]) for place, v in values.items()})
+    return sampled_wall(settings, design, sample, {key: float(v[sample]) for key, v in values.items()})
 
 
 def _on_nearest(fields: dict[str, FloatArray], drawn_on: Scene, scene: Scene) -> dict[str, FloatArray]:
-    """Return for each joint of a scene the values of the nearest joint of another, of its own kind if there are any."""
+    """Values at each joint of a scene from the nearest joint of another, of the same kind if possible."""
     from scipy.spatial import KDTree
 
     theirs, ours = wall_geometry(drawn_on).joints, wall_geometry(scene).joints
     nearest = np.empty(len(ours.kind), dtype=np.int64)
     for kind in np.unique(ours.kind):
-        here, there = np.flatnonzero(ours.kind == kind), np.flatnonzero(theirs.kind == kind)
-        there = there if there.size else np.arange(len(theirs.kind))
-        tree = KDTree(np.column_stack((theirs.x[there], theirs.y[there])))
-        nearest[here] = there[tree.query(np.column_stack((ours.x[here], ours.y[here])))[1]]
-    return {place: values[nearest] for place, values in fields.items()}
+        own_joints, other_joints = np.flatnonzero(ours.kind == kind), np.flatnonzero(theirs.kind == kind)
+        other_joints = other_joints if other_joints.size else np.arange(len(theirs.kind))
+        tree = KDTree(np.column_stack((theirs.x[other_joints], theirs.y[other_joints])))
+        nearest[own_joints] = other_joints[tree.query(np.column_stack((ours.x[own_joints], ours.y[own_joints])))[1]]
+    return {key: values[nearest] for key, values in fields.items()}
 
 
 def joint_places(scene: Scene) -> JointPlaces:
-    """Return where the joints of a scene's wall are, and which are neighbours in a course."""
+    """Positions of the joints of a scene's wall, and their neighbours in the course."""
     return _places_on(wall_geometry(scene), scene.wall.block_length)
 
 
-@lru_cache(maxsize=1)  # the samples of a study mostly share one geometry
+@lru_cache(maxsize=1)  # most samples of a study share one geometry
 def _places_on(geometry: Geometry, brick: float) -> JointPlaces:
     joints = geometry.joints
-    # a brick and a half: more than from one unit to the next, less than any opening leaves between two
+    # one and a half bricks: more than the distance of neighbouring units, less than across any opening
     sequence = course_sequences(joints.course, joints.kind, joints.x, apart=1.5 * brick)
     return JointPlaces(sequence, joints.kind, joints.x, joints.y, brick)
 
 
 def prepare(folder: str) -> None:
-    """Load the study and the compiled kernels that all its walls need: the first task of a worker.
-
-    Parameters
-    ----------
-    folder : str
-        Study folder.
-    """
+    """Load the study and the compiled kernels of its walls: the first task of a worker."""
     settings, _ = _read_study(folder, StudyFolder(folder).study_text())
     warm_up(settings.scene, rare=False)
 
 
 def run_batch(folder: str, batch: Batch) -> list[Outcome]:
-    """Solve a few samples, judge them and write their part, which counts whatever becomes of the answer.
-
-    Parameters
-    ----------
-    folder : str
-        Study folder, with the frozen study in it.
-    batch : sequence of (int, mapping of str to float)
-        Numbers of the samples, one after the other, and the values of each that hold for the whole wall.
-
-    Raises
-    ------
-    StudyError
-        If the part cannot be written, or there is no such folder where this runs.
-    """
-    place = StudyFolder(folder)
-    if (before := already_done(place, batch)) is not None:
+    """Solve and judge some samples and write their part, which counts even if the answer is lost."""
+    study_folder = StudyFolder(folder)
+    if (before := already_done(study_folder, batch)) is not None:
         return before
-    if not place.exists:
+    if not study_folder.exists:
         raise StudyError(
-            f"{folder}: the study's folder is not there for a worker on {socket.gethostname()}; workers on other "
-            "machines need a file system that they share."
+            f"{folder}: the worker on {socket.gethostname()} cannot see the study's folder; workers on other machines "
+            "need a shared file system."
         )
-    settings, design = _read_study(folder, place.study_text())
-    writer = _PartWriter(place)
+    settings, design = _read_study(folder, study_folder.study_text())
+    writer = _PartWriter(study_folder)
     outcomes = []
     try:
         for sample, values in batch:
-            if place.stopping:
+            if study_folder.stopping:
                 outcomes.append(Outcome(sample, NOT_STARTED, 0.0))
                 continue
             solved = solve_sample(settings, design, sample, values)
             if solved.outcome.status == SampleStatus.FAILED:
-                place.record_failure(sample, solved.reason, solved.outcome.message, values)
+                study_folder.record_failure(sample, solved.reason, solved.outcome.message, values)
             writer.add(sample, solved.outcome.status, solved.columns)
             outcomes.append(solved.outcome)
     finally:
@@ -196,29 +145,21 @@ def run_batch(folder: str, batch: Batch) -> list[Outcome]:
 
 
 def already_done(folder: StudyFolder, batch: Batch) -> list[Outcome] | None:
-    """Return the outcomes of a batch whose part is in the folder, though the worker's answer got lost; None without.
-
-    Parameters
-    ----------
-    folder : StudyFolder
-        Of the campaign.
-    batch : sequence of (int, mapping)
-        See ``Batch``.
-    """
+    """Outcomes of a batch whose part is already in the folder (the answer was lost), or None."""
     file = folder.part_file(batch[0][0], batch[-1][0])
     if not file.is_file():
         return None
     try:
-        part = read_part(file, ("status", "run_time"), folder.study_hash)
-    except InputError:  # damaged: solved again, and replaced
+        columns_read = read_part(file, ("status", "run_time"), folder.study_hash)
+    except InputError:  # damaged: solve again and replace
         return None
-    columns = (part[name].values.tolist() for name in ("sample", "status", "run_time"))
+    columns = (columns_read[name].values.tolist() for name in ("sample", "status", "run_time"))
     kept = {int(i): (int(status), float(seconds)) for i, status, seconds in zip(*columns)}
     return [Outcome(sample, *kept[sample]) for sample, _ in batch] if all(i in kept for i, _ in batch) else None
 
 
 class _PartWriter:
-    """Collects the rows of a batch and writes a part file for each run of consecutive samples."""
+    """Rows of a batch, written as one part file per run of consecutive samples."""
 
     def __init__(self, folder: StudyFolder) -> None:
         self.folder = folder
@@ -226,7 +167,7 @@ class _PartWriter:
         self.rows: list[Columns] = []
 
     def add(self, sample: int, status: int, columns: Columns | None) -> None:
-        alone = status == SampleStatus.FAILED  # may be run again, for which its part is removed
+        alone = status == SampleStatus.FAILED  # a repetition removes its part
         following = self.rows and sample == self.first + len(self.rows)
         if not following or alone or columns is None or not alike(self.rows[0], columns):
             self.write()
@@ -245,7 +186,7 @@ class _PartWriter:
 
 
 class Solved(NamedTuple):
-    """How a sample ended, in one word why if it failed, and what a part holds of it."""
+    """Outcome of a sample, the reason of a failure, and its columns in a part."""
 
     outcome: Outcome
     reason: str
@@ -254,13 +195,7 @@ class Solved(NamedTuple):
 
 @one_blas_thread()
 def solve_sample(settings: StudySettings, design: Design, sample: int, values: Mapping[str, float]) -> Solved:
-    """Solve and judge one sample; an error is recorded as the outcome, not raised.
-
-    Parameters
-    ----------
-    settings, design, sample, values
-        See ``sampled_wall``.
-    """
+    """Solve and judge one sample; an error becomes the outcome and is not raised."""
     began = time.perf_counter()
     steps: list[Step] = []
     status, reason, message = SampleStatus.COMPLETE, "", ""
@@ -274,7 +209,7 @@ def solve_sample(settings: StudySettings, design: Design, sample: int, values: M
                 status = SampleStatus.COLLAPSED
             if step.verdict.damage_category >= settings.last_category:
                 break
-    except Exception as error:  # whatever it is, the other samples go on, and this one is on record
+    except Exception as error:  # recorded; the other samples continue
         status, reason, message = SampleStatus.FAILED, _reason(error), f"{type(error).__name__}: {error}"
     seconds = time.perf_counter() - began
     columns = None if model is None or not steps else _row(settings, sample, status, seconds, model, steps)
@@ -296,11 +231,10 @@ def _reason(error: Exception) -> FailureKind:
 
 
 def _row(settings: StudySettings, sample: int, status: int, seconds: float, model: Model, steps: list[Step]) -> Columns:
-    """Return what a part holds of one sample; increments after the end of its path are NaN.
+    """Columns of one sample in a part; increments after the end of its path are NaN.
 
-    The category is the exception: a path that ended because the wall fell or passed the last category of interest
-    keeps that category for the movement beyond. A path that ended because the jacks or supports carry nothing any more
-    has come to the limit of the rig: beyond it nothing is known, and there is no movement.
+    The category is an exception: after a collapse, or above the last category of interest, it holds for the remaining
+    movement. A path that ended with unloaded jacks or supports is at the limit of the rig: the movement ends there.
     """
     increments = settings.scene.movement.increment_count
     values = path_values(model, steps)
@@ -320,7 +254,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
             rest = np.nan if column.dtype.kind == "f" else -1
         tail = np.full((beyond, *column.shape[1:]), rest, dtype=column.dtype)
         filled[name] = np.concatenate((column, tail))[None]
-    # a given movement is known also where it was not solved; a footing's own deflection is not
+    # a prescribed movement is known in unsolved increments too; the deflection of a free footing is not
     progress = np.arange(increments + 1) / increments
     if model.history is not None:
         progress = np.abs(model.history.load_factors)
@@ -364,18 +298,18 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     if "surface_movement" in columns:
         moved = columns["surface_movement"]
         columns["surface_movement"] = moved._replace(attributes={**moved.attributes, **GROWING_GROUND})
-    # a rig that lets go ends the movement
+    # an unloaded rig ends the movement
     return _kept_of_movement(columns, settings.study.movement, len(steps) - 1 if last.ended else increments)
 
 
 @cache
 def _blank(name: str) -> Column:
-    """Return the column of a registered variable in a study, without values."""
+    """Column of a registered variable in a study, without values."""
     return Column(study_dims(name), np.empty(0), MappingProxyType(VARIABLES[name].attributes()))
 
 
 def _kept_of_movement(columns: Columns, kept: str, end: int) -> Columns:
-    """Return what a study keeps of a path that ends at an increment: "path", "sampled" (its end) or "both"."""
+    """Stored columns of a path that ends at an increment: "path", "sampled" (its end) or "both"."""
     if kept == "path":
         return columns
     path = {name for name, column in columns.items() if column.dims[:2] == ("sample", "increment")}

@@ -15,11 +15,11 @@ DRAWN = 1024
 
 
 def surface_movements(settings: StudySettings, samples: int) -> list[float]:
-    """Return the characteristic surface movement y_s of each sample of a study with a soil log (m)."""
+    """Characteristic surface movement y_s of each sample of a study with a soil log (m)."""
     scene, values = settings.scene, settings.design().wall_values(samples)
 
     def drawn(table: str, field: str, given: float, sample: int) -> float:
-        return float(values[place][sample]) if (place := f"{table}.{field}") in values else given
+        return float(values[key][sample]) if (key := f"{table}.{field}") in values else given
 
     def of_sample(i: int) -> float:
         layers = [
@@ -39,25 +39,24 @@ def surface_movements(settings: StudySettings, samples: int) -> list[float]:
 
 
 def site_line(scene: Scene, settings: StudySettings | None = None) -> str | None:
-    """Return y_s, site class and probability of each class of a soil log in a sentence; None without a log."""
+    """y_s, site class and probability of each class of a soil log, in a sentence; None without a log."""
     if not scene.soil_layer:
         return None
     suction, depth = scene.suction or Suction(), scene.mound.suction_depth
     y_s = surface_movement(scene.soil_layer, suction, depth)
-    at_tree = scene.mound.shape in ("tree", "pipe")  # these make no class
+    at_tree = scene.mound.shape in ("tree", "pipe")  # local movements have no site class
     line = f"soil log: {LOCAL[scene.mound.shape] if at_tree else 'y_s'} = {1e3 * y_s:.0f} mm"
     line += "" if at_tree else f", site class {site_class(y_s).name}"
     if suction.below_log and (end := sum(layer.thickness for layer in scene.soil_layer)) < depth:
         below = "the last layer goes on" if suction.below_log == "extend" else "nothing moves"
         line += f"; below the log, from {end:g} to {depth:g} m, {below} (suction.below_log)"
     uncertain = settings is not None and any(
-        place.split(".")[0] in ("soil_layer", "suction") or place == "mound.suction_depth"
-        for place in settings.variables
+        key.split(".")[0] in ("soil_layer", "suction") or key == "mound.suction_depth" for key in settings.variables
     )
     if settings is None or not uncertain or at_tree:
         return line
     samples = max(settings.study.samples, DRAWN)
-    found = [site_class(y).name for y in surface_movements(settings, samples)]
-    shares = {c.name: found.count(c.name) / samples for c in site_classes()}
-    told = ", ".join(f"{name} {share:.2g}" for name, share in shares.items() if share > 0)
-    return f"{line} at the means; probability of each class: {told}"
+    classes = [site_class(y).name for y in surface_movements(settings, samples)]
+    shares = {c.name: classes.count(c.name) / samples for c in site_classes()}
+    listed = ", ".join(f"{name} {share:.2g}" for name, share in shares.items() if share > 0)
+    return f"{line} at the means; probability of each class: {listed}"

@@ -1,4 +1,4 @@
-"""Status of a study: walls done, failed and left, and the estimate so far."""
+"""Status of a study: done, failed and remaining walls, and the present estimate."""
 
 from __future__ import annotations
 
@@ -25,60 +25,38 @@ READ = (
     *("damage_category", "crack_width_max", "surface_movement", "central_deflection", "load_displacement", "time"),
     *("run_time", "limit_deflection", "environment", *STUDIED),
 )
-"""Results that the status is made of; the others are not read."""
+"""Results that the status reads."""
 
 
 class CategoryShare(NamedTuple):
-    """Share of walls by a damage category.
-
-    Attributes
-    ----------
-    category : int
-        Its number.
-    walls : int
-        Walls that end in it.
-    share, or_worse : float
-        Probability of it, and of it or worse, by the end of each wall's own movement; see ``damagepred.exceedance``.
-    lower, upper : float
-        90 % confidence interval of the latter.
-    failed_undamaged, failed_damaged : float
-        Share in it or worse if all failed walls were undamaged, and if all were damaged.
-    """
+    """Share of walls by a damage category."""
 
     category: int
-    walls: int
+    walls: int  # walls that end in it
+    # probability of it, and of it or worse, by the end of each wall's own movement; see
+    # ``damagepred.exceedance``
     share: float
     or_worse: float
-    lower: float
+    lower: float  # 90 % confidence interval of ``or_worse``
     upper: float
-    failed_undamaged: float
+    failed_undamaged: float  # ``or_worse`` if all failed walls were undamaged, and if all were damaged
     failed_damaged: float
 
 
 @dataclass(frozen=True)
 class StudyStatus:
-    """Status of a study, ready to print.
+    """Status of a study, ready to print."""
 
-    Attributes
-    ----------
-    total, done, failed, remaining : int
-        Walls.
-    lines : list of str
-        In words.
-    categories : list of CategoryShare
-        In their order; empty where nothing is known.
-    """
-
-    total: int
+    total: int  # walls
     done: int
     failed: int
     remaining: int
-    lines: list[str]
-    categories: list[CategoryShare]
+    lines: list[str]  # in words
+    categories: list[CategoryShare]  # empty without results
 
     @property
     def columns(self) -> list[str]:
-        """Heads of the table of categories."""
+        """Headings of the table of categories."""
         return ["category", "walls", "share", "or worse", "90 % interval", "failed counted"]
 
     @property
@@ -98,18 +76,7 @@ class StudyStatus:
 
 
 def study_status(path: str | Path) -> StudyStatus:
-    """Read the status of a study.
-
-    Parameters
-    ----------
-    path : str or Path
-        Study folder; it may be running.
-
-    Raises
-    ------
-    InputError
-        If it is no study folder.
-    """
+    """Status of a study folder, finished or running."""
     folder = StudyFolder(path)
     ds = folder.results(READ)
     state = ds["status"].values
@@ -127,7 +94,7 @@ def study_status(path: str | Path) -> StudyStatus:
         weight = np.asarray(ds["weight"].values, dtype=np.float64)[state != SampleStatus.MISSING]
         lines.append(f"importance sampling: {effective_samples(weight):.0f} effective walls; shares are weighted")
     lines += _limits(ds)
-    lines += [f"caution: {said}" for said in (*study_cautions(ds), *mixture(ds))]
+    lines += [f"caution: {sentence}" for sentence in (*study_cautions(ds), *mixture(ds))]
     for sample, record in ((i, folder.failure(i)) for i in sorted(folder.failed_samples())[:5]):
         lines.append(f"failed sample {sample}: {record['reason']}: {record['message']}")
     return StudyStatus(total, total - remaining, failed, remaining, lines, _category_shares(ds))
@@ -136,24 +103,24 @@ def study_status(path: str | Path) -> StudyStatus:
 def watching(path: str | Path, every: float) -> Iterator[StudyStatus]:
     """Status of a study at intervals (s), until no wall is left to be solved."""
     while True:
-        found = study_status(path)
-        yield found
-        if not found.remaining:
+        status = study_status(path)
+        yield status
+        if not status.remaining:
             return
         time.sleep(every)
 
 
 def _limits(ds: xr.Dataset) -> list[str]:
-    """Return a line on walls on jacks whose path ended at the limit of the rig."""
+    """Line on walls whose path ended at the limit of the rig."""
     if "limit_deflection" not in ds:
         return []
-    at = 1e3 * ds["limit_deflection"].values
-    at = at[np.isfinite(at)]
-    if not at.size:
+    ends = 1e3 * ds["limit_deflection"].values
+    ends = ends[np.isfinite(ends)]
+    if not ends.size:
         return []
     return [
-        f"{at.size} walls ended before the full movement, at {at.min():.3g} to {at.max():.3g} mm, where the jacks or "
-        "supports carry nothing any more; fits take what they had not reached there as not yet reached (censored)"
+        f"{ends.size} walls ended before the full movement, at {ends.min():.3g} to {ends.max():.3g} mm, where the "
+        "jacks or supports carry no load any more; fits treat categories not reached there as censored"
     ]
 
 
@@ -162,16 +129,16 @@ def _category_shares(ds: xr.Dataset) -> list[CategoryShare]:
         return []
     worst = ds["damage_category"].values[good].reshape(good.sum(), -1).max(axis=1, initial=0)
     highest = int(ds.attrs["highest_category"])
-    found = [estimate_exceedance(category_capacities(ds, c, None, SITE), SITE) for c in range(1, highest + 1)]
-    sure = found[0].estimate._replace(value=1.0, lower=1.0, upper=1.0)
-    found = [found[0]._replace(estimate=sure, failed_undamaged=1.0, failed_damaged=1.0), *found]
-    value = [one.estimate.value for one in found] + [0.0]
+    curves = [estimate_exceedance(category_capacities(ds, c, None, SITE), SITE) for c in range(1, highest + 1)]
+    certain = curves[0].estimate._replace(value=1.0, lower=1.0, upper=1.0)
+    curves = [curves[0]._replace(estimate=certain, failed_undamaged=1.0, failed_damaged=1.0), *curves]
+    value = [curve.estimate.value for curve in curves] + [0.0]
     return [
         CategoryShare(
             c,
             int((worst == c).sum()),
             value[c] - value[c + 1],
-            *(one.estimate.value, one.estimate.lower, one.estimate.upper, one.failed_undamaged, one.failed_damaged),
+            *(e.estimate.value, e.estimate.lower, e.estimate.upper, e.failed_undamaged, e.failed_damaged),
         )
-        for c, one in enumerate(found)
+        for c, e in enumerate(curves)
     ]

@@ -1,4 +1,4 @@
-"""Running a study until enough is known, or a time is up."""
+"""Runs with a stopping rule or a time budget."""
 
 from __future__ import annotations
 
@@ -19,64 +19,38 @@ from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 
 
 class InterimAnalysis(NamedTuple):
-    """Interim analysis of a sequential stopping rule: the estimate at a number of samples.
+    """Interim analysis of a sequential stopping rule: the estimate at a number of samples."""
 
-    Attributes
-    ----------
-    samples : int
-        Walls run.
-    estimate : Estimate or None
-        Of the quantity that decides, with an interval that holds at all looks at once.
-    enough : bool
-        Whether it was narrow enough.
-    """
-
-    samples: int
-    estimate: Estimate | None
-    enough: bool
+    samples: int  # walls run
+    estimate: Estimate | None  # with an interval that holds at all looks together
+    enough: bool  # whether the interval was narrow enough
 
 
 class Ending(NamedTuple):
-    """How a run ended.
+    """End of a run."""
 
-    Attributes
-    ----------
-    summary : RunSummary
-        Of the last piece of it.
-    looks : list of InterimAnalysis
-        From the first.
-    reason : {"enough", "samples", "time", "interrupted"}
-        Why it ended.
-    """
-
-    summary: RunSummary
+    summary: RunSummary  # of its last piece
     looks: list[InterimAnalysis]
-    reason: str
+    reason: str  # {"enough", "samples", "time", "interrupted"}
 
     def lines(self, rule: StopWhen | None) -> list[str]:
-        """Say what was seen at the looks, and why the run ended.
-
-        Parameters
-        ----------
-        rule : StopWhen or None
-            The study's.
-        """
-        said = []
+        """Estimates at the looks and the reason of the end, in words."""
+        sentences = []
         for look in self.looks:
             if rule is not None and look.estimate is not None:
                 e, unit = look.estimate, (1e3, " mm") if rule.quantity == "median" else (1.0, "")
                 low, value, high = (f"{unit[0] * v:.4g}" for v in (e.lower, e.value, e.upper))
-                said.append(
+                sentences.append(
                     f"look at {look.samples} walls: {rule.name()} = {value}{unit[1]}, {low} to {high} "
                     f"({rule.confidence:.0%} over all looks)"
                 )
         reasons = {
             "enough": "narrow enough: no further walls are run",
             "samples": "all walls allowed are run, and the interval is not narrow enough yet",
-            "time": "the time is up; the same command goes on",
+            "time": "the time is up; the same command resumes the study",
             "interrupted": "",
         }
-        return [*said, *filter(None, [reasons[self.reason]])]
+        return [*sentences, *filter(None, [reasons[self.reason]])]
 
 
 def run_until(
@@ -92,62 +66,38 @@ def run_until(
 ) -> Ending:
     """Run a study until its ``stop_when`` is met, its ``time_budget`` is used up, or all samples are run.
 
-    The walls are those of a run without stopping: a study that was stopped can be extended, and one that was
-    interrupted goes on to the same end.
-
-    Parameters
-    ----------
-    study : Campaign
-        With ``[study.stop_when]``, ``time_budget``, or both.
-    out : str or Path
-        Study folder.
-    samples : int, optional
-        Most walls to run; by default the study's.
-    workers, executor, options
-        See ``Study.run``.
-    on_look : callable, optional
-        Called with each ``InterimAnalysis``.
-    on_progress : callable, optional
-        Called with a ``Progress`` as in ``Study.run``.
-
-    Returns
-    -------
-    Ending
-
-    Raises
-    ------
-    InputError
-        If the sampler cannot be extended.
+    The walls are the same as without stopping: a stopped study can be extended, and an interrupted one resumes to
+    the same end. ``options`` go to ``Study.run``.
     """
     how, most = study.settings.study, samples or study.settings.study.samples
     rule, budget = how.stop_when, how.time_budget
     if rule is not None and how.sampler == "lhs":
         raise InputError("[study.stop_when]: a Latin hypercube cannot be extended from look to look; take 'sobol'.")
-    at = interim_sizes(rule.first, most) if rule is not None else [most]
-    confidence = _confidence(rule, at, how.replicates, budget is not None)
+    sizes = interim_sizes(rule.first, most) if rule is not None else [most]
+    confidence = _confidence(rule, sizes, how.replicates, budget is not None)
     began = time.monotonic()
     seen: list[InterimAnalysis] = []
     while True:
-        count = at[len(seen)]
-        left = None if budget is None else budget - (time.monotonic() - began)
-        summary = _run_to(study, out, count, workers, executor, left, on_progress, options)
+        count = sizes[len(seen)]
+        remaining = None if budget is None else budget - (time.monotonic() - began)
+        summary = _run_to(study, out, count, workers, executor, remaining, on_progress, options)
         over = budget is not None and time.monotonic() - began >= budget
         if summary.interrupted and not over:
             return Ending(summary, seen, "interrupted")
         seen.append(_look(rule, out, summary.done, confidence))
         if on_look:
             on_look(seen[-1])
-        reason = "enough" if seen[-1].enough else "time" if over else "samples" if count == at[-1] else ""
+        reason = "enough" if seen[-1].enough else "time" if over else "samples" if count == sizes[-1] else ""
         if reason:
             _record(out, rule, seen, reason)
             return Ending(summary, seen, reason)
 
 
-def _confidence(rule: StopWhen | None, at: list[int], replicates: int, timed: bool) -> float:
+def _confidence(rule: StopWhen | None, sizes: list[int], replicates: int, timed: bool) -> float:
     if rule is None:
         return 0.9
-    # the end of the time is a look more, wherever it falls: counted like one between the last two
-    every = sorted({*at, (at[-1] + at[-2]) // 2}) if timed and len(at) > 1 else at
+    # the end of the time is one more look: counted like a look between the last two
+    every = sorted({*sizes, (sizes[-1] + sizes[-2]) // 2}) if timed and len(sizes) > 1 else sizes
     return interim_confidence(every, rule.confidence, replicates >= ENOUGH_REPLICATES)
 
 
@@ -157,14 +107,14 @@ def _run_to(
     count: int,
     workers: int,
     executor: Executor | None,
-    left: float | None,
+    remaining: float | None,
     on_progress: Callable[[Progress], None] | None,
     options: dict[str, Any],
 ) -> RunSummary:
-    """Run as far as the next look; when the time is up, samples that have begun are finished and no others begun."""
+    """Run to the next look; at the end of the time, samples that have begun are finished."""
     timer = None
-    if left is not None:
-        timer = threading.Timer(max(left, 0.0), StudyFolder(out).ask_to_stop)
+    if remaining is not None:
+        timer = threading.Timer(max(remaining, 0.0), StudyFolder(out).ask_to_stop)
         timer.daemon = True
         timer.start()
     try:
@@ -177,12 +127,12 @@ def _run_to(
 def _look(rule: StopWhen | None, out: str | Path, done: int, confidence: float) -> InterimAnalysis:
     if rule is None:
         return InterimAnalysis(done, None, False)
-    found = rule.estimate(open_study(out), confidence)
-    return InterimAnalysis(done, found, rule.met(found))
+    estimate = rule.estimate(open_study(out), confidence)
+    return InterimAnalysis(done, estimate, rule.met(estimate))
 
 
 def _record(out: str | Path, rule: StopWhen | None, seen: list[InterimAnalysis], reason: str) -> None:
-    """Write down in the folder what was seen at the looks, and why the run ended."""
+    """Write the estimates at the looks and the reason of the end into the folder."""
     content = {
         "quantity": rule.name() if rule is not None else "",
         "reason": reason,

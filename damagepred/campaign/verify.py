@@ -1,7 +1,7 @@
 """Verification of the files of a study against their digests, and repair.
 
-Derived files are made again, damaged ones are set aside in the folder ``damaged``, and ``Study.run`` solves the samples
-that this leaves missing.
+Derived files are made again, damaged files are set aside in the folder ``damaged``, and ``Study.run`` solves missing
+samples.
 """
 
 from __future__ import annotations
@@ -31,29 +31,17 @@ from damagepred.formatting import duration
 
 @dataclass
 class Verification:
-    """Findings of a verification.
+    """Findings of a verification."""
 
-    Attributes
-    ----------
-    files : int
-        Files that were checked.
-    damaged : list of str
-        Damaged files, a sentence each.
-    differing : list of str
-        Differences of samples that were solved again.
-    notes : list of str
-        Other remarks.
-    """
-
-    files: int = 0
-    damaged: list[str] = field(default_factory=list)
-    differing: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    files: int = 0  # checked files
+    damaged: list[str] = field(default_factory=list)  # one sentence per file
+    differing: list[str] = field(default_factory=list)  # samples that differ when solved again
+    notes: list[str] = field(default_factory=list)  # other remarks
 
     @contextmanager
     def check(self) -> Iterator[None]:
         """Record errors and warnings of the archive as damage."""
-        with warnings.catch_warnings(record=True) as said:
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", ArchiveWarning)
             try:
                 yield
@@ -61,46 +49,34 @@ class Verification:
                 raise
             except InputError as error:
                 self.damaged.append(str(error))
-        self.damaged += [str(one.message) for one in said if issubclass(one.category, ArchiveWarning)]
+        self.damaged += [str(w.message) for w in caught if issubclass(w.category, ArchiveWarning)]
 
     @property
     def lines(self) -> list[str]:
-        """All of it in words."""
-        said = [*self.damaged, *self.differing, *self.notes]
-        return [*said, f"files checked: {self.files}; damaged: {len(self.damaged) or 'none'}"]
+        """Findings in words."""
+        findings = [*self.damaged, *self.differing, *self.notes]
+        return [*findings, f"files checked: {self.files}; damaged: {len(self.damaged) or 'none'}"]
 
 
 def verify(path: str | Path, samples: int = 0, on_plan: Callable[[str], None] | None = None) -> Verification:
     """Check digests, variables, flags and ranges of a study folder or a file; solve some samples again.
 
-    Parameters
-    ----------
-    path : str or Path
-        Study folder, or a netCDF file of this package.
-    samples : int
-        Samples of the folder to solve again and compare bit by bit, evenly spread.
-    on_plan : callable, optional
-        Called with what solving will cost, before it begins.
-
-    Raises
-    ------
-    InputError
-        If there is no such folder or file, it is newer than this package, or a file's samples are asked for.
+    The samples are evenly spread over the folder; ``on_plan`` gets the cost of solving them before it begins.
     """
-    place, found = Path(path), Verification()
-    if not place.exists():
+    target, result = Path(path), Verification()
+    if not target.exists():
         raise InputError(f"{path}: no such file or folder.")
-    if not place.is_dir():
+    if not target.is_dir():
         if samples:
-            raise InputError(f"{path}: samples are solved again of study folders alone.")
-        with found.check():
-            _check_file(place)
-        found.files = 1
-        return found
-    folder = StudyFolder(place)
+            raise InputError(f"{path}: samples can be solved again in study folders only.")
+        with result.check():
+            _check_file(target)
+        result.files = 1
+        return result
+    folder = StudyFolder(target)
     if not (folder.exists or folder.design_file.is_file()):
         raise InputError(f"{path}: is no study folder (it has neither study.toml nor design.nc).")
-    ds = _check_folder(folder, found)
+    ds = _check_folder(folder, result)
     if ds is not None:
         solved = np.flatnonzero(np.isin(ds["status"].values, SOLVED))
         chosen = solved[np.unique(np.linspace(0, len(solved) - 1, min(samples, len(solved))).astype(int))]
@@ -111,10 +87,10 @@ def verify(path: str | Path, samples: int = 0, on_plan: Callable[[str], None] | 
                 + (f", {duration(each * len(chosen))}" if each > 0 else "")
             )
         for sample in chosen.tolist():
-            comparison = replay(place, sample)[1]
+            comparison = replay(target, sample)[1]
             if not comparison.startswith(BIT_FOR_BIT):
-                found.differing.append(f"sample {sample} solved again {comparison}")
-    return found
+                result.differing.append(f"sample {sample} solved again {comparison}")
+    return result
 
 
 def _check_file(file: Path) -> xr.Dataset:
@@ -124,31 +100,31 @@ def _check_file(file: Path) -> xr.Dataset:
     return ds
 
 
-def _check_folder(folder: StudyFolder, found: Verification) -> xr.Dataset | None:
-    """Check all files of a folder; return its samples from their parts if they can be read."""
+def _check_folder(folder: StudyFolder, result: Verification) -> xr.Dataset | None:
+    """Check all files of a folder; return its samples from the parts, if readable."""
     ds: xr.Dataset | None = None
-    with found.check():
+    with result.check():
         read_frozen(folder.study_text())
         _check_file(folder.design_file)
         ds, left_out = folder.read(derived=False)
-        found.damaged += left_out.values()
+        result.damaged += left_out.values()
         _check_values(ds, str(folder.parts))
     unsigned = 0
     for file in (folder.study_file, folder.design_file, folder.results_file, *folder.part_files()):
-        with found.check():
+        with result.check():
             if file.exists():
                 unsigned += signature(file, whole=True) is None
     for sample in sorted(folder.failed_samples()):
-        with found.check():
+        with result.check():
             folder.checked_failure(sample)
     if ds is None:
         return None
     if folder.results_file.exists():
-        with found.check():
+        with result.check():
             _compare(read_dataset(folder.results_file, folder.study_hash), ds, folder.results_file)
     parts, failures = len(folder.part_files()), len(folder.failed_samples())
-    found.damaged = list(dict.fromkeys(found.damaged))
-    found.files = (
+    result.damaged = list(dict.fromkeys(result.damaged))
+    result.files = (
         parts
         + failures
         + sum(
@@ -156,11 +132,11 @@ def _check_folder(folder: StudyFolder, found: Verification) -> xr.Dataset | None
             for file in (folder.study_file, folder.manifest_file, folder.design_file, folder.results_file)
         )
     )
-    found.notes += [f"{word}." for word in mixture(ds)]
+    result.notes += [f"{word}." for word in mixture(ds)]
     if missing := int((ds["status"].values == SampleStatus.MISSING).sum()):
-        found.notes.append(f"{missing} of {ds.sizes['sample']} samples have no result; `damagepred study` runs them.")
+        result.notes.append(f"{missing} of {ds.sizes['sample']} samples have no result; `damagepred study` runs them.")
     if unsigned:
-        found.notes.append(f"{unsigned} files have no digest, as those of older versions: values alone were checked.")
+        result.notes.append(f"{unsigned} files have no digest, as in older versions: only values were checked.")
     return ds
 
 
@@ -169,38 +145,20 @@ def _check_values(ds: xr.Dataset, source: str) -> None:
 
 
 def _compare(whole: xr.Dataset, parts: xr.Dataset, file: Path) -> None:
-    """Check that ``results.nc`` holds what the parts hold, of the samples in both."""
+    """Check that ``results.nc`` equals the parts, for samples in both."""
     solved = np.isin(whole["status"].values, SOLVED)
     for name, values in parts.data_vars.items():
         if values.dims[:1] != ("sample",) or name not in whole or name in ("run_time", "environment"):
-            continue  # those of a wall that was solved again are others
+            continue  # these differ for a wall that was solved again
         rows = whole["sample"].values[solved]
         both = np.isin(parts["status"].values[rows], SOLVED)
-        one, other = whole[name].values[solved][both], values.values[rows][both]
-        if not np.array_equal(one, other, equal_nan=one.dtype.kind == "f"):
+        stored, of_parts = whole[name].values[solved][both], values.values[rows][both]
+        if not np.array_equal(stored, of_parts, equal_nan=stored.dtype.kind == "f"):
             raise DamagedError(f"{file}: differs from the parts in {name}.")
 
 
 def repair(path: str | Path) -> list[str]:
-    """Make again what of a study folder is derived, and set aside what is damaged.
-
-    Parameters
-    ----------
-    path : str or Path
-        Study folder.
-
-    Returns
-    -------
-    list of str
-        Repairs, a sentence each.
-
-    Raises
-    ------
-    InputError
-        If it is no study folder.
-    StudyError
-        If neither its frozen study nor its design can be read, it is in use, or cannot be written.
-    """
+    """Rebuild derived files of a study folder and set damaged files aside; return the repairs, one sentence each."""
     folder = StudyFolder(path)
     if not (folder.exists or folder.design_file.is_file()):
         raise InputError(f"{path}: is no study folder (it has neither study.toml nor design.nc).")
@@ -208,7 +166,7 @@ def repair(path: str | Path) -> list[str]:
     try:
         folder.tidy()
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ArchiveWarning)  # it is all in what was done
+            warnings.simplefilter("ignore", ArchiveWarning)  # the sentences report it
             return [
                 *_repair_study(folder),
                 *_repair_design(folder),
@@ -224,7 +182,7 @@ def _set_aside(folder: StudyFolder, file: Path, why: str) -> str:
 
 
 def _count_hashes(folder: StudyFolder) -> Counter[str]:
-    """Return the study hashes in the files of a folder, and the number of files with each."""
+    """Study hashes in the files of a folder, with the number of files."""
     carried: Counter[str] = Counter()
     for file in (folder.manifest_file, folder.design_file, folder.results_file, *folder.part_files()):
         with suppress(InputError):
@@ -247,7 +205,7 @@ def _repair_study(folder: StudyFolder) -> Iterator[str]:
         text = ""
     if study_hash(text) != wanted:
         raise StudyError(
-            f"{folder.study_file}: cannot be read, and the design that would tell what it was neither; put back a copy."
+            f"{folder.study_file}: cannot be read, and neither can the design, which has a copy; restore a backup."
         )
     if folder.study_file.exists():
         yield _set_aside(folder, folder.study_file, f"{folder.study_file}: was edited or is damaged.")
@@ -260,8 +218,8 @@ def _repair_design(folder: StudyFolder) -> Iterator[str]:
     study = Campaign.from_text(folder.study_text())
     count = 0
     with suppress(InputError):
-        asked = read_signed_json(folder.manifest_file, folder.study_hash).get("samples")
-        count = asked if isinstance(asked, int) else 0
+        requested = read_signed_json(folder.manifest_file, folder.study_hash).get("samples")
+        count = requested if isinstance(requested, int) else 0
     try:
         if folder.design().sizes["sample"] >= count:
             return
@@ -269,7 +227,7 @@ def _repair_design(folder: StudyFolder) -> Iterator[str]:
     except InputError as error:
         why = str(error)
     if not count:
-        count = max([study.settings.study.samples, *(part.stop for part in folder.part_files().values())])
+        count = max([study.settings.study.samples, *(samples.stop for samples in folder.part_files().values())])
     if folder.design_file.exists():
         yield _set_aside(folder, folder.design_file, why)
     study.write_design(folder, count)
@@ -282,7 +240,7 @@ def _repair_manifest(folder: StudyFolder) -> Iterator[str]:
         manifest = folder.manifest()
     except NewerError:
         raise
-    except InputError:  # of no known schema version
+    except InputError:  # unknown schema version
         manifest = folder.manifest_of_design()
     if manifest["schema_version"] == 0:
         if folder.manifest_file.exists():
@@ -292,7 +250,7 @@ def _repair_manifest(folder: StudyFolder) -> Iterator[str]:
 
 
 def _repair_samples(folder: StudyFolder) -> Iterator[str]:
-    """Set aside damaged parts and failures, and put the parts together again where ``results.nc`` is not theirs."""
+    """Set aside damaged parts and failures, and rebuild ``results.nc`` where it differs from the parts."""
     ds, left_out = folder.read(derived=False)
     for sample in folder.failed_samples():
         try:

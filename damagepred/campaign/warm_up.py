@@ -1,4 +1,4 @@
-"""Compiling once, before there are workers, and loading what is compiled."""
+"""Compilation of the kernels before workers start."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from damagepred.scene import Loads, Movement, Scene
 
 
 def _small_on_the_ground(small: Scene, scene: Scene) -> Scene:
-    """Return a small wall whose footing finds its own form, and is bent until it cracks."""
+    """Small wall on a footing that bends freely until it cracks."""
     return replace(
         small,
         movement=replace(scene.movement, central_deflection=5e-3, increments=1, stage=(), seasons=None),
@@ -25,16 +25,8 @@ def _small_on_the_ground(small: Scene, scene: Scene) -> Scene:
 
 
 def warm_up(scene: Scene, rare: bool = True) -> None:
-    """Compile the kernels once, here, so that workers only load them.
-
-    Parameters
-    ----------
-    scene : Scene
-        Its law and its solver decide what is compiled.
-    rare : bool
-        Whether also what few of its walls need.
-    """
-    # small, and moved so far that its joints open, slide and break: every kernel has its say
+    """Compile the kernels for a scene, so that workers only load them; ``rare``: also kernels few walls need."""
+    # small, with joints that open, slide and break, so that all kernels are compiled
     small = replace(
         scene,
         wall=replace(scene.wall, length=1.44, height=0.6, block_length=0.24, block_height=0.075),
@@ -54,7 +46,7 @@ def warm_up(scene: Scene, rare: bool = True) -> None:
         dynamics=None,
     )
     runs, quasi_static = [], scene.solver.method == "quasi_static"
-    if rare or not quasi_static:  # a wall that gives way moves by the explicit scheme, whatever the solver
+    if rare or not quasi_static:  # a wall that collapses moves by the explicit scheme, whatever the solver
         runs.append((small, replace(small.solver, method="explicit", tolerance=0.1)))
     if quasi_static:
         runs.append((small, small.solver))

@@ -1,7 +1,7 @@
-"""Worker processes on this machine, each with one thread, that may die or hang without taking the rest along.
+"""Worker processes on this machine, each with one thread, whose death or hanging does not affect the others.
 
-One socket per worker, no shared locks: a worker that dies at any moment costs the others neither a lock nor a message.
-It is replaced, and its batch is reported as lost.
+One socket per worker, no shared locks: a worker that dies blocks no lock and loses no message of the others. It is
+replaced, and its batch is reported as lost.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class PoolOptions:
     Attributes
     ----------
     failed_starts : int
-        Workers in a row that die before they are ready; then all futures fail.
+        Consecutive workers that die before they are ready until all futures fail.
     exit_wait : float
         Time (s) for a worker that has closed its socket to end with its own exit code.
     parent_check : float
@@ -72,7 +72,7 @@ def serve(handle: int, parent: int) -> None:
         parent_socket.send(None)
         while True:
             batch = parent_socket.recv()
-            parent_socket.send(None)  # the batch has started: from here on it may have killed its worker
+            parent_socket.send(None)  # the batch has started: now it may kill its worker
             parent_socket.send(_answer(task, folder, batch))
 
 
@@ -82,7 +82,7 @@ def _answer(task: Task, folder: str, batch: Batch) -> tuple[bool, Any]:
     except Exception as error:
         try:
             pickle.loads(pickle.dumps(error))
-        except Exception:  # not every exception can travel
+        except Exception:  # not every exception can be pickled
             return False, RuntimeError(f"{type(error).__name__}: {error}")
         return False, error
 
@@ -90,19 +90,19 @@ def _answer(task: Task, folder: str, batch: Batch) -> tuple[bool, Any]:
 def _end_with(parent: int) -> None:
     while os.getppid() == parent:
         time.sleep(PoolOptions.parent_check)
-    os._exit(1)  # in the middle of a sample: its part is either there, whole, or not
+    os._exit(1)  # also in the middle of a sample: parts are written completely or not at all
 
 
 # -- in the parent ----------------------------------------------------------------------------------------------------
 
 
 class _Worker:
-    """One worker process, seen from its parent."""
+    """Worker process, as its parent sees it."""
 
     def __init__(self, folder: str, task: Task, ready: Callable[[str], None]) -> None:
         ours, theirs = socket.socketpair()
         self.socket = Connection(ours.detach())
-        program = (  # interrupts are the parent's business: it lets samples finish
+        program = (  # the parent handles interrupts: it lets samples finish
             "from signal import SIG_IGN, SIGINT, SIGTERM, signal; signal(SIGINT, SIG_IGN); signal(SIGTERM, SIG_IGN); "
             f"import sys; sys.path[:] = {sys.path!r}; from damagepred.campaign.workers import serve; "
             f"serve({theirs.fileno()}, {os.getpid()})"
@@ -122,14 +122,14 @@ class _Worker:
         self.began: float | None = None
 
     def tell(self) -> None:
-        """Send what it is to do; it has loaded the program meanwhile, and prepares itself."""
+        """Send the job; the worker, which has loaded the program, prepares for it."""
         self.is_told, self.asked = True, time.monotonic()
-        with contextlib.suppress(OSError):  # it has just died, which is noticed when its socket is read
+        with contextlib.suppress(OSError):  # a dead worker is noticed when its socket is read
             self.socket.send(self.job)
 
     def assign(self, batch: Batch, future: Future[list[Outcome]]) -> None:
         self.batch, self.future, self.asked, self.began = batch, future, time.monotonic(), None
-        with contextlib.suppress(OSError):  # it has just died, which is noticed when its socket is read
+        with contextlib.suppress(OSError):  # a dead worker is noticed when its socket is read
             self.socket.send(batch)
 
     def kill(self) -> int:
@@ -141,24 +141,9 @@ class _Worker:
 
 
 class LocalPool:
-    """Worker processes on this machine, no more than there are batches; they prepare themselves at the first batch.
+    """Worker processes on this machine, at most one per batch; each calls ``ready`` once, then ``task`` per batch.
 
-    Parameters
-    ----------
-    folder : str
-        Study folder.
-    workers : int
-        Number of processes.
-    timeout : float or None
-        Seconds a batch may take before its worker is ended.
-    task : callable
-        What a worker does with (folder, batch).
-    ready : callable
-        What a worker does with (folder) before it takes its first batch; its time is not counted.
-    options : PoolOptions
-        Options of the pool.
-    preload : bool
-        Whether all workers start now and load the program.
+    The time limit (s) is per batch. With ``preload`` all workers start now and load the program.
     """
 
     def __init__(
@@ -186,7 +171,7 @@ class LocalPool:
         self._manager.start()
 
     def submit(self, batch: Batch) -> Future[list[Outcome]]:
-        """Hand a batch to the next free worker."""
+        """Queue a batch for the next free worker."""
         future: Future[list[Outcome]] = Future()
         with self._lock:
             self._queue.append((list(batch), future))
@@ -204,14 +189,14 @@ class LocalPool:
         self._finish("now")
 
     def terminate(self) -> None:
-        """End the processes of the workers, nothing else: safe in a signal handler."""
+        """End only the processes of the workers: safe in a signal handler."""
         self._ending = "now"
         for worker in list(self._workers):
             worker.process.kill()
 
     @property
     def processes(self) -> list[int]:
-        """Numbers of the worker processes."""
+        """Process identifiers of the workers."""
         return [worker.process.pid for worker in list(self._workers)]
 
     def _finish(self, how: str) -> None:
@@ -271,7 +256,7 @@ class LocalPool:
                 self._remove(worker, TimeoutError(f"took longer than its time limit ({limit:g} s)"))
 
     def _deadline(self, worker: _Worker) -> float:
-        """Return when a worker must have answered."""
+        """Time by which a worker must answer (s, monotonic clock)."""
         if worker.began is not None:
             return math.inf if self.timeout is None else worker.began + self.timeout
         if not worker.is_ready:
@@ -301,10 +286,10 @@ class LocalPool:
             future.set_result(content) if good else future.set_exception(content)
 
     def _remove(self, worker: _Worker, reason: Exception | None) -> None:
-        """Remove a worker that has died (no reason), or end it for a reason; its batch is lost if it had started."""
+        """Remove a dead worker, or end it for a reason; its batch is lost if it had started."""
         self._workers.remove(worker)
         if reason is None:
-            with contextlib.suppress(subprocess.TimeoutExpired):  # a moment to end, so that its exit code is its own
+            with contextlib.suppress(subprocess.TimeoutExpired):  # let it end by itself, for its own exit code
                 worker.process.wait(timeout=self.options.exit_wait)
         code = worker.kill()
         if worker.future is not None and worker.began is not None:
@@ -318,8 +303,8 @@ class LocalPool:
                 self._fail_all(
                     StudyError(
                         f"{self._failed_starts} worker processes in a row died before they began (exit code {code}); "
-                        "is there memory for that many? What was finished is kept, and the same command goes on from "
-                        "there."
+                        "is there memory for that many? Finished samples are saved, and the same command resumes the "
+                        "study."
                     )
                 )
                 self._failed_starts = 0
@@ -339,22 +324,14 @@ class LocalPool:
 
 
 class SharedPool(Executor):
-    """Worker processes on this machine for several studies, one after the other: the ``executor`` of their campaigns.
-
-    Parameters
-    ----------
-    workers : int
-        Number of processes.
-    timeout : float or None
-        Seconds a batch may take before its worker is ended.
-    """
+    """Worker processes on this machine for several studies in turn: the ``executor`` of their campaigns."""
 
     def __init__(self, workers: int, timeout: float | None) -> None:
         self._max_workers = workers  # as executors of concurrent.futures tell their width
         self._pool = LocalPool("", workers, timeout, _run_in_folder, _nothing)
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **_: Any) -> Future[Any]:
-        """Hand a batch of a study to the next free worker."""
+        """Queue a batch of a study for the next free worker."""
         return self._pool.submit(list(args))
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -362,7 +339,7 @@ class SharedPool(Executor):
         self._pool.kill() if cancel_futures else self._pool.close()
 
     def __exit__(self, *failure: Any) -> None:
-        """End the workers: now, where something failed."""
+        """End the workers, after a failure at once."""
         self.shutdown(cancel_futures=failure[0] is not None)
 
 

@@ -188,7 +188,7 @@ def test_looks_and_endings_in_words(tmp_path: Path) -> None:
         "look at 16 walls: median movement of category 3 = 4.5 mm, 4 to 5.25 (90% over all looks)",
         "all walls allowed are run, and the interval is not narrow enough yet",
     ]
-    assert Ending(summary, seen, "time").lines(None) == ["the time is up; the same command goes on"]
+    assert Ending(summary, seen, "time").lines(None) == ["the time is up; the same command resumes the study"]
     assert Ending(summary, [], "interrupted").lines(rule) == []
     running._record(tmp_path, rule, seen, "enough")
     kept = json.loads((tmp_path / "stopping.json").read_text())
@@ -401,9 +401,9 @@ def test_interrupts_are_counted() -> None:
     stop = _Stop()
     stop.at_first, stop.at_once = (lambda word=word: done.append(word) for word in ("first", "at once"))
     stop(2, None)
-    assert (stop.asked, done) == (1, ["first"])
+    assert (stop.count, done) == (1, ["first"])
     stop(2, None)
-    assert (stop.asked, done) == (2, ["first", "at once"])
+    assert (stop.count, done) == (2, ["first", "at once"])
     with pytest.raises(KeyboardInterrupt):
         stop(2, None)
 

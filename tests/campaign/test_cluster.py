@@ -58,7 +58,7 @@ def test_the_folder_decides_not_the_answer_of_the_executor(serial: Path, tmp_pat
 
 
 def test_a_pool_that_breaks_keeps_what_is_done(serial: Path, tmp_path: Path) -> None:
-    with ProcessPoolExecutor(1) as pool, pytest.raises(StudyError, match=r"takes no more work .* goes on from there"):
+    with ProcessPoolExecutor(1) as pool, pytest.raises(StudyError, match=r"takes no more work .* resumes the study"):
         Study(settings()).run(
             tmp_path / "study.dp",
             samples=12,
@@ -76,7 +76,7 @@ def test_a_pool_that_breaks_keeps_what_is_done(serial: Path, tmp_path: Path) -> 
 def test_workers_without_access_to_the_folder(tmp_path: Path) -> None:
     from damagepred.campaign.sample import run_batch
 
-    with pytest.raises(StudyError, match="need a file system that they share"):
+    with pytest.raises(StudyError, match="need a shared file system"):
         run_batch(str(tmp_path / "elsewhere.dp"), [(0, {})])
 
 

@@ -155,7 +155,7 @@ def test_replay_is_bit_for_bit_with_any_solver_and_fields(tmp_path: Path, kind: 
     run(folder, settings(text), samples=2)
     for sample in range(2):
         ds, comparison = replay(folder, sample)
-        assert comparison == f"bit for bit what the archive holds for sample {sample}"
+        assert comparison == f"bit for bit equal to sample {sample} of the archive"
         file = StudyFolder(folder).part_of(sample)
         assert file is not None
         part = read_part(file)

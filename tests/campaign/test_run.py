@@ -85,7 +85,7 @@ def test_a_lost_part_and_a_lost_summary_are_made_again(serial: Path, tmp_path: P
 
 def test_replay_gives_the_archived_sample_with_all_fields(serial: Path) -> None:
     ds, comparison = replay(serial, 4)
-    assert comparison == "bit for bit what the archive holds for sample 4"
+    assert comparison == "bit for bit equal to sample 4 of the archive"
     assert ds.attrs["title"] == f"{open_study(serial).attrs['title']}: sample 4"
     archived = open_study(serial).isel(sample=4)
     steps = ds.sizes["increment"]

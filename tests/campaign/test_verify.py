@@ -266,7 +266,7 @@ def test_versions_mix_only_when_asked_to(done: Path, tmp_path: Path, monkeypatch
     for where in ("damagepred.campaign.campaign.environment", "damagepred.campaign.sample.environment"):
         monkeypatch.setattr(where, lambda: here)
     before = {file: file.read_bytes() for file in files(folder)}
-    with pytest.raises(StudyError, match="kernel hash new; go on with that program, or mix versions with --mix-ver"):
+    with pytest.raises(StudyError, match="kernel hash new; use that program, or mix versions with --mix-ver"):
         run(folder, samples=SAMPLES + 1)
     assert {file: file.read_bytes() for file in files(folder)} == before
     run(folder)  # nothing is left to run
