@@ -1,4 +1,4 @@
-"""Cost estimate of a wall from its description alone, before anything is built."""
+"""Cost limits, and the size and cost of a wall counted from its description before anything is built."""
 
 from __future__ import annotations
 
@@ -9,8 +9,19 @@ from damagepred.assembly.bond import courses_and_halves
 from damagepred.assembly.footing_beam import foundation
 from damagepred.assembly.properties import no_tension_joint
 from damagepred.errors import InputError
-from damagepred.inputs.arguments import checked
+from damagepred.formatting import duration
 from damagepred.scene import Scene
+
+BLOCK_MEMORY, CONTACT_MEMORY, ZONE_MEMORY = 2e4, 200.0, 500.0
+"""Memory of a block, contact and zone while a wall is solved (bytes)."""
+BLOCK_TIME, EVALUATION_TIME, OPERATION_TIME = 2e-4, 1e-8, 2e-10
+"""Times (s) to build a block, for the law of a contact or zone, and for a floating-point operation of dense algebra.
+An order of magnitude is enough to refuse mistaken units; ``damagepred check`` times a wall."""
+QUASI_STATIC_EVALUATIONS, QUASI_STATIC_FACTORISATIONS, DYNAMIC_EVALUATIONS = 250, 1.25, 4
+"""Evaluations of all contacts and factorisations in a quasi-static increment; evaluations in a step of a run in time,
+with contact detection."""
+SETTLING_CYCLES = 3000
+"""Cycles of the explicit solver from the end of a ramp to equilibrium."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +35,7 @@ class Limits:
     estimated_time : float
         Estimated time to solve one wall (s).
     time : float
-        Time that one wall may take (s); then it fails with the reason ``timeout``.
+        Time limit of one wall (s); beyond it the wall fails with the reason ``timeout``.
 
     Examples
     --------
@@ -44,86 +55,38 @@ class Limits:
 
     @classmethod
     def asked(cls, yes: bool = False, timeout: float | None = None) -> Limits:
-        """Return the limits as a command takes them.
+        """Limits of a command.
 
         Parameters
         ----------
         yes : bool
-            Whether a wall is solved whatever its estimated cost.
+            Whether to solve a wall whatever its estimated cost.
         timeout : float, optional
-            Time that one wall may take (s).
+            Time limit of one wall (s).
         """
-        usual = NO_LIMITS if yes else cls()
+        default = NO_LIMITS if yes else cls()
         if timeout is None:
-            return usual
-        return cls(usual.memory, max(usual.estimated_time, timeout), timeout)
+            return default
+        return cls(default.memory, max(default.estimated_time, timeout), timeout)
 
 
 NO_LIMITS = Limits(math.inf, math.inf, math.inf)
 
 
 @dataclass(frozen=True)
-class CostOptions:
-    """Unit costs of one core; ``studies/benchmarks/cost_estimate.py`` measures them. They tell an order of magnitude.
-
-    Attributes
-    ----------
-    block_time : float
-        To build a block and its results (s).
-    contact_time : float
-        Of the law of one contact or zone in one cycle or iteration (s).
-    flop_time : float
-        Of a floating-point operation of dense linear algebra (s).
-    iterations : float
-        Newton iterations of an increment.
-    factorisation_share : float
-        Share of the iterations that factorise the stiffness of all courses.
-    line_search_evaluations : float
-        Evaluations of all contacts in a Newton iteration.
-    dynamic_contact_evaluations : float
-        Evaluations of all contacts in a step of a run in time, contact detection included.
-    settling_cycles : float
-        Cycles of the explicit solver until an increment reaches equilibrium after its ramp.
-    block_memory, contact_memory, zone_memory : float
-        Of a block, contact and zone while a wall is solved (bytes).
-    design_copies : int
-        Copies of each input of each sample (8 bytes) while a design is drawn and written.
-
-    Examples
-    --------
-    >>> from damagepred import assembly
-    >>> assembly.CostOptions().iterations
-    25.0
-    """
-
-    block_time: float = 2e-4
-    contact_time: float = 1e-8
-    flop_time: float = 2e-10
-    iterations: float = 25.0
-    factorisation_share: float = 0.05
-    line_search_evaluations: float = 10.0
-    dynamic_contact_evaluations: float = 4.0
-    settling_cycles: float = 3000.0
-    block_memory: float = 2e4
-    contact_memory: float = 200.0
-    zone_memory: float = 500.0
-    design_copies: int = 8
-
-
-@dataclass(frozen=True)
 class WallCost:
-    """Size and estimated cost of one wall, counted from wall, bricks, openings and zones.
+    """Size and cost of one wall, counted from wall, bricks, openings and zones.
 
     Attributes
     ----------
     blocks, contacts, zones, unknowns : float
-        Of the model. Lintels and the ends of courses make the true numbers differ by some per cent.
+        Size of the model. Lintels and the ends of courses change the true numbers by some per cent.
     joints : float
-        Bed joints, of which there are more than of any other kind.
+        Bed joints, the most frequent kind.
     memory : float
-        Needed while it is solved (bytes).
+        Memory while it is solved (bytes).
     time : float
-        To solve it (s).
+        Time to solve it (s), an order of magnitude.
 
     Examples
     --------
@@ -147,37 +110,38 @@ class WallCost:
         Parameters
         ----------
         limits : Limits
-            What is accepted.
+            Accepted cost.
         fields : int
-            Number of fields by distance, each with the correlation of all its joints as a dense matrix.
+            Number of fields by distance, each with a dense correlation matrix of all joints.
 
         Raises
         ------
         InputError
-            If it is not.
+            If the cost exceeds them.
         """
         matrix = 8.0 * self.joints**2 * (3 * fields)
         if self.memory + matrix <= limits.memory and self.time <= limits.estimated_time:
             return
-        beyond = f" and {_gigabytes(matrix)} for the correlation of its joints" if matrix > self.memory else ""
+        correlation = f" and {matrix / 1e9:.2g} GB for the correlation of its joints" if matrix > self.memory else ""
         raise InputError(
             f"the wall has about {self.blocks:.3g} blocks, {self.contacts:.3g} contacts and {self.unknowns:.3g} "
-            f"unknowns: one wall would take about {_gigabytes(self.memory)} of memory{beyond}, and {_time(self.time)}, "
-            f"which is more than {_gigabytes(limits.memory)} or {_time(limits.estimated_time)}. Check lengths and "
-            "their units; --yes, or limits=NO_LIMITS in Python, solves it all the same."
+            f"unknowns: one wall would take about {self.memory / 1e9:.2g} GB of memory{correlation}, and "
+            f"{duration(self.time)}, which is more than {limits.memory / 1e9:.2g} GB or "
+            f"{duration(limits.estimated_time)}. Check lengths and their units; --yes, or limits=NO_LIMITS in Python, "
+            "solves it all the same."
         )
 
 
 @checked
 def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
-    """Return the size of a scene's wall and the estimated cost of solving it, before anything is built.
+    """Size of a scene's wall and estimated cost of solving it, before anything is built.
 
     Parameters
     ----------
     scene : Scene
         The wall, its movement and its solver.
     increments : int, optional
-        Of the movement; by default the scene's.
+        Increments of the movement; by default the scene's.
 
     Examples
     --------
@@ -185,8 +149,8 @@ def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
     >>> assembly.wall_cost(Scene.from_toml("wall.toml")).blocks
     116.0
     """
-    options, solver, wall = CostOptions(), scene.solver, scene.wall
-    increments = increments or scene.movement.increment_count
+    solver, wall = scene.solver, scene.wall
+    steps = 1.0 + (increments or scene.movement.increment_count)
     courses, halves, holes = courses_and_halves(scene)
     bricks = max(courses * (halves / 2 + 1) - holes / 2, 1.0)
     segments, footing_zones = _footing_blocks_and_zones(scene)
@@ -201,72 +165,57 @@ def wall_cost(scene: Scene, increments: int | None = None) -> WallCost:
     contacts = interfaces * solver.contacts_per_interface
     zones = 4 * cells * zoned + footing_zones
     gridpoints = 0.5 * zones + 2 * facets * zoned
-    unknowns = 3 * blocks + 2 * gridpoints
-    # as if ordered course by course; inner gridpoints are condensed
-    width = (3 + 4 * facets) * bricks / courses
+    evaluation = EVALUATION_TIME * (contacts + zones)
     levels = courses + (segments > 0)
-    matrices = 16 * levels * width**2 + 16 * (2 * gridpoints / max(blocks, 1.0)) ** 2
-    evaluation_time = options.contact_time * (contacts + zones)
     if scene.dynamics is not None:
-        increments = scene.dynamics.outputs
-        steps = scene.dynamics.run_duration / _stable_time_step(scene) + 1.0 + increments
-        time = options.dynamic_contact_evaluations * evaluation_time * steps
+        steps = 1.0 + scene.dynamics.outputs
+        time = DYNAMIC_EVALUATIONS * evaluation * (scene.dynamics.run_duration / _stable_time_step(scene) + steps)
     elif solver.method == "explicit":
-        cycles = solver.ramp_cycles + min(options.settling_cycles, solver.maximum_cycles)
-        time = (1.0 + increments) * cycles * evaluation_time
-    else:
-        flops = 4 * levels * (3 * bricks / courses + 2 * facets) ** 3
-        iteration_time = options.line_search_evaluations * evaluation_time
-        iteration_time += options.factorisation_share * flops * options.flop_time
-        time = (1.0 + increments) * options.iterations * iteration_time
-    memory = matrices + options.block_memory * blocks + options.contact_memory * contacts + options.zone_memory * zones
-    memory += (1.0 + increments) * 8 * (9 * blocks + 6 * contacts + 5 * zones + 2 * gridpoints)
-    return WallCost(blocks, contacts, zones, unknowns, beds, memory, time + options.block_time * blocks)
+        time = steps * (solver.ramp_cycles + min(SETTLING_CYCLES, solver.maximum_cycles)) * evaluation
+    else:  # courses eliminated one by one, without inner gridpoints
+        operations = 4 * levels * (3 * bricks / courses + 2 * facets) ** 3
+        factorisations = QUASI_STATIC_FACTORISATIONS * operations * OPERATION_TIME
+        time = steps * (QUASI_STATIC_EVALUATIONS * evaluation + factorisations)
+    memory = 16 * levels * ((3 + 4 * facets) * bricks / courses) ** 2 + 16 * (2 * gridpoints / max(blocks, 1.0)) ** 2
+    memory += BLOCK_MEMORY * blocks + CONTACT_MEMORY * contacts + ZONE_MEMORY * zones
+    memory += steps * 8 * (9 * blocks + 6 * contacts + 5 * zones + 2 * gridpoints)
+    return WallCost(blocks, contacts, zones, 3 * blocks + 2 * gridpoints, beds, memory, time + BLOCK_TIME * blocks)
 
 
 def _footing_blocks_and_zones(scene: Scene) -> tuple[float, float]:
-    """Return the numbers of blocks and of zones of the footing."""
-    found = foundation(scene)
-    if found is None:
+    """Numbers of blocks and of zones of the footing."""
+    footing = foundation(scene)
+    if footing is None:
         return 0.0, 0.0
     length = scene.wall.length
-    if found.model == "deformable":
-        return 1.0, 4.0 * math.ceil(length / found.zone_size) * math.ceil(found.depth / found.zone_size)
-    return length / min(found.segment_length or math.inf, scene.wall.block_length), 0.0
+    if footing.model == "deformable":
+        return 1.0, 4.0 * math.ceil(length / footing.zone_size) * math.ceil(footing.depth / footing.zone_size)
+    return length / min(footing.segment_length or math.inf, scene.wall.block_length), 0.0
 
 
-def _parts(scene: Scene) -> tuple[str, str]:
-    """Return the kinds of blocks above and below the damp-proof course."""
+def _block_kinds(scene: Scene) -> tuple[str, str]:
+    """Kinds of blocks above and below the damp-proof course."""
     solver = scene.solver
     return solver.above_dpc or solver.blocks, solver.below_dpc or solver.blocks
 
 
 def _cells(scene: Scene) -> tuple[float, float]:
-    """Return the numbers of cells (four zones each) in a brick and along its length; 0 for rigid and elastic bricks."""
-    solver, wall = scene.solver, scene.wall
-    if all(part in ("rigid", "elastic") for part in _parts(scene)):
+    """Numbers of cells (four zones each) in a brick and along its length; 0 for rigid and elastic bricks."""
+    solver, sides = scene.solver, (scene.wall.block_length, scene.wall.block_height)
+    if all(kind in ("rigid", "elastic") for kind in _block_kinds(scene)):
         return 0.0, 0.0
-    longest, short = max(wall.block_length, wall.block_height), min(wall.block_length, wall.block_height)
-    usual = min(short, 0.5 * longest) if solver.method == "quasi_static" else 0.5 * short
+    default = min(min(sides), 0.5 * max(sides)) if solver.method == "quasi_static" else 0.5 * min(sides)
     given = (solver.zone_size, solver.zone_size_above_dpc, solver.zone_size_below_dpc)
-    size = min((s for s in given if s), default=usual)
-    along, up = (math.ceil(side / size) for side in (wall.block_length, wall.block_height))
+    size = min((s for s in given if s), default=default)
+    along, up = (math.ceil(side / size) for side in sides)
     return float(along * up), float(along)
 
 
 def _stable_time_step(scene: Scene) -> float:
-    """Return the stable time step of one brick between its joints (s), about that of a run in time."""
+    """Stable time step of one brick between its joints (s), approximately the step of a run in time."""
     wall, joint = scene.wall, scene.joint
     mass = max(scene.block.density, 1e-9) * wall.block_length * wall.block_height * wall.thickness
     stiffness = 2 * max(joint.normal_stiffness, joint.shear_stiffness) * (wall.block_length + wall.block_height)
-    if "elastic" in _parts(scene):  # the end of a brick moves with it and with a third of its mass, m / (1 + 3)
+    if "elastic" in _block_kinds(scene):  # the end of a brick moves with it and with a third of its mass, m / (1 + 3)
         mass /= 4.0
     return 0.25 * math.sqrt(mass / (stiffness * wall.thickness))
-
-
-def _gigabytes(size: float) -> str:
-    return f"{size / 1e9:.2g} GB"
-
-
-def _time(seconds: float) -> str:
-    return f"{seconds / 3600:.2g} h" if seconds >= 3600 else f"{seconds:.2g} s"

@@ -1,4 +1,4 @@
-"""Cost estimate of a run before it starts: memory and time counted from its description, then one wall timed."""
+"""Cost estimate of a run: one wall is timed and scaled to the study, its memory follows from the elimination tree."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from damagepred.archive.cautions import wall_cautions
 from damagepred.arrays import FloatArray
-from damagepred.assembly import CostOptions, Limits, Model, wall_cost
+from damagepred.assembly import Limits, Model, wall_cost
 from damagepred.campaign.preset_accuracy import accuracy_lines
 from damagepred.campaign.sample import sample_of
 from damagepred.campaign.settings import StudySettings
@@ -21,42 +21,29 @@ from damagepred.campaign.site_classes import site_line
 from damagepred.campaign.warm_up import warm_up
 from damagepred.errors import InputError, require_number
 from damagepred.formatting import duration
-from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import read_toml
-from damagepred.one_wall.judged_path import Step, matrix_bytes, model_of
+from damagepred.one_wall.judged_path import Step, model_of
 from damagepred.one_wall.solve import solve
-from damagepred.scene import Scene
+from damagepred.scene import Scene, Solver
 from damagepred.scene.assumed import ground_line
 from damagepred.scene.scene import STUDY_KEYS
+from damagepred.solvers.options import SolverOptions
 
 MOST_SAMPLES = 10**9
-"""Samples of a study: as many as a scrambled Sobol sequence has points."""
+"""Largest number of samples: the points of a scrambled Sobol sequence."""
+DESIGN_COPIES = 8
+"""Copies of each input of each sample (8 bytes) while a design is drawn and written."""
 
 
 def require_affordable(settings: StudySettings, limits: Limits, samples: int | None = None) -> None:
-    """Check that the estimated cost of one wall of a study, of its fields and of its design is within limits.
-
-    Parameters
-    ----------
-    settings : StudySettings
-        The study.
-    limits : Limits
-        What is accepted.
-    samples : int, optional
-        Number of samples; by default the study's.
-
-    Raises
-    ------
-    InputError
-        If it is not.
-    """
+    """Check that the estimated cost of one wall of a study, of its fields and of its design is within limits."""
     fields = [v.field for v in settings.variables.values() if v.field is not None]
     dense = 0 if all(f.by_course for f in fields) else len(fields)
     for scene in {settings.scene, settings.study.fields_from or settings.scene}:
         wall_cost(scene).require(limits, dense)
     count = settings.study.samples if samples is None else samples
     require_number("samples", count, 1, MOST_SAMPLES)
-    needed = 8.0 * CostOptions().design_copies * count * (len(settings.variables) + 1)
+    needed = 8.0 * DESIGN_COPIES * count * (len(settings.variables) + 1)
     if needed > limits.memory:
         raise InputError(
             f"samples = {count}: the design alone would take about {needed / 1e9:.2g} GB of memory, more than "
@@ -66,68 +53,34 @@ def require_affordable(settings: StudySettings, limits: Limits, samples: int | N
 
 @dataclass(frozen=True)
 class CostEstimate:
-    """Size and cost of a run.
-
-    Attributes
-    ----------
-    title : str
-        Of the scene or study.
-    blocks, contacts, joints, increments : int
-        Size of one wall and its path.
-    samples, variables : int
-        Size of the study; 1 and 0 for a scene.
-    compile_seconds, wall_seconds : float
-        Time to compile the kernels or load them, and to solve one wall after that, on average of those timed.
-    method : str
-        Solver.
-    matrix_bytes : int
-        Memory of the quasi-static solver's matrices while a wall is solved; 0 for the explicit one.
-    status : str
-        How that wall ended.
-    deformable_blocks, zones, gridpoints : int
-        Of one wall; 0 where all blocks are rigid.
-    zone_bytes : int
-        Memory of the results of zones and gridpoints at all increments; studies keep none of them.
-    peak_bytes : int
-        Peak memory of this process, libraries and compiled kernels included; 0 where it cannot be told.
-    cautions : tuple of str
-        Cautions on the solution of that wall.
-    accuracy : tuple of str
-        Keys that the presets of accuracy set, and errors measured with them, in words; none for runs in time.
-    ground : str or None
-        Assumed properties of the ground, in words.
-    site : str or None
-        Surface movement and site class of a soil log, in words.
-    timed : tuple of float
-        Times of all walls that were timed (s), where there are several: those of histories differ.
-    """
+    """Size and cost of a run."""
 
     title: str
     blocks: int
     contacts: int
     joints: int
     increments: int
-    samples: int
-    variables: int
-    compile_seconds: float
-    wall_seconds: float
+    samples: int  # 1 for a scene
+    variables: int  # 0 for a scene
+    compile_seconds: float  # to compile the kernels or load them
+    wall_seconds: float  # to solve one wall, mean of the timed walls
     method: str
-    matrix_bytes: int
-    status: str
+    matrix_bytes: int  # matrices of the quasi-static solver
+    status: str  # of the timed wall
     deformable_blocks: int = 0
     zones: int = 0
     gridpoints: int = 0
-    zone_bytes: int = 0
-    peak_bytes: int = 0
+    zone_bytes: int = 0  # results of zones and gridpoints at all increments; studies store none
+    peak_bytes: int = 0  # peak memory of this process with libraries and kernels; 0 if unknown
     cautions: tuple[str, ...] = ()
-    accuracy: tuple[str, ...] = ()
-    ground: str | None = None
-    site: str | None = None
-    timed: tuple[float, ...] = ()
+    accuracy: tuple[str, ...] = ()  # keys and measured errors of the presets
+    ground: str | None = None  # assumed properties of the ground
+    site: str | None = None  # surface movement and site class of a soil log
+    timed: tuple[float, ...] = ()  # times of all timed walls (s); walls of histories differ
 
     def lines(self) -> list[str]:
-        """Return the estimate in words."""
-        found = [
+        """Estimate in words."""
+        lines = [
             f"{self.title}: valid",
             f"  {self.blocks} blocks, {self.contacts} contacts, {self.joints} joints, {self.increments} increments",
             f"  one wall: {duration(self.wall_seconds)} ({self.status}{self._spread}); kernels made ready in "
@@ -136,43 +89,58 @@ class CostEstimate:
             + (f", {self.matrix_bytes / 1e6:.2g} MB of matrices" if self.matrix_bytes else ""),
         ]
         if self.zones:
-            kept = "" if self.variables else f", {self.zone_bytes / 1e6:.2g} MB of results (none with --no-zones)"
+            results = "" if self.variables else f", {self.zone_bytes / 1e6:.2g} MB of results (none with --no-zones)"
             peak = f"; at most {self.peak_bytes / 1e6:.0f} MB of memory in all" if self.peak_bytes else ""
-            found.append(
+            lines.append(
                 f"  {self.deformable_blocks} deformable blocks: {self.zones} zones, {self.gridpoints} gridpoints"
-                f"{kept}{peak}"
+                f"{results}{peak}"
             )
         if self.variables:
             total = self.samples * self.wall_seconds
-            found.append(
+            lines.append(
                 f"  {self.samples} walls with {self.variables} uncertain numbers: about {duration(total)} with -j 1, "
                 f"{duration(total / 2)} with -j 2"
             )
-        found += [f"  {said}" for said in (self.site, self.ground) if said]
-        return [*found, *(f"  caution: {said}" for said in self.cautions), *self.accuracy]
+        lines += [f"  {line}" for line in (self.site, self.ground) if line]
+        return [*lines, *(f"  caution: {sentence}" for sentence in self.cautions), *self.accuracy]
 
     @property
     def _spread(self) -> str:
-        """How the times of several walls differ, in words."""
+        """Spread of the times of several walls, in words."""
         if len(self.timed) < 2:
             return ""
-        least, most = duration(min(self.timed)), duration(max(self.timed))
-        return f"; on average of {len(self.timed)} walls, {least} to {most}"
+        return f"; on average of {len(self.timed)} walls, {duration(min(self.timed))} to {duration(max(self.timed))}"
 
 
 class _TimingLimit(Exception):
     """Increments have been timed for long enough."""
 
 
+def matrix_bytes(model: Model, solver: Solver) -> int:
+    """Memory of the matrices of all fronts of the quasi-static solver, dense (bytes); 0 for the other solvers."""
+    if solver.method != "quasi_static":
+        return 0
+    from damagepred.solvers.quasi_static.elimination_tree import EliminationTree
+    from damagepred.solvers.quasi_static.superelements import Superelements
+    from damagepred.solvers.symmetry import reduce_by_symmetry
+    from damagepred.solvers.system.discrete_system import DiscreteSystem
+
+    options = SolverOptions.of(solver)
+    half = reduce_by_symmetry(model, options.symmetry) if solver.symmetric_half else None
+    system = DiscreteSystem.of(half or model, options.elastic_solution)
+    blocks = None if system.model.mesh is None else Superelements(system, options.newton.interior_tolerance)
+    return 8 * EliminationTree.of(system, blocks, options.linear_system).matrix_entries
+
+
 def _zone_bytes(model: Model, increments: int) -> int:
-    """Return the memory (bytes) of zones' four stresses and state and of gridpoints' displacements, all increments."""
+    """Memory of stress and state of zones and of displacements of gridpoints at all increments (bytes)."""
     if model.mesh is None:
         return 0
     return (increments + 1) * (len(model.mesh.zones) * (4 * 8 + 1) + model.mesh.x.size * 2 * 8)
 
 
 def _peak_bytes() -> int:
-    """Return the peak memory of this process (bytes), 0 where the system does not tell it."""
+    """Peak memory of this process (bytes), 0 on systems other than Linux."""
     if not sys.platform.startswith("linux"):
         return 0
     import resource
@@ -188,25 +156,10 @@ def estimate_cost(
     timing_limit: float = 60.0,
     history_walls: int = 4,
 ) -> CostEstimate:
-    """Validate a scene or study file and time one wall of it, or its first increments; of a history several walls.
+    """Validate a scene or study file and time one wall of it; of a study of histories ``history_walls`` walls.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file; a study has variables, a ``[study]`` table or names a scene.
-    on_step : callable, optional
-        Called with each increment.
-    limits : Limits
-        Estimated cost above which a wall is not built, and the time that it may take.
-    timing_limit : float
-        Time (s) after which no further increment of a wall is timed, and no further wall.
-    history_walls : int
-        Walls of a study of histories that are timed: samples move differently, and walls differ by several times.
-
-    Raises
-    ------
-    InputError
-        If the file is not acceptable, or a wall costs more than the limits.
+    Samples of histories move differently, and their times differ several times over. After ``timing_limit`` (s) no
+    further increment and no further wall is timed, and the time is scaled by the number of increments.
     """
     tables = read_toml(path)
     samples, variables = 1, 0
@@ -271,7 +224,7 @@ def _timed(
     limits: Limits,
     timing_limit: float,
 ) -> tuple[float, str, tuple[str, ...]]:
-    """Return the time of a wall (s), extrapolated beyond the timing limit, how it ended, and cautions on it."""
+    """Time of a wall (s), extrapolated beyond the timing limit, its status, and cautions."""
     began = time.perf_counter()
 
     def watch(step: Step) -> None:

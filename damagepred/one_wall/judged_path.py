@@ -153,23 +153,6 @@ def whole_interfaces(settings: Solver) -> Solver:
     return replace(settings, blocks=blocks, no_tension_subdivisions=settings.no_tension_subdivisions or 1)
 
 
-def matrix_bytes(model: Model, solver: Solver) -> int:
-    """Return what the matrices of the quasi-static solver take (bytes): those of all fronts, dense."""
-    if solver.method != "quasi_static":
-        return 0
-    from damagepred.solvers.quasi_static.elimination_tree import EliminationTree
-    from damagepred.solvers.quasi_static.superelements import Superelements
-    from damagepred.solvers.symmetry import reduce_by_symmetry
-    from damagepred.solvers.system.discrete_system import DiscreteSystem
-
-    options = SolverOptions.of(solver)
-    half = reduce_by_symmetry(model, options.symmetry) if solver.symmetric_half else None
-    solved = model if half is None else half
-    system = DiscreteSystem.of(solved, options.elastic_solution)
-    blocks = None if solved.mesh is None else Superelements(system, options.newton.interior_tolerance)
-    return 8 * EliminationTree.of(system, blocks, options.linear_system).matrix_entries
-
-
 def without_zone_fields(step: Step) -> Step:
     """Return an increment with only the states of its zones, for the memory that the rest takes."""
     zones = step.increment.zones

@@ -1,8 +1,7 @@
-"""Presets of ``[solver]``: what a wanted accuracy sets, and the errors that were measured with it.
+"""Presets of ``[solver]``: keys for an accuracy, and the errors measured with them.
 
-They come from errors over computing time: ``studies/benchmarks/work_precision`` measures them and writes
-``data/accuracy.csv``. Increments are no part of them: the quasi-static path hardly depends on their number, which says
-at how many movements results are kept.
+``studies/benchmarks/work_precision`` measures errors over computing time and writes ``data/accuracy.csv``. Increments
+are no part of a preset: the quasi-static path depends little on their number, which is the number of stored movements.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ STANDARD: dict[str, Any] = {
     "tolerance": None,
     "ramp_cycles": 10_000,
 }
-"""The defaults of all keys that a preset sets."""
+"""Defaults of all keys of presets."""
 
 PRESETS: dict[str, dict[str, dict[str, Any]]] = {
     "draft": {
@@ -39,30 +38,16 @@ PRESETS: dict[str, dict[str, dict[str, Any]]] = {
         "explicit": {"blocks": "deformable", "zone_size": 0.04, "tolerance": 1e-4},
     },
 }
-"""What each preset sets by method, beyond ``STANDARD``."""
+"""Keys of each preset by method, in addition to ``STANDARD``."""
 
 
 def preset(accuracy: str, method: str) -> dict[str, Any]:
-    """Return the keys of ``[solver]`` that a preset sets, and their values.
-
-    Parameters
-    ----------
-    accuracy : {"draft", "standard", "fine", "reference"}
-        The preset.
-    method : {"quasi_static", "explicit"}
-        The solver.
-    """
+    """Keys of ``[solver]`` in a preset, with their values."""
     return {**STANDARD, **PRESETS[accuracy][method]}
 
 
 def filled_in(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a ``[solver]`` table with what its preset sets; what is given, and not None, stays.
-
-    Parameters
-    ----------
-    given : mapping
-        As the user wrote it, and not checked yet.
-    """
+    """Table ``[solver]`` as the user wrote it, unchecked, completed by its preset; given values stay."""
     accuracy, method = given.get("accuracy", "standard"), given.get("method", "quasi_static")
     if not (isinstance(accuracy, str) and isinstance(method, str)):
         return dict(given)
@@ -71,39 +56,21 @@ def filled_in(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 class Measured(NamedTuple):
-    """An error that was measured.
+    """Measured error of one quantity of a benchmark wall."""
 
-    Attributes
-    ----------
-    accuracy, method : str
-        Preset and solver.
-    wall : str
-        Which wall of the benchmark.
-    dpc, opening : bool
-        Whether it has a damp-proof course, an opening.
-    quantity : str
-        What was read off it, in words.
-    error : float
-        As a share of the value; of the damage category, categories.
-    floor : float
-        Own error of the reference: below this an error cannot be told.
-    times : float
-        Time of the path over that of the standard.
-    """
-
-    accuracy: str
+    accuracy: str  # preset and solver
     method: str
     wall: str
     dpc: bool
     opening: bool
     quantity: str
-    error: float
-    floor: float
-    times: float
+    error: float  # relative, or in categories
+    floor: float  # error of the reference itself
+    times: float  # time of the path over the time of the standard
 
 
 def measured() -> list[Measured]:
-    """Return all errors that were measured, as shipped in ``data/accuracy.csv``."""
+    """All measured errors, from ``data/accuracy.csv``."""
     with data_file("accuracy.csv").open(newline="", encoding="utf-8") as file:
         return [
             Measured(

@@ -466,13 +466,13 @@ def test_what_is_told_of_presets(monkeypatch: pytest.MonkeyPatch) -> None:
     told = [Measured(a, "quasi_static", wall, dpc, False, *rest) for a, wall, dpc, *rest in rows]
     told.append(told[0]._replace(method="explicit", error=0.99))
     monkeypatch.setattr(accuracy, "measured", lambda: told)
-    unknown = "error not known, on no wall"
+    unknown = "error unknown, on no wall"
     assert accuracy.accuracy_lines(Scene(dpc=Dpc(), solver=Solver(contacts_per_interface=5))) == [
-        '  accuracy = "standard", but for contacts_per_interface; largest errors measured on walls like it (dishing; '
+        '  accuracy = "standard", except contacts_per_interface; largest errors measured on walls like it (dishing; '
         "doming):",
         '    draft: quadrature = "midpoint", contacts_per_interface = 2',
         "      0.31-0.36 times the time of standard; dpc 12 %, widest crack 45 % (known to 2.3 %)",
-        "      damage category: error not known on walls like it; on other walls (bare) damage category 2",
+        "      damage category: error unknown on walls like it; on other walls (bare) damage category 2",
         "    standard: the defaults",
         "      1 times the time of standard; dpc 0 %, damage category 1",
         "      widest crack: " + unknown,

@@ -93,7 +93,7 @@ def test_the_error_of_damage_is_that_of_walls_that_crack(method: str, dpc: bool,
             alike = [r for r in rows if (r.dpc, r.opening, r.quantity) == (dpc, hole, quantity)]
             assert not any("strong" in r.wall for r in alike)
             assert quantity in part
-            assert alike or f"{quantity}: error not known" in part or "measured on other walls" in text
+            assert alike or f"{quantity}: error unknown" in part or "measured on other walls" in text
             assert "widest crack 0 %" not in part
 
 
@@ -109,7 +109,7 @@ def test_no_error_is_told_that_no_wall_could_show():
 
 def test_keys_besides_the_preset_are_told():
     scene = Scene(dpc=Dpc(), solver=Solver(contacts_per_interface=5))
-    assert 'accuracy = "standard", but for contacts_per_interface;' in accuracy_lines(scene)[0]
+    assert 'accuracy = "standard", except contacts_per_interface;' in accuracy_lines(scene)[0]
 
 
 @pytest.mark.parametrize("method", METHODS)
