@@ -10,6 +10,7 @@ from damagepred.assembly.footing_beam import foundation
 from damagepred.assembly.properties import no_tension_joint
 from damagepred.errors import InputError
 from damagepred.formatting import duration
+from damagepred.inputs.arguments import checked
 from damagepred.scene import Scene
 
 BLOCK_MEMORY, CONTACT_MEMORY, ZONE_MEMORY = 2e4, 200.0, 500.0

@@ -49,6 +49,8 @@ class Progress(NamedTuple):
         Requested samples, finished samples (with failed ones), failed samples.
     just_failed : str
         Reason if the last sample failed.
+    seconds_left : float
+        Mean time of the samples of this run times the remaining samples over the workers (s); NaN before the first.
 
     Examples
     --------
@@ -62,6 +64,7 @@ class Progress(NamedTuple):
     done: int
     failed: int
     just_failed: str = ""
+    seconds_left: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -293,6 +296,7 @@ class Campaign:
     ) -> Progress:
         where = str(folder.path.resolve())
         values: dict[int, dict[str, float]] = {}
+        times: list[float] = []
 
         def noted() -> Iterator[tuple[int, dict[str, float]]]:
             for sample, inputs in tasks:
@@ -308,10 +312,15 @@ class Campaign:
                 if isinstance(result, LostSample):
                     folder.record_failure(result.sample, result.reason, result.message, values[result.sample])
                     message = f"sample {result.sample}: {result.reason}: {result.message}"
-                elif result.status == SampleStatus.FAILED:
-                    message = f"sample {result.sample}: {result.message}"
+                else:
+                    times.append(result.seconds)
+                    if result.status == SampleStatus.FAILED:
+                        message = f"sample {result.sample}: {result.message}"
                 values.pop(result.sample, None)
-                state = Progress(state.total, state.done + 1, state.failed + bool(message), message)
+                done = state.done + 1
+                rounds = (state.total - done) / max(1, min(engine.width, state.total - done))
+                left = float(np.mean(times)) * rounds if times else np.nan
+                state = Progress(state.total, done, state.failed + bool(message), message, left)
                 if on_progress:
                     on_progress(state)
             finished = True

@@ -21,13 +21,13 @@ from damagepred.campaign.site_classes import site_line
 from damagepred.campaign.warm_up import warm_up
 from damagepred.errors import InputError, require_number
 from damagepred.formatting import duration
+from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import read_toml
-from damagepred.one_wall.judged_path import Step, model_of
+from damagepred.one_wall.judged_path import Step, matrix_bytes, model_of
 from damagepred.one_wall.solve import solve
-from damagepred.scene import Scene, Solver
+from damagepred.scene import Scene
 from damagepred.scene.assumed import ground_line
 from damagepred.scene.scene import STUDY_KEYS
-from damagepred.solvers.options import SolverOptions
 
 MOST_SAMPLES = 10**9
 """Largest number of samples: the points of a scrambled Sobol sequence."""
@@ -114,22 +114,6 @@ class CostEstimate:
 
 class _TimingLimit(Exception):
     """Increments have been timed for long enough."""
-
-
-def matrix_bytes(model: Model, solver: Solver) -> int:
-    """Memory of the matrices of all fronts of the quasi-static solver, dense (bytes); 0 for the other solvers."""
-    if solver.method != "quasi_static":
-        return 0
-    from damagepred.solvers.quasi_static.elimination_tree import EliminationTree
-    from damagepred.solvers.quasi_static.superelements import Superelements
-    from damagepred.solvers.symmetry import reduce_by_symmetry
-    from damagepred.solvers.system.discrete_system import DiscreteSystem
-
-    options = SolverOptions.of(solver)
-    half = reduce_by_symmetry(model, options.symmetry) if solver.symmetric_half else None
-    system = DiscreteSystem.of(half or model, options.elastic_solution)
-    blocks = None if system.model.mesh is None else Superelements(system, options.newton.interior_tolerance)
-    return 8 * EliminationTree.of(system, blocks, options.linear_system).matrix_entries
 
 
 def _zone_bytes(model: Model, increments: int) -> int:

@@ -422,32 +422,25 @@ class StudyBar(_Progress):
         super().__init__("walls", "[red]{task.fields[failed]} failed[/]", "{task.fields[left]}", transient=False)
         self._activity[0] = "preparing the walls"
         self._task: Any = None
-        self._before = 0
-        self._began = self._spoke = time.monotonic()
+        self._spoke = -math.inf
 
     def update(self, state: StudyProgress) -> None:
-        """Show where the study stands."""
+        """Show the present state of the study."""
+        from damagepred.formatting import duration
+
         if self._task is None:
-            self._before, self._began = state.done, time.monotonic()
             self._task = self._progress.add_task("", total=state.total, completed=state.done, failed=0, left="")
         self._activity[0] = f"solving walls, {state.done} of {state.total} done"
         if state.just_failed:
             say(state.just_failed, error=True)
-        left = self._remaining(state)
+        remaining = state.done < state.total and math.isfinite(state.seconds_left)
+        left = f"about {duration(state.seconds_left)} left" if remaining else ""
         self._progress.update(self._task, completed=state.done, failed=state.failed, left=left)
         if FORM.quiet or _err.is_terminal:
             return
-        if time.monotonic() - self._spoke > 10 or state.done in (self._before, state.total):
+        if time.monotonic() - self._spoke > 10 or state.done == state.total:
             self._spoke = time.monotonic()
             _err.print(f"{state.done} of {state.total} walls, {state.failed} failed{', ' + left if left else ''}")
-
-    def _remaining(self, state: StudyProgress) -> str:
-        fresh = state.done - self._before
-        if not fresh or state.done == state.total:
-            return ""
-        from damagepred.formatting import duration
-
-        return f"about {duration((time.monotonic() - self._began) / fresh * (state.total - state.done))} left"
 
 
 class ReplayBar(_Progress):

@@ -160,3 +160,19 @@ def without_zone_fields(step: Step) -> Step:
         return step
     light = zones._replace(displacement=np.empty((0, 2)), stress=np.empty((0, 4)))
     return step._replace(increment=replace(step.increment, zones=light))
+
+
+def matrix_bytes(model: Model, solver: Solver) -> int:
+    """Memory of the matrices of all fronts of the quasi-static solver, dense (bytes); 0 for the other solvers."""
+    if solver.method != "quasi_static":
+        return 0
+    from damagepred.solvers.quasi_static.elimination_tree import EliminationTree
+    from damagepred.solvers.quasi_static.superelements import Superelements
+    from damagepred.solvers.symmetry import reduce_by_symmetry
+    from damagepred.solvers.system.discrete_system import DiscreteSystem
+
+    options = SolverOptions.of(solver)
+    half = reduce_by_symmetry(model, options.symmetry) if solver.symmetric_half else None
+    system = DiscreteSystem.of(half or model, options.elastic_solution)
+    blocks = None if system.model.mesh is None else Superelements(system, options.newton.interior_tolerance)
+    return 8 * EliminationTree.of(system, blocks, options.linear_system).matrix_entries

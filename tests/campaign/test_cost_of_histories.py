@@ -1,10 +1,12 @@
-"""Price of a study of histories: several walls are timed, as samples move differently."""
+"""Price of a study: one wall is timed and scaled, of histories several, as samples move differently."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from damagepred import Study, open_study
+from damagepred.campaign.campaign import Progress
 from damagepred.campaign.cost_estimate import estimate_cost
 
 WALL = "[study]\nsamples = 3\n[scene.wall]\nlength = 1.44\nheight = 0.6\n"
@@ -30,3 +32,15 @@ def test_timing_ends_with_its_limit_and_other_movements_take_one_wall(tmp_path: 
     found = estimate_cost(tmp_path / "once.toml")
     assert len(found.timed) == 1
     assert "on average" not in found.lines()[2]
+
+
+def test_the_time_left_follows_from_the_times_of_the_walls_alone(tmp_path: Path) -> None:
+    """Neither the compilation of the kernels nor the start of the workers counts."""
+    (tmp_path / "once.toml").write_text(WALL + SCATTER)
+    seen: list[Progress] = []
+    Study.from_toml(tmp_path / "once.toml").run(tmp_path / "once.dp", on_progress=seen.append)
+    times = open_study(tmp_path / "once.dp")["run_time"].values
+    assert [state.done for state in seen] == [0, 1, 2, 3]
+    assert np.isnan(seen[0].seconds_left)
+    expected = [times[0] * 2, times[:2].mean(), 0.0]
+    assert [state.seconds_left for state in seen[1:]] == pytest.approx(expected)

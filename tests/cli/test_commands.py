@@ -176,7 +176,7 @@ def test_memory_of_the_full_scale_wall_is_what_its_matrices_take(
     symmetric: bool, megabytes: str, data_folder: Path
 ) -> None:
     from damagepred.assembly import wall_model
-    from damagepred.campaign.cost_estimate import matrix_bytes
+    from damagepred.one_wall.judged_path import matrix_bytes
     from damagepred.scene import Scene, Solver
     from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 

@@ -2,6 +2,7 @@
 
 import errno
 import io
+import math
 import re
 import sys
 from collections.abc import Mapping, Sequence
@@ -489,11 +490,11 @@ def test_a_study_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = [100.0]
     monkeypatch.setattr(terminal, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     steps = [
-        (105.0, 20, 1, ""),
-        (112.0, 24, 2, "sample 3 failed"),
-        (115.5, 26, 2, ""),
-        (120.0, 27, 3, ""),
-        (121.0, 50, 3, ""),
+        (105.0, 20, 1, "", math.nan),
+        (112.0, 24, 2, "sample 3 failed", 45.0),
+        (115.5, 26, 2, "", 42.0),
+        (120.0, 27, 3, "", 40.0),
+        (121.0, 50, 3, "", 0.0),
     ]
     for in_terminal, lines in (
         (
@@ -512,8 +513,8 @@ def test_a_study_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(terminal, "_err", console)
         clock[0] = 100.0
         with terminal.StudyBar() as bar:
-            for clock[0], done, failed, wrong in steps[: None if lines else 3]:
-                bar.update(Progress(50, done, failed, wrong))
+            for clock[0], *state in steps[: None if lines else 3]:
+                bar.update(Progress(50, *state))
         if lines:
             assert told.getvalue().splitlines() == lines
     (task,) = bar._progress.tasks
