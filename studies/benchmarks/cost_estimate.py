@@ -1,4 +1,4 @@
-"""How near is the time that `check` and the first line of a running study state to the time that the study takes?
+"""Estimated time of a study, by `check` and by the first line of its run, beside the measured time.
 
     python studies/benchmarks/cost_estimate.py
 
