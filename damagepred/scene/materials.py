@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, TypeVar, get_type_hints
 
 from pydantic import Field, model_validator
+from pydantic.fields import FieldInfo
 
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Density, Force, FractureEnergy, Length, Pressure, Pure, Stiffness
+
+T = TypeVar("T")
 
 
 @described
@@ -210,39 +214,38 @@ class HeadJointFactors:
     compressive_strength: Pure = Field(default=1.0, gt=0)
 
 
+def _overrides(of: type) -> Callable[[type[T]], type[T]]:
+    """Add every key of a described class to another, with the same bounds, optional and without a value."""
+
+    def with_keys(cls: type[T]) -> type[T]:
+        hints = get_type_hints(of, include_extras=True)
+        for name, key in of.__pydantic_fields__.items():  # type: ignore[attr-defined]
+            of_type = FieldInfo.from_annotation(hints[name]).metadata
+            bounds = [bound for bound in key.metadata if bound not in of_type]
+            cls.__annotations__[name] = Annotated[(hints[name] | None, *bounds)] if bounds else hints[name] | None
+            setattr(cls, name, None)
+        return cls
+
+    return with_keys
+
+
 @described
+@_overrides(Joint)
 class HeadJoint:
     """Head joints where they differ from the beds (``[head_joint]``): any key of ``[joint]``, or factors on it.
 
     Head joints are often filled poorly. Calibrated micro-models find a strength of 0.56 and a fracture energy of 0.66
-    of the beds' (a Delft thesis on spandrel tests of 2024, secondary).
+    of the beds' (a Delft thesis on spandrel tests of 2024, secondary). A key without a value takes the value of
+    ``[joint]``, times its factor.
 
     Attributes
     ----------
     factor : HeadJointFactors or None
-        Factors on the values of ``[joint]``, for the keys that are not given here. None: 1.
-    normal_stiffness, shear_stiffness : float or None
-        k_n and k_s (Pa/m). None, here and below: as in ``[joint]``, times the factor.
-    tensile_strength, cohesion : float or None
-        f_t and C (Pa).
-    friction, dilation : float or None
-        tan(phi) and tan(psi) (1).
-    residual_tensile_strength, residual_cohesion : float or None
-        What is left (Pa) once the joint has cracked.
-    residual_friction : float or None
-        tan(phi) (1) once cracked.
-    brittle_shear : bool or None
-        Whether the first slip leaves only the residual values.
-    fracture_energy, shear_fracture_energy : float or None
-        G_f of mode I and II (N/m).
-    softening : "linear" or "exponential" or None
-        How tension falls.
-    compressive_strength : float or None
-        f_c (Pa), the cap.
-    cap_shear : float or None
-        C_ss (1).
-    strength_factor : float or None
-        Factor on their strengths (1).
+        Factors on the values of ``[joint]`` for keys without a value here. None: 1.
+    normal_stiffness, shear_stiffness, tensile_strength, cohesion, friction, dilation, residual_tensile_strength, \
+    residual_cohesion, residual_friction, brittle_shear, fracture_energy, shear_fracture_energy, softening, \
+    compressive_strength, cap_shear, strength_factor : float, bool, str or None
+        See ``[joint]``.
 
     Examples
     --------
@@ -253,25 +256,9 @@ class HeadJoint:
     """
 
     factor: HeadJointFactors | None = None
-    normal_stiffness: Stiffness | None = Field(default=None, gt=0)
-    shear_stiffness: Stiffness | None = Field(default=None, gt=0)
-    tensile_strength: Pressure | None = Field(default=None, ge=0)
-    cohesion: Pressure | None = Field(default=None, ge=0)
-    friction: Pure | None = Field(default=None, ge=0)
-    dilation: Pure | None = Field(default=None, ge=0)
-    residual_tensile_strength: Pressure | None = Field(default=None, ge=0)
-    residual_cohesion: Pressure | None = Field(default=None, ge=0)
-    residual_friction: Pure | None = Field(default=None, ge=0)
-    brittle_shear: bool | None = None
-    fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
-    shear_fracture_energy: FractureEnergy | None = Field(default=None, gt=0)
-    softening: Literal["linear", "exponential"] | None = None
-    compressive_strength: Pressure | None = Field(default=None, gt=0)
-    cap_shear: Pure | None = Field(default=None, gt=0)
-    strength_factor: Pure | None = Field(default=None, gt=0)
 
     def joint(self, bed: Joint) -> Joint:
-        """Head joints of a wall with such beds."""
+        """Head joints of a wall with these beds."""
         return replace(bed, **{name: self.of_bed(name, getattr(bed, name)) for name in Joint.__dataclass_fields__})
 
     def of_bed(self, name: str, value: Any) -> Any:
@@ -279,12 +266,14 @@ class HeadJoint:
 
         Parameters
         ----------
-        name, value : str, Any
-            The key, and its value for the beds: a number or an array of them, a word, a bool or None.
+        name : str
+            Key.
+        value : Any
+            Value of the beds: a number or an array of numbers, a word, a bool or None.
         """
-        own = getattr(self, name)
-        if own is not None or value is None or isinstance(value, bool | str):
-            return value if own is None else own
+        given = getattr(self, name)
+        if given is not None or value is None or isinstance(value, bool | str):
+            return value if given is None else given
         return getattr(self.factor, name, 1.0) * value
 
 

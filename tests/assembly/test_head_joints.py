@@ -52,6 +52,18 @@ def test_head_joints_have_all_keys_of_joints() -> None:
     assert HeadJoint(softening="exponential").joint(Joint(fracture_energy=10.0)).softening == "exponential"
 
 
+@pytest.mark.parametrize("key", Joint.__dataclass_fields__)
+def test_keys_of_head_joints_have_units_and_bounds_of_joints(key: str) -> None:
+    assert Scene.unit_of(f"head_joint.{key}") == Scene.unit_of(f"joint.{key}")
+    assert Scene.takes_number(f"head_joint.{key}") == Scene.takes_number(f"joint.{key}")
+    refusals = []
+    for table in ("joint", "head_joint"):
+        with pytest.raises(InputError, match=key) as error:
+            Scene.from_dict({table: {key: -1 if Scene.takes_number(f"joint.{key}") else "x"}})
+        refusals.append(str(error.value).replace("head_joint", "joint").replace("-1.0", "-1"))
+    assert refusals[0] == refusals[1]
+
+
 def test_what_makes_no_joint_is_refused() -> None:
     with pytest.raises(InputError, match="dilation"):
         scene(head_joint={"friction": 0.1, "dilation": 0.2})
