@@ -1,4 +1,4 @@
-"""The input: frozen, validated descriptions of wall, footing, movement, loads and how to solve them."""
+"""Scene descriptions: wall, footing, movement, loads and solver, frozen and validated."""
 
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.dynamics import BaseMotion, Dynamics

@@ -14,13 +14,13 @@ from damagepred.scene.soil_log import Suction
 
 
 def _ground_values(scene: Scene) -> dict[str, str]:
-    """Return the numbers that shape a mound, in words, by their place."""
+    """Numbers that shape a mound, in words, by key."""
     if scene.movement.shape != "mound":
         return {}
     mound, soil, kind = scene.mound, scene.soil, scene.movement.kind
     name = LOCAL.get(mound.shape, "y_s")
     values = {"mound.surface_movement": f"{name} = {1e3 * mound.surface_movement:g} mm"}
-    if scene.soil_layer:  # y_s follows from these
+    if scene.soil_layer:  # these determine y_s
         suction = scene.suction or Suction()
         values = {
             "suction.change": f"change of suction {suction.change:g} pF",
@@ -37,19 +37,19 @@ def _ground_values(scene: Scene) -> dict[str, str]:
 
 def ground_cautions(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
     """Cautions on given or sampled values that others override, or that the movement does not read."""
-    movement, mound, soil, found = scene.movement, scene.mound, scene.soil, []
+    movement, mound, soil, cautions = scene.movement, scene.mound, scene.soil, []
     if movement.shape == "mound" and mound.shape in LOCAL and mound.shape != "table" and not movement.local:
         new: Kind = "heave" if movement.kind in UP else "settle"
         read, other = (
             f"soil.{soil.stiffness_key(kind)} = {soil.stiffness(kind) / 1e3:g} kPa/m" for kind in (movement.kind, new)
         )
-        found.append(
+        cautions.append(
             f"movement.kind = '{movement.kind}' is read as in older files: the ground goes "
             f"{'up' if new == 'heave' else 'down'} ({mound.shape}) on {read}; write '{new}', which reads {other}"
         )
     zone = scene.suction and scene.suction.climate_zone
     if zone and "mound.suction_depth" not in sampled and mound.suction_depth != suction_depth(zone):
-        found.append(
+        cautions.append(
             f"mound.suction_depth = {mound.suction_depth:g} m counts, and not the {suction_depth(zone):g} m of "
             f"suction.climate_zone = {zone}"
         )
@@ -61,30 +61,30 @@ def ground_cautions(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         swapped.add(f"soil.{soil.stiffness_key(movement.other)}")
     if idle := sorted(scene.unread() & given - (swapped if movement.shape == "mound" else set())):
         shape = f", mound.shape = '{mound.shape}'" if movement.shape == "mound" else ""
-        found.append(
+        cautions.append(
             f"{', '.join(idle)}: not read with movement.shape = '{movement.shape}', kind = '{movement.kind}'{shape}"
         )
-    return found
+    return cautions
 
 
 def _by_default(scene: Scene, values: Mapping[str, str], sampled: Collection[str]) -> list[str]:
-    """Return those words whose place has its default, and is not sampled."""
+    """Words of the keys with default values that are not sampled."""
 
-    def is_default(place: str) -> bool:
-        *tables, key = place.split(".")
+    def is_default(key: str) -> bool:
+        *tables, last = key.split(".")
         table = reduce(getattr, tables, scene)
-        return table is None or getattr(table, key) == getattr(type(table)(), key)
+        return table is None or getattr(table, last) == getattr(type(table)(), last)
 
-    return [words for place, words in values.items() if place not in sampled and is_default(place)]
+    return [words for key, words in values.items() if key not in sampled and is_default(key)]
 
 
 def assumed_ground(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
-    """Numbers that shape the ground and are neither given nor sampled, in words."""
+    """Assumed numbers of the ground, neither given nor sampled, in words."""
     return _by_default(scene, _ground_values(scene), sampled)
 
 
 def assumed_seasons(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
-    """Numbers that shape seasons and are neither given nor sampled, in words."""
+    """Assumed numbers of seasons, neither given nor sampled, in words."""
     seasons = scene.movement.seasons
     if seasons is None:
         return []
@@ -100,11 +100,11 @@ def assumed_seasons(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         "trend": "no trend",
         "shift": "the same mean in wet years and dry years",
     }
-    return _by_default(scene, {f"movement.seasons.{key}": said for key, said in words.items()}, sampled)
+    return _by_default(scene, {f"movement.seasons.{key}": text for key, text in words.items()}, sampled)
 
 
 def assumed_slow_strains(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
-    """Numbers that shape slow strains and are neither given nor sampled, in words."""
+    """Assumed numbers of slow strains, neither given nor sampled, in words."""
     strain, creep, values = scene.strain, scene.creep, {}
     if strain is not None and strain.growth and scene.movement.stage:
         values["strain.growth_years"] = f"growth reached in {strain.growth_years:g} years"
@@ -115,12 +115,12 @@ def assumed_slow_strains(scene: Scene, sampled: Collection[str] = ()) -> list[st
 
 
 def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
-    """Sentence on the assumed properties of the ground; None if there are none."""
+    """Sentence on the assumed properties of the ground, or None."""
     assumed = assumed_ground(scene, sampled)
     zone = None if scene.suction is None else scene.suction.climate_zone
     if zone is not None and "mound.suction_depth" not in sampled and scene.mound.suction_depth == suction_depth(zone):
         assumed = [
-            *(said for said in assumed if not said.startswith("H_s")),
+            *(words for words in assumed if not words.startswith("H_s")),
             f"H_s of climatic zone {zone} (secondary)",
         ]
     if not assumed:
@@ -128,5 +128,5 @@ def ground_line(scene: Scene, sampled: Collection[str] = ()) -> str | None:
     tables = "[suction], [mound] and [soil]" if scene.soil_layer else "[mound] and [soil]"
     return (
         f"ground: {scene.mound.shape} mound, {scene.movement.kind}; by default {', '.join(assumed)}. Give your site's "
-        f"in {tables}: softer soil than it has spares the wall."
+        f"in {tables}: soil softer than the real one underestimates damage."
     )

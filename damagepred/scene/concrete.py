@@ -38,10 +38,10 @@ class ReinforcedConcrete:
     grade : str
         N20, N25, N32, N40 or N50: the characteristic cylinder strength f'c in MPa.
     bottom, top : str or None
-        Trench mesh as on drawings, "3-L11TM" for three wires of L11TM: L8TM, L11TM or L12TM. "none" (or "") for the
-        top: there is none. None for the top: like the bottom.
+        Trench mesh as on drawings, "3-L11TM" for three wires of L11TM: L8TM, L11TM or L12TM. "none" (or "") for no top
+        mesh; by default the top is like the bottom.
     cover : float
-        From the face of the concrete to the wires (m).
+        Distance from the face of the concrete to the wires (m).
     elastic_modulus : float or None
         E_c (Pa); None takes the mean value of AS 3600 for the grade.
     tensile_strength : float or None
@@ -56,7 +56,7 @@ class ReinforcedConcrete:
     branson_exponent : float
         Exponent of M_cr / M in Branson's formula (1): 3 for a whole beam, 4 for one section.
     earlier_moment : float
-        Largest moment by which every section has been bent before, up and down (Nm): how far it is cracked already.
+        Largest earlier moment of every section, sagging and hogging (Nm), which has cracked it.
 
     Examples
     --------
@@ -101,13 +101,13 @@ class ReinforcedConcrete:
 
     @property
     def concrete_modulus(self) -> float:
-        """Modulus of the concrete E_c (Pa): the given one, or that of the grade."""
+        """Modulus of the concrete E_c (Pa): given, or by the grade."""
         given = self.elastic_modulus
         return float(_tables()["grade"][self.grade]["elastic_modulus"]) if given is None else given
 
     @property
     def flexural_strength(self) -> float:
-        """Tensile strength in bending (Pa): the given one, or that of the grade."""
+        """Tensile strength in bending (Pa): given, or by the grade."""
         if self.tensile_strength is not None:
             return self.tensile_strength
         return float(_tables()["tensile"]["factor"]) * sqrt(self.compressive_strength * 1e-6) * 1e6
@@ -119,7 +119,7 @@ class ReinforcedConcrete:
 
     @property
     def top_wires(self) -> tuple[float, float]:
-        """Area of the top mesh (m2) and diameter of its wires (m); both 0 if there is none."""
+        """Area of the top mesh (m2) and diameter of its wires (m); both 0 without a top mesh."""
         if self.top is None:
             return self.bottom_wires
         if self.top.strip().lower() in ("", "none"):

@@ -1,4 +1,4 @@
-"""Declaration of a scene's tables: frozen, validated dataclasses."""
+"""Declaration of the tables of a scene: frozen, validated dataclasses."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ T = TypeVar("T")
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(Field,))
 def described(cls: type[T]) -> type[T]:
-    """Make ``cls`` a frozen dataclass with keyword-only, validated fields; unknown keys are refused.
+    """Frozen dataclass with keyword-only, validated fields; unknown keys are refused.
 
-    What is wrong when one is made in Python is said as of a scene file: ``InputError``, whose cause is pydantic's own.
+    An error on construction in Python has the words of a scene file: ``InputError``, whose cause is pydantic's
+    error.
     """
     make: Callable[[type[T]], Any] = _pydantic_dataclass(
         frozen=True, kw_only=True, config=ConfigDict(extra="forbid", allow_inf_nan=False)

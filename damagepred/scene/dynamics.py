@@ -1,4 +1,4 @@
-"""Dynamic runs: physical mass and time, what shakes the base, what damps."""
+"""Dynamic runs: physical mass and time, base motion, damping."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from damagepred.scene.quantity import Acceleration, Count, Duration, Frequency, 
 
 @described
 class BaseMotion:
-    """Motion of the ground and of all that is held, in one direction (``[[dynamics.base]]``); several add up.
+    """Motion of the ground and of all supports, in one direction (``[[dynamics.base]]``); several add up.
 
     Attributes
     ----------
@@ -27,24 +27,24 @@ class BaseMotion:
     direction : {"x", "y"}
         Along the wall, or upwards.
     acceleration : float
-        Peak of the pulse (m/s2); negative pushes the other way.
+        Peak of the pulse (m/s2); negative is the opposite direction.
     duration : float
-        Of the pulse (s).
+        Duration of the pulse (s).
     start : float
-        When it begins (s).
+        Start of the motion (s).
     file : str or None
-        CSV or xlsx file of a record: times that rise (s) and values (SI), or in the unit of the column's name, such as
+        CSV or xlsx file of a record: increasing times (s) and values (SI), or in the unit of the column's name, such as
         ``a (g)``. It lies beside the scene file; in Python, in the working folder.
     time, values : sequence of float
-        The record itself, in place of a file (s, SI).
+        The record itself, instead of a file (s, SI).
     quantity : {"acceleration", "velocity", "displacement"}
-        What the record tells. Between its points acceleration and velocity go straight, and are integrated exactly
-        from rest; through displacements a cubic spline is drawn.
+        Quantity of the record. Acceleration and velocity are linear between points and integrated exactly from rest;
+        displacements are interpolated by a cubic spline.
     scale : float
         Factor on the record's values.
     baseline : {"none", "velocity"}
-        ``none``: integrated as given, so what is left of the velocity at the end stays. ``velocity``: the constant
-        acceleration is taken off that lets the base end at rest.
+        ``none``: integrated as given, with any velocity at the end. ``velocity``: a constant acceleration is subtracted
+        so that the base ends at rest.
 
     Examples
     --------
@@ -96,7 +96,7 @@ class BaseMotion:
         return read_record(Path(self.file), self.quantity, self.scale)
 
     def shaking(self) -> tuple[float, float, float] | None:
-        """Time (s) at which the base begins to move and comes to its end, and that of the record; None if it stays."""
+        """Start and end of the base motion, and end of the record (s); None without motion."""
         if self.kind != "record":
             end = self.start + self.duration
             return (self.start, end, end) if self.acceleration else None
@@ -114,45 +114,45 @@ class BaseMotion:
 
 @described
 class Dynamics:
-    """A run in physical time (``[dynamics]``): blocks move as far as they like, and meet others.
+    """Run in physical time (``[dynamics]``): blocks may move far and touch other blocks.
 
     Attributes
     ----------
     duration : float or None
         Physical time (s). None: 2 s, or until all base motion and the movement of the ground have ended.
     outputs : int
-        Number of equal intervals after each of which the state is kept.
+        Number of equal intervals between stored states.
     base : sequence of BaseMotion
-        What shakes the ground and all that is held.
+        Motion of the ground and of all supports.
     movement_time : float or None
-        Time over which the movement of the ground and of moved blocks is applied, gently (s). None: it is not.
+        Time over which the movement of the ground and of moved blocks is applied, smoothly (s). None: no movement.
     ground_pieces : int
         Number of equal parts of the load factor where the form of the ground changes as its movement grows. In each,
         every point of the ground moves in a straight line between its exact states.
     damping : {"none", "viscous", "rayleigh", "local"}
         ``viscous``: proportional to mass, against the motion relative to the base. ``rayleigh``: proportional to mass
-        and, in joints, to stiffness; it never pulls a joint without tension. ``local``: Cundall's, for coming to rest.
+        and, in joints, to stiffness; it never pulls a joint without tension. ``local``: Cundall's, for static states.
     damping_ratio : float
-        Share of critical damping, at ``frequency`` (viscous), or there and at ``second_frequency`` (rayleigh).
+        Share of critical damping, at ``frequency`` (viscous), or at both frequencies (rayleigh).
     frequency, second_frequency : float
-        Where the ratio is meant (Hz).
+        Frequencies of the damping ratio (Hz).
     local_damping : float
         Share of the unbalanced force that opposes the motion.
     contact_damping : float
-        Dashpots of contacts without tensile strength, while they are pressed. The number is a share of the critical
-        damping of a block that bounces on a joint, for the joint that needs the strongest dashpot. They never pull. 0:
-        impacts are elastic, and a rocking block bounces for ever. 1: impacts are inelastic. A rigid block that rocks on
-        its corners (``solver.contacts_per_interface = 2``) then keeps Housner's share 1 - 1.5 sin(alpha)^2 of its
-        angular velocity at each impact. It keeps more if points along its base take part of the impulse.
+        Dashpots of contacts without tensile strength, in compression only, as a share of the critical damping of a
+        block that bounces on a joint, for the joint that needs the strongest dashpot. 0: elastic impacts, a rocking
+        block bounces for ever. 1: inelastic impacts. A rigid block that rocks on its corners
+        (``solver.contacts_per_interface = 2``) then keeps Housner's share 1 - 1.5 sin(alpha)^2 of its angular velocity
+        at each impact. It keeps more if points along its base take part of the impulse.
     time_step_safety : float or None
         Fraction of the largest stable time step, which follows from the highest frequency and the damping. None: 0.5;
-        0.25 where nothing damps joints without strength, as blocks that bounce on them gain energy with longer steps.
+        0.25 without damping of joints without strength, where bouncing blocks gain energy with longer steps.
     start : {"equilibrium", "unstressed"}
         Whether the run begins in the static equilibrium under dead load, if there is one, or with unstressed joints.
     new_contacts : bool
-        Whether blocks may meet what they did not touch at first. False skips the search, for small movements.
+        Whether blocks may touch new neighbours. False skips the search, for small movements.
     stop_at_rest : bool
-        Whether the run ends once all blocks have been slower than ``rest_speed`` at three outputs in a row.
+        Whether the run ends once all blocks have been slower than ``rest_speed`` at three consecutive outputs.
     rest_speed : float
         Root mean square speed, by mass and relative to the base (m/s).
 
@@ -198,11 +198,11 @@ class Dynamics:
 
     @cached_property
     def loading_end(self) -> float:
-        """Time (s) from which neither the base nor the ground is moved."""
+        """End of all motion of base and ground (s)."""
         return max([self.movement_time or 0.0, *(s[1] for motion in self.base if (s := motion.shaking()))])
 
     def check_base(self) -> None:
-        """Refuse base motion that never moves the wall during the run."""
+        """Refuse base motion without effect during the run."""
         for number, motion in enumerate(self.base, 1):
             shaking = motion.shaking()
             if motion.time and motion.time[0] < 0.0:
@@ -216,7 +216,7 @@ class Dynamics:
                 )
 
     def step_share(self, dry: bool) -> float:
-        """Return the fraction of the largest stable time step to use; ``dry``: some joints have no strength."""
+        """Fraction of the largest stable time step to use; ``dry``: some joints have no strength."""
         if self.time_step_safety is not None:
             return self.time_step_safety
         return 0.25 if dry and self.damping == "none" and self.contact_damping == 0.0 else 0.5

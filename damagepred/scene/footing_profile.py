@@ -1,4 +1,4 @@
-"""Prescribed profiles of a footing: deflection over that in the middle, along the span."""
+"""Prescribed profiles of a footing: deflection over the deflection at mid-span, along the span."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def arc(xi: FloatArray, ratio: float) -> FloatArray:
         return 4.0 * xi * (1.0 - xi)
     radius = 1.0 / (8.0 * ratio) + ratio / 2.0
     offset = xi - 0.5
-    # radius - sqrt(radius^2 - offset^2), written so that nothing cancels
+    # radius - sqrt(radius^2 - offset^2), without cancellation
     drop = offset**2 / (radius + np.sqrt(radius**2 - offset**2))
     return 1.0 - drop / ratio
 
 
 def through_points(table: Sequence[Sequence[float]], xi: FloatArray) -> FloatArray:
-    """Monotone cubic (PCHIP) through points (position, value) whose positions rise."""
+    """Monotone cubic (PCHIP) through points (position, value) with increasing positions."""
     from scipy.interpolate import PchipInterpolator
 
     position, fraction = np.array(table).T

@@ -1,4 +1,4 @@
-"""Tables that a scene file names: profiles of the ground, histories of movement, records of base motion."""
+"""Tables in files of a scene: profiles of the ground, histories of movement, records of base motion."""
 
 from __future__ import annotations
 
@@ -15,39 +15,39 @@ from damagepred.scene.number_table import read_number_table
 from damagepred.scene.quantity import to_si
 
 END_TOLERANCE = 1e-3
-"""Distance of a profile's ends from those of the wall, over its length, that counts as none: positions are rounded."""
+"""Tolerance between the ends of a profile and of the wall, over its length: positions are rounded."""
 SIZE_TOLERANCE = 0.01
-"""Relative difference between a movement that is given and that of the profile: a rounded figure."""
+"""Relative tolerance between a given movement and the profile's: figures are rounded."""
 SIDES = {"doming": 1.0, "hogging": 1.0, "heave": 1.0, "dishing": -1.0, "sagging": -1.0, "settle": -1.0}
 """Sign of the deflection of each kind of movement."""
 SI_UNIT = {"acceleration": "m/s**2", "velocity": "m/s", "displacement": "m"}
 
 
 def with_input_tables(tables: Any, folder: Path) -> Any:
-    """Tables of a scene with the numbers of the files that they name, which are in ``folder``."""
-    if not isinstance(tables, Mapping):  # refused by the scene, in its own words
+    """Tables of a scene with the numbers of their files, which are in ``folder``."""
+    if not isinstance(tables, Mapping):  # the scene refuses it
         return tables
-    found = {key: dict(part) if isinstance(part, Mapping) else part for key, part in tables.items()}
-    movement, mound, dynamics = (found.get(key, {}) for key in ("movement", "mound", "dynamics"))
+    merged = {key: dict(content) if isinstance(content, Mapping) else content for key, content in tables.items()}
+    movement, mound, dynamics = (merged.get(key, {}) for key in ("movement", "mound", "dynamics"))
     if isinstance(movement, dict) and isinstance(mound, dict):
         for key, size in (("movement", "central_deflection"), ("mound", "surface_movement")):
-            if key in found and isinstance(name := found[key].get("table"), str):
-                _take_profile(found, key, size, folder / name)
+            if key in merged and isinstance(name := merged[key].get("table"), str):
+                _take_profile(merged, key, size, folder / name)
         if isinstance(name := movement.get("history"), str) and "stage" not in movement:
             del movement["history"]
             size = "surface_movement" if movement.get("shape") == "mound" else "central_deflection"
             movement["stage"] = _stages(folder / name, size)
-            sized = found.setdefault("mound", mound) if size == "surface_movement" else movement
+            sized = merged.setdefault("mound", mound) if size == "surface_movement" else movement
             sized.setdefault(size, max(stage[size] for stage in movement["stage"]))
     if isinstance(dynamics, dict) and isinstance(motions := dynamics.get("base"), list):
         dynamics["base"] = [_with_record(m, folder) if isinstance(m, Mapping) else m for m in motions]
-    return found
+    return merged
 
 
-def _take_profile(found: dict[str, Any], key: str, size: str, path: Path) -> None:
+def _take_profile(tables: dict[str, Any], key: str, size: str, path: Path) -> None:
     """Put the points of a profile, and the kind and size of its movement, into the tables of a scene."""
-    part, movement = found[key], found.setdefault("movement", {})
-    points, measured = _profile(path, _length(found), part.get("table_ends", "refuse"))
+    table, movement = tables[key], tables.setdefault("movement", {})
+    points, measured = _profile(path, _length(tables), table.get("table_ends", "refuse"))
     values = np.array(points)[:, 1]
     if key == "mound":
         largest = float(values[np.abs(values).argmax()])
@@ -55,9 +55,9 @@ def _take_profile(found: dict[str, Any], key: str, size: str, path: Path) -> Non
         largest = float(through_points(points, np.array([0.5]))[0] - 0.5 * (values[0] + values[-1]))
     where = f"{path}: the {'middle lies' if key == 'movement' else 'largest movement is'} {1e3 * largest:+.4g} mm"
     where += " off the line through the ends (up positive)" if key == "movement" else " (up positive)"
-    follows = {"stage", "history", "seasons"} & set(movement) or "soil_layer" in found  # the size does
+    follows = {"stage", "history", "seasons"} & set(movement) or "soil_layer" in tables  # the size does
     if not measured:
-        missing = [name for name, table in (("kind", movement), (size, part)) if name not in table]
+        missing = [name for name, table in (("kind", movement), (size, table)) if name not in table]
         if missing and not follows:
             raise InputError(
                 f"{path}: its second column has no unit, so it gives the form alone. Name the column with its unit, "
@@ -74,27 +74,27 @@ def _take_profile(found: dict[str, Any], key: str, size: str, path: Path) -> Non
         if SIDES.get(kind, largest) * largest < 0:
             raise InputError(f"{where}: movement.kind = '{kind}' contradicts it. Leave kind out, or mend the signs.")
         if not follows:
-            _check_size(f"{key}.{size}", part.setdefault(size, abs(largest)), abs(largest), where)
+            _check_size(f"{key}.{size}", table.setdefault(size, abs(largest)), abs(largest), where)
         if key == "mound":
             points = [[x, value / largest] for x, value in points]
-    part["table"] = points
+    table["table"] = points
 
 
-def _check_size(place: str, given: Any, measured: float, where: str) -> None:
-    """Refuse a movement that differs from that of a profile."""
+def _check_size(key: str, given: Any, measured: float, where: str) -> None:
+    """Refuse a movement that differs from its profile."""
     try:
         size = to_si(given, "m")
-    except ValueError:  # refused by the scene, in its own words
+    except ValueError:  # the scene refuses it
         return
     if abs(size - measured) > SIZE_TOLERANCE * measured:
         raise InputError(
-            f"{where}: {place} = {given} contradicts it. Leave it out; or, for this form at another size, leave out "
+            f"{where}: {key} = {given} contradicts it. Leave it out; or, for this form at another size, leave out "
             "the unit in the name of the column."
         )
 
 
 def _length(tables: Mapping[str, Any]) -> float:
-    """Length of the wall (m); NaN if the scene refuses it."""
+    """Length of the wall (m); NaN if invalid."""
     from damagepred.scene.wall import Wall
 
     wall = tables.get("wall", {})
@@ -138,14 +138,14 @@ def _profile(path: Path, length: float, ends: Any) -> tuple[list[list[float]], b
 def _at_ends(
     x: FloatArray, value: FloatArray, length: float, tolerance: float, ends: str
 ) -> tuple[FloatArray, FloatArray]:
-    """Profile from the left end of the wall to the right: cut, continued, or with rounded positions of its ends."""
+    """Profile from the left end of the wall to the right: cut, continued, or with rounded end positions."""
     edge = np.array([0.0, length])
-    at = through_points(np.column_stack((x, value)).tolist(), np.clip(edge, x[0], x[-1]))
+    end_values = through_points(np.column_stack((x, value)).tolist(), np.clip(edge, x[0], x[-1]))
     if ends == "extend":
         slope = np.array([(value[1] - value[0]) / (x[1] - x[0]), (value[-1] - value[-2]) / (x[-1] - x[-2])])
-        at += slope * (edge - np.clip(edge, x[0], x[-1]))
+        end_values += slope * (edge - np.clip(edge, x[0], x[-1]))
     inside = (x > tolerance) & (x < length - tolerance)
-    return np.concatenate(([0.0], x[inside], [length])), np.concatenate((at[:1], value[inside], at[1:]))
+    return np.concatenate(([0.0], x[inside], [length])), np.concatenate((end_values[:1], value[inside], end_values[1:]))
 
 
 def _stages(path: Path, size: str) -> list[dict[str, Any]]:
@@ -182,7 +182,7 @@ def _with_record(motion: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def read_record(path: Path, quantity: str, scale: Any = 1.0) -> tuple[FloatArray, FloatArray]:
-    """Time (s) and values (SI) of a record of base motion, which are to be multiplied by ``scale``."""
+    """Time (s) and values (SI) of a record of base motion, before ``scale``."""
     table, unit = read_number_table(path, columns=2, header=False), SI_UNIT.get(quantity, "1")
     try:
         time, values, factor = table.numbers(0, "s"), table.numbers(1, unit), table.factor(1, unit)

@@ -1,4 +1,4 @@
-"""Laboratory test of a wall: the strips it bears on, the strips that load it, and what is controlled."""
+"""Laboratory test of a wall: supports, loads and control."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from damagepred.scene.quantity import Force, Length, Pure, Stiffness
 
 @described
 class Support:
-    """Strip on which the wall bears (``[[support]]``), read with ``[movement] shape = "loads"``.
+    """Bearing strip under the wall (``[[support]]``), read with ``[movement] shape = "loads"``.
 
-    Without any the wall rests on the whole of its underside, in a bed of its mortar.
+    Without any the wall rests on its whole underside, in a bed of its mortar.
 
     Attributes
     ----------
     x : float
         Middle of the strip, from the left end of the wall (m).
     width : float
-        Of the strip (m).
+        Width of the strip (m).
 
     Examples
     --------
@@ -42,7 +42,7 @@ class Load:
     Attributes
     ----------
     side : {"top", "left", "right"}
-        Of the wall.
+        Loaded side of the wall.
     at : float or None
         Middle of the strip: from the left end of the wall, or from its underside (m). None: the middle of the side.
     width : float or None
@@ -50,7 +50,7 @@ class Load:
     direction : {"towards", "along"}
         ``towards``: the load presses on the wall. ``along``: it pushes to the right on the top, and down on a side.
     share : float
-        Share of the whole load, beside those of the other strips (1).
+        Share of the total load, relative to the other strips (1).
 
     Examples
     --------
@@ -68,17 +68,17 @@ class Load:
 
 @described
 class Loading:
-    """What of a test is controlled (``[loading]``), read with ``[movement] shape = "loads"``.
+    """Control of a test (``[loading]``), read with ``[movement] shape = "loads"``.
 
-    The test begins under the dead load. What is controlled grows in the increments of the movement to the value that is
-    given here; stages of the movement make cycles of it. All that is measured counts from the dead load.
+    The test begins under the dead load. The controlled quantity grows in the increments of the movement to the value
+    given here; stages of the movement make cycles of it. All measurements count from the dead load.
 
     Attributes
     ----------
     control : {"force", "displacement", "opening"}
-        ``force``: the load of all strips; the path ends at the largest that the wall carries. ``displacement``: of the
-        strips in the direction of their loads, by their shares. ``opening``: the gauge's. With the last two the load is
-        found, and may fall; without stages the path ends where it falls to nothing.
+        ``force``: the load of all strips; the path ends at the load capacity. ``displacement``: displacement of the
+        strips in the direction of their loads, by their shares. ``opening``: opening of the gauge. With the last two
+        the load is a result, and may fall; without stages the path ends where it reaches 0.
     force : float or None
         Load of all strips together at the end (N).
     displacement : float or None
@@ -86,16 +86,16 @@ class Loading:
     opening : float or None
         Opening of the gauge at the end (m).
     gauge : sequence of (x, y)
-        Two points of the wall (m): the gauge opens by what their distance grows along the line between them. It is
-        always measured where it is given. Bricks count as rigid between the points and their middles.
+        Two points of the wall (m): the opening is the increase of their distance. It is measured in every test.
+        Bricks count as rigid between the points and their middles.
     beam : {"none", "free", "level", "clamped"}
         Stiff beam without weight in a bed of mortar on the wall's top, which takes the loads there, ``[loads] roof``
         included. ``free``: it may turn, as the top of a cantilever. ``level``: it stays level under a constant load.
-        ``clamped``: it keeps its height, too, from the dead load on.
+        ``clamped``: it also keeps its height, from the dead load on.
     bearing_stiffness : float or None
-        Normal stiffness of the supports (Pa/m). None: that of the joints.
+        Normal stiffness of the supports (Pa/m). None: as the joints.
     bearing_friction : float
-        tan(phi) (1) of the supports. 0: they are rollers.
+        tan(phi) (1) of the supports. 0: rollers.
 
     Examples
     --------
@@ -129,27 +129,12 @@ class Loading:
 
     @property
     def target(self) -> float:
-        """What is controlled at the end of the path (N or m)."""
+        """Controlled force (N) or displacement (m) at the end of the path."""
         return float(getattr(self, self.control))
 
 
 def check_loading(supports: tuple[Support, ...], loads: tuple[Load, ...], length: float, height: float) -> None:
-    """Compare strips with the wall.
-
-    Parameters
-    ----------
-    supports : tuple of Support
-        What the wall bears on.
-    loads : tuple of Load
-        What loads it.
-    length, height : float
-        Of the wall (m).
-
-    Raises
-    ------
-    ValueError
-        If there is no load, a strip reaches beyond the wall, or one support alone cannot carry it.
-    """
+    """Refuse a test without loads, strips beyond the wall, and a single narrow support."""
     if not loads:
         raise ValueError("load: is missing; movement.shape = 'loads' needs one [[load]] or more")
     if len(supports) == 1 and supports[0].width < length / 3.0:

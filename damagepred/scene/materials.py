@@ -1,4 +1,4 @@
-"""What blocks and joints are made of. Defaults are Tables 1 and 2 of the paper (Zhuge et al.)."""
+"""Materials of blocks and joints. Defaults are Tables 1 and 2 of the paper (Zhuge et al.)."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ T = TypeVar("T")
 class BlockMaterial:
     """Material of the bricks (``[block]``): elastic; zones may yield in shear (Mohr-Coulomb) and in tension.
 
-    Only zones, which deformable blocks are cut into, look at cohesion, friction, dilation and tensile strength.
-    Rigid blocks never yield.
+    Only zones of deformable blocks use cohesion, friction, dilation and tensile strength. Rigid blocks never yield.
 
     Attributes
     ----------
@@ -34,9 +33,9 @@ class BlockMaterial:
     cohesion : float or None
         C (Pa). None: zones never yield in shear.
     friction : float
-        tan(phi) (1), used where there is a cohesion.
+        tan(phi) (1), used with a cohesion.
     dilation : float
-        tan(psi) (1): of the plastic flow in shear. At most the friction.
+        tan(psi) (1) of the plastic flow in shear. At most the friction.
     tensile_strength : float or None
         Tension cut-off (Pa) of every principal stress. In effect at most cohesion / friction, the apex of the cone.
         None: the apex, or no limit without cohesion.
@@ -93,37 +92,36 @@ class Joint:
     dilation : float
         tan(psi) (1): opening per unit of slip. At most the friction.
     residual_tensile_strength, residual_cohesion : float
-        What is left (Pa) once the joint has cracked.
+        Strength of the cracked joint (Pa).
     residual_friction : float or None
-        tan(phi) (1) once cracked; None keeps the friction.
+        tan(phi) (1) of the cracked joint; None: as the friction.
     brittle_shear : bool
-        If True the first slip, too, leaves only the residual values. False is the paper's Eq. 4 as printed:
-        slip leaves cohesion and tensile strength as they are.
+        Whether the first slip also leaves only the residual values. False is the paper's Eq. 4 as printed: slip does
+        not change cohesion and tensile strength.
     fracture_energy : float or None
         G_f (N/m, the same as J/m2): the work of opening a crack of unit area, mode I. Tension then falls linearly with
-        the opening, from f_t to nothing at 2 G_f / f_t, and cohesion and friction fall to their residual values with
-        it. None, or so little that the elastic joint holds more: the bond breaks at once, as the paper has it.
-        Clay brick and mortar: 5 to 20 N/m (van der Pluijm 1999, assumed).
+        the opening, from f_t to 0 at 2 G_f / f_t, and cohesion and friction fall with it to their residual values.
+        None, or less than the elastic energy of the joint: the bond breaks at once, as in the paper. Clay brick and
+        mortar: 5 to 20 N/m (van der Pluijm 1999, assumed).
     softening : "linear" or "exponential"
-        How tension and bond fall with the opening. Exponential: first fast and then slowly, to nothing at about
-        5.1 G_f / f_t. Both take the same fracture energies.
+        Decrease of tension and bond with the opening. Exponential: first fast and then slowly, to 0 at about
+        5.1 G_f / f_t. Both have the same fracture energies.
     shear_fracture_energy : float or None
-        G_f (N/m), mode II: what sliding an unopened joint takes to wear off its bond, on top of what the residual
-        values take. Cohesion, friction and tension fall linearly with the slip, to the residual values at 2 G_f /
-        (cohesion - residual_cohesion). Slip and opening use up one and the same bond. Only together with
-        fracture_energy, without dilation and brittle_shear. So little that the elastic joint holds more: the first slip
-        breaks the bond. None: slip leaves the bond as it is. Clay brick and mortar: 10 to 250 N/m (van der Pluijm 1999,
-        assumed).
+        G_f (N/m), mode II: the work of slip that wears off the bond of an unopened joint, in addition to the work
+        against the residual values. Cohesion, friction and tension fall linearly with the slip, to the residual values
+        at 2 G_f / (cohesion - residual_cohesion). Slip and opening wear off the same bond. Only with fracture_energy,
+        without dilation and brittle_shear. Less than the elastic energy of the joint: the first slip breaks the bond.
+        None: slip does not change the bond. Clay brick and mortar: 10 to 250 N/m (van der Pluijm 1999, assumed).
     compressive_strength : float or None
-        f_c (Pa), the cap. The joint carries no more pressure, sigma >= -f_c, and closes for good beyond (it crushes).
-        Near it the joint carries less shear, |tau| <= sqrt((f_c^2 - sigma^2) / C_ss), where that is less than Coulomb's
-        limit. This is the ellipse of Lourenco and Rots (1997), without its hardening and softening; slip on it does not
-        close the joint. None: no cap. It goes without dilation.
+        f_c (Pa), the cap. The pressure is limited, sigma >= -f_c, with permanent closing (crushing). Near the cap the
+        shear is limited to |tau| <= sqrt((f_c^2 - sigma^2) / C_ss), where this is below Coulomb's limit. This is the
+        ellipse of Lourenco and Rots (1997), without its hardening and softening; slip on it does not close the joint.
+        None: no cap. Only without dilation.
     cap_shear : float
-        C_ss (1), how much shear counts in the cap; 9 as Lourenco and Rots have it.
+        C_ss (1), weight of shear in the cap; 9 in Lourenco and Rots.
     strength_factor : float
-        Factor on tensile strength and cohesion and what is left of them (1), on top of values that vary from joint to
-        joint. Sampled without a field it is the batch: the strength of all joints of one wall.
+        Factor on tensile strength, cohesion and their residual values (1), also where they vary from joint to joint.
+        Sampled without a field it is the batch: the strength of all joints of one wall.
 
     Examples
     --------
@@ -188,7 +186,7 @@ class Joint:
 
 @described
 class HeadJointFactors:
-    """Values of head joints over those of beds (``[head_joint.factor]``), also where these vary from joint to joint.
+    """Ratios of head joints to beds (``[head_joint.factor]``), also for values that vary from joint to joint.
 
     Attributes
     ----------
@@ -281,18 +279,18 @@ class HeadJoint:
 class Dpc:
     """Damp-proof course (``[dpc]``): the bed joint on top of the given number of courses.
 
-    It carries no tension. Stiffness and the friction law are those of the joints unless given here; so is their cap.
+    It carries no tension. Stiffness and cap are as in ``[joint]`` unless given here.
 
     Attributes
     ----------
     course : int
-        The dpc lies on top of that many courses (1 or more, fewer than the wall has).
+        Number of courses below the dpc (1 or more, fewer than the wall has).
     friction : float
         tan(phi) (1), 0.5 in the paper.
     cohesion : float
         C (Pa), 0 in the paper.
     normal_stiffness, shear_stiffness : float or None
-        k_n and k_s (Pa/m); None takes the joint's.
+        k_n and k_s (Pa/m); None: as the joints.
 
     Examples
     --------
@@ -313,9 +311,9 @@ class Dpc:
 class Footing:
     """Footing beam under the wall (``[footing]``), the paper's 300 x 300 mm concrete by default.
 
-    A prescribed movement shape moves the underside of the wall as given, so these values then only describe
-    the footing. On jacks or on a mound it is a beam that finds its own form. The beam is a chain of rigid segments,
-    one below each brick of the first course. The sections between them bend and shear.
+    A prescribed movement moves the underside of the wall directly, whatever these values. On jacks or on a mound the
+    footing is a beam that bends freely: a chain of rigid segments, one below each brick of the first course. The
+    sections between them bend and shear.
 
     Attributes
     ----------
@@ -332,7 +330,7 @@ class Footing:
     joint : Joint or None
         Bed between footing and first course (``[footing.joint]``). None: the wall's mortar.
     concrete : ReinforcedConcrete or None
-        What the beam is made of (``[footing.concrete]``) if it cracks. None: it is elastic with ``elastic_modulus``.
+        Reinforced concrete that cracks (``[footing.concrete]``). None: elastic with ``elastic_modulus``.
 
     Examples
     --------
@@ -373,7 +371,7 @@ class Loads:
     Attributes
     ----------
     roof : float
-        Vertical load (N) in all, downwards, spread evenly along the top of the wall.
+        Total vertical load (N), downwards, uniform along the top of the wall.
 
     Examples
     --------

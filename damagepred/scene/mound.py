@@ -1,4 +1,4 @@
-"""How the ground's surface would move if no house stood on it: swelling soil, trees, leaks and tunnels."""
+"""Free-field movement of the ground's surface: swelling soil, trees, leaks and tunnels."""
 
 from __future__ import annotations
 
@@ -21,63 +21,64 @@ LOCAL = {
     "tunnel": "ground movement over the tunnel",
     "table": "largest ground movement",
 }
-"""Shapes whose ground goes down or up in one place, with the name of their ``surface_movement``."""
+"""Shapes with a local movement of the ground, with the name of their ``surface_movement``."""
 
 
 @described
 class Mound:
     """Free-field movement of the ground (``[mound]``), read with ``[movement] shape = "mound"``.
 
-    ``walsh`` and ``mitchell`` are the mounds of reactive clay, whose middle stays. In doming the edges shrink and go
-    down by y_m, in dishing they swell and go up by y_m. With the other shapes the ground goes down in one place
-    (``movement.kind = "settle"``) or up (``"heave"``); of older files "dishing" is read as down and "doming" as up.
+    ``walsh`` and ``mitchell`` are the mounds of reactive clay, with a fixed middle. In doming the edges shrink and go
+    down by y_m, in dishing they swell and go up by y_m. With the other shapes the ground settles locally
+    (``movement.kind = "settle"``) or heaves (``"heave"``); older files have "dishing" for settle and "doming" for
+    heave.
 
-    The movement runs through the mounds of growing ``surface_movement``: each state on the way is the mound of its own
-    movement, and what joints have been through is kept. The edge distance of walsh follows the movement reached so
-    far; all other forms, ``table`` included, keep their fractions.
+    The movement runs through the mounds of increasing ``surface_movement``: each state is the mound of its own
+    movement, with the history of the joints. The edge distance of walsh follows the present movement; all other
+    forms, ``table`` included, keep their fractions.
 
     Attributes
     ----------
     shape : {"walsh", "mitchell", "tree", "pipe", "tunnel", "table"}
         ``walsh``: flat, with a parabola over the edge distance. ``mitchell``: a power of the distance from the middle.
-        ``tree``: largest at the tree, nothing at its reach. ``pipe``: a bell over a wet patch. ``tunnel``: Gaussian
-        trough across a tunnel. ``table``: as given.
+        ``tree``: largest at the tree, 0 at its reach. ``pipe``: a bell over a wet patch. ``tunnel``: Gaussian trough
+        across a tunnel. ``table``: as given.
     surface_movement : float
         For walsh and mitchell the characteristic surface movement y_s of the site (m), otherwise the largest movement.
     movement_ratio : float or None
         y_m / y_s (1), for walsh and mitchell. None: 0.7 in doming and 0.5 in dishing (AS 2870-2011).
     suction_depth : float
-        H_s (m), depth to which the soil's moisture changes: 1.5 m in wet climates to 4 m and more in dry ones
+        H_s (m), depth of changes in moisture: 1.5 m in wet climates to 4 m and more in dry ones
         (``data/ground/site_classes.toml``).
     embedment : float
         D_e (m), depth of the footing's edge below the ground, for mitchell.
     edge_distance : float or None
-        e (m) of walsh. None: by the formulas below. It never exceeds half the wall's length.
+        e (m) of walsh, at most half the wall's length. None: by the formulas below.
     doming_suction_divisor, doming_movement_divisor : float
         e = H_s / 8 + y_m / 36 in doming, with e and H_s in m and y_m in mm.
     dishing_length_share, dishing_edge_base, dishing_movement_divisor : float
-        e = 0.2 L in dishing, but not more than 0.6 m + y_m / 25, with y_m in mm.
+        e = 0.2 L in dishing, at most 0.6 m + y_m / 25, with y_m in mm.
     exponent : float or None
-        Of mitchell (None: 1.5 L / (H_s - D_e)) and of tree (None: 2).
+        Exponent of mitchell (None: 1.5 L / (H_s - D_e)) and of tree (None: 2).
     exponent_factor : float
-        The 1.5 in it.
+        Factor 1.5 of this exponent.
     position : float or None
-        Of tree, middle of the wet patch, or axis of the tunnel, along the wall from its left end (m); it may lie
-        outside the wall. None: the left end for the tree, the middle otherwise.
+        Tree, middle of the wet patch, or axis of the tunnel, along the wall from its left end (m), also outside the
+        wall. None: the left end for the tree, otherwise the middle.
     reach : float or None
-        Distance (m) at which a tree moves nothing any more; None: the wall's length. Half width of the wet patch; None:
-        half the wall's length. Distance i of the trough's inflection point from the tunnel's axis; None: trough_width
-        times the tunnel's depth.
+        Distance (m) from a tree to its last movement; None: the wall's length. Half width of the wet patch; None: half
+        the wall's length. Distance i of the trough's inflection point from the tunnel's axis; None: trough_width times
+        the tunnel's depth.
     tunnel_depth : float or None
-        z_0 of the tunnel's axis below the footing (m); with it the ground moves along the wall, too.
+        z_0 of the tunnel's axis below the footing (m); with it the ground also moves along the wall.
     trough_width : float
         K = i / z_0 of a tunnel (1): 0.5 in clay (O'Reilly and New 1982).
     table : sequence of (position, fraction)
         For ``shape = "table"``: position along the wall from 0 to 1, and the movement there as a fraction of
-        ``surface_movement``; a monotone cubic (PCHIP) between. In a scene file it may be the name of a file as of
+        ``surface_movement``; a monotone cubic (PCHIP) between. In a scene file it may be the name of a file, as in
         ``movement.table``; movements with a unit (up positive) have sign and size.
     table_ends : {"refuse", "cut", "level", "extend"}
-        As of ``[movement]``.
+        See ``[movement] table_ends``.
 
     Examples
     --------
@@ -131,42 +132,42 @@ class Mound:
         return self
 
     def largest(self, kind: Kind) -> float:
-        """Return the largest movement of the free surface (m): y_m for walsh and mitchell."""
+        """Largest movement of the free surface (m): y_m for walsh and mitchell."""
         if self.shape in LOCAL:
             return self.surface_movement
-        usual = 0.7 if kind == "doming" else 0.5
-        return (usual if self.movement_ratio is None else self.movement_ratio) * self.surface_movement
+        default = 0.7 if kind == "doming" else 0.5
+        return (default if self.movement_ratio is None else self.movement_ratio) * self.surface_movement
 
     def read_keys(self, movement: Movement) -> set[str]:
-        """Return the keys that the shape reads."""
-        found = {"shape", "surface_movement"}
+        """Keys that the shape reads."""
+        keys = {"shape", "surface_movement"}
         if self.shape == "walsh":
             doming = {"suction_depth", "doming_suction_divisor", "doming_movement_divisor"}
             dishing = {"dishing_length_share", "dishing_edge_base", "dishing_movement_divisor"}
-            own = doming | dishing if movement.reverses else doming if movement.kind == "doming" else dishing
-            return found | {"movement_ratio", "edge_distance"} | (own if self.edge_distance is None else set())
+            more = doming | dishing if movement.reverses else doming if movement.kind == "doming" else dishing
+            return keys | {"movement_ratio", "edge_distance"} | (more if self.edge_distance is None else set())
         if self.shape == "mitchell":
             of_depth = {"suction_depth", "embedment", "exponent_factor"} if self.exponent is None else set()
-            return found | {"movement_ratio", "exponent"} | of_depth
+            return keys | {"movement_ratio", "exponent"} | of_depth
         if self.shape == "table":
-            return found | {"table"}
+            return keys | {"table"}
         of_tunnel = {"tunnel_depth"} if self.reach else {"tunnel_depth", "trough_width"}
-        own = {"tree": {"exponent"}, "tunnel": of_tunnel}.get(self.shape, set())
-        return found | {"position", "reach"} | own
+        more = {"tree": {"exponent"}, "tunnel": of_tunnel}.get(self.shape, set())
+        return keys | {"position", "reach"} | more
 
     def at(self, load_factor: float) -> Mound:
-        """Return the mound of a part of the surface movement: a site whose movement grows passes through these."""
+        """Mound at a part of the surface movement: a growing movement passes through these."""
         return replace(self, surface_movement=load_factor * self.surface_movement)
 
     def proportional(self, length: float, kind: Kind) -> bool:
-        """Whether the mounds of smaller surface movements have the same form under a wall of ``length`` (m).
+        """Whether the mounds of smaller surface movements have the same form under a wall.
 
-        A Walsh mound has not, as its edge distance grows with the movement until something else limits it.
+        The edge distance of a Walsh mound grows with the movement up to a limit.
 
         Parameters
         ----------
         length : float
-            Of the wall (m).
+            Length of the wall (m).
         kind : Kind
             Dishing or doming.
         """
@@ -182,16 +183,11 @@ class Mound:
         length : float
             Length of the wall (m).
         kind : {"dishing", "doming", "settle", "heave"}
-            Which way the ground moves.
-
-        Returns
-        -------
-        array of float
-            Same shape.
+            Kind of movement.
         """
         x = np.asarray(x, dtype=np.float64)
         size = self.largest(kind) if kind in UP else -self.largest(kind)
-        if size == 0.0:  # a Walsh mound may have no edge then
+        if size == 0.0:  # the edge of a Walsh mound may be 0
             return np.zeros_like(x)
         if self.shape == "walsh":
             return -size * walsh(x, length, self.edge(length, kind))
@@ -216,17 +212,12 @@ class Mound:
         length : float
             Length of the wall (m).
         kind : {"dishing", "doming", "settle", "heave"}
-            Which way the ground moves.
-
-        Returns
-        -------
-        array of float
-            Same shape; 0 but for a tunnel of known depth, towards whose axis settling ground moves.
+            Kind of movement.
 
         Notes
         -----
-        u = v (x - x_axis) / z_0, with v the vertical displacement, upwards: every point moves towards the tunnel's axis
-        (O'Reilly and New 1982; Attewell and Woodman 1982).
+        0 except for a tunnel of known depth: u = v (x - x_axis) / z_0, with v the vertical displacement, upwards. Every
+        point moves towards the tunnel's axis (O'Reilly and New 1982; Attewell and Woodman 1982).
         """
         x = np.asarray(x, dtype=np.float64)
         if self.shape != "tunnel" or self.tunnel_depth is None:
@@ -234,19 +225,19 @@ class Mound:
         return self.profile(x, length, kind) * (x - self.axis(length)) / self.tunnel_depth
 
     def edge(self, length: float, kind: Kind) -> float:
-        """Return the edge distance e (m) of the Walsh mound under a wall of ``length`` (m).
+        """Edge distance e (m) of the Walsh mound under a wall.
 
         Parameters
         ----------
         length : float
-            Of the wall (m).
+            Length of the wall (m).
         kind : Kind
             Dishing or doming.
 
         Notes
         -----
-        AS 2870-2011, Appendix F. The manual of a design program (CORD of FMG Engineering) says on what e depends: y_m
-        and H_s in doming, y_m in dishing, and the units (secondary). The numbers in the formulas are assumed.
+        AS 2870-2011, Appendix F. By the manual of a design program (CORD of FMG Engineering), e depends on y_m and H_s
+        in doming, and on y_m in dishing; it has the units (secondary). The numbers in the formulas are assumed.
         """
         if self.edge_distance is not None:
             return min(self.edge_distance, length / 2.0)
@@ -259,25 +250,22 @@ class Mound:
         return min(edge, length / 2.0)
 
     def mound_exponent(self, length: float) -> float:
-        """Return the exponent m of the Mitchell mound under a wall of ``length`` (m).
+        """Exponent m of the Mitchell mound under a wall of ``length`` (m): 1.5 L / (H_s - D_e), AS 2870-2011 (assumed).
 
-        Notes
-        -----
-        1.5 L / (H_s - D_e), AS 2870-2011 (assumed). Below 1, for short walls on deep clay, the mound has a cusp
-        in the middle.
+        Below 1, for short walls on deep clay, the mound has a cusp in the middle.
         """
         if self.exponent is not None:
             return self.exponent
         return self.exponent_factor * length / (self.suction_depth - self.embedment)
 
     def axis(self, length: float) -> float:
-        """Return where tree, wet patch or tunnel lie along a wall of ``length`` (m from the left end)."""
+        """Position of tree, wet patch or tunnel along a wall of ``length`` (m from the left end)."""
         if self.position is not None:
             return self.position
         return 0.0 if self.shape == "tree" else length / 2.0
 
     def extent(self, length: float) -> float:
-        """Return how far tree or wet patch reach, or the inflection distance of the trough (m)."""
+        """Reach of tree or wet patch, or inflection distance of the trough (m)."""
         if self.reach is not None:
             return self.reach
         if self.shape == "tunnel" and self.tunnel_depth is not None:
@@ -288,10 +276,8 @@ class Mound:
 def walsh(x: FloatArray, length: float, edge: float) -> FloatArray:
     """Walsh mound: 0 in the middle, a parabola over the edge distance, 1 at both ends.
 
-    The method is that of Walsh (1978), Walsh and Walsh (1986) and AS 2870; its history is told by Payne and Cameron
-    (2014), Australian Journal of Structural Engineering 15(2). The form is assumed.
-
-    (d / e)^2 with d the distance into the edge strip, level where it begins.
+    Method of Walsh (1978), Walsh and Walsh (1986) and AS 2870; for its history see Payne and Cameron (2014), Australian
+    Journal of Structural Engineering 15(2). The form (d / e)^2, with d the distance into the edge strip, is assumed.
     """
     into = np.maximum(np.abs(x - length / 2.0) - (length / 2.0 - edge), 0.0)
     return (into / edge) ** 2
@@ -307,7 +293,7 @@ def mitchell(x: FloatArray, length: float, exponent: float) -> FloatArray:
 
 
 def tree(away: FloatArray, reach: float, exponent: float = 2.0) -> FloatArray:
-    """Drying by a tree: 1 at the tree, (1 - d / reach)^2 at a distance d, nothing from its reach on.
+    """Drying by a tree: 1 at the tree, (1 - d / reach)^2 at a distance d, 0 beyond its reach.
 
     The form is this project's choice. The reach is about the tree's height, more for rows and groups of trees (AS
     2870-2011, Appendix H; Cameron and Beal 2011, Australian Geomechanics 46(3); the figure is assumed).

@@ -1,4 +1,4 @@
-"""Movement of the footing: its shape, its size and the increments in which it grows."""
+"""Movement of the footing: shape, size and increments."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ Kind = Annotated[Literal["dishing", "doming", "settle", "heave"], BeforeValidato
 UP = ("doming", "heave")
 
 LEAST_IN_MIDDLE = 0.05
-"""Least departure of the middle from the line through the ends, over the largest departure of a shape."""
+"""Least deviation of the middle from the line through the ends, over the largest deviation of a shape."""
 
 
 @described
 class Stage:
-    """Stage of a movement history (``[[movement.stage]]``): from where the last one ended, in equal increments.
+    """Stage of a movement history (``[[movement.stage]]``): from the end of the last one, in equal increments.
 
     Attributes
     ----------
     kind : {"dishing", "doming", "settle", "heave"}
-        Side to which the centre lies off the line through the ends when the stage ends. Where ``movement.kind`` is
+        Side of the centre, relative to the line through the ends, at the end of the stage. Where ``movement.kind`` is
         settle or heave: whether the ground is then below or above its level.
     central_deflection : float or None
-        Deflection of the centre when the stage ends (m), not negative; 0 is level ground. Not for mounds.
+        Deflection of the centre at the end of the stage (m), not negative; 0 is level ground. Not for mounds.
     surface_movement : float or None
-        For mounds, in its place: the surface movement when the stage ends (m).
+        For mounds instead: the surface movement at the end of the stage (m).
     load_factor : float or None
-        For laboratory tests, in its place: what ``[loading]`` controls when the stage ends, over the value there (1).
-        Below 0 loads and displacement have turned round.
+        For laboratory tests instead: controlled quantity of ``[loading]`` at the end of the stage, over its value there
+        (1). Below 0 loads and displacement are reversed.
     increments : int
         Number of equal increments.
     time : float or None
-        When the stage ends (years). All stages have a time, or none.
+        End of the stage (years). All stages have a time, or no stage.
     strain : float or None
-        Strain of the bricks when the stage ends, that of ``[strain]`` left aside (1). None: as when the last one ended.
+        Strain of the bricks at the end of the stage, without ``[strain]`` (1). None: as at its start.
 
     Examples
     --------
@@ -67,28 +67,17 @@ class Stage:
 
     @property
     def size(self) -> float:
-        """Deflection, surface movement (m) or load factor (1) when the stage ends."""
+        """Deflection, surface movement (m) or load factor (1) at the end of the stage."""
         return self.surface_movement or self.central_deflection or self.load_factor or 0.0
 
 
 class History(NamedTuple):
-    """Increments of a movement history, from the dead load on.
+    """Increments of a movement history, from the dead load on."""
 
-    Attributes
-    ----------
-    load_factors : array (increments + 1,)
-        From 0; below 0 where the ground moves the other way.
-    stage : array of int (increments + 1,)
-        Number of the stage, from 1; 0 for the dead load.
-    time : array (increments + 1,) or None
-        Years since the dead load.
-    strain : array (increments + 1,) or None
-        Strain of the bricks (1): that of the stages, in a model with that of ``[strain]``.
-    """
-
-    load_factors: FloatArray
-    stage: IntArray
-    time: FloatArray | None
+    load_factors: FloatArray  # (increments + 1,): from 0; below 0 where the ground moves the other way
+    stage: IntArray  # (increments + 1,): number of the stage, from 1; 0 for the dead load
+    time: FloatArray | None  # (increments + 1,): years since the dead load
+    # (increments + 1,): strain of the bricks (1) by the stages, in a model also by ``[strain]``
     strain: FloatArray | None = None
 
 
@@ -102,39 +91,38 @@ class Movement:
         Dishing (sagging): the centre goes down relative to the ends; doming (hogging): it goes up. At a tree, a pipe, a
         tunnel and a table of ``[mound]``: the ground goes down (settle) or up (heave).
     central_deflection : float
-        Final deflection of the centre relative to the ends (m), not negative; 0 leaves self weight alone. Not read
-        on a mound, nor on jacks whose load is controlled; 0 in a test under loads.
+        Final deflection of the centre relative to the ends (m), not negative; 0 for self weight alone. Not read on a
+        mound, nor on jacks under load control; 0 in a test under loads.
     increments : int
         Number of equal increments.
     shape : {"three_loads", "parabola", "arc", "table", "jacks", "mound", "loads"}
         Form of the footing. ``three_loads``: elastic beam under equal loads at the quarter points.
-        ``parabola``: uniform small curvature. ``arc``: circle through ends and centre, flatter on the way; under a
-        deformable footing the final circle scaled, a difference of (deflection / length)^2. ``table``: as given.
-        With the others the footing is a beam that finds its own form. ``jacks``: on the supports and jacks of
-        ``[rig]``. ``mound``: on the ``[soil]``, whose surface moves as ``[mound]`` says. ``loads``: the ground stays,
-        and a laboratory test loads the wall as ``[loading]`` says; its increments are those of the test.
+        ``parabola``: uniform small curvature. ``arc``: circle through ends and centre, flatter at smaller deflections;
+        under a deformable footing the final circle is scaled, a difference of (deflection / length)^2. ``table``: as
+        given. With the other shapes the footing is a beam that bends freely. ``jacks``: on the supports and jacks of
+        ``[rig]``. ``mound``: on the ``[soil]``, whose surface moves by ``[mound]``. ``loads``: fixed ground, and a
+        laboratory test with the loads of ``[loading]`` in these increments.
     table : sequence of (position, fraction)
         For ``shape = "table"``: position along the wall from 0 to 1, and deflection there in any unit. They are scaled
-        so that the middle lies 1 off the line through the ends. Ends that settle unequally tilt the wall, too. Between
-        the points a monotone cubic is drawn (PCHIP). In a scene file it may be the name of a CSV or xlsx file. Its
-        columns are position from the wall's left end (m, or the unit in its name) and level (up positive). Levels with
-        a unit, such as ``level (mm)``, have sign and size: ``kind`` and ``central_deflection`` follow from them, and
-        must not contradict them. Without a unit they are a form, and both must be given.
+        to a deviation of 1 of the middle from the line through the ends. Unequal ends also tilt the wall. A monotone
+        cubic (PCHIP) runs between the points. In a scene file it may be the name of a CSV or xlsx file. Its columns are
+        position from the wall's left end (m, or the unit in its name) and level (up positive). Levels with a unit, such
+        as ``level (mm)``, have sign and size: ``kind`` and ``central_deflection`` follow from them, and must not
+        contradict them. Without a unit they are a form, and both must be given.
     table_ends : {"refuse", "cut", "level", "extend"}
-        Of a file that does not end where the wall ends. ``cut``: what lies beyond the wall is cut off. The others also
-        continue what ends before the wall: at its last level, or in a straight line through its last two points.
+        Treatment of a file that does not end at the ends of the wall. ``cut``: points beyond the wall are cut off. The
+        others also continue a short profile: at its last level, or in a straight line through its last two points.
     stage : sequence of Stage
-        A movement history, from level ground through the deflections of the stages, there and back. Then
+        Movement history, from level ground through the deflections of the stages, in both directions. Then
         ``increments`` is not read, and ``central_deflection`` is the largest deflection of all stages; on a mound
-        the largest surface movement is that of ``[mound]``. A study that samples that value scales the whole history
-        with it. Jacks are controlled by deflection, and push one way.
+        ``[mound]`` has the largest surface movement. A study that samples this value scales the whole history. Jacks
+        are controlled by deflection, and push in one direction.
     history : str or None
-        In a scene file, in place of stages: name of a CSV or xlsx file, each line the end of a stage. Its columns are
-        time (years) and movement (m), or in the unit of the column's name, and, if wanted, increments and strain (of
+        In a scene file, instead of stages: name of a CSV or xlsx file, each line the end of a stage. Its columns are
+        time (years) and movement (m), or in the unit of the column's name, and optionally increments and strain (of
         the bricks). Doming is positive; on a mound it is the surface movement.
     seasons : Seasons or None
-        A history of some years, made of a trend, seasons and steps. The stages, and the largest movement, follow
-        from it.
+        History of some years, of a trend, seasons and steps. It determines the stages and the largest movement.
 
     Examples
     --------
@@ -209,32 +197,21 @@ class Movement:
         return max((abs(s.size) for s in self.stage), default=0.0)
 
     def with_seed(self, *entropy: int) -> Movement:
-        """Return the same movement with another seed of its seasons, which follows from whole numbers.
-
-        Parameters
-        ----------
-        *entropy : int
-            Such as the seed of a study and the number of a sample.
-        """
+        """Same movement with another seed of its seasons, from whole numbers such as a study's seed and a sample."""
         if self.seasons is None:
             return self
         seed = int(np.random.SeedSequence([self.seasons.seed, *entropy]).generate_state(1)[0])
         return replace(self, seasons=replace(self.seasons, seed=seed))
 
     def require_largest(self, name: str, full: float) -> None:
-        """Check that the full movement is the largest of the stages.
+        """Check that the full movement is the largest of the stages (ValueError).
 
         Parameters
         ----------
         name : str
-            Its key, for the message.
+            Key of the full movement, for the message.
         full : float
             Full movement (m).
-
-        Raises
-        ------
-        ValueError
-            If it is not.
         """
         if full != self.largest:
             raise ValueError(
@@ -264,14 +241,14 @@ class Movement:
 
     @classmethod
     def from_function(cls, profile: Callable[[FloatArray], ArrayLike], points: int = 41, **settings: Any) -> Movement:
-        """Return a movement whose shape is that of a function.
+        """Movement with the shape of a function.
 
         Parameters
         ----------
         profile : callable
             Positions from 0 to 1, an array -> deflections there, in any unit.
         points : int
-            Number of equally spaced positions at which it is taken.
+            Number of equally spaced points of the table.
         **settings
             Other values of the movement, such as ``central_deflection``.
 
@@ -292,13 +269,13 @@ class Movement:
 
     @property
     def _off_chord(self) -> float:
-        """Deflection of the middle less that of the line through the ends, as the table has it."""
+        """Deviation of the middle from the line through the ends, in the unit of the table."""
         ends = 0.5 * (self.table[0][1] + self.table[-1][1])
         return float(through_points(self.table, np.array([0.5]))[0]) - ends
 
     @property
     def prescribed(self) -> bool:
-        """Whether the underside of the wall or footing follows a given form, as it does not on jacks or a mound."""
+        """Whether the underside of the wall or footing follows a given form; False on jacks and mounds."""
         return self.shape not in ("jacks", "mound")
 
     @property
@@ -308,7 +285,7 @@ class Movement:
 
     @property
     def local(self) -> bool:
-        """Whether the ground goes down or up in one place, and does not bend a site."""
+        """Whether the ground settles or heaves locally."""
         return self.kind in ("settle", "heave")
 
     @property
@@ -318,7 +295,7 @@ class Movement:
         return pairs[self.kind]
 
     def increments_of_history(self) -> History | None:
-        """Return the increments of the stages; None without stages."""
+        """Increments of the stages; None without stages."""
         if not self.stage:
             return None
         full = self.largest or 1.0
@@ -342,7 +319,7 @@ class Movement:
 
     @property
     def reverses(self) -> bool:
-        """Whether a history goes beyond level ground, to the other side than ``kind``."""
+        """Whether a history goes beyond level ground, to the side opposite to ``kind``."""
         return any(s.kind != self.kind and s.size != 0.0 for s in self.stage)
 
     @property
@@ -352,7 +329,7 @@ class Movement:
 
     @property
     def proportional(self) -> bool:
-        """Whether smaller movements have the same form; flatter arcs have not quite, by (deflection / length)^2."""
+        """Whether smaller movements have the same form; arcs differ by (deflection / length)^2."""
         return self.shape != "arc"
 
     def profile(self, position: FloatArray, length: float, load_factor: float = 1.0) -> FloatArray:
@@ -365,18 +342,18 @@ class Movement:
         length : float
             Length of the wall (m).
         load_factor : float
-            Deflection reached over ``central_deflection``.
+            Present deflection over ``central_deflection``.
 
         Returns
         -------
         array of float
-            Same shape. The middle lies +/- ``load_factor`` times ``central_deflection`` off the line through the ends;
-            these stay where they are unless a table has them settle.
+            Same shape. The middle deviates by +/- ``load_factor`` times ``central_deflection`` from the line through
+            the ends; the ends are fixed except in a table.
 
         Raises
         ------
         InputError
-            If the footing finds its own form.
+            If the footing bends freely.
         """
         if not self.prescribed:
             raise InputError(

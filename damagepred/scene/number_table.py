@@ -1,4 +1,4 @@
-"""Strict reader of the tables of numbers that a user brings: CSV files and xlsx workbooks."""
+"""Strict reader of number tables: CSV files and xlsx workbooks."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces", "": "columns"}
-"""Marks between cells and their names, in the order in which they are looked for; none in a workbook."""
+"""Separators of cells and their names, in the order of the search; none in a workbook."""
 
 _DECIMALS = {".": r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", ",": r"[-+]?(?:\d+,?\d*|,\d+)(?:[eE][-+]?\d+)?"}
 _THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:[.,'’\s]\d{3})+(?:[.,]\d*)?")
@@ -29,38 +29,26 @@ _HEADER = re.compile(r"(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\[\]()]*?)\s*[\])](?P<
 
 @dataclass(frozen=True)
 class NumberTable:
-    """Cells of a table, as text, with the names and units of its header.
+    """Cells of a table, as text, with the names and units of its header."""
 
-    Attributes
-    ----------
-    path : Path
-        The file, for messages.
-    headers, names, units : list of str
-        Per column: header, its name and the unit in brackets behind it; empty where there is none.
-    cells : pandas.DataFrame
-        Text of the rows; the index has the line in the file, the columns count from 0.
-    separator, decimal : str
-        Between cells, and in numbers.
-    """
-
-    path: Path
-    headers: list[str]
+    path: Path  # for messages
+    headers: list[str]  # per column; the unit in brackets behind the name; empty if absent
     names: list[str]
     units: list[str]
-    cells: pd.DataFrame
-    separator: str
+    cells: pd.DataFrame  # text of the rows; the index is the line in the file, the columns count from 0
+    separator: str  # of cells, and of decimals
     decimal: str
 
     def find(self, name: str) -> int | None:
-        """Column of a name, written with or without its unit; None if there is none."""
-        places = [k for k, header in enumerate(self.headers) if header == name]
-        places = places or [k for k, own in enumerate(self.names) if own == name]
-        if len(places) > 1:
+        """Column of a name, with or without its unit, or None."""
+        columns = [k for k, header in enumerate(self.headers) if header == name]
+        columns = columns or [k for k, column_name in enumerate(self.names) if column_name == name]
+        if len(columns) > 1:
             raise InputError(f"{self.path}: a column is named twice: {name}; give its whole header.")
-        return places[0] if places else None
+        return columns[0] if columns else None
 
     def unit(self, column: int, unit: str) -> str:
-        """Written unit of a column: in brackets, or at the end of its name (level_mm) if it fits the SI ``unit``."""
+        """Unit of a column: in brackets, or at the end of its name (level_mm) if it fits the SI ``unit``."""
         tail = re.split(r"[\s_,/]+", self.headers[column])[-1] if unit != "1" else ""
         if tail == "g" and unit == "m/s**2":
             return tail
@@ -85,12 +73,12 @@ class NumberTable:
                     continue
                 except ValueError as error:
                     reason = str(error)
-            name, own = self.names[column] or f"column {column + 1}", "; a unit goes to the column's name"
-            raise InputError(f"{self.path}, line {line}, {name} = {cell!r}: {reason or f'is no plain number{own}'}.")
+            name, advice = self.names[column] or f"column {column + 1}", "; a unit goes to the column's name"
+            raise InputError(f"{self.path}, line {line}, {name} = {cell!r}: {reason or f'is no plain number{advice}'}.")
         return values
 
     def _reason(self, cell: str) -> str:
-        """Why a cell is no number; empty if it may have a unit."""
+        """Reason why a cell is no number; empty if it may have a unit."""
         if not cell:
             return "is empty; give a number"
         if _THOUSANDS.fullmatch(cell):
@@ -119,22 +107,10 @@ class NumberTable:
 
 
 def read_number_table(path: str | Path, columns: int | None = None, header: bool = True) -> NumberTable:
-    """Read a table strictly.
+    """Table of a CSV file in UTF-8 (commas, semicolons, tabs or spaces) or of an xlsx workbook with one sheet.
 
-    Parameters
-    ----------
-    path : str or Path
-        CSV file in UTF-8, separated by commas, semicolons, tabs or spaces, or an xlsx workbook of one sheet. Lines that
-        begin with # are comments. Decimal commas need semicolons or tabs.
-    columns : int, optional
-        Number that is due.
-    header : bool
-        Whether the first line must name the columns; False: it may.
-
-    Raises
-    ------
-    InputError
-        If the file, its header or a row is not acceptable; the message names the line.
+    Lines that begin with # are comments; decimal commas need semicolons or tabs. ``columns`` is the required number
+    of columns; without ``header`` the first line may omit names. Errors name the line.
     """
     import pandas as pd
 
@@ -147,7 +123,7 @@ def read_number_table(path: str | Path, columns: int | None = None, header: bool
         if len(cells) != width:
             due = f"the {'header' if header else 'first line'} {width}.{_hint(separator, cells, width)}"
             raise InputError(f"{path}, line {line}: has {len(cells)} cells, {due}")
-    while width > 1 and not any(cells[width - 1] for _, cells in rows):  # as spreadsheets leave them
+    while width > 1 and not any(cells[width - 1] for _, cells in rows):  # spreadsheets leave empty columns
         width -= 1
     if columns is not None and width != columns:
         raise InputError(f"{path}: has {width} columns, and {columns} are due.{_hint(separator, rows[0][1], columns)}")
@@ -161,13 +137,13 @@ def read_number_table(path: str | Path, columns: int | None = None, header: bool
         headers = [""] * width
     if twice := sorted({cell for cell in headers if cell and headers.count(cell) > 1}):
         raise InputError(f"{path}: a column is named twice: {', '.join(twice)}.")
-    parts = [_HEADER.fullmatch(cell) for cell in headers]
-    names = [part["name"] + part["more"].rstrip() if part else cell for part, cell in zip(parts, headers)]
+    matches = [_HEADER.fullmatch(cell) for cell in headers]
+    names = [match["name"] + match["more"].rstrip() if match else cell for match, cell in zip(matches, headers)]
     frame = pd.DataFrame([cells[:width] for _, cells in rows], index=[line for line, _ in rows], dtype=str)
     if frame.empty:
         raise InputError(f"{path}: has no rows of numbers.")
     decimal = _decimal(path, separator, frame)
-    units = [part["unit"] if part else "" for part in parts]
+    units = [match["unit"] if match else "" for match in matches]
     return NumberTable(path, headers, names, units, frame, separator, decimal)
 
 
@@ -189,10 +165,10 @@ def _decimal(path: Path, separator: str, cells: pd.DataFrame) -> str:
 
 
 def _hint(separator: str, cells: list[str], due: int) -> str:
-    said = f" The cells are separated by {SEPARATORS[separator]}: {separator.join(cells)!r}."
+    hint = f" The cells are separated by {SEPARATORS[separator]}: {separator.join(cells)!r}."
     if separator != "," or len(cells) < due:
-        return said
-    return f"{said} A decimal comma or a thousands separator splits a number: separate the cells by semicolons or tabs."
+        return hint
+    return f"{hint} A decimal comma or a thousands separator splits a number: separate the cells by semicolons or tabs."
 
 
 def _rows(path: Path) -> tuple[str, list[tuple[int, list[str]]]]:
@@ -226,8 +202,8 @@ def _separator(lines: list[str]) -> str:
     """Separator of the first line or, if it has none, of the second."""
     for line in lines[:2]:
         bare = re.sub(r'"[^"]*"|\([^)]*\)|\[[^\]]*\]', "", line)
-        if found := [mark for mark in ("\t", ";", ",") if mark in bare]:
-            return found[0]
+        if separators := [mark for mark in ("\t", ";", ",") if mark in bare]:
+            return separators[0]
     number = rf"\s*{_DECIMALS['.']}"
     spaced = re.compile(rf"{number}(\s{number})+")
     return " " if lines[1:] and " " in lines[0] and all(map(spaced.fullmatch, lines[1:])) else ","

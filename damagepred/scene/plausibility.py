@@ -1,4 +1,4 @@
-"""Numbers that are unlikely or impossible in their unit, with the likely meaning."""
+"""Numbers that are unlikely or impossible in their unit, with a suggestion."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _LEAST = {
     "density": (50.0, 200.0, ""),
     "roof": (0.0, 100.0, "kN"),
 }
-"""End of a key: numbers (SI) below which it is impossible and unlikely, and the unit likely meant. 0 is a choice.
+"""End of a key: numbers (SI) below which a value is impossible and unlikely, and the suggested unit. 0 is allowed.
 
-A thousandth of the weakest masonry or softest clay and less is impossible: a mortar of 10 kPa crumbles in the hand, and
-a strip footing sinks by metres into soil of 10 kPa/m.
+A thousandth of the weakest masonry or softest clay is impossible: a mortar of 10 kPa crumbles in the hand, and a strip
+footing sinks by metres into soil of 10 kPa/m.
 """
 
 _MOST = {
@@ -36,56 +36,56 @@ _MOST = {
     "dpc_threshold": (1.0, 0.1),
     "group_distance": (500.0, 50.0),
 }
-"""End of a key, or table and key: numbers (SI) above which it is impossible and unlikely.
+"""End of a key, or table and key: numbers (SI) above which a value is impossible and unlikely.
 
-5 is the tangent of 79 degrees; rough stone reaches about 1.5. Nothing that walls are built of is denser than lead.
+5 is the tangent of 79 degrees; rough stone reaches about 1.5. No building material is denser than lead.
 """
 
 
 def unlikely_values(scene: Scene, means: Mapping[str, float] | None = None) -> list[str]:
-    """Return numbers that are possible but unlikely, each in a sentence with what is likely meant."""
-    found = []
-    for place, value in {**scene.numbers, **(means or {})}.items():
-        least, most = _limits(place, 1)
+    """Possible but unlikely numbers, each in a sentence with a suggestion."""
+    sentences = []
+    for key, value in {**scene.numbers, **(means or {})}.items():
+        least, most = _limits(key, 1)
         if value and not least <= value <= most:
-            found.append(f"{_shown(place, value)}: did you mean {_meant(place, value)}?")
-    return found
+            sentences.append(f"{_shown(key, value)}: did you mean {_meant(key, value)}?")
+    return sentences
 
 
 def require_possible(scene: Scene, means: Mapping[str, float], source: str) -> None:
-    """Refuse numbers of a scene, or means of variables in their place, that no masonry and no soil has."""
-    found = []
-    for place, value in {**scene.numbers, **means}.items():
-        least, most = _limits(place, 0)
+    """Refuse numbers of a scene, or means of variables, that no masonry and no soil has."""
+    sentences = []
+    for key, value in {**scene.numbers, **means}.items():
+        least, most = _limits(key, 0)
         if value and not least <= value <= most:
-            unit = Scene.unit_of(place).replace("**", "").removesuffix("1")
+            unit = Scene.unit_of(key).replace("**", "").removesuffix("1")
             bound = f"0, or at least {least:g}" if value < least else f"at most {most:g}"
-            where = f'[variables."{place}"]: mean of ' if place in means else ""
-            found.append(
-                f"{source}: {where}{_shown(place, value)}: must be {f'{bound} {unit}'.strip()}. "
-                f"Did you mean {_meant(place, value)}?"
+            where = f'[variables."{key}"]: mean of ' if key in means else ""
+            sentences.append(
+                f"{source}: {where}{_shown(key, value)}: must be {f'{bound} {unit}'.strip()}. "
+                f"Did you mean {_meant(key, value)}?"
             )
-    if found:
-        raise InputError("\n".join(found))
+    if sentences:
+        raise InputError("\n".join(sentences))
 
 
-def _limits(place: str, which: int) -> tuple[float, float]:
-    """Least and most of a number: 0 possible, 1 likely."""
-    table, key = place.split(".")[0], place.split(".")[-1]
-    ends = _LEAST if Scene.unit_of(place) != "1" else {}  # a factor on a strength has no unit
+def _limits(path: str, which: int) -> tuple[float, float]:
+    """Least and largest value of a number: 0 possible, 1 likely."""
+    table, key = path.split(".")[0], path.split(".")[-1]
+    ends = _LEAST if Scene.unit_of(path) != "1" else {}  # a factor on a strength has no unit
     least = next((limits[which] for end, limits in ends.items() if key.endswith(end)), -math.inf)
     most = next((limits[which] for end, limits in _MOST.items() if f"{table}.{key}".endswith(end)), math.inf)
     return float(least), most
 
 
-def _shown(place: str, value: float) -> str:
-    unit = Scene.unit_of(place).replace("**", "")
-    return f"{place} = {value:g}" + (f" {unit}" if unit != "1" else "")
+def _shown(key: str, value: float) -> str:
+    unit = Scene.unit_of(key).replace("**", "")
+    return f"{key} = {value:g}" + (f" {unit}" if unit != "1" else "")
 
 
-def _meant(place: str, value: float) -> str:
-    """Likely meaning of an unlikely number."""
-    key = place.split(".")[-1]
+def _meant(path: str, value: float) -> str:
+    """Suggested value for an implausible number."""
+    key = path.split(".")[-1]
     if key == "density":
         factor = 1e3 if value < 10.0 else 1e3 / 9.81 if value < 200.0 else 1 / 9.81
         return f"'{value * factor:.0f} kg/m3'"

@@ -1,4 +1,4 @@
-"""Numbers with units: SI inside; a user's string may carry a unit."""
+"""Numbers with units: SI inside; strings may have a unit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NUMBER_AND_UNIT = re.compile(
 
 @lru_cache(maxsize=1)
 def _registry() -> Any:
-    import pint  # only when a string with a unit is met: it costs a third of a second
+    import pint  # only for strings with a unit: it takes a third of a second
 
     return pint.UnitRegistry()
 
@@ -35,33 +35,23 @@ COMMON = {
     "m/s**2": {"m/s2": 1.0, "mm/s2": 1e-3, "cm/s2": 1e-2},
     "1": {"%": 1e-2},
 }
-"""Units of most files by SI unit, with the factors of pint, which takes half a second to load."""
+"""Frequent units by SI unit, with the factors of pint, which takes half a second to load."""
 
 LARGEST = 1e30
-"""Largest number (SI) that is read: products of two are far from overflow."""
+"""Limit of numbers (SI): products of two are far from overflow."""
 
 
 def to_si(value: Any, unit: str) -> float:
-    """Return ``value`` as a float in SI.
+    """Number in SI: a number is SI, a string may have a unit of the right dimension; otherwise ValueError.
 
-    Parameters
-    ----------
-    value : float or str
-        A number is taken as SI; a string may carry a unit of the right dimension, such as
-        ``"0.453 MPa"``, ``"82 N/mm3"``, ``"8 mm"`` or, where no unit is due, ``"30 %"``.
-    unit : str
-        The SI unit expected, ``"1"`` for a pure number.
-
-    Raises
-    ------
-    ValueError
-        If it is not a number, not finite, or of another dimension.
+    Examples of strings are ``"0.453 MPa"``, ``"82 N/mm3"``, ``"8 mm"`` or, for a pure number (unit ``"1"``), ``"30
+    %"``.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"expected a number{_of(unit)} or a string with a unit")
     try:
         number = _parse(value, unit) if isinstance(value, str) else float(value)
-    except OverflowError:  # a whole number may have any number of digits
+    except OverflowError:  # integers have any number of digits
         number = math.inf
     if not math.isfinite(number):
         raise ValueError("must be a finite number")
@@ -79,14 +69,14 @@ def _parse(text: str, unit: str) -> float:
         return float(text)
     except ValueError:
         pass
-    # the number is read here: pint would take "8,5 mm" for 85 mm, "1e6" for a power of e, and "mm" for 1 mm
+    # pint would read "8,5 mm" as 85 mm, "1e6" as a power of e, and "mm" as 1 mm
     parts = _NUMBER_AND_UNIT.fullmatch(text)
     if parts is None:
         raise ValueError(f"is not a number with a unit; expected something like {_example(unit)}")
     number = float(parts["number"])
     if (factor := COMMON.get(unit, {}).get(parts["unit"].strip())) is not None:
         return number * factor
-    if unit == "m/s**2" and parts["unit"].strip() == "g":  # standard gravity, no gram
+    if unit == "m/s**2" and parts["unit"].strip() == "g":  # standard gravity, not gram
         return number * 9.80665
     import pint
 
@@ -101,7 +91,7 @@ def _parse(text: str, unit: str) -> float:
         raise
     except pint.DimensionalityError as error:
         raise ValueError(f"has the wrong kind of unit; expected one like {_example(unit)}") from error
-    except Exception as error:  # pint raises tokenizer, syntax, attribute and assertion errors alike
+    except Exception as error:  # pint raises tokenizer, syntax, attribute and assertion errors
         raise ValueError(f"is not a number with a unit; expected something like {_example(unit)}") from error
 
 
@@ -124,18 +114,12 @@ def _example(unit: str) -> str:
 
 @dataclass(frozen=True)
 class Quantity:
-    """Marks a field as a number of a given SI unit; use inside ``Annotated[float, Quantity("m")]``.
-
-    Attributes
-    ----------
-    unit : str
-        SI unit as UDUNITS and pint both read it; ``"1"`` for a pure number.
-    """
+    """Mark of a number of a given SI unit ("1" for pure numbers): ``Annotated[float, Quantity("m")]``."""
 
     unit: str
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """Convert to SI before pydantic applies the bounds that stand on the field."""
+        """Convert to SI before pydantic checks the bounds of the field."""
         return core_schema.no_info_before_validator_function(lambda value: to_si(value, self.unit), handler(source))
 
 
@@ -146,7 +130,7 @@ def _whole(value: Any) -> Any:
 
 
 Count = Annotated[int, BeforeValidator(_whole), Field(ge=-(2**63), le=2**63 - 1)]
-# bounds of what is physically possible, and of what equations can be solved with
+# bounds of physical possibility and of solvable equations
 Length = Annotated[float, Quantity("m"), Field(ge=-1e4, le=1e4)]
 Pressure = Annotated[float, Quantity("Pa"), Field(ge=-1e16, le=1e16)]
 Stiffness = Annotated[float, Quantity("Pa/m"), Field(ge=1e-3, le=1e18)]

@@ -1,4 +1,4 @@
-"""Described objects from nested mappings, and complaints that name key, value and remedy."""
+"""Described objects from nested mappings, and errors that name key, value and remedy."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
-    """Make a described object of ``kind`` from nested mappings."""
+    """Described object of a class from nested mappings."""
     if not isinstance(tables, Mapping):
         raise InputError(f"{source} = {shown(tables)}: must be a table with keys.")
     try:
@@ -26,13 +26,13 @@ def build(kind: type[T], tables: Mapping[str, Any], source: str) -> T:
 
 
 def complaint(kind: type, error: ValidationError, source: str) -> InputError:
-    """Return the error for values that a described object of ``kind`` refuses, a line for each."""
+    """Error for values that a described class refuses, one line each."""
     lines = list(dict.fromkeys(_line(kind, problem) for problem in _once_a_place(error.errors())))
     return InputError("\n".join(f"{source}: {line}" for line in lines))
 
 
 def plain(value: Any) -> Any:
-    """Nested dicts and lists of plain values of a described object, without None and without empty lists."""
+    """Described object as nested dicts and lists of plain values, without None and empty lists."""
     if dataclasses.is_dataclass(value):
         items = ((f.name, plain(getattr(value, f.name))) for f in dataclasses.fields(value))
         return with_removals({name: item for name, item in items if item is not None and item != []})
@@ -44,71 +44,70 @@ def plain(value: Any) -> Any:
 
 
 def _once_a_place(problems: list[Any]) -> list[Any]:
-    """Leave out, where a value may be a number or a string, that it is no string either, and which it was taken for."""
-    found: dict[tuple[Any, ...], Any] = {}
+    """Problems with one entry per location for union types."""
+    first: dict[tuple[Any, ...], Any] = {}
     for problem in problems:
         location = problem["loc"]
         either = bool(location) and location[-1] in ("float", "int", "str")
-        place = location[:-1] if either else location
-        found.setdefault(place if either else (*place, problem["type"]), {**problem, "loc": place})
-    return list(found.values())
+        path = location[:-1] if either else location
+        first.setdefault(path if either else (*path, problem["type"]), {**problem, "loc": path})
+    return list(first.values())
 
 
 def _line(kind: type, problem: Any) -> str:
-    location = [str(part) for part in problem["loc"]]
+    location = [str(step) for step in problem["loc"]]
     value, limits = problem.get("input"), problem.get("ctx", {})
-    place = _place(location)
+    key = _place(location)
     match problem["type"]:
         case "unexpected_keyword_argument" | "unexpected_positional_argument":
             allowed = _field_names(kind, location[:-1])
             takes = f"; {_place(location[:-1]) or 'the top level'} takes {', '.join(allowed)}." if allowed else "."
-            return f"unknown key {place}{takes}" + nearest(location[-1], allowed)
+            return f"unknown key {key}{takes}" + nearest(location[-1], allowed)
         case "missing" | "missing_keyword_only_argument":
-            return f"{place}: is missing; give it a value."
+            return f"{key}: is missing; give it a value."
         case "greater_than":
-            return f"{place} = {shown(value)}: must be greater than {limits['gt']:g}{_unit(kind, location)}."
+            return f"{key} = {shown(value)}: must be greater than {limits['gt']:g}{_unit(kind, location)}."
         case "greater_than_equal":
-            return f"{place} = {shown(value)}: must be at least {limits['ge']:g}{_unit(kind, location)}."
+            return f"{key} = {shown(value)}: must be at least {limits['ge']:g}{_unit(kind, location)}."
         case "less_than":
-            return (
-                f"{place} = {shown(value)}: must be less than {limits['lt']:g}{_unit(kind, location)}."
-                + likely_unit(value, limits["lt"], unit_of(kind, location))
+            return f"{key} = {shown(value)}: must be less than {limits['lt']:g}{_unit(kind, location)}." + likely_unit(
+                value, limits["lt"], unit_of(kind, location)
             )
         case "less_than_equal":
-            return f"{place} = {shown(value)}: must be at most {limits['le']:g}{_unit(kind, location)}." + likely_unit(
+            return f"{key} = {shown(value)}: must be at most {limits['le']:g}{_unit(kind, location)}." + likely_unit(
                 value, limits["le"], unit_of(kind, location)
             )
         case "finite_number":
-            return f"{place} = {shown(value)}: must be a finite number."
+            return f"{key} = {shown(value)}: must be a finite number."
         case "literal_error":
             hint = nearest(
                 str(value), [word.strip(" '") for word in limits["expected"].replace(" or ", ",").split(",")]
             )
-            return f"{place} = {shown(value)}: must be {limits['expected']}.{hint}"
+            return f"{key} = {shown(value)}: must be {limits['expected']}.{hint}"
         case "dataclass_type" | "dataclass_exact_type" if location and location[-1].isdigit():
-            return f"{place} = {shown(value)}: must be a table that starts with [[{'.'.join(location[:-1])}]]."
+            return f"{key} = {shown(value)}: must be a table that starts with [[{'.'.join(location[:-1])}]]."
         case "dataclass_type" | "dataclass_exact_type" | "dict_type":
-            return f"{place} = {shown(value)}: must be a table, [{'.'.join(location)}] with keys."
+            return f"{key} = {shown(value)}: must be a table, [{'.'.join(location)}] with keys."
         case "tuple_type" if _inner(_follow(kind, location)) is not None:
-            return f"{place} = {shown(value)}: must be a list of tables; each starts with [[{'.'.join(location)}]]."
+            return f"{key} = {shown(value)}: must be a list of tables; each starts with [[{'.'.join(location)}]]."
         case "tuple_type":
-            return f"{place} = {shown(value)}: must be a list, in square brackets."
+            return f"{key} = {shown(value)}: must be a list, in square brackets."
         case "value_error":
-            return _own_words(place, value, str(limits["error"]))
+            return _own_words(key, value, str(limits["error"]))
         case _:
-            return f"{place} = {shown(value)}: {problem['msg'][0].lower()}{problem['msg'][1:]}."
+            return f"{key} = {shown(value)}: {problem['msg'][0].lower()}{problem['msg'][1:]}."
 
 
-def _own_words(place: str, value: Any, message: str) -> str:
-    """Lead with key and value, unless the complaint is about several keys and names them itself."""
+def _own_words(key: str, value: Any, message: str) -> str:
+    """Message with key and value, unless it names several keys itself."""
     end = "" if message.endswith((".", "?")) else "."
     if isinstance(value, int | float | str):
-        return f"{place} = {shown(value)}: {message}{end}"
-    return f"{place}: {message}{end}" if place else f"{message}{end}"
+        return f"{key} = {shown(value)}: {message}{end}"
+    return f"{key}: {message}{end}" if key else f"{message}{end}"
 
 
 def _place(location: list[str]) -> str:
-    """Write ``[wall] length`` for a key in a table and ``[[opening]] number 2, width`` for one in a list."""
+    """``[wall] length`` for a key in a table, ``[[opening]] number 2, width`` for a key in a list."""
     if not location:
         return ""
     if len(location) == 1:
@@ -122,13 +121,10 @@ def _place(location: list[str]) -> str:
 
 
 def _inner(kind: Any) -> Any:
-    """Return the dataclass inside ``X``, ``X | None`` or ``tuple[X, ...]``, or None."""
+    """Dataclass inside ``X``, ``X | None`` or ``tuple[X, ...]``, or None."""
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):
         return kind
-    for part in get_args(kind):
-        if (found := _inner(part)) is not None:
-            return found
-    return None
+    return next((inner for argument in get_args(kind) if (inner := _inner(argument)) is not None), None)
 
 
 def _follow(kind: Any, location: list[str]) -> Any:
@@ -157,19 +153,19 @@ def _unit(kind: Any, location: list[str]) -> str:
 
 
 def unit_of(kind: Any, location: list[str]) -> str:
-    """Return the SI unit of the field at a location, ``"1"`` for a pure number or no number."""
+    """SI unit of the field at a location, ``"1"`` for a pure number or no number."""
     return next((mark.unit for mark in _marks(_follow(kind, location))), "1")
 
 
 def takes_number(kind: Any, location: list[str]) -> bool:
-    """Whether the field at a location is a real number, or may be one."""
+    """Whether the field at a location may be a real number."""
     return bool(_marks(_follow(kind, location)))
 
 
 def _marks(annotation: Any) -> list[Any]:
-    """List all that is annotated anywhere inside ``annotation``."""
+    """All quantities inside an annotation."""
     if isinstance(annotation, tuple | list):
-        return [mark for part in annotation for mark in _marks(part)]
+        return [mark for nested in annotation for mark in _marks(nested)]
     if isinstance(annotation, Quantity):
         return [annotation]
     return _marks(list(get_args(annotation))) if get_args(annotation) else []

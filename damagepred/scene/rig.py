@@ -1,4 +1,4 @@
-"""The test rig under a footing: reaction points that hold it and jacks that push or pull it."""
+"""Test rig under a footing: supports and jacks."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from damagepred.scene.quantity import Force, Length, SpringStiffness
 class Rig:
     """Supports and jacks under the footing (``[rig]``), read with ``[movement] shape = "jacks"``.
 
-    All jacks carry the same load, as in the test of Bryant (1993). In dishing they take the footing's centre down, in
-    doming up; the movement starts from the level state under self weight.
+    All jacks carry the same load, as in the test of Bryant (1993). In dishing they pull the footing's centre down, in
+    doming they push it up; the movement starts from the level state under self weight.
 
     Attributes
     ----------
     supports : sequence of float
-        Places of the reaction points along the wall, from its left end (m). Empty: both ends.
+        Positions of the reaction points along the wall, from its left end (m). Empty: both ends.
     jacks : sequence of float
-        Places of the jacks along the wall, from its left end (m). Empty: the quarter points.
+        Positions of the jacks along the wall, from its left end (m). Empty: the quarter points.
     support : {"held", "lift_off"}
-        ``held``: the supports pull as well as push. ``lift_off``: they push only.
+        ``held``: the supports pull and push. ``lift_off``: they only push.
     support_stiffness : float
         Stiffness of each support (N/m).
     control : {"deflection", "load"}
-        ``deflection``: the movement is the central deflection and the jacks' load an unknown. ``load``: the movement
-        is the jacks' load, and the deflection comes out.
+        ``deflection``: the movement is the central deflection, and the jacks' load an unknown. ``load``: the movement
+        is the jacks' load, and the deflection an unknown.
     jack_load : float or None
-        Load of each jack at full movement (N); goes with ``control = "load"`` and with nothing else.
+        Load of each jack at full movement (N), only with ``control = "load"``.
     stop_at_zero : bool
-        Whether the path ends where the jacks (dishing) or a support (doming) carry nothing any more.
+        Whether the path ends where the load of the jacks (dishing) or of a support (doming) reaches 0.
 
     Examples
     --------
@@ -79,37 +79,26 @@ class Rig:
         return self
 
     def support_places(self, length: float) -> tuple[float, ...]:
-        """Return where the supports stand (m from the left end), in rising order, for a wall of ``length`` (m)."""
+        """Positions of the supports (m from the left end), increasing, for a wall of ``length`` (m)."""
         return tuple(sorted(self.supports)) or (0.0, length)
 
     def jack_places(self, length: float) -> tuple[float, ...]:
-        """Return where the jacks stand (m from the left end), in rising order, for a wall of ``length`` (m)."""
+        """Positions of the jacks (m from the left end), increasing, for a wall of ``length`` (m)."""
         return tuple(sorted(self.jacks)) or (length / 4.0, length / 2.0, 3.0 * length / 4.0)
 
     def check_places(self, length: float) -> None:
-        """Compare the places with the wall.
-
-        Parameters
-        ----------
-        length : float
-            Length of the wall (m).
-
-        Raises
-        ------
-        ValueError
-            If a support or a jack stands beside the wall, or a jack on a support.
-        """
+        """Refuse supports and jacks outside a wall of ``length`` (m), and jacks on supports."""
         tolerance = 1e-9 * length
         for name in ("supports", "jacks"):
-            for place in getattr(self, name):
-                if not -tolerance <= place <= length + tolerance:
+            for x in getattr(self, name):
+                if not -tolerance <= x <= length + tolerance:
                     raise ValueError(
-                        f"rig.{name}: {place:g} m is outside the wall; places go from 0 at its left end to its "
+                        f"rig.{name}: {x:g} m is outside the wall; places go from 0 at its left end to its "
                         f"length, {length:g} m"
                     )
         for jack, support in itertools.product(self.jack_places(length), self.support_places(length)):
             if abs(jack - support) <= tolerance:
                 raise ValueError(
-                    f"rig.jacks: {jack:g} m is the place of a support, which would take the whole load; move the jack "
-                    "or the support"
+                    f"rig.jacks: {jack:g} m is the position of a support, which would take the whole load; move the "
+                    "jack or the support"
                 )

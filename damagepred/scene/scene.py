@@ -1,4 +1,4 @@
-"""A scene: one wall on one footing, one movement, and how to solve and judge it."""
+"""Scene: one wall on one footing, one movement, with solver and damage assessment."""
 
 from __future__ import annotations
 
@@ -36,27 +36,27 @@ from damagepred.scene.strain import Creep, Strain
 from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall
 
 STUDY_KEYS = ("scene", "study", "variables", "correlation")
-"""Keys of a study file that no scene file has."""
+"""Keys of study files only."""
 
 FOLLOWING = ("mound.surface_movement", "movement.central_deflection", "movement.seasons.swing")
-"""Numbers that a soil log or seasons give."""
+"""Numbers determined by a soil log or seasons."""
 
 
 @described
 class Scene:
-    """Everything about one wall; the scene file's tables are its fields.
+    """Description of one wall; the tables of the scene file are its fields.
 
-    A missing ``dpc`` means the wall has none, and without ``dynamics`` the path is static; every other missing table
-    takes the paper's values.
+    Without ``dpc`` the wall has no damp-proof course, and without ``dynamics`` the path is static; every other missing
+    table has the paper's values.
 
     Attributes
     ----------
     title : str
-        What the wall is, for plots and archives.
+        Description of the wall, for plots and archives.
     material : str or None
-        Masonry of the library, such as "clay brick, Dutch, 1940s"; ``damagepred materials`` lists it. Its values stand
-        in place of the defaults of ``block``, ``joint`` and ``head_joint``; keys that are given win, and ``"none"``
-        takes away a fracture energy, a compressive strength, a brick's tensile strength, or all of ``head_joint``.
+        Masonry of the library, such as "clay brick, Dutch, 1940s"; ``damagepred materials`` lists it. Its values are
+        the defaults of ``block``, ``joint`` and ``head_joint``. ``"none"`` removes a fracture energy, a compressive
+        strength, a brick's tensile strength, or all of ``head_joint``.
     wall, block, joint, head_joint, dpc, opening, control_joint, footing, movement, rig, soil, soil_layer, suction,
     mound, loads, support, load, loading, strain, creep, solver, damage, dynamics
         The tables of the scene file; see their classes.
@@ -99,7 +99,7 @@ class Scene:
     dynamics: Dynamics | None = None
 
     given: ClassVar[frozenset[str] | None] = None
-    """Places of the values that a file gives, such as "joint.cohesion"; None for a scene that is not from a file."""
+    """Keys given in the file, such as "joint.cohesion"; None for a scene without a file."""
 
     @model_validator(mode="before")
     @classmethod
@@ -110,8 +110,8 @@ class Scene:
 
     @model_validator(mode="after")
     def _fits_together(self) -> Scene:
-        if self.head_joint is not None:  # what is given of heads and beds must make a joint
-            self.head_joint.joint(self.joint)
+        if self.head_joint is not None:
+            self.head_joint.joint(self.joint)  # checks the combination of both
         wall = self.wall
         tolerance = 1e-9 * wall.length
         for number, hole in enumerate(self.opening, start=1):
@@ -163,7 +163,7 @@ class Scene:
         return self
 
     def _take_surface_movement(self) -> None:
-        """Set the surface movement of the mound where a soil log or seasons give it."""
+        """Set the surface movement of the mound by a soil log or seasons."""
         on_mound, seasons = self.movement.shape == "mound", self.movement.seasons
         if self.soil_layer and (not on_mound or (self.movement.stage and seasons is None)):
             raise ValueError(
@@ -178,13 +178,13 @@ class Scene:
             raise ValueError(f"soil_layer: two layers have the name '{twice[0]}'; give each layer its own")
         if on_mound and (self.soil_layer or seasons is not None):
             if self.soil_layer:
-                found = surface_movement(self.soil_layer, self.suction or Suction(), self.mound.suction_depth)
+                movement = surface_movement(self.soil_layer, self.suction or Suction(), self.mound.suction_depth)
             if self.soil_layer and seasons is not None:
-                swinging = replace(seasons, swing=seasons.swing_share * found)
+                swinging = replace(seasons, swing=seasons.swing_share * movement)
                 object.__setattr__(self, "movement", replace(self.movement, seasons=swinging))
             if seasons is not None:
-                found = self.movement.largest
-            object.__setattr__(self, "mound", replace(self.mound, surface_movement=found))
+                movement = self.movement.largest
+            object.__setattr__(self, "mound", replace(self.mound, surface_movement=movement))
 
     def _outlives_the_gauge(self, name: str, hole: Opening) -> None:
         """Refuse openings, and strips of wall beside them, that are too narrow for joints on both sides."""
@@ -216,10 +216,10 @@ class Scene:
 
     def _control_joints_fit(self) -> None:
         half = 0.5 * self.wall.block_length * (1 - 1e-9)
-        places = [0.0, *sorted(joint.x for joint in self.control_joint), self.wall.length]
+        positions = [0.0, *sorted(joint.x for joint in self.control_joint), self.wall.length]
         for number, joint in enumerate(self.control_joint, start=1):
-            left, right = places[places.index(joint.x) - 1], places[places.index(joint.x) + 1]
-            if joint.x >= self.wall.length or min(joint.x - left, right - joint.x) < half:
+            before, after = positions[positions.index(joint.x) - 1], positions[positions.index(joint.x) + 1]
+            if joint.x >= self.wall.length or min(joint.x - before, after - joint.x) < half:
                 raise ValueError(
                     f"control joint {number}: x = {joint.x:g} m must lie half a brick ({half:g} m) or more from the "
                     f"ends of the wall (0 and {self.wall.length:g} m) and from other control joints"
@@ -277,7 +277,7 @@ class Scene:
                     )
             return
         if self.loading is None:
-            raise ValueError("loading: is missing; movement.shape = 'loads' needs to know what is controlled")
+            raise ValueError("loading: is missing; movement.shape = 'loads' needs a controlled quantity")
         if self.footing_model != "none" or self.dynamics is not None:
             raise ValueError("movement.shape = 'loads': a test has no footing and no [dynamics]; leave them out")
         if self.loading.control != "force" and self.solver.method == "explicit":
@@ -307,52 +307,52 @@ class Scene:
 
     @property
     def strain_of_increments(self) -> FloatArray | None:
-        """Strain of the bricks at each increment of a history (increments + 1,); None where there is none."""
+        """Strain of the bricks at each increment of a history (increments + 1,), or None."""
         history = self.movement.increments_of_history()
         if history is None or (self.strain is None and history.strain is None):
             return None
-        found = np.zeros_like(history.load_factors) if history.strain is None else history.strain
-        return found if self.strain is None or history.time is None else found + self.strain.over(history.time)
+        by_stage = np.zeros_like(history.load_factors) if history.strain is None else history.strain
+        return by_stage if self.strain is None or history.time is None else by_stage + self.strain.over(history.time)
 
     @property
     def heads(self) -> Joint:
-        """Head joints: the mortar, or what ``[head_joint]`` makes of it."""
+        """Head joints: the mortar with the values of ``[head_joint]``."""
         return self.joint if self.head_joint is None else self.head_joint.joint(self.joint)
 
     @property
     def bending(self) -> Literal["dishing", "doming"]:
-        """Side to which the ground bends the wall: where settle or heave takes its middle, off the line of the ends."""
+        """Bending of the wall by the ground; for settle and heave by its middle, relative to the line of the ends."""
         kind, length = self.movement.kind, self.wall.length
         if kind == "dishing" or kind == "doming":
             return kind
-        left, middle, right = self.mound.profile(np.array([0.0, 0.5 * length, length]), length, kind)
-        return "doming" if middle > 0.5 * (left + right) else "dishing"
+        start, middle, end = self.mound.profile(np.array([0.0, 0.5 * length, length]), length, kind)
+        return "doming" if middle > 0.5 * (start + end) else "dishing"
 
     def unread(self) -> set[str]:
-        """Return the places of values that this movement does not read."""
-        movement, tables, found = self.movement, self.to_dict(), set()
+        """Keys that this movement does not read."""
+        movement, tables, keys = self.movement, self.to_dict(), set()
         for name, shape in (("rig", "jacks"), ("soil", "mound"), ("mound", "mound")):
             if movement.shape != shape:
-                found |= {f"{name}.{key}" for key in tables[name]}
+                keys |= {f"{name}.{key}" for key in tables[name]}
         if movement.shape == "mound":
             read = self.mound.read_keys(movement)
             read |= {"suction_depth"} if self.soil_layer else set()
-            found |= {f"mound.{key}" for key in {*tables["mound"]} - read}
-            found.add(f"soil.{self.soil.stiffness_key(movement.other)}")
+            keys |= {f"mound.{key}" for key in {*tables["mound"]} - read}
+            keys.add(f"soil.{self.soil.stiffness_key(movement.other)}")
         if movement.shape == "loads":  # the ground stays
-            found.add("movement.kind")
+            keys.add("movement.kind")
         if movement.shape == "loads" or not self._deflection_is_given:
-            found.add("movement.central_deflection")
-        return found | ({"movement.increments"} if movement.stage else set())
+            keys.add("movement.central_deflection")
+        return keys | ({"movement.increments"} if movement.stage else set())
 
     @property
     def _deflection_is_given(self) -> bool:
-        """Whether ``movement.central_deflection`` says how far the footing goes."""
+        """Whether ``movement.central_deflection`` controls the movement."""
         return self.movement.prescribed or (self.movement.shape == "jacks" and self.rig.control == "deflection")
 
     @property
     def footing_model(self) -> Literal["none", "beam", "deformable"]:
-        """Model of the footing: ``solver.footing``, or by default that of the movement's shape."""
+        """Model of the footing: ``solver.footing``, by default from the movement's shape."""
         return self.solver.footing or ("none" if self.movement.prescribed else "beam")
 
     @classmethod
@@ -372,24 +372,24 @@ class Scene:
         tables = read_toml(path)
         if not tables:
             raise InputError(f"{path}: is empty; `damagepred new` writes a commented template.")
-        if found := [key for key in STUDY_KEYS if key in tables]:
+        if study_keys := [key for key in STUDY_KEYS if key in tables]:
             raise InputError(
-                f"{path}: is a study (it has {found[0]}), and a scene is needed; `damagepred study` runs studies."
+                f"{path}: is a study (it has {study_keys[0]}), and a scene is needed; `damagepred study` runs studies."
             )
         return cls.from_file_tables(tables, Path(path).parent, str(path))
 
     @classmethod
     def from_file_tables(cls, tables: Mapping[str, Any], folder: Path, source: str) -> Scene:
-        """Build a scene from the tables of a file, and note which values these give.
+        """Build a scene from the tables of a file, and record the given keys.
 
         Parameters
         ----------
         tables : mapping
-            What the file says of the scene.
+            Tables of the scene.
         folder : Path
-            Where the files are that it names.
+            Folder of the files in the tables.
         source : str
-            Where the tables came from, for messages.
+            Name of the file, for messages.
         """
         tables = with_input_tables(tables, folder)
         scene = cls.from_dict(tables, source=source)
@@ -405,9 +405,9 @@ class Scene:
         Parameters
         ----------
         tables : mapping
-            The scene file's content.
+            Content of the scene file.
         source : str
-            Where it came from, for messages.
+            Name of the source, for messages.
 
         Raises
         ------
@@ -420,25 +420,25 @@ class Scene:
         scene = build(cls, tables, source)
         require_possible(scene, {}, source)
         log = bool(scene.soil_layer)
-        for place in FOLLOWING if log or scene.movement.seasons else ():
+        for path in FOLLOWING if log or scene.movement.seasons else ():
             given: Any = tables
-            for key in place.split("."):
+            for key in path.split("."):
                 given = given.get(key) if isinstance(given, Mapping) else None
-            if given is not None and to_si(given, "m") != (value := scene.numbers[place]):
+            if given is not None and to_si(given, "m") != (value := scene.numbers[path]):
                 raise InputError(
-                    f"{source}: {place} = {given}: follows from {'[[soil_layer]]' if log else '[movement.seasons]'} "
-                    f"({1e3 * value:.3g} mm); {'give swing_share' if place.endswith('swing') else 'leave it out'}."
+                    f"{source}: {path} = {given}: follows from {'[[soil_layer]]' if log else '[movement.seasons]'} "
+                    f"({1e3 * value:.3g} mm); {'give swing_share' if path.endswith('swing') else 'leave it out'}."
                 )
         return scene
 
     def to_dict(self) -> dict[str, Any]:
-        """Return nested dicts of plain values in SI, without None and empty values."""
+        """Nested dicts of plain values in SI, without None and empty values."""
         from damagepred.scene.reading import plain
 
         return plain(self)
 
     def to_toml(self, path: str | Path | None = None) -> str:
-        """Return the scene as TOML, complete with defaults, and write it to ``path`` if given."""
+        """Scene as TOML, complete with defaults; also written to ``path`` if given."""
         import tomli_w
 
         text = tomli_w.dumps(self.to_dict())
@@ -448,92 +448,88 @@ class Scene:
 
     @staticmethod
     def takes_number(place: str) -> bool:
-        """Whether a scene can have a real number at a place, even if this one leaves it out."""
+        """Whether a key of a scene can be a real number, such as an optional one."""
         from damagepred.scene.reading import takes_number
 
         return takes_number(Scene, place.split("."))
 
     def free_tables(self) -> dict[str, Any]:
-        """Return ``to_dict`` without the numbers that a soil log or seasons give."""
+        """``to_dict`` without the numbers determined by a soil log or seasons."""
         tables = self.to_dict()
-        for place in FOLLOWING if self.soil_layer or self.movement.seasons else ():
-            *way, key = place.split(".")
+        for path in FOLLOWING if self.soil_layer or self.movement.seasons else ():
+            *way, key = path.split(".")
             reduce(lambda table, step: table.get(step, {}), way, tables).pop(key, None)
         return tables
 
     def number_places(self) -> list[str]:
-        """Return the places of all real numbers in this scene, such as ``"joint.cohesion"``; lists count from 1."""
+        """Keys of all real numbers in this scene, such as ``"joint.cohesion"``; lists count from 1."""
         return list(self.numbers)
 
     @cached_property
     def numbers(self) -> dict[str, float]:
-        """All real numbers of this scene by place."""
-        return {place: value for place, value in _walk(self, "") if isinstance(value, float)}
+        """All real numbers of this scene by key."""
+        return {key: value for key, value in _walk(self, "") if isinstance(value, float)}
 
     def place(self, text: str) -> str:
-        """Return the place of a number as ``number_places`` has it: a layer with a name by its name.
-
-        Raises
-        ------
-        InputError
-            If this scene has no such number, or no such item of a list.
-        """
+        """Key of a number as in ``number_places``, with the names of layers; an unknown key raises InputError."""
         return ".".join(step for step, _ in self._steps(text))
 
     def _steps(self, text: str) -> list[tuple[str, Any]]:
-        """List the steps to a number: each as ``number_places`` names it, and its key in ``to_dict``."""
-        found: list[tuple[str, Any]] = []
+        """Steps to a number: each as in ``number_places``, and its key in ``to_dict``."""
+        steps: list[tuple[str, Any]] = []
         value: Any = self
         for step in text.split("."):
             if not isinstance(value, tuple):
                 value = getattr(value, step, None)
-                found.append((step, step))
+                steps.append((step, step))
                 continue
-            names, where = step_names(value), ".".join(name for name, _ in found)
+            names, where = step_names(value), ".".join(name for name, _ in steps)
             number = int(step) if step.isdecimal() else names.index(step) + 1 if step in names else -1
             if not 1 <= number <= len(names):
-                own = [name for name in names if not name.isdecimal()]
+                own_names = [name for name in names if not name.isdecimal()]
                 count = (f"numbers count from 1, here to {len(names)}" if names else "the scene has none") + (
-                    f"; names are {', '.join(own)}" if own else ""
+                    f"; names are {', '.join(own_names)}" if own_names else ""
                 )
                 older = f" Older files counted from 0: {where}.0 is {where}.1." if number == 0 and names else ""
-                raise InputError(f"'{text}': the scene has no {where} '{step}'; {count}.{older}{nearest(step, own)}")
+                raise InputError(
+                    f"'{text}': the scene has no {where} '{step}'; {count}.{older}{nearest(step, own_names)}"
+                )
             value = value[number - 1]
-            found.append((names[number - 1], number - 1))
+            steps.append((names[number - 1], number - 1))
         if not isinstance(value, float):
             raise InputError(
                 f"'{text}': the scene leaves this number out; give it a value there first."
                 if self.takes_number(text)
                 else f"'{text}': no such number in this scene." + nearest(text, self.number_places())
             )
-        return found
+        return steps
 
     @staticmethod
     def unit_of(place: str) -> str:
-        """Return the SI unit of a number by its place, ``"1"`` for a pure number."""
+        """SI unit of a number by its key, ``"1"`` for a pure number."""
         from damagepred.scene.reading import unit_of
 
         return unit_of(Scene, place.split("."))
 
     def with_values(self, values: Mapping[str, float]) -> Scene:
-        """Return a copy with numbers replaced by their place.
+        """Copy with other numbers.
 
         Parameters
         ----------
         values : mapping of str to float
-            Place, such as ``"joint.tensile_strength"`` or ``"opening.1.width"``, and SI value.
+            Key, such as ``"joint.tensile_strength"`` or ``"opening.1.width"``, and SI value.
 
         Raises
         ------
         InputError
-            If a place does not exist or a value is not acceptable there.
+            If a key does not exist or a value is not acceptable.
         """
         from damagepred.scene.reading import build
 
-        values = {self.place(place): value for place, value in values.items()}
+        values = {self.place(path): value for path, value in values.items()}
         tables = self.free_tables()
-        for place, value in values.items():
-            *way, last = (key for _, key in self._steps(place))
+        for path, value in values.items():
+            *way, last = (key for _, key in self._steps(path))
             target: Any = reduce(lambda table, key: table[key], way, tables)
             target[last] = float(value)
         full = "mound.surface_movement" if self.movement.shape == "mound" else "movement.central_deflection"
@@ -547,24 +543,24 @@ class Scene:
         return scene
 
     def _require_free(self, full: str, values: Mapping[str, float]) -> None:
-        """Refuse values that others give: those of stages with seasons, and the full movement."""
+        """Refuse values that others determine: stages with seasons, and the full movement."""
         fixed = []
         if self.movement.seasons is not None:
-            fixed = [place for place in values if place == full or place.startswith("movement.stage.")]
+            fixed = [key for key in values if key == full or key.startswith("movement.stage.")]
         if self.soil_layer:
-            fixed += [place for place in values if place in (full, "movement.seasons.swing")]
+            fixed += [key for key in values if key in (full, "movement.seasons.swing")]
         if fixed:
             layer = step_names(self.soil_layer)[:1]
             by = f"soil_layer.{layer[0]}.shrink_swell_index" if layer else "movement.seasons.swing"
             raise InputError(f"'{fixed[0]}': follows from other keys; sample these, such as {by}.")
 
     def with_seed(self, *entropy: int) -> Scene:
-        """Return a copy whose seasons, if it has any, have another seed, which follows from whole numbers.
+        """Copy with another seed of its seasons, if any.
 
         Parameters
         ----------
         *entropy : int
-            Such as the seed of a study and the number of a sample.
+            Whole numbers, such as the seed of a study and the number of a sample.
 
         Examples
         --------
@@ -581,35 +577,35 @@ class Scene:
 
 
 def archived_scene(attributes: Mapping[str, Any], source: str = "the dataset's scene") -> Scene:
-    """Scene in the attributes of a result; none is refused as implausible."""
+    """Scene in the attributes of a result, without checks of plausibility."""
     from damagepred.scene.reading import build
 
     return build(Scene, parse_toml(str(attributes["scene"]), source), source)
 
 
 def step_names(items: Sequence[Any]) -> list[str]:
-    """Names of the items of a list in places: their own, or their number from 1."""
-    own = [item.get("name") if isinstance(item, Mapping) else getattr(item, "name", None) for item in items]
-    return [str(name or number) for number, name in enumerate(own, start=1)]
+    """Names of the items of a list in keys: their own, or their number from 1."""
+    names = [item.get("name") if isinstance(item, Mapping) else getattr(item, "name", None) for item in items]
+    return [str(name or number) for number, name in enumerate(names, start=1)]
 
 
-def _places(tables: Any, place: str) -> list[str]:
-    """List the places of all values in nested tables."""
+def _places(tables: Any, key: str) -> list[str]:
+    """Keys of all values in nested tables."""
     if isinstance(tables, Mapping):
-        pairs = [(str(key), value) for key, value in tables.items()]
+        pairs = [(str(name), value) for name, value in tables.items()]
     elif isinstance(tables, list) and any(isinstance(item, Mapping) for item in tables):
         pairs = list(zip(step_names(tables), tables))
     else:
-        return [place]
-    return [found for key, value in pairs for found in _places(value, f"{place}.{key}" if place else key)]
+        return [key]
+    return [nested for name, value in pairs for nested in _places(value, f"{key}.{name}" if key else name)]
 
 
-def _walk(value: Any, place: str) -> list[tuple[str, Any]]:
-    """List (place, number or None) of all fields below ``value``."""
+def _walk(value: Any, key: str) -> list[tuple[str, Any]]:
+    """(key, number or None) of all fields below ``value``."""
     if dataclasses.is_dataclass(value):
         pairs = [(f.name, getattr(value, f.name)) for f in dataclasses.fields(value)]
     elif isinstance(value, tuple):
         pairs = list(zip(step_names(value), value))
     else:
-        return [(place, value)]
-    return [found for name, item in pairs for found in _walk(item, f"{place}.{name}" if place else name)]
+        return [(key, value)]
+    return [nested for name, item in pairs for nested in _walk(item, f"{key}.{name}" if key else name)]

@@ -1,4 +1,4 @@
-"""Movement of reactive clay over years: a trend, a swing with the seasons, and steps such as a leak or a tree."""
+"""Movement of reactive clay over years: trend, seasonal swing, and steps such as a leak or a tree."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from damagepred.scene.quantity import Count, Length, Pure, Years
 
 @described
 class SeasonStep:
-    """Lasting change of the ground, as a leak or a tree makes it (``[[movement.seasons.step]]``).
+    """Lasting change of the ground, as by a leak or a tree (``[[movement.seasons.step]]``).
 
     Attributes
     ----------
     year : float
-        When it begins (years).
+        Start (years).
     movement : float
-        Its size (m); positive on the side of ``movement.kind``.
+        Size (m); positive on the side of ``movement.kind``.
     rise : float
-        Years in which it reaches its size.
+        Duration of the rise to its size (years).
     end : float or None
-        When it is gone (years), such as the repair of a leak. None: it stays.
+        End (years), such as the repair of a leak. None: no end.
     probability : float
-        Share of the samples of a study that have it.
+        Share of the samples of a study with this step.
 
     Examples
     --------
@@ -50,9 +50,9 @@ class Seasons:
 
         trend t / years + shift b_j +- (swing / 2) max(1 + swing_cov a_j, 0) + steps
 
-    with + in the first half of a year and - in the second. The yearly numbers a_j and b_j are standard normal, and each
-    correlates with that of the year before (autoregressive process of first order). They follow from ``seed``; in a
-    study each sample has a seed of its own, that follows from the study's.
+    with + in the first half of a year and - in the second. The yearly numbers a_j and b_j are standard normal and
+    correlated from year to year (autoregressive process of first order). They follow from ``seed``; in a study each
+    sample has its own seed, from the study's.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Seasons:
     trend : float
         Change of the mean over all years (m); positive on the side of ``movement.kind``.
     swing : float
-        Mean movement from the wettest to the driest state of a year (m). With a soil log it follows from that.
+        Mean movement from the wettest to the driest state of a year (m). A soil log determines it.
     swing_share : float
         With ``[[soil_layer]]``: mean swing over the surface movement y_s of the log (1). Assumed: 0.6; the widest swing
         of thirty years, with ``swing_cov`` of 0.3, is then y_s on average.
@@ -76,7 +76,7 @@ class Seasons:
     step : sequence of SeasonStep
         Lasting changes.
     seed : int
-        Of the random numbers.
+        Seed of the random numbers.
 
     Examples
     --------
@@ -109,7 +109,7 @@ class Seasons:
         return np.arange(1, 2 * self.years + 1) / 2.0
 
     def movements(self) -> FloatArray:
-        """Return the movement at the end of each half year (m), positive on the side of ``movement.kind``.
+        """Movement at the end of each half year (m), positive on the side of ``movement.kind``.
 
         Examples
         --------
@@ -119,17 +119,17 @@ class Seasons:
         """
         of_swing, of_mean, of_steps = map(np.random.default_rng, np.random.SeedSequence(self.seed).spawn(3))
         size = np.maximum(1.0 + self.swing_cov * self._yearly(of_swing), 0.0)
-        found = self.trend * self.times / self.years + np.repeat(self.shift * self._yearly(of_mean), 2)
-        found += 0.5 * self.swing * np.repeat(size, 2) * np.tile([1.0, -1.0], self.years)
+        movement = self.trend * self.times / self.years + np.repeat(self.shift * self._yearly(of_mean), 2)
+        movement += 0.5 * self.swing * np.repeat(size, 2) * np.tile([1.0, -1.0], self.years)
         for step, drawn in zip(self.step, of_steps.random(len(self.step))):
-            since, there = self.times - step.year, self.times >= step.year
+            since, active = self.times - step.year, self.times >= step.year
             grown = np.minimum(since / step.rise, 1.0) if step.rise else 1.0
-            there &= self.times < (np.inf if step.end is None else step.end)
-            found += (drawn < step.probability) * step.movement * np.where(there, grown, 0.0)
-        return found
+            active &= self.times < (np.inf if step.end is None else step.end)
+            movement += (drawn < step.probability) * step.movement * np.where(active, grown, 0.0)
+        return movement
 
     def _yearly(self, generator: np.random.Generator) -> FloatArray:
-        """Return a stationary autoregressive process of first order, of variance 1, a value for each year."""
+        """Stationary autoregressive process of first order, of variance 1, one value per year."""
         values = generator.standard_normal(self.years)
         for j in range(1, self.years):
             values[j] = self.correlation * values[j - 1] + np.sqrt(1.0 - self.correlation**2) * values[j]

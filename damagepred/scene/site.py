@@ -1,4 +1,4 @@
-"""Sites on reactive clay and the footings that go with them: tables of AS 2870, which are data with their source."""
+"""Sites on reactive clay and their standard footings: tables of AS 2870, from data files with sources."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from damagepred.inputs.data_files import data_file
 
 @dataclass(frozen=True)
 class SiteClass:
-    """A class of sites by their characteristic surface movement.
+    """Site class by the characteristic surface movement.
 
     Attributes
     ----------
     name : str
         A, S, M, H1, H2 or E.
     above, up_to : float
-        The surface movement y_s (m) is more than the one and at most the other: minus infinity for the first class,
-        infinity for the last.
+        Bounds of the surface movement y_s (m), lower excluded: minus infinity for the first class, infinity for the
+        last.
     description : str
-        What ground it is.
+        Type of ground.
 
     Examples
     --------
@@ -43,14 +43,14 @@ class SiteClass:
 
 @dataclass(frozen=True)
 class StandardFooting:
-    """A standard strip footing.
+    """Standard strip footing.
 
     Attributes
     ----------
     site_class : str
-        Of the site, such as "M".
+        Class of the site, such as "M".
     construction : str
-        Of the house, such as "full_masonry".
+        Construction of the house, such as "full_masonry".
     depth, width : float
         Cross-section (m).
     mesh : str
@@ -76,7 +76,7 @@ class StandardFooting:
 
 @cache
 def site_classes() -> tuple[SiteClass, ...]:
-    """Return the classes of AS 2870-2011 Table 2.3, from the stillest to the most reactive.
+    """Classes of AS 2870-2011 Table 2.3, from stable to extremely reactive.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def site_classes() -> tuple[SiteClass, ...]:
 
 @checked
 def site_class(surface_movement: float) -> SiteClass:
-    """Return the class of a site.
+    """Class of a site.
 
     Parameters
     ----------
@@ -112,26 +112,12 @@ def site_class(surface_movement: float) -> SiteClass:
     """
     if not (math.isfinite(surface_movement) and surface_movement >= 0):
         raise InputError(f"surface_movement = {surface_movement!r}: must be a finite number of metres, at least 0.")
-    # a hair of tolerance: 40 mm computed as 40.000000000001 mm is 40 mm
+    # tolerance: 40 mm computed as 40.000000000001 mm is 40 mm
     return next(c for c in site_classes() if surface_movement <= c.up_to * (1 + 1e-12))
 
 
 def of_climatic_zone(table: str, zone: int) -> float:
-    """Return the value of a climatic zone of AS 2870, 1 (wettest) to 6.
-
-    Parameters
-    ----------
-    table : str
-        Of data/ground/site_classes.toml: "suction_depth" (m), or "suction_change", the design change of suction at the
-        surface (pF, assumed).
-    zone : int
-        Climatic zone.
-
-    Raises
-    ------
-    InputError
-        If there is no such zone.
-    """
+    """Value of a climatic zone of AS 2870, 1 to 6: "suction_depth" (m), or "suction_change" (pF, assumed)."""
     values = _ground("site_classes")[table]
     if f"zone_{zone}" not in values:
         raise InputError(f"zone = {zone!r}: must be a climatic zone of AS 2870, 1 to 6.")
@@ -140,7 +126,7 @@ def of_climatic_zone(table: str, zone: int) -> float:
 
 @checked
 def suction_depth(zone: int) -> float:
-    """Return the depth H_s (m) to which moisture changes in a climatic zone, 1 (wettest) to 6 (AS 2870-2011 Table 2.5).
+    """Depth H_s (m) of changes in moisture in a climatic zone, 1 (wettest) to 6 (AS 2870-2011 Table 2.5).
 
     Raises
     ------
@@ -158,7 +144,7 @@ def suction_depth(zone: int) -> float:
 
 @cache
 def standard_footings() -> tuple[StandardFooting, ...]:
-    """Return the standard strip footings of which the table knows.
+    """Standard strip footings (AS 2870).
 
     Examples
     --------
@@ -171,14 +157,14 @@ def standard_footings() -> tuple[StandardFooting, ...]:
 
 @checked
 def standard_footing(site: str, construction: str) -> StandardFooting:
-    """Return one standard strip footing.
+    """Standard strip footing of a site class and construction.
 
     Parameters
     ----------
     site : str
         Class of the site, such as "M".
     construction : str
-        Of the house, such as "full_masonry".
+        Construction of the house, such as "full_masonry".
 
     Raises
     ------
@@ -191,14 +177,14 @@ def standard_footing(site: str, construction: str) -> StandardFooting:
     >>> scene.standard_footing("M", "full_masonry").depth
     0.9
     """
-    known = {f"{f.site_class} {f.construction}": f for f in standard_footings()}
+    footings = {f"{f.site_class} {f.construction}": f for f in standard_footings()}
     wanted = f"{site} {construction}"
-    if wanted not in known:
+    if wanted not in footings:
         raise InputError(
             f"site class and construction = '{wanted}': no standard footing in data/ground/footings.toml; it has "
-            f"{', '.join(known)}." + nearest(wanted, list(known))
+            f"{', '.join(footings)}." + nearest(wanted, list(footings))
         )
-    return known[wanted]
+    return footings[wanted]
 
 
 @cache

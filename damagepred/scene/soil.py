@@ -1,4 +1,4 @@
-"""The soil under a footing: springs that push and let go."""
+"""Soil under a footing: springs without tension."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ class Soil:
     Attributes
     ----------
     swelling_stiffness : float
-        Pressure per displacement (Pa/m) of soil that swells, read in heave and in dishing, when the edges heave. AS
-        2870-2011 takes 100 / m times the mean pressure q on the soil, and at least 1000 kPa/m. (Secondary: manual of
+        Pressure per displacement (Pa/m) of swelling soil, read in heave and in dishing, when the edges heave. AS
+        2870-2011 has 100 / m times the mean pressure q on the soil, and at least 1000 kPa/m. (Secondary: manual of
         the design program CORD, FMG Engineering.) Under strip footings of masonry q is about 40 kPa: 4000 kPa/m. The
-        least value belongs to a slab of about 10 kPa. A value too small is unsafe: the footing sinks into soft soil
-        that swells, and the wall is bent less (``studies/soil_movement``).
+        least value is for a slab of about 10 kPa. Too small a value is unsafe: the footing sinks into the swelling
+        soil, and the wall is bent less (``studies/soil_movement``).
     shrinking_stiffness : float
-        The same of soil that shrinks, read in settle and in doming, when the edges dry; 5000 kPa/m (assumed).
+        Pressure per displacement of shrinking soil, read in settle and in doming, when the edges dry; 5000 kPa/m
+        (assumed).
     shear_stiffness : float or None
         Shear stress per displacement along the wall (Pa/m). None: as the normal stiffness.
     friction : float
-        tan(phi) (1) between footing and soil; there is no cohesion.
+        tan(phi) (1) between footing and soil, without cohesion.
 
     Examples
     --------
@@ -42,13 +43,13 @@ class Soil:
 
     @staticmethod
     def stiffness_key(kind: Kind) -> str:
-        """Return the key of the normal stiffness: of soil that swells as it gets wet, or shrinks as it dries."""
+        """Key of the normal stiffness: swelling soil gets wet, shrinking soil dries."""
         return "swelling_stiffness" if kind in ("dishing", "heave") else "shrinking_stiffness"
 
     def stiffness(self, kind: Kind) -> float:
-        """Return the normal stiffness (Pa/m)."""
+        """Normal stiffness (Pa/m)."""
         return float(getattr(self, self.stiffness_key(kind)))
 
     def stiffness_along(self, kind: Kind) -> float:
-        """Return the shear stiffness (Pa/m), by default the normal one."""
+        """Shear stiffness (Pa/m), by default the normal stiffness."""
         return self.stiffness(kind) if self.shear_stiffness is None else self.shear_stiffness

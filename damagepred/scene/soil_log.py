@@ -29,13 +29,13 @@ class SoilLayer:
     Attributes
     ----------
     thickness : float
-        Of the layer (m).
+        Thickness of the layer (m).
     shrink_swell_index : float
-        I_ss: strain of the soil per unit of suction in pF (1), as the laboratory gives it in per cent: ``"4 %"``. 0 for
+        I_ss: strain of the soil per unit of suction in pF (1), in laboratory reports in per cent: ``"4 %"``. 0 for
         sand and rock.
     name : str or None
-        Name of the layer in the places of variables, such as ``soil_layer.clay.shrink_swell_index``; without one the
-        layer has its number, from 1.
+        Name of the layer in keys of variables, such as ``soil_layer.clay.shrink_swell_index``; by default its number,
+        from 1.
 
     Examples
     --------
@@ -60,25 +60,25 @@ class SoilLayer:
 
 @described
 class Suction:
-    """Design change of the soil's suction (``[suction]``), read with ``[[soil_layer]]``; its depth is ``mound``'s.
+    """Design change of the soil's suction (``[suction]``), read with ``[[soil_layer]]``.
 
-    The change falls in a straight line from the surface to nothing at ``mound.suction_depth``.
+    The change decreases linearly from the surface to 0 at ``mound.suction_depth``.
 
     Attributes
     ----------
     climate_zone : int or None
-        Climatic zone of AS 2870, 1 (wettest) to 6. It gives ``mound.suction_depth`` (secondary) and ``change``
-        (assumed) where the scene does not, from ``data/ground/site_classes.toml``.
+        Climatic zone of AS 2870, 1 (wettest) to 6: default of ``mound.suction_depth`` (secondary) and ``change``
+        (assumed), from ``data/ground/site_classes.toml``.
     change : float
-        At the surface (pF). Assumed: 1.2, of temperate climates in AS 2870.
+        Change at the surface (pF). Assumed: 1.2, of temperate climates in AS 2870.
     cracked_share : float
         Depth of the cracked zone over the suction depth (1). Assumed. Cracks there let the soil move sideways.
     restraint, restraint_depth : float
-        In the cracked zone the soil moves by I_ss, and below it by alpha I_ss, as it is held on its sides. At depth z
+        In the cracked zone the soil moves by I_ss, and below it, restrained at its sides, by alpha I_ss. At depth z
         alpha = restraint - z / restraint_depth (1, m). Assumed: 2.0 and 5 m.
     below_log : {"extend", "inert"} or None
-        Soil between the end of the log and ``mound.suction_depth``. ``extend``: as the last layer. ``inert``: nothing
-        moves there, as in rock. None: a log that ends early is refused if it matters.
+        Soil between the end of the log and ``mound.suction_depth``. ``extend``: as the last layer. ``inert``: no
+        movement, as in rock. None: a log that ends too early is refused.
 
     Examples
     --------
@@ -97,7 +97,7 @@ class Suction:
     @model_validator(mode="before")
     @classmethod
     def _of_zone(cls, given: Any) -> Any:
-        """Take the change of suction of the climatic zone, where none is given."""
+        """Take the change of suction of the climatic zone, unless it is given."""
         values = given.kwargs if isinstance(given, ArgsKwargs) else given
         if not isinstance(values, Mapping) or "change" in values or (zone := _zone(values)) is None:
             return given
@@ -105,35 +105,35 @@ class Suction:
 
 
 def with_climate_zone(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables of a scene with the suction depth of the climatic zone that they name; what they give wins."""
-    found, suction, mound = dict(tables), tables.get("suction"), tables.get("mound", {})
+    """Tables of a scene with the suction depth of their climatic zone; given values take precedence."""
+    merged, suction, mound = dict(tables), tables.get("suction"), tables.get("mound", {})
     if isinstance(mound, Mapping) and (zone := _zone(suction)) is not None:
-        found["mound"] = {"suction_depth": suction_depth(zone), **mound}
-    return found
+        merged["mound"] = {"suction_depth": suction_depth(zone), **mound}
+    return merged
 
 
 def _zone(suction: Any) -> int | None:
-    """Return the climatic zone of a table or object; None if it has none, or one that will be refused."""
+    """Climatic zone of a table or object; None if it is missing or invalid."""
     zone = suction.get("climate_zone") if isinstance(suction, Mapping) else getattr(suction, "climate_zone", None)
     return int(str(zone)) if str(zone) in ZONES else None
 
 
 def surface_movement(layers: Sequence[SoilLayer], suction: Suction, suction_depth: float) -> float:
-    """Return the characteristic surface movement y_s of a soil log (m): the sum of alpha I_ss du dh over its depth.
+    """Characteristic surface movement y_s of a soil log (m): the sum of alpha I_ss du dh over its depth.
 
     Parameters
     ----------
     layers : sequence of SoilLayer
-        From the surface down.
+        Layers from the surface down.
     suction : Suction
-        Change of suction, restraint, and what lies below the log.
+        Change of suction, restraint, and soil below the log.
     suction_depth : float
         Depth to which the suction changes (m).
 
     Raises
     ------
     InputError
-        If the log ends above the suction depth, and ``suction.below_log`` does not say what lies below.
+        If the log ends above the suction depth without ``suction.below_log``.
 
     Examples
     --------

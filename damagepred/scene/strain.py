@@ -14,10 +14,10 @@ from damagepred.scene.quantity import Pure, Years
 
 @described
 class Strain:
-    """Strain that bricks would have if nothing held them (``[strain]``).
+    """Free strain of the bricks (``[strain]``).
 
-    Under one movement it grows in proportion to it, from nothing under the dead load. In a history of stages with times
-    it is a function of the time t (years) ::
+    Under one movement it grows in proportion to it, from 0 under the dead load. In a history of stages with times it is
+    a function of the time t (years) ::
 
         growth g(t) / g(growth_years) + thermal_expansion T(t)
 
@@ -25,8 +25,8 @@ class Strain:
 
         T(t) = temperature_change t / t_end + (temperature_swing / 2) (cos 2 pi (t - warmest) - cos 2 pi warmest)
 
-    Bricks expand in all directions alike, and the footing does not. Where joints, ground and footing hold them,
-    stresses come of it.
+    The expansion is isotropic, and the footing does not expand. Restraint by joints, ground and footing causes
+    stresses.
 
     Attributes
     ----------
@@ -34,16 +34,15 @@ class Strain:
         Growth of clay bricks with moisture (1), such as ``"0.7 mm/m"``: mostly 0.5 to 1.0 mm/m over 15 years
         (secondary, ``data/statistics/masonry.toml``). Shrinkage of concrete and calcium silicate bricks is negative.
     growth_law : {"logarithmic", "exponential"}
-        Course of the growth in a history. Assumed: fired clay grows with the logarithm of time, shrinkage comes to an
-        end.
+        Course of the growth in a history. Assumed: fired clay grows with the logarithm of time, shrinkage has a limit.
     growth_years : float
-        Time at which the growth is reached in a history (years). Secondary: 15.
+        Time of the given growth in a history (years). Secondary: 15.
     growth_time : float
         Time constant of the growth in a history (years). Assumed.
     temperature_change : float
         Rise of temperature since the wall was built (K); in a history at its end.
     temperature_swing : float
-        From the coldest to the warmest day of a year (K), in a history.
+        Difference of the warmest and the coldest day of a year (K), in a history.
     warmest : float
         Time of the warmest day (years after the dead load, 0 to 1), in a history. Assumed.
     thermal_expansion : float
@@ -67,11 +66,11 @@ class Strain:
 
     @property
     def total(self) -> float:
-        """All of it together at the end of one movement (1)."""
+        """Total strain at the end of one movement (1)."""
         return self.growth + self.thermal_expansion * self.temperature_change
 
     def over(self, time: FloatArray) -> FloatArray:
-        """Return the strain at the times of a history (1); 0 at time 0.
+        """Strain at the times of a history (1); 0 at time 0.
 
         Parameters
         ----------
@@ -102,9 +101,10 @@ class Strain:
 class Creep:
     """Creep of the mortar joints (``[creep]``): in beds and heads, on a dpc and on the footing.
 
-    Without ``relaxation_time`` the joints are soft from the start: k / (1 + coefficient). With it a joint is a spring
-    of that stiffness beside a Maxwell branch (standard linear solid). It is stiff under quick movements, and its stress
-    at constant opening decays with e^(-t / relaxation_time). Cracks, slip and friction follow the stress that is left.
+    Without ``relaxation_time`` the joints have their long-term stiffness from the start: k / (1 + coefficient). With it
+    a joint is a spring of this stiffness parallel to a Maxwell branch (standard linear solid). It is stiff under fast
+    movements, and its stress at constant opening decays with e^(-t / relaxation_time). Cracks, slip and friction follow
+    the remaining stress.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class Creep:
         Creep strain over elastic strain after a long time (1). Joints of clay bricks 0.5 to 1.5, of calcium silicate
         bricks 1 to 2 (assumed, ``data/statistics/masonry.toml``).
     relaxation_time : float or None
-        Of the Maxwell branch (years). Needs a history with times.
+        Relaxation time of the Maxwell branch (years). Needs a history with times.
 
     Examples
     --------

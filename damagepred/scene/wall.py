@@ -1,4 +1,4 @@
-"""The wall: its size, its bricks, its openings, its control joints."""
+"""Wall: size, bricks, openings and control joints."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from damagepred.scene.described import described
 from damagepred.scene.quantity import Length
 
 EDGE_TOLERANCE = 0.05
-"""Share of a half brick, or of a course, within which two edges lie on the same joint."""
+"""Tolerance between edges on the same joint, as a share of a half brick or of a course."""
 
 
 @described
@@ -23,21 +23,21 @@ class Wall:
     length, height : float
         Size of the elevation (m).
     thickness : float
-        Out of plane (m).
+        Out-of-plane thickness (m).
     block_length, block_height : float
         A whole brick with its joints, centre to centre (m). The bond is gauged to the wall and its openings:
         perpends and courses move a little so that every end, jamb, sill and head meets a joint.
     bond : {"running", "stack"}
         Running bond breaks the perpends at half bricks; stack bond does not.
     fit : {"gauged", "cut"}
-        How bricks meet ends, jambs and control joints. ``gauged``: they are a little longer or shorter, so that half
-        bricks fill every stretch. ``cut``: they keep their length along the whole wall, and are cut there.
+        Bricks at ends, jambs and control joints. ``gauged``: a little longer or shorter, so that half bricks fill every
+        stretch. ``cut``: bricks keep their length along the whole wall, and are cut there.
     bond_offset : float
-        First perpend of the lowest course, from the left end (m), less than a brick; goes with ``fit = "cut"``. Where
-        bricklayers began is rarely known: a study may sample it.
+        First perpend of the lowest course, from the left end (m), less than a brick; only with ``fit = "cut"``. The
+        start of the bond is rarely known: a study may sample it.
     shortest_cut : float or None
-        A perpend nearer than this to an end, jamb or control joint is left out, so that the brick there is the longer
-        (m). None: a quarter of a brick. Goes with ``fit = "cut"``.
+        Least distance of a perpend from an end, jamb or control joint (m); closer perpends are left out. None: a
+        quarter of a brick. Only with ``fit = "cut"``.
 
     Examples
     --------
@@ -58,7 +58,7 @@ class Wall:
 
     @property
     def bricks(self) -> int:
-        """Number of whole bricks that fill the elevation, about."""
+        """Approximate number of whole bricks in the elevation."""
         return math.ceil(self.length / self.block_length) * math.ceil(self.height / self.block_height)
 
     @model_validator(mode="after")
@@ -91,8 +91,8 @@ class Opening:
     width, height : float
         Clear size (m).
     lintel_bearing : float
-        How far the lintel reaches into the wall on either side (m). The lintel is one block, a course high, of
-        the bricks' material; there is none where the opening reaches the top of the wall.
+        Bearing length of the lintel on either side (m). The lintel is one block, a course high, of the bricks'
+        material; an opening up to the top of the wall has no lintel.
 
     Examples
     --------
@@ -147,20 +147,19 @@ class Opening:
 
 @described
 class ControlJoint:
-    """A control joint, also called articulation joint (``[[control_joint]]``): parts the leaf from top to bottom.
+    """Control joint or articulation joint (``[[control_joint]]``), which divides the leaf from top to bottom.
 
-    Every course ends at it. It carries no tension and no shear, and pressure only once it has closed by its width.
-    The filler that is left between the bricks then takes no shear either. Its resistance before, and ties across the
-    joint, are left out.
+    Every course ends at it. It carries no tension and no shear, and pressure only after it has closed by its width; the
+    closed joint carries no shear either. The resistance of the filler, and ties across the joint, are neglected.
 
     Attributes
     ----------
     x : float
-        Where it is along the wall (m).
+        Position along the wall (m).
     width : float
-        Of the gap (m): how far it can close.
+        Width of the gap (m), the largest closing.
     through_dpc : bool
-        Whether it goes down to the footing, or begins on the damp-proof course; without one it always does.
+        Whether it reaches the footing, or begins on the damp-proof course.
 
     Examples
     --------

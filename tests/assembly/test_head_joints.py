@@ -60,7 +60,7 @@ def test_keys_of_head_joints_have_units_and_bounds_of_joints(key: str) -> None:
     for table in ("joint", "head_joint"):
         with pytest.raises(InputError, match=key) as error:
             Scene.from_dict({table: {key: -1 if Scene.takes_number(f"joint.{key}") else "x"}})
-        refusals.append(str(error.value).replace("head_joint", "joint").replace("-1.0", "-1"))
+        refusals.append(str(error.value).replace("head_joint", "joint").replace("-1.0", "-1").split(": must be")[0])
     assert refusals[0] == refusals[1]
 
 
