@@ -112,7 +112,7 @@ EDGES = {
     "jack beside a support": (
         {"movement": JACKS, "rig": {"supports": [0.0, 3 - 7e-9]}},
         {"movement": JACKS, "rig": {"supports": [0.0, 3 - 5e-9]}},
-        "rig.jacks: 3 m is the place of a support",
+        "rig.jacks: 3 m is the position of a support",
     ),
     "bottom wires": (
         {"footing": {"concrete": {"bottom": "2x l12tm", "top": " None"}}},
@@ -234,7 +234,7 @@ def test_ground_in_words() -> None:
     scene = Scene(movement=Movement(shape="mound", kind="doming"), mound=by_hand, soil=Soil(swelling_stiffness=3e6))
     assert ground_line(scene, ("mound.surface_movement",)) == (
         "ground: mitchell mound, doming; by default shrinking soil of 5000 kPa/m. Give your site's in [mound] and "
-        "[soil]: softer soil than it has spares the wall."
+        "[soil]: soil softer than the real one underestimates damage."
     )
     edge = Mound(edge_distance=1.0, suction_depth=2.3)
     scene = Scene(movement=Movement(shape="mound", kind="doming"), mound=edge)
