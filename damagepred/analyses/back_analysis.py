@@ -1,16 +1,16 @@
-"""Back-analysis: which movement, of which cause, made the observed cracks, and what further movement would bring.
+"""Back-analysis: movement and cause of observed cracks, and damage by further movement.
 
 Every increment of every stored sample is one state of the prior: the sample with its weight, the increment with the
-prior probability of the movements nearest to it. Its posterior weight is that times its likelihood (self-normalised
-importance sampling: Robert and Casella 2004, ch. 3). Causes are studies: their posterior odds are the prior odds times
-the ratio of their mean likelihoods (Bayes factor). Another cause, without a study, has the likelihood of a vague model
-(``Observations.vague_log_likelihood``).
+prior probability of the movements nearest to it. The posterior weight is the prior weight times the likelihood
+(self-normalised importance sampling: Robert and Casella 2004, ch. 3). Causes are studies: their posterior odds are the
+prior odds times the ratio of their mean likelihoods (Bayes factor). Another cause, without a study, has the likelihood
+of a vague model (``Observations.vague_log_likelihood``).
 
-Local cracks and levels are read from replays. Where these are fewer than the samples, they are drawn with probabilities
-proportional to the weights by all other observations, and weighted by the inverse (Horvitz and Thompson 1952).
+Local cracks and levels are read from replays. A part of the samples is replayed, drawn with probabilities proportional
+to the weights by all other observations, and weighted by the inverse (Horvitz and Thompson 1952).
 
 The likelihood of all observations together is integrated over the fitted distribution of the model's discrepancy, which
-they share. Whether a state resembles the observations is judged with its medians.
+they share. Its medians decide whether a state resembles the observations.
 """
 
 from __future__ import annotations
@@ -50,30 +50,29 @@ class InferenceOptions:
     Attributes
     ----------
     replays : int
-        Samples of each study that are replayed for local cracks and levels, at most.
+        Largest number of replayed samples per study, for local cracks and levels.
     fewest_effective : float
-        Effective number of samples below which the result carries a caution, and new walls are run.
+        Effective number of samples below which the result has a caution, and new walls are run.
     new_walls : int
-        Walls of a round of adaptive importance sampling; 0: none are run.
+        Walls per round of adaptive importance sampling; 0: no new walls.
     rounds : int
-        Rounds at most.
+        Largest number of rounds.
     nominal_share : float
-        Share of the new walls that are drawn as the study says (defensive mixture).
+        Share of the new walls drawn from the study's own distributions (defensive mixture).
     smallest_cause : float
-        Posterior probability of a cause, among the studies, from which new walls are run for it.
+        Least posterior probability of a cause, among the studies, for new walls.
     resemblance : float
-        Probability of a larger misfit below which the best state is said not to resemble the observations.
+        Probability of a larger misfit below which the best state does not resemble the observations.
     further : tuple of float
         Further movements, as shares of the study's largest.
     map_cell, map_width : float
-        Side of the cells of the crack map (m), and the width (m) from which a crack counts in it.
+        Side of the cells of the crack map (m), and the smallest width of its cracks (m).
     negligible : float
         Share of the posterior up to which a sample is left out of the map.
     quantiles : tuple of float
-        Of the movement.
+        Quantiles of the movement.
     discrepancy_points : int
-        Points of the quadrature over each fitted term of the model's discrepancy; 1: the fitted values are taken as
-        certain.
+        Points of the quadrature over each fitted term of the model's discrepancy; 1: without uncertainty of the fit.
     """
 
     replays: int = 200
@@ -94,20 +93,20 @@ class InferenceOptions:
 DEFAULT = InferenceOptions()
 
 LARGEST_ODDS = 100.0
-"""Odds beyond which none are given: the model's own doubt is larger."""
+"""Limit of odds: the uncertainty of the model is larger."""
 
 UNCERTAIN = 0.05
-"""Share of the posterior at the end of the paths, and width of bounds, from which advice is given."""
+"""Share of the posterior at the end of the paths, and width of bounds, above which the result has advice."""
 
 _MOVED_BY = {
     "central_deflection": ("movement", "central_deflection"),
     "surface_movement": ("mound", "surface_movement"),
 }
-"""Table and key of a scene that say how far a measure goes."""
+"""Table and key of a scene with the largest value of a measure."""
 
 
 def chosen_samples(weight: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
-    """Draw samples without replacement, with inclusion probabilities min(1, c w) (systematic; Tille 2006).
+    """Sample without replacement, with inclusion probabilities min(1, c w) (systematic; Tille 2006).
 
     The start is fixed: a repeated call draws the same samples.
     """
@@ -138,34 +137,34 @@ def infer(
     on_replay: Callable[[int, int], None] | None = None,
     on_walls: Callable[[Progress], None] | None = None,
 ) -> xr.Dataset:
-    """Return the posterior of movement, cause and future damage, given what is observed on a wall.
+    """Posterior of movement, cause and future damage, given observations of a wall.
 
     Parameters
     ----------
     studies : path or sequence of paths
-        Study folders, one for each cause.
+        Study folders, one per cause.
     observations : path or Observations
-        The survey; see ``damagepred.uq.observations``.
+        Survey of the wall; see ``damagepred.uq.observations``.
     workers : int
-        Processes that replay samples, for local cracks and levels. Replays are kept in ``NAME.dp.replays``.
+        Processes that replay samples, for local cracks and levels. Replays are stored in ``NAME.dp.replays``.
     options : InferenceOptions
-        Replays, limits of the cautions, and what is returned.
+        Replays, limits of the cautions, and quantities of the result.
     on_replay : callable, optional
-        Called with the number of replays done and that of all.
+        Called with the number of finished replays and the number of all replays.
     on_walls : callable, optional
         Called with the progress of new walls.
 
     Returns
     -------
     xarray.Dataset
-        On (sample, increment): ``posterior``, the weights of the states, which add up to 1. On (study,): prior and
+        On (sample, increment): ``posterior``, the weights of the states, with the sum 1. On (study,): prior and
         posterior probability of the cause (``another_cause_posterior`` of all others), ``posterior_odds`` between 1/100
         and 100 (NaN below ``fewest_effective`` samples, and where no wall resembles the observations), effective
         samples, and the least misfit of a state. ``movement_quantile`` on (study, quantile), in ``movement_units`` of
         the ``movement_measure`` of each study; ``movement_cut`` is the share of the posterior at the end of the paths,
         where they cut the movement. On (study, further, category): ``future_probability`` of each category or worse
-        among the walls that were followed so far, and its bounds ``_lower`` and ``_upper`` among all; ``further`` is a
-        share of ``movement_largest``. ``advice`` names the movement to run walls to.
+        among the walls with a result there, and its bounds ``_lower`` and ``_upper`` among all; ``further`` is a share
+        of ``movement_largest``. ``advice`` names the movement to which walls should be run.
 
     Raises
     ------
@@ -176,25 +175,27 @@ def infer(
     --------
     >>> import damagepred
     >>> from damagepred.uq.observations import Discrepancy, Observations, CrackObservation
-    >>> seen = Observations(crack=(CrackObservation(width="2 mm"),))
-    >>> found = damagepred.infer("house.dp", seen)
-    >>> round(float(found["posterior"].sum()), 6)
+    >>> survey = Observations(crack=(CrackObservation(width="2 mm"),))
+    >>> ds = damagepred.infer("house.dp", survey)
+    >>> round(float(ds["posterior"].sum()), 6)
     1.0
     """
     paths = [studies] if isinstance(studies, str | Path) else list(studies)
     seen = observations if isinstance(observations, Observations) else Observations.from_toml(observations)
     stored = [StoredWalls(Path(p)) for p in paths]
-    found = posterior(stored, seen, workers, options, on_replay)
+    ds = posterior(stored, seen, workers, options, on_replay)
     for number in range(1, options.rounds + 1 if options.new_walls else 1):
-        share = np.bincount(found["study_of_sample"].values, found["posterior"].values.sum(axis=1), len(stored))
-        weak = (found["effective_samples"].values < options.fewest_effective) & (share >= options.smallest_cause)
+        share = np.bincount(ds["study_of_sample"].values, ds["posterior"].values.sum(axis=1), len(stored))
+        weak = (ds["effective_samples"].values < options.fewest_effective) & (share >= options.smallest_cause)
         if not weak.any():
             break
         for k in np.flatnonzero(weak):
-            own = found["posterior"].values[found["study_of_sample"].values == k].sum(axis=1)
-            stored[int(k)] = _with_new_walls(stored[int(k)], own, seen, number, workers, options, on_replay, on_walls)
-        found = posterior(stored, seen, workers, options, on_replay)
-    return found
+            weight = ds["posterior"].values[ds["study_of_sample"].values == k].sum(axis=1)
+            stored[int(k)] = _with_new_walls(
+                stored[int(k)], weight, seen, number, workers, options, on_replay, on_walls
+            )
+        ds = posterior(stored, seen, workers, options, on_replay)
+    return ds
 
 
 def _with_new_walls(
@@ -207,20 +208,20 @@ def _with_new_walls(
     on_replay: Callable[[int, int], None] | None,
     on_walls: Callable[[Progress], None] | None,
 ) -> StoredWalls:
-    """Run a round of walls drawn about the posterior (adaptive importance sampling: Bugallo et al. 2017).
+    """Study with one more round of walls near the posterior (adaptive importance sampling: Bugallo et al. 2017).
 
-    The proposal is the study's distribution shifted to the posterior mean of the standard normals. Each folder is
-    weighted by its effective number of samples, which leaves any of them unbiased (Owen and Zhou 2000).
+    The proposal is the study's distribution shifted to the posterior mean of the standard normals. Each folder has its
+    effective number of samples as weight, which causes no bias (Owen and Zhou 2000).
     """
     study = Campaign.from_folder(walls.path)
     if study.settings.study.sampler == "table":
-        raise InputError(f"{walls.path}: new walls cannot be drawn, for the samples are those of a table.")
+        raise InputError(f"{walls.path}: new walls cannot be drawn, as the samples come from a table.")
     shifts = {}
     if study.design.wall:
         count = int(walls.first[1])
         use = weight[:count] if weight[:count].any() else np.ones(count)
         mean = cross_entropy_shift(study.design.draw(count).normal, use).mean
-        shifts = {place: Proposal(shift=round(float(m), 2)) for place, m in zip(study.design.wall, mean)}
+        shifts = {key: Proposal(shift=round(float(m), 2)) for key, m in zip(study.design.wall, mean)}
     how = replace(
         study.settings.study,
         samples=options.new_walls,
@@ -238,17 +239,17 @@ def _with_new_walls(
         raise KeyboardInterrupt
     more = (*walls.more, folder)
     seen = replace(seen, prior_odds={})
-    alone = [posterior([StoredWalls(part)], seen, workers, options, on_replay) for part in (walls.path, *more)]
-    effective = np.array([float(one["effective_samples"][0]) for one in alone])
+    alone = [posterior([StoredWalls(path)], seen, workers, options, on_replay) for path in (walls.path, *more)]
+    effective = np.array([float(result["effective_samples"][0]) for result in alone])
     return StoredWalls(walls.path, more, tuple((effective / effective.sum()).tolist()))
 
 
 def prices(
     studies: Sequence[str | Path], observations: str | Path, options: InferenceOptions, workers: int
 ) -> list[str]:
-    """Sentences on the cost of replays and rounds of new walls, at most."""
-    seen, said = Observations.from_toml(observations), []
-    opened = [StoredWalls(Path(path)) for path in studies]  # refuses a study without walls
+    """Sentences on the largest cost of replays and rounds of new walls."""
+    seen, sentences = Observations.from_toml(observations), []
+    opened = [StoredWalls(Path(path)) for path in studies]
     for walls in opened:
         walls.require(seen)
     seconds = [float(walls.ds["run_time"].mean()) / workers for walls in opened]
@@ -256,24 +257,24 @@ def prices(
         counts = [max(0, min(options.replays, walls.known.sum()) - walls.stores[0].count()) for walls in opened]
         if any(counts):
             took = duration(float(np.dot(counts, seconds)))
-            said.append(f"replays for cracks at places and for levels: {sum(counts)} walls, about {took}")
+            sentences.append(f"replays for local cracks and for levels: {sum(counts)} walls, about {took}")
     if not options.new_walls:
-        return said
+        return sentences
     took = duration(options.rounds * options.new_walls * sum(seconds))
-    said.append(
+    sentences.append(
         f"new walls where fewer than {options.fewest_effective:g} samples are effective: at most {options.rounds} "
-        f"rounds of {options.new_walls} walls a study, {took} in all, and replays"
+        f"rounds of {options.new_walls} walls per study, {took} in all, and replays"
     )
-    return said
+    return sentences
 
 
 def _needs_replays(seen: Observations) -> bool:
-    """Return whether observations are of what archives do not hold: cracks at a place, and levels."""
+    """Whether archives lack the observed results: local cracks, and levels."""
     return bool(seen.level) or any(crack.x is not None for crack in seen.crack)
 
 
 def _survey_name(seen: Observations) -> str:
-    """Return a short name that differs from survey to survey."""
+    """Short unique name of a survey."""
     return hashlib.sha256(repr(seen).encode()).hexdigest()[:8]
 
 
@@ -284,21 +285,19 @@ def posterior(
     options: InferenceOptions = DEFAULT,
     on_replay: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Posterior from studies that are open; see ``infer``."""
+    """Posterior from opened studies; see ``infer``."""
     for walls in studies:
         walls.require(seen)
     names = [walls.name for walls in studies]
     if len({*names, ANOTHER}) <= len(names):
-        raise InputError(f"studies: {', '.join(names)}: each cause needs a study of a name of its own.")
+        raise InputError(f"studies: {', '.join(names)}: each cause needs a study with a different name.")
     if seen.movement is not None and len(measures := sorted({walls.measure for walls in studies})) > 1:
         raise InputError(
-            f"movement = {seen.movement}: is the prior of one measure, and the studies have {' and '.join(measures)}; "
+            f"movement = {seen.movement}: is the prior of one measure, but the studies have {' and '.join(measures)}; "
             "leave it out, or give studies of one measure."
         )
     if unknown := [name for name in seen.prior_odds if name not in (*names, ANOTHER)]:
-        raise InputError(
-            f"prior_odds: '{unknown[0]}': is none of the studies." + nearest(unknown[0], [*names, ANOTHER])
-        )
+        raise InputError(f"prior_odds: '{unknown[0]}': is not a study." + nearest(unknown[0], [*names, ANOTHER]))
     movement = None if seen.movement is None else movement_distribution(seen.movement, studies[0].units, "movement")
     logs, misfits, replayed = [], [], []
     for walls in studies:
@@ -313,8 +312,8 @@ def posterior(
     prior /= prior.sum()
     evidence = np.append(evidence, seen.vague_log_likelihood())
     cause = special.softmax(np.log(prior) + evidence)
-    own = [np.exp(log - e) if np.isfinite(e) else np.zeros(log.shape) for log, e in zip(logs, evidence)]
-    return _dataset(studies, seen, options, own, cause, prior, evidence, misfits, replayed)
+    weights = [np.exp(log - e) if np.isfinite(e) else np.zeros(log.shape) for log, e in zip(logs, evidence)]
+    return _dataset(studies, seen, options, weights, cause, prior, evidence, misfits, replayed)
 
 
 def _state_weights(
@@ -325,13 +324,13 @@ def _state_weights(
     options: InferenceOptions,
     on_replay: Callable[[int, int], None] | None,
 ) -> tuple[FloatArray, float, int]:
-    """Return log weights of the states (not normalised), the least misfit, and the number of samples replayed."""
+    """Log weights of the states (not normalised), the least misfit, and the number of replayed samples."""
     shares, models = zip(*seen.discrepancy.nodes(options.discrepancy_points))
 
     def integrated(fit_with: Callable[[Discrepancy], FloatArray]) -> FloatArray:
-        """Return the log likelihood of all observations together, over the distribution of the discrepancy."""
-        found = special.logsumexp([np.log(w) + fit_with(m) for w, m in zip(shares, models)], axis=0)
-        return np.where(np.isfinite(found), found, -np.inf)
+        """Log likelihood of all observations together, over the distribution of the discrepancy."""
+        log_likelihood = special.logsumexp([np.log(w) + fit_with(m) for w, m in zip(shares, models)], axis=0)
+        return np.where(np.isfinite(log_likelihood), log_likelihood, -np.inf)
 
     prior, archive = walls.log_prior(movement), {m: walls.fit_of_archive(seen, m).log_likelihood for m in models}
     log = prior + integrated(archive.__getitem__)
@@ -350,19 +349,19 @@ def _state_weights(
     return log, float(possible.min()) if possible.size else np.inf, count
 
 
-def movement_cdf(walls: StoredWalls, weight: FloatArray, at: FloatArray) -> FloatArray:
+def movement_cdf(walls: StoredWalls, weight: FloatArray, points: FloatArray) -> FloatArray:
     """Posterior distribution function of the movement at some points, uniform between the edges of each increment."""
     used = weight > 1e-12 * max(weight.max(), 1e-300)
     low, high, heavy = walls.edges[:, :-1][used], walls.edges[:, 1:][used], weight[used]
     width = np.maximum(high - low, 1e-300)
-    return np.array([heavy @ np.clip((x - low) / width, 0.0, 1.0) for x in at]) / max(heavy.sum(), 1e-300)
+    return np.array([heavy @ np.clip((x - low) / width, 0.0, 1.0) for x in points]) / max(heavy.sum(), 1e-300)
 
 
 def _future(walls: StoredWalls, weight: FloatArray, options: InferenceOptions, highest: int) -> xr.Dataset:
-    """Return the probability of each category or worse after further movement, on (further, category).
+    """Probability of each category or worse after further movement, on (further, category).
 
-    It is that among the walls that were followed so far, which may be the sound ones. The bounds are of all walls: the
-    others have reached what they had at the end of their path, or all categories.
+    The value is among walls with a result there, which may be the sound ones. The bounds are for all walls: the
+    others have the category at the end of their path, or every category.
     """
     category = walls.ds["damage_category"].values
     among, lower, upper = np.full((3, len(options.further), highest), np.nan)
@@ -373,14 +372,14 @@ def _future(walls: StoredWalls, weight: FloatArray, options: InferenceOptions, h
     moved = walls.movement[rows]
     for k, share in enumerate(options.further if len(rows) else ()):
         target = walls.movement[rows, columns] + share * walls.largest
-        at = np.nanargmin(np.abs(moved - target[:, None]), axis=1)
+        increment = np.nanargmin(np.abs(moved - target[:, None]), axis=1)
         # the nearest increment, unless the path ends before the movement
-        known = (target <= walls.edges[rows, -1] * (1 + 1e-9)) & (category[rows, at] >= 0)
-        reached = np.where(known, category[rows, at], worst)[:, None] >= np.arange(1, highest + 1)
-        followed[k] = heavy[known].sum()
-        lower[k], upper[k] = heavy @ reached, heavy @ (reached | ~known[:, None])
-        if known.any():
-            among[k] = heavy[known] @ reached[known] / heavy[known].sum()
+        has_result = (target <= walls.edges[rows, -1] * (1 + 1e-9)) & (category[rows, increment] >= 0)
+        reached = np.where(has_result, category[rows, increment], worst)[:, None] >= np.arange(1, highest + 1)
+        followed[k] = heavy[has_result].sum()
+        lower[k], upper[k] = heavy @ reached, heavy @ (reached | ~has_result[:, None])
+        if has_result.any():
+            among[k] = heavy[has_result] @ reached[has_result] / heavy[has_result].sum()
     named = {"": among, "_lower": lower, "_upper": upper}
     values = {f"future_probability{end}": (("further", "category"), v, {"units": "1"}) for end, v in named.items()}
     return xr.Dataset({**values, "future_known": ("further", followed, {"units": "1"})})
@@ -389,7 +388,7 @@ def _future(walls: StoredWalls, weight: FloatArray, options: InferenceOptions, h
 def _path_end(
     walls: StoredWalls, weight: FloatArray, quantiles: FloatArray, future: xr.Dataset, options: InferenceOptions
 ) -> tuple[float, str]:
-    """Share of the posterior at the end of the paths, and advice on how to follow walls farther ("" if needless)."""
+    """Share of the posterior at the end of the paths, and advice on longer paths ("" if not needed)."""
     end = np.fmax.reduce(walls.edges, axis=1)
     at_end = (walls.edges[:, 1:] >= end[:, None] * (1 - 1e-9)) & (weight > 0)
     cut = float(weight[at_end].sum())
@@ -400,19 +399,19 @@ def _path_end(
     longest = end >= walls.largest * (1 - 1e-9)
     if weight[~longest].sum() > 0.5 * weight.sum():
         return cut, (
-            f'follow walls on, with stop_at_category = "none" under [study]: most of them end before '
+            f'follow walls further, with stop_at_category = "none" under [study]: most of them end before '
             f"{shown.factor * walls.largest:.3g} {shown.unit} (damage category reached, own movement, or failure)"
         )
     target = float(f"{quantiles[-1] + max(options.further) * walls.largest:.2g}")
-    said = f"run walls to {shown.factor * target:.3g} {shown.unit}"
+    advice = f"run walls to {shown.factor * target:.3g} {shown.unit}"
     settings, more = read_frozen(StudyFolder(walls.path).study_text()), f"{walls.name}_farther"
     table, key = _MOVED_BY.get(walls.measure, ("", ""))
     movement = settings.scene.movement
     if not table or movement.stage or settings.scene.soil_layer or f"{table}.{key}" in settings.variables:
-        return cut, f"{said} in a study of its own, and infer from that"
+        return cut, f"{advice} in a separate study, and infer from it"
     count = round(movement.increment_count * target / walls.largest)
     return cut, (
-        f"{said}: sed -e 's/^{key} = .*/{key} = {target:g}/' -e 's/^increments = .*/increments = {count}/' "
+        f"{advice}: sed -e 's/^{key} = .*/{key} = {target:g}/' -e 's/^increments = .*/increments = {count}/' "
         f"{walls.path.name}/study.toml > {more}.toml && damagepred study {more}.toml, and infer from {more}.dp"
     )
 
@@ -421,20 +420,20 @@ def _dataset(
     studies: Sequence[StoredWalls],
     seen: Observations,
     options: InferenceOptions,
-    own: Sequence[FloatArray],
+    weights: Sequence[FloatArray],
     cause: FloatArray,
     prior: FloatArray,
     evidence: FloatArray,
     misfits: Sequence[float],
     replayed: Sequence[int],
 ) -> xr.Dataset:
-    steps, among = max(weight.shape[1] for weight in own), special.softmax(np.log(prior[:-1]) + evidence[:-1])
+    steps, among = max(weight.shape[1] for weight in weights), special.softmax(np.log(prior[:-1]) + evidence[:-1])
     highest = min(highest_category(walls.ds) for walls in studies)
     units = {walls.units for walls in studies}
     unit = {"units": units.pop()} if len(units) == 1 else {"comment": "in movement_units of each study"}
     values: dict[str, Any] = {"posterior": [], "movement": []}
     quantiles, futures = [], []
-    for walls, weight, share in zip(studies, own, among):
+    for walls, weight, share in zip(studies, weights, among):
         pad = ((0, 0), (0, steps - weight.shape[1]))
         values["posterior"].append(np.pad(share * weight, pad))
         values["movement"].append(np.pad(walls.movement, pad, constant_values=np.nan))
@@ -444,13 +443,13 @@ def _dataset(
             np.interp(options.quantiles, cdf, grid) if cdf[-1] > 0 else np.full(len(options.quantiles), np.nan)
         )
         futures.append(_future(walls, weight, options, highest))
-    effective = np.array([effective_samples(weight.sum(axis=1)) for weight in own])
+    effective = np.array([effective_samples(weight.sum(axis=1)) for weight in weights])
     resemblance = special.chdtrc(seen.count, np.array(misfits))
     usable = (effective >= options.fewest_effective) & (resemblance >= options.resemblance)
     with np.errstate(divide="ignore"):
         odds = np.clip(cause / (1.0 - cause), 1.0 / LARGEST_ODDS, LARGEST_ODDS)
     usable = np.append(usable, usable.any())
-    cut, advice = zip(*(_path_end(*one, options) for one in zip(studies, own, quantiles, futures)))
+    cut, advice = zip(*(_path_end(*args, options) for args in zip(studies, weights, quantiles, futures)))
     state, origins = ("sample", "increment"), seen.discrepancy.origins()
     ds = xr.Dataset(
         {
@@ -479,8 +478,8 @@ def _dataset(
             "movement_measure": ("study", [walls.measure for walls in studies]),
             "movement_units": ("study", [walls.units for walls in studies]),
             "movement_largest": ("study", [walls.largest for walls in studies], unit),
-            "study_of_sample": ("sample", np.repeat(np.arange(len(own)), [len(w) for w in own])),
-            "sample_in_study": ("sample", np.concatenate([np.arange(len(w)) for w in own])),
+            "study_of_sample": ("sample", np.repeat(np.arange(len(weights)), [len(w) for w in weights])),
+            "sample_in_study": ("sample", np.concatenate([np.arange(len(w)) for w in weights])),
         },
         {
             "study": [walls.name for walls in studies],
@@ -501,7 +500,7 @@ def _dataset(
     )
     ds = ds.merge(xr.concat(futures, "study"))
     if any(replayed):
-        ds = ds.assign(_crack_maps(studies, own, options))
+        ds = ds.assign(_crack_maps(studies, weights, options))
     local = [crack for crack in seen.crack if crack.x is not None]
     places = [(c.x, c.y, c.width or c.wider_than or c.narrower_than or 0.0) for c in local]
     if places:
@@ -513,14 +512,16 @@ def _dataset(
 
 
 def _crack_maps(
-    studies: Sequence[StoredWalls], own: Sequence[FloatArray], options: InferenceOptions
+    studies: Sequence[StoredWalls], weights: Sequence[FloatArray], options: InferenceOptions
 ) -> dict[str, tuple[Any, ...]]:
-    """Return for each study the probability that a crack runs through each cell, and the middles of the cells."""
-    walls = [tomllib.loads(str(one.ds.attrs["scene"]))["wall"] for one in studies]
+    """Probability that a crack runs through each cell, for each study, and the middles of the cells."""
+    walls = [tomllib.loads(str(study.ds.attrs["scene"]))["wall"] for study in studies]
     cell = options.map_cell
     rows, columns = (max(1, int(np.ceil(max(w[key] for w in walls) / cell))) for key in ("height", "length"))
     shape = rows, columns
-    maps = [w.crack_map(weight, cell, options.map_width, shape, options.negligible) for w, weight in zip(studies, own)]
+    maps = [
+        w.crack_map(weight, cell, options.map_width, shape, options.negligible) for w, weight in zip(studies, weights)
+    ]
     middle = [(np.arange(n) + 0.5) * cell for n in shape]
     return {
         "crack_probability": (("study", "map_y", "map_x"), np.array(maps), {"wider_than": options.map_width}),

@@ -1,9 +1,9 @@
-"""Design search: the combination of measures that keeps damage unlikely enough at least cost.
+"""Design search: the cheapest combination of measures against damage.
 
-The cheapest one with a probability of damage below a target, or the one of the least expected cost with repairs.
+The cheapest one with a probability of damage below a target, or the one with the least expected cost with repairs.
 
-Alternatives are the combinations of one option of each choice. Each is a study of its own, of the same samples (common
-random numbers); where the fields are drawn on the study's own wall, also the joints' values are the same.
+Alternatives are the combinations of one option of each choice. Each is a separate study with the same samples (common
+random numbers); if the fields are drawn on the study's own wall, the joints' values are also the same.
 """
 
 from __future__ import annotations
@@ -47,16 +47,16 @@ from damagepred.uq.selection import SelectionOptions, select_cheapest, select_le
 
 @described
 class Option:
-    """One way to build (``[[choice.option]]``).
+    """Option of construction (``[[choice.option]]``).
 
     Attributes
     ----------
     name : str
-        In words.
+        Name of the option.
     cost : float
-        In the user's money.
+        Cost in any currency.
     scene : dict
-        Tables of the scene that differ, such as ``scene.footing.depth = "500 mm"``.
+        Differing tables of the scene, such as ``scene.footing.depth = "500 mm"``.
     """
 
     name: str
@@ -66,12 +66,12 @@ class Option:
 
 @described
 class Choice:
-    """A choice among options (``[[choice]]``); the first is the reference.
+    """Choice among options (``[[choice]]``); the first is the reference.
 
     Attributes
     ----------
     name : str
-        In words.
+        Name of the choice.
     option : tuple of Option
         The options.
     """
@@ -82,7 +82,7 @@ class Choice:
 
 @described
 class Target:
-    """What is asked (``[target]``): P(category or worse) is at most ``probability``, or the least expected cost.
+    """Target (``[target]``): P(category or worse) is at most ``probability``, or the least expected cost.
 
     Attributes
     ----------
@@ -91,16 +91,16 @@ class Target:
     category : int, optional
         Category, or worse.
     probability : float, optional
-        Largest probability that is accepted.
+        Largest accepted probability.
     repair_costs : tuple of float, optional
-        Instead of both: costs of repair of category 1, 2, ..., in the money of the options; the last is that of all
-        worse ones, too.
+        Instead of both: costs of repair of category 1, 2, ..., in the currency of the options; the last also holds for
+        all worse categories.
     tolerance : float
-        Difference of expected costs that does not matter.
+        Negligible difference of expected costs.
     confidence : float
         Probability of a correct selection.
     first, most : int
-        Samples of an alternative in the first round, and at most.
+        Samples of an alternative in the first round, and their limit.
     """
 
     at: str
@@ -124,7 +124,7 @@ class Target:
             raise InputError("repair_costs: must not be negative, nor fall from category to category.")
 
     def __str__(self) -> str:
-        """Return the target in words."""
+        """Target in words."""
         if self.repair_costs:
             return f"expected cost with repairs at {self.at}"
         return f"P(category >= {self.category} at {self.at}) <= {self.probability:g}"
@@ -139,9 +139,9 @@ class Choices:
     study : str
         Study file, beside this one.
     target : Target
-        What is asked.
+        Target of the search.
     choice : tuple of Choice
-        What may be chosen.
+        Choices.
     """
 
     study: str
@@ -149,7 +149,7 @@ class Choices:
     choice: tuple[Choice, ...] = Field(min_length=1)
 
     def alternatives(self) -> list[tuple[Option, ...]]:
-        """Return all combinations of options."""
+        """All combinations of options."""
         return list(itertools.product(*(choice.option for choice in self.choice)))
 
 
@@ -163,7 +163,7 @@ def search_design(
     on_round: Callable[[int, int], None] | None = None,
     on_walls: Callable[[Progress], None] | None = None,
 ) -> xr.Dataset:
-    """Search the cheapest alternative that meets the target.
+    """Cheapest alternative that meets the target.
 
     Parameters
     ----------
@@ -172,9 +172,9 @@ def search_design(
     out : path
         Folder for the studies of the alternatives; the same call resumes.
     workers : int
-        Processes.
+        Number of worker processes.
     on_round : callable, optional
-        Called before each round with the samples of an alternative, and the number of alternatives that get them.
+        Called before each round with the samples per alternative, and the number of alternatives.
     on_walls : callable, optional
         Called with the progress of the walls of an alternative.
 
@@ -182,8 +182,8 @@ def search_design(
     -------
     xarray.Dataset
         On (alternative,): cost, probability with bounds, samples and decision; ``probability_unfollowed`` is the part
-        of it from walls that failed or were not followed as far, which count as damaged. On (measure,): the value of
-        each option against the first of its choice, as the mean paired difference of the probability, with its
+        from walls that failed or have no result at the movement, which count as damaged. On (measure,): the value of
+        each option relative to the first of its choice, as the mean paired difference of the probability, with its
         standard error.
         With repair costs: ``expected_cost`` instead of the probability, and differences of the cost of repair.
         Attributes ``chosen`` and ``sure``, and ``regret`` with repair costs.
@@ -191,19 +191,19 @@ def search_design(
     Raises
     ------
     InputError
-        If the file is wrong, or the target lies beyond what the study can tell.
+        If the file is invalid, or no wall has a result at the target's movement.
 
     Examples
     --------
     >>> import damagepred
-    >>> found = damagepred.search_design("choices.toml", "choices.design")
-    >>> found.attrs["chosen"]
+    >>> ds = damagepred.search_design("choices.toml", "choices.design")
+    >>> ds.attrs["chosen"]
     'as it is'
     """
     require_count("workers", workers)
     check_output(out)
-    asked, built, names, settings = _read(choices)
-    options = _selection(asked)
+    content, built, names, settings = _read(choices)
+    options = _selection(content)
     values: dict[int, FloatArray] = {}
     doubt = np.full(len(built), np.nan)
 
@@ -213,31 +213,33 @@ def search_design(
         if Campaign(settings[k]).run(folder, count, executor=pool, on_progress=on_walls).interrupted:
             raise KeyboardInterrupt
         ds = open_study(folder)
-        values[k] = loss(ds, asked.target)[:count]
-        doubt[k] = float((values[k] - loss(ds, asked.target, unfollowed=0.0)[:count]).mean())
+        values[k] = loss(ds, content.target)[:count]
+        doubt[k] = float((values[k] - loss(ds, content.target, unfollowed=0.0)[:count]).mean())
         return values[k]
 
     costs = np.array([sum(option.cost for option in chosen) for chosen in built])
-    target = asked.target
-    # starting workers anew for each alternative takes longer than small walls
+    target = content.target
+    # new workers for each alternative would take longer than small walls
     with SharedPool(workers, sample_timeout(None, Campaign(settings[0]).limits, None)) as pool:
         if target.probability is not None:
-            found = select_cheapest(costs, losses, target.probability, options, on_round)
+            selection = select_cheapest(costs, losses, target.probability, options, on_round)
             quantity, units, words = "probability", {"units": "1"}, "undecided_or_dearer meets fails"
         else:
-            found = select_least_expected(costs, losses, target.repair_costs[-1], options, target.tolerance, on_round)
+            selection = select_least_expected(
+                costs, losses, target.repair_costs[-1], options, target.tolerance, on_round
+            )
             quantity, units, words = "expected_cost", {}, "undecided best dearer"
-    measures = list(_values_of_measures(asked, built, values))
-    decision = np.where(found.meets, 1, np.where(found.fails, 2, 0)).astype(np.int8)
+    measures = list(_values_of_measures(content, built, values))
+    decision = np.where(selection.meets, 1, np.where(selection.fails, 2, 0)).astype(np.int8)
     flags = {"flag_values": np.array([0, 1, 2], dtype=np.int8), "flag_meanings": words}
     return xr.Dataset(
         {
             "cost": ("alternative", costs),
-            quantity: ("alternative", found.mean, units),
-            f"{quantity}_lower": ("alternative", found.lower, units),
-            f"{quantity}_upper": ("alternative", found.upper, units),
+            quantity: ("alternative", selection.mean, units),
+            f"{quantity}_lower": ("alternative", selection.lower, units),
+            f"{quantity}_upper": ("alternative", selection.upper, units),
             f"{quantity}_unfollowed": ("alternative", doubt, units),
-            "samples": ("alternative", found.samples),
+            "samples": ("alternative", selection.samples),
             "decision": ("alternative", decision, flags),
             "value": ("measure", np.array([m[1] for m in measures]), units),
             "value_error": ("measure", np.array([m[2] for m in measures]), units),
@@ -247,10 +249,10 @@ def search_design(
         {
             "title": str(target),
             "quantity": quantity,
-            "chosen": "" if found.chosen is None else names[found.chosen],
-            "sure": int(found.sure),
+            "chosen": "" if selection.chosen is None else names[selection.chosen],
+            "sure": int(selection.sure),
             "limit": np.nan if target.probability is None else target.probability,
-            "regret": found.regret,
+            "regret": selection.regret,
             "confidence": target.confidence,
         },
     )
@@ -258,12 +260,12 @@ def search_design(
 
 def price_of_search(choices: str | Path, workers: int) -> str:
     """Cost estimate of a search (first round, upper bound); times one reference wall."""
-    asked, built, _, settings = _read(choices)
+    content, built, _, settings = _read(choices)
     warm_up(settings[0].scene)
     began = time.perf_counter()
     with suppress(SolverError):
         solve(settings[0].scene, limits=NO_LIMITS)
-    seconds, options = (time.perf_counter() - began) * len(built) / workers, _selection(asked)
+    seconds, options = (time.perf_counter() - began) * len(built) / workers, _selection(content)
     return (
         f"{len(built)} alternatives of walls like the first: {options.first} walls each to begin with, about "
         f"{duration(seconds * options.first)}; {options.most} each at most, about {duration(seconds * options.most)}"
@@ -271,23 +273,23 @@ def price_of_search(choices: str | Path, workers: int) -> str:
 
 
 def _read(choices: str | Path) -> tuple[Choices, list[tuple[Option, ...]], list[str], list[StudySettings]]:
-    """Return the choices, their combinations, and the name and the study of each."""
-    asked = build(Choices, read_toml(choices), str(choices))
-    base = StudySettings.from_toml(Path(choices).parent / asked.study)
+    """Choices, their combinations, and the name and study of each combination."""
+    content = build(Choices, read_toml(choices), str(choices))
+    base = StudySettings.from_toml(Path(choices).parent / content.study)
     if base.study.importance or base.study.sampler == "table" or base.study.movement == "sampled":
         raise InputError(
-            f"{asked.study}: a design search draws its own samples; no importance, table or sampled movement."
+            f"{content.study}: a design search draws its own samples; no importance, table or sampled movement."
         )
-    built = asked.alternatives()
+    built = content.alternatives()
     names = [" + ".join(option.name for option in chosen) for chosen in built]
     if len(set(names)) < len(names):
         raise InputError(f"{choices}: two options of a choice have the same name.")
-    most = _selection(asked).most
-    return asked, built, names, [_settings_of(base, chosen, most, name) for chosen, name in zip(built, names)]
+    most = _selection(content).most
+    return content, built, names, [_settings_of(base, chosen, most, name) for chosen, name in zip(built, names)]
 
 
-def _selection(asked: Choices) -> SelectionOptions:
-    target = asked.target
+def _selection(content: Choices) -> SelectionOptions:
+    target = content.target
     return SelectionOptions(target.confidence, target.first, max(target.most, target.first))
 
 
@@ -303,13 +305,15 @@ def loss(ds: xr.Dataset, target: Target, unfollowed: float = 1.0) -> FloatArray:
 def damaged(ds: xr.Dataset, category: int, movement: str, unfollowed: float = 1.0) -> FloatArray:
     """Probability of each sample to reach a category, over the movements of the target; a bound where unknown."""
     measure = chosen_intensity(ds, None)
-    at = movement_distribution(movement, str(attributes(ds, measure)["units"]), "target.at")
-    known = category_capacities(ds, category, measure, wanted_movement(ds, at, measure))
-    least, most = (known_hits(known, at, unknown) for unknown in (0.0, 1.0))
+    distribution = movement_distribution(movement, str(attributes(ds, measure)["units"]), "target.at")
+    capacities = category_capacities(ds, category, measure, wanted_movement(ds, distribution, measure))
+    least, most = (known_hits(capacities, distribution, unknown) for unknown in (0.0, 1.0))
     if (most - least == 1.0).all():
-        raise InputError(f"target.at = {at.name}: no wall was followed as far; let the study's movement be larger.")
+        raise InputError(
+            f"target.at = {distribution.name}: no wall has a result there; give the study a larger movement."
+        )
     result = np.full(ds.sizes["sample"], unfollowed)
-    result[known.sample] = most if unfollowed else least
+    result[capacities.sample] = most if unfollowed else least
     return result
 
 
@@ -328,17 +332,17 @@ def _settings_of(base: StudySettings, chosen: tuple[Option, ...], most: int, nam
 
 
 def _values_of_measures(
-    asked: Choices, built: list[tuple[Option, ...]], values: Mapping[int, FloatArray]
+    content: Choices, built: list[tuple[Option, ...]], values: Mapping[int, FloatArray]
 ) -> list[tuple[str, float, float, float]]:
-    """Return name, mean difference of probability or repair cost to the first option, standard error, extra cost."""
-    found = []
-    for place, choice in enumerate(asked.choice):
+    """Name, mean difference of probability or repair cost to the first option, standard error, extra cost."""
+    measures = []
+    for position, choice in enumerate(content.choice):
         for option in choice.option[1:]:
             differences = []
             for k, chosen in enumerate(built):
-                if chosen[place] is not option:
+                if chosen[position] is not option:
                     continue
-                other = built.index((*chosen[:place], choice.option[0], *chosen[place + 1 :]))
+                other = built.index((*chosen[:position], choice.option[0], *chosen[position + 1 :]))
                 if k in values and other in values:
                     count = min(len(values[k]), len(values[other]))
                     differences.append(values[k][:count] - values[other][:count])
@@ -347,5 +351,5 @@ def _values_of_measures(
             each = np.mean([d[:count] for d in differences], axis=0) if count else np.empty(0)
             error = float(each.std(ddof=1) / np.sqrt(count)) if count > 1 else np.nan
             value = float(each.mean()) if count else np.nan
-            found.append((f"{choice.name}: {option.name}", value, error, option.cost - choice.option[0].cost))
-    return found
+            measures.append((f"{choice.name}: {option.name}", value, error, option.cost - choice.option[0].cost))
+    return measures

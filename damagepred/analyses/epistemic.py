@@ -1,4 +1,4 @@
-"""Monte Carlo error and epistemic uncertainty of the inputs, apart."""
+"""Monte Carlo error and epistemic uncertainty of the inputs, separately."""
 
 from __future__ import annotations
 
@@ -24,17 +24,16 @@ from damagepred.uq.variable import Variable
 
 
 class Alternative(NamedTuple):
-    """A probability under one set of distributions.
+    """Probability under one set of distributions.
 
     Attributes
     ----------
     name : str
-        As the study file has it; "" for the study's own distributions.
+        Name in the study file; "" for the study's own distributions.
     found : Exceedance
-        The probability with its Monte Carlo error.
+        Probability with its Monte Carlo error.
     effective_samples : float
-        Equally weighted walls that would know as much; few of them say that the alternative is too far away to be
-        read from these walls, and should be run as a study of its own.
+        Equivalent number of equally weighted walls; with few, the alternative should be run as a separate study.
     """
 
     name: str
@@ -51,50 +50,34 @@ def alternatives(
     others: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None,
     confidence: float = 0.9,
 ) -> list[Alternative]:
-    """Estimate a probability under a study's own distributions and under alternatives to them.
+    """Probability of a category or worse under a study's own distributions and under alternatives to them.
 
-    Parameters
-    ----------
-    path : str or Path
-        Study folder.
-    category : int
-        Category, or worse.
-    at : float or MovementDistribution
-        Movement (m), or its distribution.
-    others : mapping, optional
-        Name -> place -> what differs in that variable, such as ``{"less sure": {"dpc.friction": {"cov": 0.3}}}``; by
-        default the study's ``[study.epistemic]``.
-    confidence : float
-        Of the intervals.
-
-    Raises
-    ------
-    InputError
-        If an alternative is for no variable with a value a wall, or has no density.
+    ``others`` has name -> key -> changes of the variable, such as ``{"less sure": {"dpc.friction": {"cov":
+    0.3}}}``; by default the study's ``[study.epistemic]``.
     """
     study, ds = Campaign.from_folder(path), open_study(path)
-    found = [_estimate("", ds, category, at, confidence)]
+    estimates = [_estimate("", ds, category, at, confidence)]
     for name, changes in (study.settings.study.epistemic if others is None else others).items():
         other = _changed(study.settings, name, changes)
-        values = {place: np.asarray(ds[place].values) for place in study.design.wall}
+        values = {key: np.asarray(ds[key].values) for key in study.design.wall}
         ratio = density_ratio(study.design, other.design(), values)
         weight = ratio * (ds["weight"].values if "weight" in ds else 1.0)
-        found.append(_estimate(name, ds.assign(weight=("sample", weight)), category, at, confidence))
-    return found
+        estimates.append(_estimate(name, ds.assign(weight=("sample", weight)), category, at, confidence))
+    return estimates
 
 
 def _changed(settings: StudySettings, name: str, changes: Mapping[str, Mapping[str, Any]]) -> StudySettings:
-    """Return a study with other distributions of the variables with a value a wall; it can be run, too."""
+    """Study with other distributions of the variables with one value per wall."""
     where = f'[study.epistemic."{name}"]'
-    wall = [place for place, v in settings.variables.items() if v.field is None]
+    wall = [key for key, v in settings.variables.items() if v.field is None]
     variables = dict(settings.variables)
-    for place, change in changes.items():
-        if place not in wall:
+    for key, change in changes.items():
+        if key not in wall:
             raise InputError(
-                f'{where} "{place}": is no variable with one value a wall; alternatives to fields are run as studies '
-                "of their own." + nearest(place, wall)
+                f'{where} "{key}": is no variable with one value per wall; alternatives to fields are separate '
+                "studies." + nearest(key, wall)
             )
-        variables[place] = build(Variable, plain(variables[place]) | dict(change), f'{where} "{place}"')
+        variables[key] = build(Variable, plain(variables[key]) | dict(change), f'{where} "{key}"')
     return replace(settings, variables=variables, study=replace(settings.study, epistemic={}))
 
 
@@ -107,53 +90,43 @@ def _estimate(
 
 
 def lines(found: list[Alternative], category: int, at: float | MovementDistribution) -> list[str]:
-    """Say what was found.
-
-    Parameters
-    ----------
-    found : list of Alternative
-        The study's own distributions first.
-    category : int
-        Category, or worse.
-    at : float or MovementDistribution
-        Movement (m), or its distribution.
-    """
-    own, said = found[0].found, []
-    e = own.estimate
+    """Alternatives in words, the study's own distributions first."""
+    base, sentences = found[0].found, []
+    e = base.estimate
     movement = as_distribution(at)
-    asked = f"P(category >= {category} at {f'{1e3 * at:g} mm' if isinstance(at, float) else movement.words})"
+    question = f"P(category >= {category} at {f'{1e3 * at:g} mm' if isinstance(at, float) else movement.words})"
     if np.isnan(e.value):
         return [
-            f"{asked} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no wall that had not "
-            f"reached it before was followed as far; walls, all: {e.samples + own.failed}, failed: {own.failed}, not "
-            f"followed as far: {own.not_followed}"
+            f"{question} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no wall without "
+            f"this category has a result there; walls, all: {e.samples + base.failed}, failed: {base.failed}, without "
+            f"result there: {base.not_followed}"
         ]
-    said.append(
-        f"{asked} = {e.value:.4g}, Monte Carlo error {e.error:.2g}: {e.lower:.4g} to {e.upper:.4g} "
+    sentences.append(
+        f"{question} = {e.value:.4g}, Monte Carlo error {e.error:.2g}: {e.lower:.4g} to {e.upper:.4g} "
         f"({e.confidence:.0%}), {e.samples} walls"
     )
     if movement.assumption:
-        said.append(movement.assumption)
-    if own.failed:
-        said.append(
-            f"{own.failed} failed walls: {own.failed_undamaged:.4g} if none had reached it, {own.failed_damaged:.4g} "
-            "if all had"
+        sentences.append(movement.assumption)
+    if base.failed:
+        sentences.append(
+            f"{base.failed} failed walls: {base.failed_undamaged:.4g} if none had reached it, "
+            f"{base.failed_damaged:.4g} if all had"
         )
-    if own.not_followed:
-        said.append(
-            f"{own.not_followed} walls were not followed that far; they count as those followed further, which is "
+    if base.not_followed:
+        sentences.append(
+            f"{base.not_followed} walls were not followed that far; they count as those followed further, which is "
             "right if their movement does not end there because they are weak or strong"
         )
     for other in found[1:]:
         o = other.found.estimate
         few = ", too few: run it as a study" if other.effective_samples < 0.2 * o.samples else ""
-        said.append(
+        sentences.append(
             f"  {other.name}: {o.value:.4g}, {o.lower:.4g} to {o.upper:.4g} "
             f"({other.effective_samples:.0f} effective walls{few})"
         )
     if len(found) > 1:
         values = [a.found.estimate.value for a in found]
-        said.append(
-            f"what the inputs leave open: {min(values):.4g} to {max(values):.4g}, besides the Monte Carlo error"
+        sentences.append(
+            f"epistemic range of the inputs: {min(values):.4g} to {max(values):.4g}, without the Monte Carlo error"
         )
-    return said
+    return sentences

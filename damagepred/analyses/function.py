@@ -1,4 +1,4 @@
-"""A study as a plain function of its variables, for programs that bring their own ways of sampling."""
+"""A study as a plain function of its variables, for programs with other sampling methods."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy import special
 
-from damagepred.archive.parts import Columns
+from damagepred.archive.parts import Column
 from damagepred.archive.schema import FLAG_FILL, VARIABLES
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import NO_LIMITS, Limits
@@ -27,7 +27,7 @@ from damagepred.uq.samplers import unit_points
 from damagepred.uq.sensitivity import saltelli_rows, sobol_indices
 
 JOINTS = "joints"
-"""Name, among the inputs of Sobol's indices, of all that varies from joint to joint."""
+"""Input of Sobol's indices for all values that vary from joint to joint."""
 
 Kept = Literal["path", "sampled", "both"]
 
@@ -35,25 +35,25 @@ USUAL = ("damage_category", "crack_width_max", "dpc_opening_max")
 
 
 class StudyFunction:
-    """Vector of a study's variables -> what becomes of that wall.
+    """Function from a vector of a study's variables to the results of the wall.
 
     Parameters
     ----------
     settings : StudySettings
-        The study; its sampling does not count.
+        Study; its sampling is not used.
     outputs : sequence of str
         Results to return, by their names in the archive.
     movement : {"path", "sampled", "both"}, optional
-        What is returned of the movement (see ``Sampling``); by default what the study keeps.
+        Increments to return (see ``Sampling``); by default as in the study.
     limits : Limits
-        See ``Study``.
+        Estimated cost above which the study is refused.
 
     Attributes
     ----------
     inputs : tuple of str
-        Places of the variables with one value a wall, in the order of the study: what a vector consists of.
+        Keys of the variables with one value per wall, in the order of the vector.
     units : tuple of str
-        Their SI units.
+        SI units of the inputs.
 
     Raises
     ------
@@ -86,7 +86,7 @@ class StudyFunction:
         self.outputs = tuple(outputs)
         self._design = settings.design()
         self.inputs = self._design.wall
-        self.units = tuple(Scene.unit_of(place) for place in self.inputs)
+        self.units = tuple(Scene.unit_of(key) for key in self.inputs)
 
     @one_blas_thread()
     def __call__(self, x: ArrayLike, numbers: int | ArrayLike = 0) -> xr.Dataset:
@@ -97,20 +97,19 @@ class StudyFunction:
         x : array (inputs,) or (samples, inputs)
             Values of the variables in SI.
         numbers : int or array of int (samples,)
-            Which sample's values the joints have, where any vary from joint to joint. The same number gives the same
-            joints; by default all walls have those of sample 0, so that this is a function of the vector alone.
+            Sample whose values the joints have, where values vary from joint to joint. The same number gives the same
+            joints; by default all walls have the joints of sample 0, for a function of the vector only.
 
         Returns
         -------
         xarray.Dataset
-            The outputs and ``status``, without a dimension ``sample`` for a single vector. Walls that could not be
-            solved have NaN, -1 for a category, from where they failed.
+            The outputs and ``status``, without a dimension ``sample`` for a single vector. Failed walls have NaN, -1
+            for a category, after the last solved increment.
 
         Raises
         ------
         InputError
-            If the vector has not as many values as there are inputs, a value is not finite, or the scene has no such
-            output.
+            If the vector has another length than the inputs, a value is not finite, or the scene has no such output.
         """
         rows = np.asarray(x, dtype=np.float64)
         single = rows.ndim == 1
@@ -133,32 +132,21 @@ class StudyFunction:
         return solve_sample(self.settings, self._design, number, values)
 
     def _dataset(self, solved: Sequence[Solved]) -> xr.Dataset:
-        known = next((s.columns for s in solved if s.columns is not None), None)
-        if known is None:
+        pattern = next((s.columns for s in solved if s.columns is not None), None)
+        if pattern is None:
             raise InputError(f"no wall could be solved; the first: {solved[0].outcome.message}")
         for name in self.outputs:
-            if name not in known:
-                there = ", ".join(n for n in known if n not in ("sample", "increment"))
-                raise InputError(f"outputs: '{name}': this scene has no such result; it has {there}.")
-        ds = xr.Dataset({name: _stacked(name, known, solved) for name in dict.fromkeys(self.outputs)})
+            if name not in pattern:
+                available = ", ".join(n for n in pattern if n not in ("sample", "increment"))
+                raise InputError(f"outputs: '{name}': this scene has no such result; it has {available}.")
+        ds = xr.Dataset({name: _stacked(pattern[name], name, solved) for name in dict.fromkeys(self.outputs)})
         status = np.array([s.outcome.status for s in solved], dtype=np.int8)
         return ds.assign(status=("sample", status, dict(VARIABLES["status"].attributes())))
 
     @one_blas_thread()
     def from_unit(self, points: ArrayLike) -> FloatArray:
-        """Return vectors for points of the unit cube, distributed and correlated as the study says.
-
-        Parameters
-        ----------
-        points : array (samples, inputs)
-            In the open unit cube.
-
-        Returns
-        -------
-        array (samples, inputs)
-            In SI.
-        """
-        if missing := [place for place in self.inputs if place not in self._design.marginals]:
+        """Vectors (samples, inputs) in SI for points of the open unit cube, by the study's distributions."""
+        if missing := [key for key in self.inputs if key not in self._design.marginals]:
             raise InputError(f"'{missing[0]}': comes from a table and has no distribution.")
         normal = special.ndtri(np.asarray(points, dtype=np.float64)) @ self._design.wall_factor.T
         columns = [from_normal(self._design.marginals[p], normal[:, k]) for k, p in enumerate(self.inputs)]
@@ -168,9 +156,9 @@ class StudyFunction:
     def sobol(
         self, output: str, size: int, *, seed: int = 0, confidence: float = 0.9, resamples: int = 500
     ) -> xr.Dataset:
-        """Return Sobol's indices of an output at the end of the movement.
+        """Sobol's indices of an output at the end of the movement.
 
-        All that varies from joint to joint counts as one input, ``joints``.
+        All values that vary from joint to joint count as one input, ``joints``.
 
         Parameters
         ----------
@@ -179,9 +167,9 @@ class StudyFunction:
         size : int
             Base points; size times (inputs + 2) walls are solved.
         seed : int
-            Of the points and the bootstrap.
+            Seed of the points and the bootstrap.
         confidence, resamples : float, int
-            See ``damagepred.uq.sensitivity.sobol_indices``.
+            Confidence of the intervals, and number of bootstrap resamples.
 
         Raises
         ------
@@ -191,14 +179,14 @@ class StudyFunction:
         rows, numbers, names = self.sobol_rows(size, seed)
         values = StudyFunction(self.settings, (output,), "sampled", NO_LIMITS)(rows, numbers)[output]
         if values.dims != ("sample",):
-            raise InputError(f"output = '{output}': has more than one value a wall; Sobol's indices are of one number.")
+            raise InputError(f"output = '{output}': has several values per wall; Sobol's indices need one number.")
         number = values.values.astype(np.float64)
         if values.values.dtype == np.int8:
             number[values.values == FLAG_FILL] = np.nan
         return sobol_indices(number, names, confidence=confidence, resamples=resamples, seed=seed)
 
     def sobol_rows(self, size: int, seed: int) -> tuple[FloatArray, IntArray, list[str]]:
-        """Return the vectors and sample numbers at which Sobol's indices need the outputs, and the names of the inputs.
+        """Vectors and sample numbers for Sobol's indices, and the names of the inputs.
 
         Parameters
         ----------
@@ -212,8 +200,8 @@ class StudyFunction:
         """
         if not np.array_equal(self._design.wall_factor, np.eye(len(self.inputs))):
             raise InputError(
-                "[correlation]: Sobol's indices share out the variance among independent inputs; leave out the "
-                "correlation of variables with one value a wall for this."
+                "[correlation]: Sobol's indices are for independent inputs; leave out the correlation of variables "
+                "with one value per wall."
             )
         k = len(self.inputs)
         unit = unit_points("sobol", 2 * k, size, seed)
@@ -227,7 +215,7 @@ class StudyFunction:
 
 
 def as_function(settings: StudySettings, outputs: Sequence[str] = USUAL, movement: Kept | None = None) -> StudyFunction:
-    """Return a study as a plain function of its variables.
+    """Study as a plain function of its variables.
 
     Parameters
     ----------
@@ -238,15 +226,14 @@ def as_function(settings: StudySettings, outputs: Sequence[str] = USUAL, movemen
     --------
     >>> from damagepred import study
     >>> house = study.as_function(study.Study.from_toml("house.toml").settings)
-    >>> house.inputs  # one value a wall; the tensile strength varies from joint to joint
+    >>> house.inputs  # one value per wall; the tensile strength varies from joint to joint
     ('joint.friction', 'joint.cohesion')
     """
     return StudyFunction(settings, outputs, movement)
 
 
-def _stacked(name: str, known: Columns, solved: Sequence[Solved]) -> xr.Variable:
-    """Put one output of all walls together; what is not known is NaN or -1."""
-    pattern = known[name]
+def _stacked(pattern: Column, name: str, solved: Sequence[Solved]) -> xr.Variable:
+    """One output of all walls; unknown values are NaN or -1."""
     blank = np.full(pattern.values.shape, np.nan if pattern.values.dtype.kind == "f" else -1, pattern.values.dtype)
     values = [blank if s.columns is None else s.columns[name].values for s in solved]
     return xr.Variable(pattern.dims, np.concatenate(values), dict(pattern.attributes))

@@ -1,4 +1,4 @@
-"""How far a wall is from a category of damage: what rare events are reached by."""
+"""Limit-state function for rare events: distance of a wall from a damage category."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from damagepred.uq.capacity import ROUNDING, interpolated_capacity
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked: whether a category is reached by a movement.
+    """Question of a rare event: whether a category is reached by a movement.
 
     Attributes
     ----------
     category : int
-        It, or a worse one.
+        This category or a worse one.
     at : float
         Movement (m): central deflection, or on a mound the surface's movement.
     reach : float
-        Factor on this movement to which walls are solved, to tell how far from the category they are.
+        Factor on this movement to which walls are solved, to measure their distance from the category.
     """
 
     category: int
@@ -37,7 +37,7 @@ class Question:
     reach: float = 2.0
 
     def check(self, settings: StudySettings) -> None:
-        """Check that a study can answer it."""
+        """Refuse a question that a study cannot answer."""
         highest = settings.damage_table.highest
         if not 1 <= self.category <= highest:
             raise InputError(f"category = {self.category}: must be from 1 to {highest}.")
@@ -48,26 +48,26 @@ class Question:
 
 
 def _movement_place(scene: Scene) -> str:
-    """Return the place of the number that a scene is moved by."""
+    """Key of the movement of a scene."""
     return "mound.surface_movement" if scene.movement.shape == "mound" else "movement.central_deflection"
 
 
 def study_for_limit_state(settings: StudySettings, question: Question) -> StudySettings:
-    """Study with the movement of the limit state in place of its own.
+    """Study with the movement of the limit state instead of its own.
 
-    The movement of the question is an increment of the path, which goes on beyond it in equal steps. A sampled movement
-    and the sampler of the study are dropped.
+    The movement of the question is an increment of the path, which continues beyond it in equal steps. A sampled
+    movement and the sampler of the study are dropped.
     """
     if settings.scene.movement.stage:
-        raise InputError("rare: asks for one growing movement; leave out [[movement.stage]] or its CSV file.")
-    place = _movement_place(settings.scene)
+        raise InputError("rare: needs one growing movement; leave out [[movement.stage]] or its CSV file.")
+    key = _movement_place(settings.scene)
     steps = settings.scene.movement.increments
     beyond = max(round(question.reach * steps), steps)
-    scene = settings.scene.with_values({place: question.at * beyond / steps})
+    scene = settings.scene.with_values({key: question.at * beyond / steps})
     correlation = {
         a: kept
         for a, row in settings.correlation.items()
-        if a != place and (kept := {b: value for b, value in row.items() if b != place})
+        if a != key and (kept := {b: value for b, value in row.items() if b != key})
     }
     how = replace(
         settings.study,
@@ -86,39 +86,30 @@ def study_for_limit_state(settings: StudySettings, question: Question) -> StudyS
         settings,
         scene=replace(scene, movement=replace(scene.movement, increments=beyond)),
         study=how,
-        variables={name: variable for name, variable in settings.variables.items() if name != place},
+        variables={name: variable for name, variable in settings.variables.items() if name != key},
         correlation=correlation,
     )
 
 
 class Margin(NamedTuple):
-    """How far a wall is from a category: 0 or less if it is reached by the movement asked for.
+    """Distance of a wall from a category: 0 or less if it is reached by the movement of the question."""
 
-    Attributes
-    ----------
-    least, most : float
-        Of a wall that was solved, both are the same. Of one that failed on its way: as if it had reached the category
-        right after that, and infinite, as if it never had.
-    why : str
-        Why it failed, if it did.
-    """
-
-    least: float
-    most: float
-    why: str = ""
+    least: float  # after a failure: as if the category had been reached immediately
+    most: float  # after a failure: infinite, as if it had never been reached
+    why: str = ""  # reason of a failure
 
 
 NOTHING_KNOWN = Margin(-1.0, np.inf)
-"""Of a wall whose path could not even begin."""
+"""Margin of a wall without any increment."""
 
 
 @one_blas_thread()
 def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -> Margin:
-    """Solve one wall and return how far it is from a category.
+    """Distance of one wall from a category, by solving it.
 
-    That is its capacity (``damagepred.uq.capacity``) over the movement asked for, less 1; of a wall that does not reach
-    the category on its path, how much further the path went, and how much wider the widest crack would have to be. A
-    wall whose path cannot be followed to its end, but beyond the movement asked for, is one of the latter.
+    Its capacity (``damagepred.uq.capacity``) over the movement of the question, minus 1. If the category is not reached
+    on the path: the relative length of the path beyond the movement, plus the relative increase of the widest crack to
+    the limit. A path that fails beyond the movement counts as the latter.
     """
     model = model_of(scene, fields)
     rules = Rules.from_settings(**asdict(scene.damage))
@@ -130,12 +121,15 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
             moved = step.increment.load_factor * full
             if model.deflection is not None and model.surface_movement is None:
                 moved = max(abs(step.increment.deflection), before)
-            found = step.verdict
+            verdict = step.verdict
             widths = rules.widths(
-                found.crack_width_max, found.crack_band_width_max, found.footing_opening_max, scene.dpc is not None
+                verdict.crack_width_max,
+                verdict.crack_band_width_max,
+                verdict.footing_opening_max,
+                scene.dpc is not None,
             )
             width = float(widths[rules.measure == "band"])
-            if found.damage_category >= question.category:
+            if verdict.damage_category >= question.category:
                 reached = interpolated_capacity((before, moved), (width_before, width), limit) / question.at - 1.0
                 return Margin(reached, reached)
             before, width_before = moved, width

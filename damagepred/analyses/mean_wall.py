@@ -1,4 +1,4 @@
-"""Mean wall of a study beside its sampled walls."""
+"""Comparison of the mean wall of a study with its sampled walls."""
 
 from __future__ import annotations
 
@@ -24,36 +24,35 @@ def beyond_mean_wall(wall: xr.Dataset, settings: StudySettings, file: Path) -> s
     """Sentence on the share of sampled walls with more damage than the mean wall, from the study beside the file."""
     unknown = f"one wall without scatter; sampled walls may be worse: run `damagepred study {file.name}`"
     category = int(wall["damage_category"].max())
-    place = StudyFolder(file.with_suffix(".dp"))
+    folder = StudyFolder(file.with_suffix(".dp"))
     try:
-        if not place.exists or study_differences(read_frozen(place.study_text()), settings):
+        if not folder.exists or study_differences(read_frozen(folder.study_text()), settings):
             return unknown
-        ds = place.results()
+        ds = folder.results()
         if category >= highest_category(ds):
-            return "the mean wall has the highest category; no sampled wall goes beyond it"
-        found, where = _share(ds, wall, category + 1)
-    except DamagepredError:  # no wall yet, or no answer at this movement
+            return "the mean wall has the highest category; no sampled wall can exceed it"
+        share, where = _share(ds, wall, category + 1)
+    except DamagepredError:  # no wall yet, or no result at this movement
         return unknown
-    if not np.isfinite(found.value):
+    if not np.isfinite(share.value):
         return unknown
     more = category_label(ds, category + 1)
     return (
-        f"the mean wall is no worse than category {category_label(ds, category)}; of {found.samples} sampled walls in "
-        f"{place.path.name}, a share of {chance(found.value)} ({found.confidence:.0%} interval {chance(found.lower)} "
-        f"to {chance(found.upper)}) reaches category {more} or worse {where}"
+        f"the mean wall is no worse than category {category_label(ds, category)}; of {share.samples} sampled walls in "
+        f"{folder.path.name}, a share of {chance(share.value)} ({share.confidence:.0%} interval {chance(share.lower)} "
+        f"to {chance(share.upper)}) reaches category {more} or worse {where}"
     )
 
 
 def _share(ds: xr.Dataset, wall: xr.Dataset, category: int) -> tuple[Estimate, str]:
-    """Probability of a category at the end of the mean wall's movement, or of each wall's own where these differ."""
+    """Probability of a category at the end of the mean wall's movement, or of each wall's own if they differ."""
     measure = chosen_intensity(ds, None)
     good = np.isin(ds["status"].values, SOLVED)
     moved = intensity_values(ds, measure)[good].reshape(int(good.sum()), -1)
     if measure in wall and np.isfinite(moved).all() and np.ptp(moved[:, -1]) <= 1e-9 * moved.max(initial=0.0):
-        at, shown = float(np.nanmax(wall[measure].values)), shown_measure(measure, str(wall[measure].attrs["units"]))
-        return exceedance(
-            ds, category, at
-        ).estimate, f"by {shown.factor * at:.3g} {shown.unit} of {movement_words(ds, measure)}"
+        end, shown = float(np.nanmax(wall[measure].values)), shown_measure(measure, str(wall[measure].attrs["units"]))
+        words = f"by {shown.factor * end:.3g} {shown.unit} of {movement_words(ds, measure)}"
+        return exceedance(ds, category, end).estimate, words
     worst = ds["damage_category"].values[good].reshape(int(good.sum()), -1).max(axis=1, initial=-1)
     weight = sample_weights(ds)[good] if "weight" in ds else None
     return probability(worst >= category, weight=weight), "by the end of its own movement"

@@ -1,8 +1,7 @@
 """Probability of a rare category of damage by subset simulation with the walls of a study.
 
-A folder holds the question, the frozen study and a line for each wall that was solved. The walls follow from the seed
-and from each other, so that a run that was interrupted is followed again to where it stopped without solving them
-again, and more workers change nothing.
+A folder has the question, the frozen study and one line per solved wall. The walls follow from the seed and from each
+other: an interrupted run is repeated from its log without solving walls again, and the number of workers has no effect.
 """
 
 from __future__ import annotations
@@ -37,18 +36,18 @@ WALLS, WALLS_FAILED_REACHED = "walls.jsonl", "walls_failed_reached.jsonl"
 
 
 class RareEvent(NamedTuple):
-    """What was found.
+    """Result of a rare event.
 
     Attributes
     ----------
     estimate : SubsetEstimate
-        Probability with its confidence interval, level by level; failed walls count as not having reached the category.
+        Probability with its confidence interval, level by level; failed walls count as undamaged.
     failed_damaged : SubsetEstimate
-        The same where failed walls count as having reached it: a run of its own, if there are any.
+        Estimate of a second run in which failed walls count as damaged, if any failed.
     failed : int
-        Walls that could not be followed to the movement asked for, in both runs.
+        Walls that failed before the movement of the question, in both runs.
     solved_now : int
-        Walls solved in this call; the rest were there already.
+        Walls solved in this call; the others are from the log.
     programs : tuple of str
         Versions of the program that solved them.
     """
@@ -61,47 +60,40 @@ class RareEvent(NamedTuple):
 
     @property
     def interval(self) -> tuple[float, float]:
-        """What holds the probability whatever became of the failed walls.
-
-        From the lower end of the interval where none of them reached the category to the upper end where all did.
-        """
+        """Interval of the probability for any outcome of the failed walls: lower end if undamaged, upper if damaged."""
         return self.estimate.lower, self.failed_damaged.upper
 
     def lines(self, question: Question) -> list[str]:
-        """Say what was found.
-
-        Parameters
-        ----------
-        question : Question
-            What was asked.
-        """
+        """Result in words."""
         e, all_damaged = self.estimate, self.failed_damaged
-        said = [f"run {k}: {p:.3g}" for k, p in enumerate(e.runs, start=1)]
+        sentences = [f"run {k}: {p:.3g}" for k, p in enumerate(e.runs, start=1)]
         if not e.runs:
-            said.append(
-                "the interval is that of one run alone, which holds the truth less often than it says: take --runs 4 "
-                "or more"
+            sentences.append(
+                "the interval is from a single run, and covers the true value less often than stated: take --runs 4 or "
+                "more"
             )
-        said += [
+        sentences += [
             f"level {k}: margin {level.limit:.4g} or less for {level.share:.3g} of the walls"
             + ("" if np.isnan(level.acceptance) else f", {level.acceptance:.0%} of proposals accepted")
             for k, level in enumerate(e.levels, start=1)
         ]
-        said.append(f"P(category >= {question.category} at {1e3 * question.at:g} mm) {_found(e)}")
+        sentences.append(f"P(category >= {question.category} at {1e3 * question.at:g} mm) {_in_words(e)}")
         if self.failed:
             low, high = self.interval
-            said += [
+            sentences += [
                 f"{self.failed} walls failed before {1e3 * question.at:g} mm. Above, they count as not having reached "
                 "the category",
-                f"if all of them had reached it: {_found(all_damaged)}",
-                f"so it is between {low:.3g} and {high:.3g} ({e.confidence:.0%}), whatever became of them",
+                f"if all of them had reached it: {_in_words(all_damaged)}",
+                f"so it is between {low:.3g} and {high:.3g} ({e.confidence:.0%}) for any outcome of these walls",
             ]
         if len(self.programs) > 1:
-            said.append(f"caution: walls were solved by several programs, which may differ: {'; '.join(self.programs)}")
-        return said
+            sentences.append(
+                f"caution: walls were solved by several programs, which may differ: {'; '.join(self.programs)}"
+            )
+        return sentences
 
 
-def _found(e: SubsetEstimate) -> str:
+def _in_words(e: SubsetEstimate) -> str:
     if not e.reached:
         return f"is below {e.probability:.3g}: after {e.evaluations} walls no level reached it"
     return (
@@ -127,42 +119,19 @@ def rare_event(
     confidence: float = 0.9,
     on_level: Callable[[Level], None] | None = None,
 ) -> RareEvent:
-    """Estimate the probability that a category is reached by a movement, however small.
+    """Probability that a category is reached by a movement, also a very small one, by subset simulation.
 
-    A field adds a standard normal for each joint.
-
-    Parameters
-    ----------
-    settings : StudySettings
-        The study: its variables but for the movement's, its seed.
-    question : Question
-        Category and movement.
-    out : str or Path
-        Folder; the same call goes on with one that is there.
-    samples, level_share, runs : int, float, int
-        See ``damagepred.uq.subset.subset_simulation``.
-    workers, executor, timeout, limits, mix_versions
-        See ``Study`` and ``Study.run``.
-    confidence : float
-        Of the interval.
-    on_level : callable, optional
-        Called with each ``Level``.
-
-    Raises
-    ------
-    InputError
-        If the question cannot be asked of the study.
-    StudyError
-        If the folder holds another question or is in use.
+    A field adds one standard normal per joint. The same call resumes an interrupted one. ``samples``, ``level_share``
+    and ``runs`` are as in ``damagepred.uq.subset.subset_simulation``, the other arguments as in ``Study.run``.
     """
     question.check(settings)
     require_count("runs", runs, 1)
-    check_sizes(samples, level_share)  # before the folder is made: nothing else could be asked in it then
+    check_sizes(samples, level_share)  # before the folder is made
     require_count("workers", workers)
     timeout = sample_timeout(timeout, limits, executor)
-    asked = study_for_limit_state(settings, question)
-    require_affordable(asked, limits)
-    if asked.shape_varies and asked.design().joint:
+    study = study_for_limit_state(settings, question)
+    require_affordable(study, limits)
+    if study.shape_varies and study.design().joint:
         raise InputError("rare: walls of varying shape have varying numbers of joints; leave out their fields.")
     folder = StudyFolder(out)
     check_output(folder.path)
@@ -170,9 +139,9 @@ def rare_event(
     try:
         folder.tidy()
         how = {"samples": samples, "level_share": level_share, "runs": runs}
-        programs = _prepare(folder, asked, question, how, mix_versions)
-        design = asked.design()
-        joints = len(joint_places(asked.scene).x) if design.joint else 0
+        programs = _prepare(folder, study, question, how, mix_versions)
+        design = study.design()
+        joints = len(joint_places(study.scene).x) if design.joint else 0
         size = len(design.wall) + len(design.joint) * joints
 
         def simulate(walls: Walls) -> SubsetEstimate:
@@ -181,21 +150,21 @@ def rare_event(
                 size,
                 samples=samples,
                 level_share=level_share,
-                seed=asked.study.seed,
+                seed=study.study.seed,
                 confidence=confidence,
                 runs=runs,
                 on_level=on_level,
             )
 
-        with WorkerPool(folder, asked.scene, workers, executor, timeout) as pool:
+        with WorkerPool(folder, study.scene, workers, executor, timeout) as pool:
             walls = Walls(pool, folder.path / WALLS)
-            found = all_damaged = simulate(walls)
+            undamaged = all_damaged = simulate(walls)
             failed, solved = walls.failed, walls.solved_now
             if failed:
                 again = Walls(pool, folder.path / WALLS_FAILED_REACHED, failed_reached=True, like=walls)
                 all_damaged = simulate(again)
                 failed, solved = failed + again.failed, solved + again.solved_now
-        event = RareEvent(found, all_damaged, failed, solved, programs)
+        event = RareEvent(undamaged, all_damaged, failed, solved, programs)
         _write_result(folder, event)
     finally:
         lock.release()
@@ -203,28 +172,28 @@ def rare_event(
 
 
 def kept_sizes(out: str | Path) -> dict[str, Any]:
-    """Return samples and runs of the question that a folder holds, empty if it holds none."""
+    """Samples and runs of the question of a folder, empty without one."""
     file = question_file(StudyFolder(out))
     if not file.is_file():
         return {}
     try:
         kept = {"runs": 1} | read_signed_json(file)
-    except DamagedError:  # said and set aside when the event is asked for
+    except DamagedError:  # rare_event reports it and sets it aside
         return {}
     return {key: kept[key] for key in ("samples", "runs") if key in kept}
 
 
 def _prepare(
-    folder: StudyFolder, asked: StudySettings, question: Question, how: dict[str, Any], mix_versions: bool
+    folder: StudyFolder, settings: StudySettings, question: Question, how: dict[str, Any], mix_versions: bool
 ) -> tuple[str, ...]:
-    """Write down study and question, or check that they are those that are there; return the programs at work."""
-    text = asked.with_samples(1, None).to_toml()
+    """Create the folder, or verify that it holds this study and question; return the program versions."""
+    text = settings.with_samples(1, None).to_toml()
     content = dataclasses.asdict(question) | how
     now = program(provenance())
     study = folder.study_hash if folder.exists else None
     try:
         before = read_signed_json(question_file(folder), study) if question_file(folder).exists() else {}
-    except DamagedError as error:  # walls in the logs carry digests with the question
+    except DamagedError as error:  # digests in the logs include the question
         warnings.warn(
             f"{error} It is set aside as {folder.set_aside(question_file(folder))}.", ArchiveWarning, stacklevel=3
         )
@@ -232,11 +201,11 @@ def _prepare(
     if not before:
         others = any(p.name != "study.toml" and not p.name.startswith(".") for p in folder.path.iterdir())
         if others and not (folder.exists and folder.study_text() == text):
-            raise StudyError(f"{folder.path}: holds something else; nothing was changed. Choose another with -o.")
+            raise StudyError(f"{folder.path}: is not a folder of rare; nothing was changed. Choose another with -o.")
         folder.write_study(text)
         _write_question(folder, content | {"program": provenance(), "programs": [now]})
         return (now,)
-    before = {"runs": 1} | before  # older versions knew one run alone
+    before = {"runs": 1} | before  # older versions had a single run
     differing = [f"{k} (was {before.get(k)}, is {value})" for k, value in content.items() if before.get(k) != value]
     if read_frozen(folder.study_text()).to_dict() != read_frozen(text).to_dict():
         differing.append("the study")
@@ -250,8 +219,8 @@ def _prepare(
         return tuple(solved)
     if not mix_versions:
         raise StudyError(
-            f"{folder.path}: its walls were solved by {'; '.join(solved)}, and this is {now}; go on with that program, "
-            "or mix versions with --mix-versions (mix_versions=True), and the result will say so."
+            f"{folder.path}: its walls were solved by {'; '.join(solved)}, and this is {now}; use that program, or mix "
+            "versions with --mix-versions (mix_versions=True); the result then lists them."
         )
     _write_question(folder, before | {"programs": [*solved, now]})
     return (*solved, now)
@@ -272,6 +241,6 @@ def _write_result(folder: StudyFolder, event: RareEvent) -> None:
     write_whole(folder.path / "result.json", lambda p: p.write_text(text, encoding="utf-8"))
 
 
-def _content(found: SubsetEstimate) -> dict[str, Any]:
-    content = {k: v for k, v in found._asdict().items() if k not in ("samples", "margins", "levels", "failed")}
-    return content | {"levels": [level._asdict() for level in found.levels]}
+def _content(estimate: SubsetEstimate) -> dict[str, Any]:
+    content = {k: v for k, v in estimate._asdict().items() if k not in ("samples", "margins", "levels", "failed")}
+    return content | {"levels": [level._asdict() for level in estimate.levels]}

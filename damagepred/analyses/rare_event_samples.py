@@ -1,4 +1,4 @@
-"""The walls of a rare event: solved by workers, written down one by one, never solved twice."""
+"""Walls of a rare event: solved by workers, and logged one by one."""
 
 from __future__ import annotations
 
@@ -32,17 +32,7 @@ from damagepred.uq.design import Design
 
 
 class Solved(NamedTuple):
-    """A wall that was tried.
-
-    Attributes
-    ----------
-    number : int
-        Of the evaluation.
-    margin : Margin
-        How far it is from the category, and why it failed, if it did.
-    seconds : float
-        Time it took.
-    """
+    """Evaluated wall: number of the evaluation, margin, and time (s)."""
 
     number: int
     margin: Margin
@@ -52,63 +42,53 @@ class Solved(NamedTuple):
 def normals_to_wall(
     settings: StudySettings, design: Design, normals: FloatArray
 ) -> tuple[Scene, dict[str, FloatArray]]:
-    """Scene and the joints' values that standard normals stand for."""
+    """Scene and values of the joints for standard normals."""
     count = len(design.wall)
     values = design.wall_values_from(normals[None, :count])
-    scene = settings.scene.with_values({place: float(v[0]) for place, v in values.items()})
+    scene = settings.scene.with_values({key: float(v[0]) for key, v in values.items()})
     if not design.joint:
         return scene, {}
     return scene, design.joint_values_from(normals[count:].reshape(len(design.joint), -1), joint_places(scene))
 
 
 def _solve_margins(folder: str, batch: Sequence[tuple[int, FloatArray]]) -> list[Solved]:
-    """Solve walls given by their numbers and standard normals: the task of a worker."""
-    settings, design, question = _asked(folder)
+    """Margins of walls given by their numbers and standard normals: the task of a worker."""
+    settings, design, question = _read_question(folder)
     solved = []
     for number, normals in batch:
         began = time.perf_counter()
         try:
-            found = margin(*normals_to_wall(settings, design, normals), question)
+            result = margin(*normals_to_wall(settings, design, normals), question)
         except (InputError, ArithmeticError, np.linalg.LinAlgError) as error:
-            found = NOTHING_KNOWN._replace(why=f"{type(error).__name__}: {error}")
-        solved.append(Solved(number, found, time.perf_counter() - began))
+            result = NOTHING_KNOWN._replace(why=f"{type(error).__name__}: {error}")
+        solved.append(Solved(number, result, time.perf_counter() - began))
     return solved
 
 
 def _ready(folder: str) -> None:
-    warm_up(_asked(folder)[0].scene)
+    warm_up(_read_question(folder)[0].scene)
 
 
 @lru_cache(maxsize=2)
-def _asked(folder: str) -> tuple[StudySettings, Design, Question]:
-    place = StudyFolder(folder)
-    settings = read_frozen(place.study_text())
-    content = read_signed_json(question_file(place), place.study_hash)
+def _read_question(folder: str) -> tuple[StudySettings, Design, Question]:
+    study = StudyFolder(folder)
+    settings = read_frozen(study.study_text())
+    content = read_signed_json(question_file(study), study.study_hash)
     return settings, settings.design(), Question(**{f.name: content[f.name] for f in dataclasses.fields(Question)})
 
 
 class WorkerPool:
-    """Who solves walls: an executor, or worker processes, which are started when the first wall needs them.
-
-    Parameters
-    ----------
-    folder : StudyFolder
-        With the frozen study and the question.
-    scene : Scene
-        Decides which kernels are compiled.
-    workers, executor, timeout
-        See ``Study.run``.
-    """
+    """Workers: an executor, or worker processes that start with the first wall."""
 
     def __init__(
         self, folder: StudyFolder, scene: Scene, workers: int, executor: Executor | None, timeout: float | None
     ) -> None:
         self.where, self.scene = str(folder.path.resolve()), scene
-        self.asked = ""  # what the digests of walls belong to
+        self.question = ""  # study and question, part of the digests of walls
         if question_file(folder).is_file():
             content = read_signed_json(question_file(folder), folder.study_hash)
-            asked = {k: v for k, v in content.items() if k not in ("program", "programs", "schema_version")}
-            self.asked = folder.study_hash + json.dumps(asked, sort_keys=True)
+            question = {k: v for k, v in content.items() if k not in ("program", "programs", "schema_version")}
+            self.question = folder.study_hash + json.dumps(question, sort_keys=True)
         self.workers, self.executor, self.timeout = workers, executor, timeout
         self.pool: LocalPool | None = None
 
@@ -131,30 +111,22 @@ class WorkerPool:
 
 
 class Walls:
-    """The walls of one run of subset simulation: those known from its log, and those it has solved.
+    """Walls of one run of subset simulation, from its log and newly solved.
 
-    Parameters
-    ----------
-    pool : WorkerPool
-        Who solves.
-    log : Path
-        A line for each wall.
-    failed_reached : bool
-        Whether walls that failed count as having reached the category right after that.
-    like : Walls, optional
-        Another run: a wall with the same number and the same normals is not solved again.
+    With ``failed_reached`` failed walls count as having reached the category. Walls with the same number and normals as
+    in the run ``like`` are not solved again.
     """
 
     def __init__(self, pool: WorkerPool, log: Path, failed_reached: bool = False, like: Walls | None = None) -> None:
         self.pool, self.log, self.like = pool, log, like
         self.bound = 0 if failed_reached else 1
-        self.known = _read_log(log, pool.asked)
-        self.there = len(self.known)
+        self.known = _read_log(log, pool.question)
+        self.logged = len(self.known)
         self.shared: dict[int, Margin] = {}
         self.digest: dict[int, bytes] = {}
 
     def margins(self, z: FloatArray, numbers: IntArray) -> FloatArray:
-        """Margins of walls, array (n,), solving those that are not known."""
+        """Margins of walls (n,); unknown walls are solved."""
         for number, row in zip(numbers.tolist(), z):
             self.digest[number] = hashlib.blake2b(np.ascontiguousarray(row).tobytes(), digest_size=16).digest()
             if self.like is not None and self.like.digest.get(number) == self.digest[number]:
@@ -167,24 +139,24 @@ class Walls:
         return np.array([self.of(number)[self.bound] for number in numbers.tolist()])
 
     def of(self, number: int) -> Margin:
-        """Return the margin of a wall."""
+        """Margin of a wall."""
         return self.known[number] if number in self.known else self.shared[number]
 
     @property
     def failed(self) -> int:
-        """Walls of this run, and not of the other, of which it is not known whether they reached the category."""
-        return sum(found.most == np.inf for found in self.known.values())
+        """Failed walls of this run, without the walls of the other run."""
+        return sum(margin.most == np.inf for margin in self.known.values())
 
     @property
     def solved_now(self) -> int:
-        """Walls that were not in the log before."""
-        return len(self.known) - self.there
+        """Walls solved since the log was read."""
+        return len(self.known) - self.logged
 
     def _keep(self, log: Any, solved: Solved) -> None:
         least, most, why = solved.margin
         entry = [solved.number, None if np.isinf(most) else most, round(solved.seconds, 4), why, least]
         try:
-            log.write(json.dumps([*entry, _digest(entry, self.pool.asked)]) + "\n")
+            log.write(json.dumps([*entry, _digest(entry, self.pool.question)]) + "\n")
             log.flush()
             os.fsync(log.fileno())
         except OSError as error:
@@ -200,16 +172,16 @@ def _outcome(number: int, future: Future[list[Solved]]) -> Solved:
 
 
 def question_file(folder: StudyFolder) -> Path:
-    """Return where the question is written down."""
+    """File of the question in a folder."""
     return folder.path / "question.json"
 
 
-def _digest(entry: list[Any], asked: str) -> str:
-    return hashlib.sha256((asked + json.dumps(entry)).encode()).hexdigest()[:16]
+def _digest(entry: list[Any], question: str) -> str:
+    return hashlib.sha256((question + json.dumps(entry)).encode()).hexdigest()[:16]
 
 
-def _read_log(file: Path, asked: str) -> dict[int, Margin]:
-    """Read the walls in a log without damaged lines, lines of another question and an unfinished last line."""
+def _read_log(file: Path, question: str) -> dict[int, Margin]:
+    """Walls in a log, without damaged lines, lines of another question and an unfinished last line."""
     if not file.is_file():
         return {}
     content = file.read_bytes()
@@ -217,25 +189,25 @@ def _read_log(file: Path, asked: str) -> dict[int, Margin]:
     if len(whole) < len(content):
         with file.open("rb+") as stream:
             stream.truncate(len(whole))
-    known: dict[int, Margin] = {}
+    margins: dict[int, Margin] = {}
     lines, sound = whole.splitlines(keepends=True), []
     for line in lines:
         with contextlib.suppress(ValueError, TypeError, RecursionError):
             entry = json.loads(line)
-            if len(entry) < 6 or entry.pop() == _digest(entry, asked):  # older versions wrote no digest
-                known.update([_logged(*entry)])
+            if len(entry) < 6 or entry.pop() == _digest(entry, question):  # older versions wrote no digest
+                margins.update([_logged(*entry)])
                 sound.append(line)
     if lost := len(lines) - len(sound):
         write_whole(file, lambda p: p.write_bytes(b"".join(sound)))
-        said = f"{file}: {lost} lines were damaged or of another question; their walls are solved again."
-        warnings.warn(said, ArchiveWarning, stacklevel=2)
-    return known
+        message = f"{file}: {lost} lines were damaged or of another question; their walls are solved again."
+        warnings.warn(message, ArchiveWarning, stacklevel=2)
+    return margins
 
 
 def _logged(
     number: int, most: float | None, seconds: float, why: str, least: float | None = None
 ) -> tuple[int, Margin]:
-    """Read a line; older ones do not say how far a wall was followed that failed."""
+    """Number and margin of a line; older lines lack the path of a failed wall."""
     if most is None:
         return number, Margin(NOTHING_KNOWN.least if least is None else least, np.inf, why)
     return number, Margin(most, most, why)

@@ -1,4 +1,4 @@
-"""Stored walls of a study as states of a back-analysis, with what is predicted of them at places that were observed."""
+"""Stored walls of a study as states of a back-analysis, with predictions of the observations."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _WIDEST = {"wall": "crack_width_max", "below_dpc": "base_crack_width_max", "dpc"
 
 @dataclass
 class StoredWalls:
-    """States of one study; ``more``: folders of importance samples, ``shares``: prior weight of each folder."""
+    """States of one study, with further folders of importance samples and the prior weight of each folder."""
 
     path: Path
     more: tuple[Path, ...] = ()
@@ -45,7 +45,7 @@ class StoredWalls:
         self.first = np.cumsum([0, *(ds.sizes["sample"] for ds in opened)])
         self.measure = chosen_intensity(self.ds, None)
         if "strain" in self.ds.variables and not intensity_values(self.ds, self.measure).any():
-            self.measure = "strain"  # nothing moves but the bricks
+            self.measure = "strain"  # only the bricks move
         if "increment" not in self.ds[self.measure].dims if self.measure in self.ds else True:
             raise InputError(
                 f"{self.path}: infer needs the increments of each wall; run the study with [study] movement = 'path'."
@@ -54,9 +54,7 @@ class StoredWalls:
         self.units = attributes(self.ds, self.measure)["units"]
         self.movement = intensity_values(self.ds, self.measure)
         if (np.diff(self.movement, axis=1) < 0).any():
-            raise InputError(
-                f"{self.path}: infer needs a movement that only grows; the {self.measure} there falls, too."
-            )
+            raise InputError(f"{self.path}: infer needs an increasing movement; its {self.measure} also decreases.")
         self.known = np.isin(self.ds["status"].values, SOLVED)
         weight = self.ds["weight"].values if "weight" in self.ds else np.ones(len(self.known))
         weight = np.where(self.known, weight, 0.0)
@@ -66,34 +64,34 @@ class StoredWalls:
         middle = 0.5 * (self.movement[:, 1:] + self.movement[:, :-1])
         self.edges = np.concatenate((self.movement[:, :1], middle, self.movement[:, -1:]), axis=1)
         if not np.isfinite(self.edges[self.known]).all():
-            # a rig that let go, or a failed path: the increments beyond are not part of the prior
+            # after the end of a path (unloaded rig, failure) increments are not part of the prior
             last = np.where(np.isfinite(self.movement), self.movement, -np.inf).max(axis=1, keepdims=True)
             self.edges = np.where(np.isfinite(self.edges), self.edges, last)
 
     @property
     def largest(self) -> float:
-        """The largest movement of the study."""
+        """Largest movement of the study."""
         return float(np.nanmax(self.edges[self.known]))
 
     def require(self, seen: Observations) -> None:
-        """Check that the survey fits these walls: places, parts, openings, and joints within reach of cracks."""
+        """Check that the survey fits these walls: positions, parts, openings, and joints near the cracks."""
         settings = read_frozen(StudyFolder(self.path).study_text())
         seen.require_on(settings.scene, self.path.name)
         local = [(k, crack, crack.place) for k, crack in enumerate(seen.crack, 1) if crack.place is not None]
-        bricks_vary = any(place.startswith(("wall.", "opening", "control_joint")) for place in settings.variables)
+        bricks_vary = any(key.startswith(("wall.", "opening", "control_joint")) for key in settings.variables)
         if bricks_vary or not (local or seen.level):
             return
         solver = settings.scene.solver
         model = wall_model(replace(settings.scene, solver=replace(solver, blocks="rigid")))
         joints, blocks = joint_map(model), model.blocks
-        own = {"wall": joints.is_wall, "below_dpc": joints.is_base, "dpc": joints.is_dpc}
+        joints_of_part = {"wall": joints.is_wall, "below_dpc": joints.is_base, "dpc": joints.is_dpc}
         for k, crack, (x, y) in local:
-            distance = np.hypot(joints.contact_x - x, joints.contact_y - y)[own[crack.part]]
+            distance = np.hypot(joints.contact_x - x, joints.contact_y - y)[joints_of_part[crack.part]]
             if (nearest := distance.min(initial=np.inf)) > crack.within:
                 raise InputError(
                     f"crack {k}: no joint of its part ({crack.part}) lies within {crack.within * 1e3:g} mm of x = "
                     f"{x:g} m, y = {y:g} m; the nearest is {nearest * 1e3:.3g} mm away. Cracks run in "
-                    "joints: give a larger `within`, or the place of a joint."
+                    "joints: give a larger `within`, or the position of a joint."
                 )
         for k, level in enumerate(seen.level, 1):
             ends = ((level.x, level.y), (level.to_x, level.to_y))
@@ -103,7 +101,7 @@ class StoredWalls:
                 )
 
     def log_prior(self, movement: MovementDistribution | None) -> FloatArray:
-        """Return the logarithm of the prior probability of each state, array (samples, increments)."""
+        """Logarithm of the prior probability of each state, array (samples, increments)."""
         if movement is None:
             share = np.diff(self.edges, axis=1) / np.maximum(np.ptp(self.edges, axis=1), 1e-300)[:, None]
         else:
@@ -119,17 +117,16 @@ class StoredWalls:
             return np.asarray(np.log(share) + np.log(self.weight)[:, None])
 
     def fit_of_archive(self, seen: Observations, model: Discrepancy) -> Fit:
-        """Fit of the observations that need no replay."""
+        """Fit of the observations without replay."""
         shape = self.movement.shape
         total = Fit(np.zeros(shape), np.zeros(shape))
         for crack in (c for c in seen.crack if c.x is None):
             width = self._values(_WIDEST[crack.part], "cracks of this part")
             total = total + crack_fit(crack, CrackPrediction(width, width), model)
-        for name, found in (("slope_max", seen.slope), ("tilt_max", seen.tilt)):
-            for one in found:
-                total = total + measured(
-                    self._values(name, "slopes"), one.value, np.full(shape, np.hypot(one.error, model.slope))
-                )
+        for name, observed in (("slope_max", seen.slope), ("tilt_max", seen.tilt)):
+            for slope in observed:
+                deviation = np.full(shape, np.hypot(slope.error, model.slope))
+                total = total + measured(self._values(name, "slopes"), slope.value, deviation)
         for window in seen.window:
             if window.width_change is not None:
                 value = self._values("opening_width_change", "openings", 3)[..., window.opening - 1]
@@ -145,35 +142,35 @@ class StoredWalls:
 
     def _values(self, name: str, what: str, dimensions: int = 2) -> FloatArray:
         if name not in self.ds or self.ds[name].ndim != dimensions:
-            raise InputError(f"{self.path}: the archive does not hold {name}; {what} cannot be observed on its walls.")
+            raise InputError(f"{self.path}: the archive has no {name}; {what} cannot be observed on its walls.")
         return np.asarray(self.ds[name].values, dtype=np.float64)
 
     def crack_map(
         self, weight: FloatArray, cell: float, wider: float, shape: tuple[int, int], negligible: float
     ) -> FloatArray:
         """Probability that a crack wider than a limit (m) runs through each cell, array (y, x)."""
-        found = np.zeros(shape[0] * shape[1])
+        probability = np.zeros(shape[0] * shape[1])
         share = weight.sum(axis=1)
         for sample in np.flatnonzero(share > negligible * share.sum()):
-            one = self.replayed(int(sample))
-            open_ = one.width > wider
-            row = np.minimum((one.y[open_] / cell).astype(np.int64), shape[0] - 1)
-            column = np.minimum((one.x[open_] / cell).astype(np.int64), shape[1] - 1)
-            states = np.unique(np.stack((row * shape[1] + column, one.step[open_])), axis=1)
-            np.add.at(found, states[0], weight[sample, states[1]])
-        return found.reshape(shape)
+            replayed = self.replayed(int(sample))
+            open_ = replayed.width > wider
+            row = np.minimum((replayed.y[open_] / cell).astype(np.int64), shape[0] - 1)
+            column = np.minimum((replayed.x[open_] / cell).astype(np.int64), shape[1] - 1)
+            states = np.unique(np.stack((row * shape[1] + column, replayed.step[open_])), axis=1)
+            np.add.at(probability, states[0], weight[sample, states[1]])
+        return probability.reshape(shape)
 
     def fit_of_replays(self, seen: Observations, model: Discrepancy, samples: IntArray) -> Fit:
-        """Fit of local cracks and levels, (chosen samples, increments); the samples have been replayed."""
+        """Fit of local cracks and levels (chosen samples, increments); the samples have been replayed."""
         shape = (len(samples), self.movement.shape[1])
         total = Fit(np.zeros(shape), np.zeros(shape))
         for crack in (c for c in seen.crack if c.x is not None):
             key = (crack.x, crack.y, crack.within, crack.part, crack.direction)
-            found = self._predicted(key, samples, lambda one, c=crack: one.widest(c, shape[1]))
-            total = total + crack_fit(crack, CrackPrediction(*found), model)
+            predicted = self._predicted(key, samples, lambda replayed, c=crack: replayed.widest(c, shape[1]))
+            total = total + crack_fit(crack, CrackPrediction(*predicted), model)
         for level in seen.level:
             ends = (level.x, level.y), (level.to_x, level.to_y)
-            (rise,) = self._predicted(ends, samples, lambda one, e=ends: (one.level(*e, shape[1]),))
+            (rise,) = self._predicted(ends, samples, lambda replayed, e=ends: (replayed.level(*e, shape[1]),))
             deviation = np.full(shape, np.hypot(level.error, model.level))
             total = total + measured(rise, level.difference, deviation)
         return total
@@ -188,9 +185,9 @@ class StoredWalls:
         return self._local[key]
 
     def replayed(self, sample: int) -> Replayed:
-        """Return a replayed sample."""
-        part = int(np.searchsorted(self.first, sample, side="right")) - 1
-        return self.stores[part].read(sample - int(self.first[part]))
+        """A replayed sample."""
+        folder = int(np.searchsorted(self.first, sample, side="right")) - 1
+        return self.stores[folder].read(sample - int(self.first[folder]))
 
     def replay(self, samples: IntArray, workers: int, on_replay: Callable[[int, int], None] | None) -> None:
         """Replay samples; see ``ReplayStore.fill``."""
@@ -199,15 +196,15 @@ class StoredWalls:
 
 
 def study_name(path: str | Path) -> str:
-    """Return the name that a study has as a cause: that of its folder, without the suffix."""
+    """Name of a study as a cause: its folder without the suffix."""
     return Path(path).name.removesuffix(".dp")
 
 
 def _joined(studies: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Return the samples of studies of the same walls as one dataset, with weights."""
+    """Samples of studies of the same walls as one dataset, with weights."""
     weighted = [
         ds if "weight" in ds else ds.assign(weight=("sample", np.ones(ds.sizes["sample"])))
-        for ds in (one.drop_vars("movement", errors="ignore") for one in studies)
+        for ds in (study.drop_vars("movement", errors="ignore") for study in studies)
     ]
     names = [
         name

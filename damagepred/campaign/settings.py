@@ -1,4 +1,4 @@
-"""The study file: a scene, what is uncertain about it, and how many walls to sample."""
+"""Study file: a scene, its uncertain numbers, and the number of walls."""
 
 from __future__ import annotations
 
@@ -57,21 +57,21 @@ Stop = Annotated[Any, BeforeValidator(_stop)]
 
 @described
 class Sampling:
-    """How walls are sampled (``[study]``).
+    """Sampling of the walls (``[study]``).
 
     Attributes
     ----------
     title : str or None
-        What the study asks; the scene's title if None.
+        Question of the study; by default the scene's title.
     samples : int
-        Number of walls, unless the command says otherwise.
+        Number of walls; ``-n`` of the command takes precedence.
     seed : int
-        Of all random streams.
+        Seed of all random streams.
     sampler : {"sobol", "lhs", "random", "table"}
-        For the values that hold for a whole wall. Only a Latin hypercube cannot be extended.
+        Sampler of the values for whole walls. A Latin hypercube cannot be extended.
     replicates : int
-        Number of independent scrambles of the Sobol points, which take turns. From 4 on, the differences of their means
-        give the error of an estimate. With fewer, the points are taken as random, which errs to the safe side.
+        Number of independent scrambles of the Sobol points, in turn. From 4 on, the differences of their means give the
+        error of an estimate. With fewer, the points count as random, on the safe side.
     table, table_columns : str or None, tuple of str
         CSV file with the samples for ``sampler = "table"`` (see ``damagepred.uq.table.read_table``), by its place
         beside the study file, and the places it gives; the latter are read from it.
@@ -98,11 +98,11 @@ class Sampling:
         A path ends once this category is reached, and the movement beyond is not solved. None: the table's highest;
         "none": every path is solved to the end of the movement.
     crossed : bool
-        Samples come in fours, two walls and two fields in every combination: in archives of 0.1 alone, which replay it.
+        Only for replays of archives of version 0.1: samples in fours, two walls and two fields in every combination.
     movement : {"path", "sampled", "both"}
-        What is kept of each wall. ``path``: every increment up to its own sampled movement. ``sampled``: only the end
-        of that, one value a sample. ``both``: the latter as ``end_*``. Where the end counts, paths are
-        solved to it unless ``stop_at_category`` says otherwise.
+        Stored increments of each wall. ``path``: every increment up to its own sampled movement. ``sampled``: only the
+        end of it, one value per sample. ``both``: also the end, as ``end_*``. With the end, paths are solved to it
+        unless ``stop_at_category`` is given.
     """
 
     title: Annotated[str, AfterValidator(check_title)] | None = None
@@ -132,11 +132,11 @@ class StudySettings:
     Attributes
     ----------
     scene : Scene
-        The wall as it is where nothing is sampled.
+        Wall without the sampled numbers.
     study : Sampling
-        How to sample.
+        Sampling of the walls.
     variables : dict of str to Variable
-        What is uncertain, by its place in the scene.
+        Uncertain numbers, by key of the scene.
     correlation : dict of str to dict of str to float
         Correlation of pairs of variables.
     """
@@ -148,13 +148,7 @@ class StudySettings:
 
     @classmethod
     def from_toml(cls, path: str | Path) -> StudySettings:
-        """Read a study file.
-
-        Raises
-        ------
-        InputError
-            If it, or the scene it names, is missing or not acceptable.
-        """
+        """Read a study file; a missing or invalid file or scene raises InputError."""
         file = Path(path)
         tables = read_toml(file)
         scene = tables.get("scene")
@@ -166,25 +160,12 @@ class StudySettings:
         else:
             source = f"{file} [scene]"
             described_scene = Scene.from_file_tables(scene, file.parent, source)
-        SolverOptions.of(described_scene.solver, source)  # refused with the name of the file
+        SolverOptions.of(described_scene.solver, source)  # errors name the file
         return cls._checked({**tables, "scene": described_scene}, file.parent, str(file))
 
     @classmethod
     def from_dict(cls, tables: Mapping[str, Any], source: str = "study") -> StudySettings:
-        """Build settings from nested mappings with the scene's tables inside.
-
-        Parameters
-        ----------
-        tables : mapping
-            Nested tables, as in the TOML file.
-        source : str
-            Name of the file, for messages.
-
-        Raises
-        ------
-        InputError
-            If a key or value is not acceptable.
-        """
+        """Settings from nested mappings, as in the TOML file, with the scene's tables inside."""
         scene = tables.get("scene")
         if isinstance(scene, Mapping):
             tables = {**tables, "scene": Scene.from_dict(scene, f"{source} [scene]")}
@@ -192,7 +173,7 @@ class StudySettings:
 
     @classmethod
     def _checked(cls, tables: Mapping[str, Any], folder: Path, source: str) -> StudySettings:
-        """Return the settings of a user's tables, none of them physically impossible."""
+        """Settings of a user's tables, without physically impossible numbers."""
         if isinstance(how := tables.get("study"), Mapping):
             for key in (key for key in _REMOVED if how.get(key)):
                 warnings.warn(f"{source}: [study] {key} has no effect: {_REMOVED[key]}; leave it out", stacklevel=4)
@@ -203,7 +184,7 @@ class StudySettings:
 
     @classmethod
     def of_tables(cls, tables: Mapping[str, Any], folder: Path, source: str) -> StudySettings:
-        """Return the settings, with the values of the files in a folder that they name."""
+        """Settings with the values of their files, which are in a folder."""
         tables = {key: value for key, value in tables.items() if key != VERSION}
         settings = build(cls, tables, source)._with_places_of_scene(source)._with_material_scatter()
         settings = settings._with_sample_table(folder)._with_measured_values(folder)
@@ -211,27 +192,29 @@ class StudySettings:
         return settings
 
     def _with_places_of_scene(self, source: str) -> StudySettings:
-        """Return the settings with each place as the scene names it: a layer by its name, if it has one."""
+        """Settings with the keys of the scene: layers by name, if they have one."""
 
-        def named(place: str) -> str:
+        def named(key: str) -> str:
             try:
-                return self.scene.place(place)
+                return self.scene.place(key)
             except InputError:
-                return place  # refused where it stands
+                return key  # a later check refuses it
 
         variables: dict[str, Variable] = {}
-        for place, variable in self.variables.items():
+        for key, variable in self.variables.items():
             try:
-                own = self.scene.place(place)
+                key_of_scene = self.scene.place(key)
             except InputError as error:
-                reason = str(error).removeprefix(f"'{place}': ")
-                raise InputError(f'{source}: [variables."{place}"]: {reason}') from None
-            if own in variables:
-                raise InputError(f'{source}: [variables."{place}"]: is the same number as "{own}"; leave one out.')
-            variables[own] = variable
+                reason = str(error).removeprefix(f"'{key}': ")
+                raise InputError(f'{source}: [variables."{key}"]: {reason}') from None
+            if key_of_scene in variables:
+                raise InputError(
+                    f'{source}: [variables."{key}"]: is the same number as "{key_of_scene}"; leave one out.'
+                )
+            variables[key_of_scene] = variable
         how = dataclasses.replace(
             self.study,
-            importance={named(place): value for place, value in self.study.importance.items()},
+            importance={named(key): value for key, value in self.study.importance.items()},
             epistemic={n: {named(p): v for p, v in other.items()} for n, other in self.study.epistemic.items()},
         )
         correlation: dict[str, dict[str, float]] = {}
@@ -240,25 +223,25 @@ class StudySettings:
         return dataclasses.replace(self, variables=variables, study=how, correlation=correlation)
 
     def _with_material_scatter(self) -> StudySettings:
-        """Return the settings with the scatter of the library, where it is asked for, about the values of the scene."""
+        """Settings with the scatter of the library about the values of the scene, if requested."""
         if not self.study.material_scatter:
             return self
         if self.scene.material is None:
             raise InputError("study.material_scatter: needs scene.material, a name of the library.")
         library = material(self.scene.material)
         variables, pairs = dict(self.variables), {a: dict(row) for a, row in self.correlation.items()}
-        for place, value in library.values.items():
-            mean = self.scene.numbers.get(place)
-            if value.cov is not None and mean is not None and place not in variables:
+        for key, value in library.values.items():
+            mean = self.scene.numbers.get(key)
+            if value.cov is not None and mean is not None and key not in variables:
                 source = f"{library.source} (mean {value.confidence}, cov {value.cov_confidence})"
-                variables[place] = Variable(distribution="lognormal", mean=mean, cov=value.cov, source=source)
+                variables[key] = Variable(distribution="lognormal", mean=mean, cov=value.cov, source=source)
         for (a, b), rho in library.correlation.items():
             if b not in pairs.get(a, {}) and a not in pairs.get(b, {}):
                 pairs.setdefault(a, {})[b] = rho
         return dataclasses.replace(self, variables=variables, correlation=pairs)
 
     def _with_sample_table(self, folder: Path) -> StudySettings:
-        """Read and check the table of samples; return the settings with its absolute path and its columns."""
+        """Settings with the absolute path and the columns of the checked table of samples."""
         how = self.study
         if (how.table is None) != (how.sampler != "table"):
             raise InputError('study.table: goes with sampler = "table", which needs it.')
@@ -266,10 +249,10 @@ class StudySettings:
             return self
         file = str((folder / how.table).resolve())
         table = read_table(file, Scene.unit_of, self.scene.number_places())
-        for place, values in table.items():
-            for value in {values.min(), values.max()} if place != WEIGHT else ():
+        for key, values in table.items():
+            for value in {values.min(), values.max()} if key != WEIGHT else ():
                 try:
-                    self.scene.with_values({place: float(value)})
+                    self.scene.with_values({key: float(value)})
                 except InputError as error:
                     reason = str(error).removeprefix("sampled scene: ")
                     raise InputError(f"{file}: a value the scene cannot take: {reason}") from None
@@ -277,12 +260,12 @@ class StudySettings:
         return dataclasses.replace(self, study=dataclasses.replace(how, table=file, table_columns=columns))
 
     def _with_measured_values(self, folder: Path) -> StudySettings:
-        """Return the settings with the values themselves where variables name a file in a folder."""
+        """Settings with the measured values of variables that name a file in a folder."""
         read = {p: v.with_values(p, Scene.unit_of(p), folder) for p, v in self.variables.items()}
         return self if read == self.variables else dataclasses.replace(self, variables=read)
 
     def check(self, source: str) -> None:
-        """Check what only all tables together can tell; the source is for messages."""
+        """Check the combination of all tables."""
         table = self.damage_table
         if isinstance(stop := self.study.stop_at_category, int) and stop > table.highest:
             raise InputError(
@@ -291,13 +274,13 @@ class StudySettings:
             )
         if self.scene.dynamics is not None:
             raise InputError(
-                f"{source}: [scene.dynamics]: a study follows the movement of the ground without time, so that each "
-                "wall tells at which movement it reached a category; leave this table out, or run the walls one by one."
+                f"{source}: [scene.dynamics]: a study follows the movement of the ground without time, to find the "
+                "movement at which each wall reaches a category; leave this table out, or run the walls one by one."
             )
-        for place, variable in self.variables.items():
-            if variable.field is not None and place.split(".")[0] not in ("joint", "head_joint", "dpc"):
+        for key, variable in self.variables.items():
+            if variable.field is not None and key.split(".")[0] not in ("joint", "head_joint", "dpc"):
                 raise InputError(
-                    f'{source}: [variables."{place}"] field: only numbers of joint, head_joint and dpc vary from '
+                    f'{source}: [variables."{key}"] field: only numbers of joint, head_joint and dpc vary from '
                     "joint to joint."
                 )
         self._check_correlation(source, self.scene.numbers)
@@ -308,17 +291,17 @@ class StudySettings:
         stated: dict[frozenset[str], float] = {}
         for a, b, value in self._pairs():
             where, pair = f'{source}: [correlation] "{a}" with "{b}" = {value}', frozenset((a, b))
-            for place in (a, b):
-                if place in self.study.table_columns:
-                    raise InputError(f'{where}: "{place}" is a column of the table, whose samples stay as they are.')
-                if place not in self.variables:
+            for key in (a, b):
+                if key in self.study.table_columns:
+                    raise InputError(f'{where}: "{key}" is a column of the table, whose samples stay as they are.')
+                if key not in self.variables:
                     what = (
                         "is a number of the scene without"
-                        if place in places
+                        if key in places
                         else "is no variable of this study; there is no"
                     )
                     raise InputError(
-                        f'{where}: "{place}" {what} table [variables."{place}"].' + nearest(place, self.variables)
+                        f'{where}: "{key}" {what} table [variables."{key}"].' + nearest(key, self.variables)
                     )
             if a == b:
                 raise InputError(f"{where}: a variable has correlation 1 with itself; leave this line out.")
@@ -329,7 +312,7 @@ class StudySettings:
 
     def _check_sampling(self, source: str) -> None:
         how = self.study
-        wall = [place for place, v in self.variables.items() if v.field is None]
+        wall = [key for key, v in self.variables.items() if v.field is None]
         if how.replicates > 1 and how.sampler != "sobol":
             raise InputError(f"{source}: study.replicates = {how.replicates}: is for sampler = 'sobol' alone.")
         if how.importance and how.sampler == "table":
@@ -341,11 +324,11 @@ class StudySettings:
             how.stop_when.check()
             if how.movement == "sampled" and how.stop_when.quantity == "probability":
                 raise InputError(
-                    f'{source}: [study.stop_when]: with movement = "sampled" each wall is known at its own movement '
-                    'alone, which tells no probability at one; take quantity = "median", or movement = "both".'
+                    f'{source}: [study.stop_when]: with movement = "sampled" each wall has a result only at its own '
+                    'movement, not at a common one; take quantity = "median", or movement = "both".'
                 )
             if how.stop_when.category > (highest := self.damage_table.highest):
-                raise InputError(f"{source}: [study.stop_when] category: the damage table goes up to {highest}.")
+                raise InputError(f"{source}: [study.stop_when] category: must be at most {highest}.")
             if how.stop_when.first % how.replicates:
                 raise InputError(
                     f"{source}: [study.stop_when] first = {how.stop_when.first}: must be a multiple of replicates = "
@@ -353,7 +336,7 @@ class StudySettings:
                 )
 
     def _check_range(self, source: str) -> None:
-        """Refuse distributions of which the scene cannot take the middle, or can never take the ends."""
+        """Refuse distributions whose median or tails the scene cannot take."""
         try:
             design = self.design()
         except InputError as error:
@@ -361,23 +344,23 @@ class StudySettings:
                 self.study.material_scatter and str(error).startswith("[correlation]")
             )
             raise InputError(f"{source}: {error}{library}") from None
-        for place, marginal in design.marginals.items():
+        for key, marginal in design.marginals.items():
             for share in (1e-6, 0.5, 1 - 1e-6):
                 value = float(marginal.ppf(share))
                 try:
-                    self.scene.with_values({place: value})
+                    self.scene.with_values({key: value})
                 except InputError as error:
                     reason = str(error).removeprefix("sampled scene: ")
                     raise InputError(
-                        f'{source}: [variables."{place}"]: one wall in {1 / min(share, 1 - share):.0f} gets a value '
+                        f'{source}: [variables."{key}"]: one wall in {1 / min(share, 1 - share):.0f} gets a value '
                         f"the scene cannot take: {reason} Use a distribution that stays in range, or lower and upper."
                     ) from None
 
     @one_blas_thread()
     def mean_wall(self) -> tuple[Scene, str]:
-        """Return the scene with every variable at its mean, and a sentence that says so."""
+        """Scene with every variable at its mean, and a sentence about it."""
         means = self.means()
-        values = ", ".join(f"{place} = {_in_words(place, value)}" for place, value in means.items())
+        values = ", ".join(f"{key} = {_in_words(key, value)}" for key, value in means.items())
         movement = "" if any(p.split(".")[0] == "movement" for p in means) else ", the movement as given"
         return dataclasses.replace(self.scene.with_values(means), title=f"{self.title}: mean wall"), (
             f"{self.title}: its mean wall, with {values or 'nothing uncertain'}{movement} "
@@ -385,30 +368,30 @@ class StudySettings:
         )
 
     def other_means(self) -> list[str]:
-        """Return variables of which neither mean nor median is the scene's value, each in a sentence."""
-        marginals, found = self.design().marginals, []
-        for place, mean in self.means().items():
-            variable, own = self.variables.get(place), self.scene.numbers[place]
+        """Variables with neither mean nor median at the scene's value, each in a sentence."""
+        marginals, sentences = self.design().marginals, []
+        for key, mean in self.means().items():
+            variable, of_scene = self.variables.get(key), self.scene.numbers[key]
             stated = [
-                to_si(v, Scene.unit_of(place)) for v in (variable and variable.mean, variable and variable.median) if v
+                to_si(v, Scene.unit_of(key)) for v in (variable and variable.mean, variable and variable.median) if v
             ]
-            centres = [mean, *stated, *([float(marginals[place].ppf(0.5))] if place in marginals else [])]
-            if not any(math.isclose(own, centre, rel_tol=0.01) for centre in centres):
-                default = self.scene.given is not None and place not in self.scene.given
-                found.append(
-                    f"variable {place}: mean {_in_words(place, mean)}, the scene has {_in_words(place, own)}"
+            centres = [mean, *stated, *([float(marginals[key].ppf(0.5))] if key in marginals else [])]
+            if not any(math.isclose(of_scene, centre, rel_tol=0.01) for centre in centres):
+                default = self.scene.given is not None and key not in self.scene.given
+                sentences.append(
+                    f"variable {key}: mean {_in_words(key, mean)}, the scene has {_in_words(key, of_scene)}"
                     f"{' by default' if default else ''}; walls follow the variable"
                 )
-        return found
+        return sentences
 
     def means(self) -> dict[str, float]:
-        """Return the mean of every variable, by place."""
+        """Mean of every variable, by key."""
         design = self.design()
-        means = {place: float(marginal.mean()) for place, marginal in design.marginals.items()}
+        means = {key: float(marginal.mean()) for key, marginal in design.marginals.items()}
         if design.sampler.read_table is not None:
             table = dict(design.sampler.read_table())
             weight = table.pop(WEIGHT, None)
-            means |= {place: float(np.average(values, weights=weight)) for place, values in table.items()}
+            means |= {key: float(np.average(values, weights=weight)) for key, values in table.items()}
         return means
 
     def _pairs(self) -> list[tuple[str, str, float]]:
@@ -416,22 +399,22 @@ class StudySettings:
 
     @property
     def title(self) -> str:
-        """What the study asks."""
+        """Question of the study."""
         return self.study.title or self.scene.title
 
     @property
     def shape_varies(self) -> bool:
-        """Whether bricks and joints lie otherwise in each sample: numbers of wall, openings or control joints vary."""
-        return any(place.split(".")[0] in ("wall", "opening", "control_joint") for place in self.variables)
+        """Whether samples have different bricks and joints: numbers of wall, openings or control joints vary."""
+        return any(key.split(".")[0] in ("wall", "opening", "control_joint") for key in self.variables)
 
     @property
     def damage_table(self) -> DamageTable:
-        """The scene's damage table, with the plasterboard allowance where the scene asks for it."""
+        """Damage table of the scene, with any plasterboard allowance."""
         return load_table(self.scene.damage.table, plasterboard=self.scene.damage.plasterboard)
 
     @property
     def last_category(self) -> float:
-        """Category at which a path ends; infinite if none does."""
+        """Category at which a path ends, or infinity."""
         stop = self.study.stop_at_category
         if stop == "none" or (stop is None and self.study.movement != "path"):
             return math.inf
@@ -439,15 +422,19 @@ class StudySettings:
 
     @one_blas_thread()
     def design(self) -> Design:
-        """Return the distributions made ready to draw from."""
+        """Distributions, ready to draw from."""
         pairs = {frozenset((a, b)): value for a, b, value in self._pairs()}
-        units = {place: Scene.unit_of(place) for place in self.variables}
+        units = {key: Scene.unit_of(key) for key in self.variables}
         how = self.study
 
         def table() -> dict[str, FloatArray]:
-            columns = {from_0(place): place for place in how.table_columns}  # headers of older studies
-            found = read_table(str(how.table), Scene.unit_of, [*how.table_columns, *columns])
-            return found if {*found} == {*how.table_columns} else {columns[place]: v for place, v in found.items()}
+            columns = {from_0(key): key for key in how.table_columns}  # headers of older studies
+            columns_read = read_table(str(how.table), Scene.unit_of, [*how.table_columns, *columns])
+            return (
+                columns_read
+                if {*columns_read} == {*how.table_columns}
+                else {columns[key]: v for key, v in columns_read.items()}
+            )
 
         sampler = Sampler(
             how.sampler,
@@ -461,35 +448,22 @@ class StudySettings:
         return Design.make(self.variables, units, pairs, sampler, how.seed)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return nested dicts of plain values, in SI where the scene is."""
+        """Nested dicts of plain values, the scene in SI."""
         content: dict[str, Any] = {"study": plain(self.study)}
-        content["variables"] = {place: plain(v) for place, v in self.variables.items()}
+        content["variables"] = {key: plain(v) for key, v in self.variables.items()}
         if self.correlation:
             content["correlation"] = {a: dict(row) for a, row in self.correlation.items()}
         content["scene"] = self.scene.to_dict()
         return content
 
     def to_toml(self) -> str:
-        """Return the study as TOML, its scene inside, complete with defaults."""
+        """Study as TOML with its scene, complete with defaults."""
         import tomli_w
 
         return tomli_w.dumps({VERSION: SCHEMA_VERSION, **self.to_dict()})
 
     def with_samples(self, samples: int | None, seed: int | None) -> StudySettings:
-        """Return the settings with another number of samples or another seed, where given.
-
-        Parameters
-        ----------
-        samples : int or None
-            1 or more; None keeps the number.
-        seed : int or None
-            0 or more; None keeps the seed.
-
-        Raises
-        ------
-        InputError
-            If one is out of range.
-        """
+        """Settings with another number of samples or another seed; None keeps the present one."""
         changes: dict[str, Any] = {k: v for k, v in (("samples", samples), ("seed", seed)) if v is not None}
         if not changes:
             return self
@@ -498,8 +472,8 @@ class StudySettings:
         return dataclasses.replace(self, study=dataclasses.replace(self.study, **changes))
 
 
-def _in_words(place: str, value: float) -> str:
-    shown, unit = quantity(value, Scene.unit_of(place))
+def _in_words(key: str, value: float) -> str:
+    shown, unit = quantity(value, Scene.unit_of(key))
     return shown if unit == "–" else f"{shown} {unit}"
 
 
@@ -512,21 +486,21 @@ def merged(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, A
     return both
 
 
-def differing_keys(first: Mapping[str, Any], second: Mapping[str, Any], place: str = "") -> list[str]:
-    """List the keys, dotted, in which two nested mappings differ."""
-    found: list[str] = []
+def differing_keys(first: Mapping[str, Any], second: Mapping[str, Any], prefix: str = "") -> list[str]:
+    """Dotted keys in which two nested mappings differ."""
+    differences: list[str] = []
     for key in sorted({*first, *second}):
-        here = f"{place}.{key}" if place else str(key)
+        dotted = f"{prefix}.{key}" if prefix else str(key)
         a, b = first.get(key), second.get(key)
         if isinstance(a, Mapping) and isinstance(b, Mapping):
-            found += differing_keys(a, b, here)
+            differences += differing_keys(a, b, dotted)
         elif a != b:
-            found.append(f"{here} (was {a!r}, is {b!r})")
-    return found
+            differences.append(f"{dotted} (was {a!r}, is {b!r})")
+    return differences
 
 
 def read_frozen(text: str) -> StudySettings:
-    """Study settings from their frozen copy; of a pair correlated twice the last value counts, as it did."""
+    """Study settings from their frozen copy; of a pair correlated twice the last value counts, as before."""
     tables = parse_toml(text, "study.toml")
     tables["study"] = {key: value for key, value in tables.get("study", {}).items() if key != "coarse"}
     pairs = {frozenset((a, b)): (a, b, r) for a, row in tables.get("correlation", {}).items() for b, r in row.items()}
@@ -538,18 +512,18 @@ def read_frozen(text: str) -> StudySettings:
 
 
 def _of_older(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Tables of a frozen study whose places count from 0 and whose soil is inert below its log."""
+    """Tables of a frozen study whose keys count from 0 and whose soil is inert below its log."""
 
     def counted(values: Mapping[str, Any]) -> dict[str, Any]:
-        return {from_1(place): value for place, value in values.items()}
+        return {from_1(key): value for key, value in values.items()}
 
     how = dict(tables["study"])
-    found = {**tables, "study": how, "variables": counted(tables.get("variables", {}))}
-    found["correlation"] = counted({a: counted(row) for a, row in tables.get("correlation", {}).items()})
+    migrated = {**tables, "study": how, "variables": counted(tables.get("variables", {}))}
+    migrated["correlation"] = counted({a: counted(row) for a, row in tables.get("correlation", {}).items()})
     how["importance"] = counted(how.get("importance", {}))
     how["epistemic"] = {name: counted(other) for name, other in how.get("epistemic", {}).items()}
-    how["table_columns"] = [from_1(place) for place in how.get("table_columns", ())]
-    for holder, key in ((found, "scene"), (how, "fields_from")):
+    how["table_columns"] = [from_1(column) for column in how.get("table_columns", ())]
+    for holder, key in ((migrated, "scene"), (how, "fields_from")):
         if key in holder:
             holder[key] = inert_below_log(holder[key])
-    return found
+    return migrated

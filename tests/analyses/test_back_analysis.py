@@ -91,7 +91,7 @@ def test_local_cracks_tell_the_cause_and_the_movement(causes: list[Path]) -> Non
     assert (upper - lower <= unknown + 1e-9).all()
     assert float((upper - lower).max()) > 0.1
     assert "crack_probability" in first
-    with pytest.raises(InputError, match="prior_odds: 'domin': is none of the studies"):
+    with pytest.raises(InputError, match="prior_odds: 'domin': is not a study"):
         infer(causes, Observations(crack=seen.crack, prior_odds={"domin": 2.0}))
 
 
@@ -306,7 +306,7 @@ def test_a_movement_that_falls_is_refused(tmp_path: Path) -> None:
     stages = [{"central_deflection": size, "increments": 2} for size in (2e-3, 1e-3)]
     tables["scene"]["movement"] = {"central_deflection": 2e-3, "stage": stages}
     Study(StudySettings.from_dict(tables)).run(tmp_path / "back.dp", samples=2)
-    with pytest.raises(InputError, match="infer needs a movement that only grows; the central_deflection there falls"):
+    with pytest.raises(InputError, match="infer needs an increasing movement; its central_deflection also decreases"):
         infer(tmp_path / "back.dp", Observations(tilt=(SlopeObservation(value=0.001),)))
 
 

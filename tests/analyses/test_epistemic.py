@@ -27,7 +27,7 @@ def test_alternatives_are_estimated_beside_the_study(tmp_path: Path) -> None:
     assert 4 < rougher.effective_samples < 16
     said = "\n".join(lines([own, rougher, same], 1, 6e-3))
     assert "Monte Carlo error" in said
-    assert "what the inputs leave open" in said
+    assert "epistemic range of the inputs" in said
 
 
 def test_what_is_no_alternative() -> None:

@@ -85,7 +85,7 @@ def test_a_path_whose_end_counts_reaches_it() -> None:
     tables["study"]["stop_at_category"] = 2
     assert StudySettings.from_dict(tables).last_category == 2
     tables["study"] |= {"movement": "sampled", "stop_when": {"category": 1, "at": "8 mm", "half_width": 0.05}}
-    with pytest.raises(InputError, match="tells no probability at one"):
+    with pytest.raises(InputError, match="not at a common one"):
         StudySettings.from_dict(tables)
     tables["study"].pop("stop_when")
     tables["study"]["movement"] = "end"

@@ -82,7 +82,7 @@ def test_the_rule_may_ask_for_the_highest_category_and_for_none_beyond() -> None
         extra = f'\n[scene.damage]\ntable = "{table}"\n'
         rule = {"category": highest, "at": "6 mm", "half_width": 0.1}
         assert settings(extra, stop_when=rule).study.stop_when.category == highest
-        with pytest.raises(InputError, match=f"the damage table goes up to {highest}"):
+        with pytest.raises(InputError, match=f"must be at most {highest}"):
             settings(extra, stop_when=rule | {"category": highest + 1})
 
 

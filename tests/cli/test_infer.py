@@ -56,7 +56,7 @@ def test_wrong_input_is_answered_by_a_sentence(command: Run, tmp_path: Path) -> 
     survey.write_text('[[crack]]\nwidth = "2 mm"\n')
     for arguments, sentence in (
         ((house,), "one study folder or more"),
-        ((house, house, survey), "a study of a name of its own"),
+        ((house, house, survey), "a study with a different name"),
         ((tmp_path / "nothing.dp", survey), "no such study folder"),
         ((house, tmp_path / "nothing.toml"), "no such file"),
     ):
