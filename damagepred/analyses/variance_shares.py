@@ -18,24 +18,12 @@ from damagepred.uq.given_data import first_order, rank_correlation
 
 
 class Output(NamedTuple):
-    """Output of a sensitivity.
+    """Output of a sensitivity."""
 
-    Attributes
-    ----------
-    value : array (walls,) or (2, walls)
-        One number per wall, or the interval that holds its capacity.
-    sample : array of int (walls,)
-        Numbers of the walls.
-    name : str
-        In words.
-    censored : float
-        Share of walls of whose capacity no upper bound is known.
-    """
-
-    value: FloatArray
-    sample: IntArray
+    value: FloatArray  # (walls,): one number per wall, or (2, walls): interval of its capacity
+    sample: IntArray  # (walls,): numbers of the walls
     name: str
-    censored: float
+    censored: float  # share of walls without an upper bound of the capacity
 
 
 def _output_of(
@@ -43,7 +31,7 @@ def _output_of(
 ) -> Output:
     """Output of the sensitivity; see ``study_sensitivity``."""
     if (category is None) == (output is None):
-        raise InputError("sensitivity: is asked of a category, or of an output; give one of them.")
+        raise InputError("sensitivity: is of a category or of an output; give one of them.")
     if category is not None:
         require_categories(ds, [category])
         walls = read_capacities(ds, [category], movement_measure(ds))
@@ -60,10 +48,10 @@ def _output_of(
             f"rank of the capacity for category {category}: the movement at which it is reached",
             float(np.average(np.isinf(upper), weights=walls.weight)),
         )
-    known = [str(n) for n in ds.data_vars if ds[n].dims[:1] == ("sample",) and ds[n].dims[1:] in ((), ("increment",))]
-    if output not in known:
+    names = [str(n) for n in ds.data_vars if ds[n].dims[:1] == ("sample",) and ds[n].dims[1:] in ((), ("increment",))]
+    if output not in names:
         raise InputError(
-            f"output = '{output}': the study has no such result with one number a wall." + nearest(str(output), known)
+            f"output = '{output}': the study has no such result with one number per wall." + nearest(str(output), names)
         )
     ran = np.flatnonzero(ds["status"].values != SampleStatus.MISSING)
     column = ds[output].isel(sample=ran)
@@ -74,8 +62,8 @@ def _output_of(
     if unknown := int(np.isnan(value).sum()):
         raise InputError(
             f"output = '{output}': {unknown} of {len(value)} walls have no value at the end of the movement, and "
-            "leaving them out would falsify what the others say; ask of a category, which counts walls as far as they "
-            'were followed, or follow them to the end with [study] stop_at_category = "none".'
+            "without them the result would be biased; take a category, for which such walls count as censored, or "
+            'follow all walls to the end with [study] stop_at_category = "none".'
         )
     return Output(value, ran, f"{output.replace('_', ' ')} at the end of the movement", 0.0)
 
@@ -96,19 +84,19 @@ def study_sensitivity(
     Parameters
     ----------
     ds : xarray.Dataset
-        As ``open_study`` returns it.
+        Study from ``open_study``.
     category : int or str, optional
-        Rank of the capacity for it: of the movement at which it was reached. Walls that were not damaged up to their
-        own end, and failed ones, count as censored there: an input that only sets how far the ground moves has none.
+        Output: rank of the capacity, the movement at which this category is reached. Walls without this category at
+        their own end, and failed walls, count as censored there: an input that only limits the movement has no effect.
     own_ground : bool
-        Whether the category has been reached by the end of each wall's own movement, in place of the capacity: inputs
-        that move the ground count, too. Failed walls are left out.
+        Output: whether the category is reached by the end of each wall's own movement, instead of the capacity, so that
+        inputs of the ground movement also have an effect. Failed walls are left out.
     output : str, optional
-        Instead, a result of the study, at the end of the movement.
+        Output: a result of the study, at the end of the movement.
     confidence : float
-        Of the intervals.
+        Confidence of the intervals.
     resamples, seed : int
-        Of the bootstrap.
+        Bootstrap resamples and their seed.
 
     Returns
     -------
@@ -119,28 +107,28 @@ def study_sensitivity(
     Raises
     ------
     InputError
-        If there is no such output, some walls have no value of it, or no input has one value a wall.
+        If there is no such output, some walls lack it, or no input has one value per wall.
 
     Examples
     --------
     >>> import damagepred
-    >>> found = damagepred.study_sensitivity(damagepred.open_study("house.dp"), category=2, resamples=50)
-    >>> dict(zip(found["variable"].values.tolist(), found["spearman"].values.round(1).tolist()))
+    >>> ds = damagepred.study_sensitivity(damagepred.open_study("house.dp"), category=2, resamples=50)
+    >>> dict(zip(ds["variable"].values.tolist(), ds["spearman"].values.round(1).tolist()))
     {'joint.friction': -0.2, 'joint.cohesion': 0.1}
     """
-    found = _output_of(ds, None if category is None else category_number(ds, category), output, own_ground)
-    alone = np.ones(len(found.sample), dtype=bool)
+    walls = _output_of(ds, None if category is None else category_number(ds, category), output, own_ground)
+    alone = np.ones(len(walls.sample), dtype=bool)
     if int(ds.attrs.get("crossed", 0)):  # of an archive of 0.1: of four walls two share neither inputs nor joints
-        alone = np.isin(found.sample % 4, (0, 3))
+        alone = np.isin(walls.sample % 4, (0, 3))
     inputs = {
-        str(name): np.asarray(variable.values, dtype=np.float64)[found.sample[alone]]
+        str(name): np.asarray(variable.values, dtype=np.float64)[walls.sample[alone]]
         for name, variable in ds.data_vars.items()
         if variable.dims == ("sample",) and variable.attrs.get("role") == "input"
     }
     if not inputs:
-        raise InputError("the study has no input with one value a wall.")
-    weight = np.asarray(ds["weight"].values, dtype=np.float64)[found.sample[alone]] if "weight" in ds else None
-    values = found.value[..., alone]
+        raise InputError("the study has no input with one value per wall.")
+    weight = np.asarray(ds["weight"].values, dtype=np.float64)[walls.sample[alone]] if "weight" in ds else None
+    values = walls.value[..., alone]
     correlations = rank_correlation(
         inputs, values, weight=weight, confidence=confidence, resamples=resamples, seed=seed
     )
@@ -148,8 +136,8 @@ def study_sensitivity(
     result = correlations.merge(indices, combine_attrs="override")
     return result.assign_attrs(
         title=f"sensitivity of {ds.attrs.get('title', 'a study')}",
-        output=found.name,
-        share_censored=found.censored,
+        output=walls.name,
+        share_censored=walls.censored,
         samples_failed=int((ds["status"].values == SampleStatus.FAILED).sum()),
         bootstrap_samples=resamples,
     )

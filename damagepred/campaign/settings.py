@@ -85,7 +85,7 @@ class Sampling:
         Begin no more walls after this time (s).
     epistemic : dict
         Alternatives to the distributions, by name: ``[study.epistemic."less sure"."dpc.friction"] cov = 0.3``. Walls
-        are not run anew but weighted (``damagepred estimate``).
+        are weighted, not run again (``damagepred estimate``).
     fields_from : Scene or None
         The wall on whose joints the fields are drawn, if not the scene's own; a joint has the value of the nearest.
     store_fields : bool
@@ -93,7 +93,7 @@ class Sampling:
         archive.
     material_scatter : bool
         Whether all values of ``scene.material`` with a known scatter are lognormal variables, with the correlations of
-        the library, besides the variables that are given.
+        the library, in addition to the given variables.
     stop_at_category : int, "none" or None
         A path ends once this category is reached, and the movement beyond is not solved. None: the table's highest;
         "none": every path is solved to the end of the movement.
