@@ -145,11 +145,11 @@ BAD = {
     ),
     "jack on a support": (
         {"movement": {"shape": "jacks"}, "rig": {"supports": [0.0, 3.0]}},
-        ["rig.jacks: 3 m", "place of a support", "move"],
+        ["rig.jacks: 3 m", "position of a support", "move"],
     ),
     "jack on a support at the end": (
         {"movement": {"shape": "jacks"}, "rig": {"jacks": ["6 m"]}},
-        ["rig.jacks: 6 m", "place of a support"],
+        ["rig.jacks: 6 m", "position of a support"],
     ),
     "one support": ({"rig": {"supports": [1.0]}}, ["rig", "supports = [1]", "two or more", "both ends"]),
     "support twice": ({"rig": {"supports": [1.0, 5.0, 1.0]}}, ["supports: 1 m", "twice"]),
