@@ -144,13 +144,13 @@ def test_means_of_a_study_are_asked_back(command: Run, tmp_path: Path) -> None:
         assert other in said, name
 
 
-@pytest.mark.parametrize("name", ["check", "solve", "study", "rare", "sensitivity"])
+@pytest.mark.parametrize("name", ["check", "solve", "study", "rare"])
 def test_impossible_means_are_refused(command: Run, tmp_path: Path, name: str) -> None:
     (tmp_path / "house.toml").write_text(
         '[scene.wall]\nlength = 1.2\n[variables."joint.friction"]\ndistribution = "normal"\nmean = 36.9\ncov = 0.1\n'
         '[variables."joint.cohesion"]\ndistribution = "normal"\nmean = "0.453"\ncov = 0.1\n'
     )
-    more = {"rare": ("--category", 2, "--at", "8 mm"), "sensitivity": ("--category", 2)}
+    more = {"rare": ("--category", 2, "--at", "8 mm")}
     refused = command(name, tmp_path / "house.toml", *more.get(name, ()))
     assert refused.code == 2
     assert (
