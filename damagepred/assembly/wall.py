@@ -536,13 +536,13 @@ def _of_joints(key: str, name: str, values: FloatArray) -> FloatArray:
     if not np.isfinite(numbers).all():
         raise InputError(f"'{key}': has values that are not finite.")
     for extreme in {numbers.min(), numbers.max()} if numbers.size else ():
-        changed: dict[str, Any] = {name: float(extreme)}
-        replace(_ANY_JOINT, **changed)
+        changed: dict[str, Any] = {"fracture_energy": 1.0} if name == "shear_fracture_energy" else {}
+        replace(_ANY_JOINT, **(changed | {name: float(extreme)}))
     return numbers
 
 
-_ANY_JOINT = Joint(normal_stiffness=1.0, shear_stiffness=1.0, tensile_strength=0.0, cohesion=0.0, friction=1e15)
-"""Joint in which any single property may have any value that a joint can have."""
+_ANY_JOINT = Joint(normal_stiffness=1.0, shear_stiffness=1.0, tensile_strength=1e16, cohesion=1e16, friction=1e15)
+"""Joint in which any single property may have any value that a joint can have; mode II goes beside mode I."""
 
 
 def _top_length(wall: Wall, bricks: list[Brick]) -> FloatArray:

@@ -226,7 +226,7 @@ def materials_command(json: Json = False, quiet: Quiet = False) -> None:
             scatter = "" if value.cov is None else f"{value.cov:g} ({value.cov_confidence})"
             rows.append([place, f"{number} {unit}".strip(), value.confidence, scatter])
         terminal.table(f'material = "{name}": {found.description}', ["value", "mean", "confidence", "cov"], rows)
-        terminal.say(f"source: {found.source}")
+        terminal.say(f"calibrated on: {found.calibrated_on}; source: {found.source}")
 
 
 def _described(file: Path) -> tuple[Scene, StudySettings | None]:

@@ -280,12 +280,12 @@ class WallCracks:
 
 
 def crack_frame(found: xr.Dataset, increment: int | None = -1) -> pd.DataFrame:
-    """Return cracks as a table to read, SI units, a row a crack and increment.
+    """Return cracks as a table to read, SI units, one row per crack and increment.
 
     Parameters
     ----------
     found : xarray.Dataset
-        As ``cracks`` returns it.
+        As ``cracks`` returns it, or a wall as ``solve`` returns it.
     increment : int or None
         Position of the increment, -1 for the last; None: all of them.
 
@@ -302,6 +302,7 @@ def crack_frame(found: xr.Dataset, increment: int | None = -1) -> pd.DataFrame:
     >>> frame[["crack", "crack_width"]].round(5).head(2).to_numpy().tolist()
     [[2.0, 0.0069], [3.0, 0.0069]]
     """
+    found = found if "crack" in found.dims else cracks(found)
     at = found if increment is None else found.isel(increment=[increment])
     frame = at.to_dataframe().reset_index()
     frame = frame[np.isfinite(frame["crack_length"])].copy()

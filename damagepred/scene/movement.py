@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Field, model_validator
+from pydantic_core import ArgsKwargs
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.enumerations import SYNONYMS
 from damagepred.errors import InputError, require_count
 from damagepred.scene.described import described
 from damagepred.scene.footing_profile import arc, three_loads, through_points
-from damagepred.scene.quantity import Count, Length, Pure, Years
+from damagepred.scene.quantity import Count, Length, Pure, Years, to_si
 from damagepred.scene.seasons import Seasons
 
 Kind = Annotated[Literal["dishing", "doming", "settle", "heave"], BeforeValidator(lambda w: SYNONYMS.get(str(w), w))]
@@ -24,6 +25,26 @@ UP = ("doming", "heave")
 
 LEAST_IN_MIDDLE = 0.05
 """Least deviation of the middle from the line through the ends, over the largest deviation of a shape."""
+
+
+def _largest_size(stages: Any, key: str) -> float | None:
+    """Largest size (m) of stages, tables or objects; None where none has one, or one is no length."""
+    listed = stages if isinstance(stages, list | tuple) else ()
+    sizes = [s.get(key) if isinstance(s, Mapping) else getattr(s, key, None) for s in listed]
+    try:
+        return max((to_si(size, "m") for size in sizes if size is not None), default=None)
+    except ValueError:
+        return None
+
+
+def with_largest_stage(tables: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Tables of a scene whose mound moves by the largest of the stages where it says nothing else."""
+    movement, mound = tables.get("movement"), tables.get("mound", {})
+    stages = movement.get("stage") if isinstance(movement, Mapping) else getattr(movement, "stage", None)
+    full = _largest_size(stages, "surface_movement")
+    if full is None or not isinstance(mound, Mapping) or "surface_movement" in mound:
+        return tables
+    return {**tables, "mound": {**mound, "surface_movement": full}}
 
 
 @described
@@ -36,7 +57,8 @@ class Stage:
         Side of the centre, relative to the line through the ends, at the end of the stage. Where ``movement.kind`` is
         settle or heave: whether the ground is then below or above its level.
     central_deflection : float or None
-        Deflection of the centre at the end of the stage (m), not negative; 0 is level ground. Not for mounds.
+        Deflection of the centre at the end of the stage (m), not negative; 0 is level ground. Not for mounds. A stage
+        with only a time or a strain stays where the last one ended.
     surface_movement : float or None
         For mounds instead: the surface movement at the end of the stage (m).
     load_factor : float or None
@@ -115,8 +137,8 @@ class Movement:
     stage : sequence of Stage
         Movement history, from level ground through the deflections of the stages, in both directions. Then
         ``increments`` is not read, and ``central_deflection`` is the largest deflection of all stages; on a mound
-        ``[mound]`` has the largest surface movement. A study that samples this value scales the whole history. Jacks
-        are controlled by deflection, and push in one direction.
+        ``[mound]`` has the largest surface movement. Either may be left out. A study that samples this value scales the
+        whole history. Jacks are controlled by deflection, and push in one direction.
     history : str or None
         In a scene file, instead of stages: name of a CSV or xlsx file, each line the end of a stage. Its columns are
         time (years) and movement (m), or in the unit of the column's name, and optionally increments and strain (of
@@ -141,6 +163,17 @@ class Movement:
     history: str | None = None
     seasons: Seasons | None = None
 
+    @model_validator(mode="before")
+    @classmethod
+    def _take_largest_stage(cls, given: Any) -> Any:
+        """Take the largest of the stages for a central deflection that is left out."""
+        values = given.kwargs if isinstance(given, ArgsKwargs) else given
+        if not isinstance(values, Mapping) or "central_deflection" in values:
+            return given
+        full = _largest_size(values.get("stage"), "central_deflection")
+        values = values if full is None else {**values, "central_deflection": full}
+        return ArgsKwargs(given.args, dict(values)) if isinstance(given, ArgsKwargs) else values
+
     @model_validator(mode="after")
     def _stages_fit(self) -> Movement:
         if self.local:  # the same side in the words of the movement
@@ -162,6 +195,12 @@ class Movement:
         sizes = {"mound": "surface_movement", "loads": "load_factor"}
         wanted = sizes.get(self.shape, "central_deflection")
         others = [name for name in ("central_deflection", "surface_movement", "load_factor") if name != wanted]
+        held: list[Stage] = []
+        for s in self.stage:  # a stage of time or strain alone stays where the last one ended
+            before = held[-1] if held else Stage(kind=self.kind, **{wanted: 0.0})  # type: ignore[arg-type]
+            alone = all(getattr(s, name) is None for name in (wanted, *others)) and (s.time or s.strain) is not None
+            held.append(replace(s, kind=before.kind, **{wanted: getattr(before, wanted)}) if alone else s)
+        object.__setattr__(self, "stage", tuple(held))
         if any(getattr(s, wanted) is None or any(getattr(s, n) is not None for n in others) for s in self.stage):
             raise ValueError(
                 f"stage: with shape = '{self.shape}' each stage has a {wanted}, and no {' or '.join(others)}"

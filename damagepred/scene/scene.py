@@ -26,7 +26,7 @@ from damagepred.scene.loading import Load, Loading, Support, check_loading
 from damagepred.scene.material_library import with_material
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
 from damagepred.scene.mound import LOCAL, Mound
-from damagepred.scene.movement import Movement
+from damagepred.scene.movement import Movement, with_largest_stage
 from damagepred.scene.quantity import to_si
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
@@ -105,8 +105,8 @@ class Scene:
     @classmethod
     def _take_tables(cls, given: Any) -> Any:
         if isinstance(given, ArgsKwargs):
-            return ArgsKwargs(given.args, with_climate_zone(with_material(given.kwargs or {})))
-        return with_climate_zone(with_material(given)) if isinstance(given, Mapping) else given
+            return ArgsKwargs(given.args, with_climate_zone(with_largest_stage(with_material(given.kwargs or {}))))
+        return with_climate_zone(with_largest_stage(with_material(given))) if isinstance(given, Mapping) else given
 
     @model_validator(mode="after")
     def _fits_together(self) -> Scene:

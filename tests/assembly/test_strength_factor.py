@@ -36,6 +36,32 @@ def test_it_multiplies_what_varies_from_joint_to_joint() -> None:
     assert twice.tensile_strength == pytest.approx(1.3 * once.tensile_strength, rel=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("joint", "place", "values", "column", "expected"),
+    [
+        (
+            Joint(cohesion=0.4e6, fracture_energy=20.0, shear_fracture_energy=60.0),
+            "shear_fracture_energy",
+            (40.0, 80.0),
+            "critical_slip",
+            (2 * 40 / 0.4e6, 2 * 80 / 0.4e6),
+        ),
+        (MORTAR, "residual_cohesion", (0.1e6, 0.2e6), "residual_cohesion", (0.1e6, 0.2e6)),
+        (MORTAR, "residual_tensile_strength", (0.01e6, 0.1e6), "residual_tensile_strength", (0.01e6, 0.1e6)),
+    ],
+)
+def test_values_that_lean_on_others_vary_from_joint_to_joint(
+    joint: Joint, place: str, values: tuple[float, ...], column: str, expected: tuple[float, ...]
+) -> None:
+    scene = replace(SMALL, joint=joint)
+    joints = int(wall_model(scene).interfaces.joint.max()) + 1
+    varied = {f"joint.{place}": np.resize(values, joints)}
+    found = getattr(wall_model(scene, fields=varied).properties, column)
+    assert (found.min(), found.max()) == pytest.approx(expected)
+    with pytest.raises(InputError, match=place):
+        wall_model(scene, fields={f"joint.{place}": np.full(joints, -1.0)})
+
+
 def test_head_joints_may_have_their_own() -> None:
     own = wall_model(replace(factored(SMALL, 1.5), head_joint=HeadJoint(strength_factor=0.5))).properties
     strength = np.unique(own.tensile_strength.round(6))

@@ -8,11 +8,12 @@ import pytest
 import xarray as xr
 
 import damagepred
-from damagepred import Scene
+from damagepred import Movement, Scene
 from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.plotting import draw_fragility, draw_history
+from damagepred.scene import Stage
 from damagepred.study import Study, open_study
 from damagepred.uq.fragility import fit_fragility
 
@@ -133,7 +134,14 @@ def test_a_csv_file_that_is_no_history_is_refused(tmp_path: Path, text: str, sai
             {"movement": {"shape": "mound", "stage": [{"central_deflection": 1e-3}]}},
             "each stage has a surface_movement",
         ),
-        ({"movement": {"shape": "mound", "stage": [{"surface_movement": 1e-3}]}}, "must be the largest of the stages"),
+        (
+            {
+                "movement": {"shape": "mound", "stage": [{"surface_movement": 1e-3}]},
+                "mound": {"surface_movement": 0.04},
+            },
+            "must be the largest of the stages",
+        ),
+        ({"movement": {"stage": [{"increments": 2}]}}, "each stage has a central_deflection"),
         (history(SIZE, -SIZE, shape="jacks"), "jacks push one way"),
         ({"movement": {"history": "a.csv"}}, "names a CSV file beside a scene file"),
         (
@@ -145,6 +153,31 @@ def test_a_csv_file_that_is_no_history_is_refused(tmp_path: Path, text: str, sai
 def test_stages_that_do_not_fit_are_refused(tables: dict[str, object], said: str) -> None:
     with pytest.raises(InputError, match=said):
         Scene.from_dict(tables)
+
+
+@pytest.mark.parametrize(("shape", "size"), [("parabola", "central_deflection"), ("mound", "surface_movement")])
+def test_the_largest_of_the_stages_is_the_movement_where_nothing_else_is_said(shape: str, size: str) -> None:
+    stages = [{size: "3 mm", "kind": "doming"}, {size: 0.012}, {size: 0.0}]
+    scene = Scene.from_dict({"movement": {"shape": shape, "stage": stages}})
+    full = scene.movement.central_deflection if shape == "parabola" else scene.mound.surface_movement
+    assert full == 0.012
+    python = Scene(movement=Movement(shape=shape, stage=[Stage(**one) for one in stages]))
+    assert python == scene
+    with pytest.raises(InputError, match="wrong kind of unit"):
+        Scene.from_dict({"movement": {"shape": shape, "stage": [{size: "3 kg"}]}})
+
+
+def test_a_stage_of_time_or_strain_alone_stays_where_the_last_one_ended() -> None:
+    stages = [
+        {"time": 1.0, "strain": 1e-4, "increments": 1},
+        {"kind": "doming", "central_deflection": 0.004, "time": 2.0, "increments": 1},
+        {"time": 5.0, "increments": 2},
+    ]
+    scene = Scene.from_dict({"movement": {"kind": "doming", "stage": stages}})
+    history = scene.movement.increments_of_history()
+    assert history is not None
+    assert history.load_factors.tolist() == [0.0, 0.0, 1.0, 1.0, 1.0]
+    assert Scene.from_dict(scene.to_dict()) == scene
 
 
 def test_a_sampled_movement_scales_the_whole_history() -> None:
