@@ -71,8 +71,12 @@ class ZoneSelectionOptions:
     strength_share: Pure = Field(default=0.8, gt=0)
 
 
+_LINEAR_SYSTEM = (
+    "keep_farther_levels keep_unchanged_fronts keep_responses call_overhead inversion_weight assembly_weight "
+    "response_weight solution_weight vector_weight product_weight"
+)
 RETIRED = (
-    *(("linear_system", key) for key in ("keep_farther_levels", "keep_unchanged_fronts", "keep_responses")),
+    *(("linear_system", key) for key in _LINEAR_SYSTEM.split()),
     *(("dynamics", key) for key in ("corner_sine", "middle_tolerance")),
 )
 """Tables and keys of older versions, which are read and have no effect."""

@@ -352,17 +352,15 @@ def test_accumulated_changes_are_factorised() -> None:
 
 
 def test_the_cost_of_a_correction_grows_with_changes_and_unknown_responses() -> None:
-    weights = ("call_overhead", "response_weight", "solution_weight", "vector_weight", "product_weight")
     costs = Costs(
-        factorisation=factorisation_costs(np.full(45, 66), np.full(45, 66), DEFAULTS),
+        factorisation=factorisation_costs(np.full(45, 66), np.full(45, 66)),
         solution=45 * 6 * 66.0**2,
         refactorisation_ratio=1.5,
         spent=0.0,
-        **{name: getattr(DEFAULTS, name) for name in weights},
     )
     of = [cost_of(costs, 45.0 * 66, changed, new) for changed, new in ((5, 0), (5, 5), (50, 5), (50, 50))]
     assert of == sorted(of)
-    first, second = factorisation_costs(np.array([60, 120]), np.array([60, 120]), DEFAULTS)
+    first, second = factorisation_costs(np.array([60, 120]), np.array([60, 120]))
     assert second > 4 * first
 
 

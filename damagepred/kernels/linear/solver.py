@@ -11,19 +11,20 @@ from damagepred.kernels.structures import FLAGS, FLOAT_ROWS, FLOATS, INTEGERS, S
 ITERATIONS, FACTORISATIONS, CORRECTIONS = 0, 1, 2
 """Places in ``Solver.counts``."""
 
+CALL_OVERHEAD = 2.3e5
+"""Cost of a batch of unit-load responses, whatever its size (operations). Only ratios of these costs count."""
+RESPONSE_WEIGHT, SOLUTION_WEIGHT, VECTOR_WEIGHT = 140.0, 420.0, 5.0
+"""Operations per degree of freedom of a unit-load response beside its products, per entry of the capacitance equations,
+and per entry in sums of vectors."""
+
 
 class Costs(Structure):
-    """Costs in weighted operations; see ``LinearSystemOptions``."""
+    """Costs in floating-point operations of matrix products; others are weighted by how slow they are."""
 
     factorisation = FLOATS
     """Of each front."""
     solution = types.float64
     """Operations of one solution, forward and back."""
-    call_overhead = types.float64
-    response_weight = types.float64
-    solution_weight = types.float64
-    vector_weight = types.float64
-    product_weight = types.float64
     refactorisation_ratio = types.float64
     spent = types.float64
     """On all corrections since the last factorisation."""
@@ -99,9 +100,8 @@ def correction_cost(costs, size, rows, new):
     """
     forces, cost = float(rows), 0.0
     if new > 0:
-        response = costs.product_weight * costs.solution + costs.response_weight * size
-        cost = costs.call_overhead + float(new) * response
-    return cost + costs.vector_weight * forces * size + costs.solution_weight * forces * forces
+        cost = CALL_OVERHEAD + float(new) * (costs.solution + RESPONSE_WEIGHT * size)
+    return cost + VECTOR_WEIGHT * forces * size + SOLUTION_WEIGHT * forces * forces
 
 
 @law

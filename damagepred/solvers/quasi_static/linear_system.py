@@ -164,7 +164,7 @@ class MultifrontalSystem:
         self.reached = np.zeros(tree.count, dtype=np.bool_)
         self._gathered = np.empty((max(rows, options.response_batch), edge))
         self._target, self._counts = self.elastic.copy(), np.zeros(3, dtype=np.int64)
-        self.factorisation_cost = factorisation_costs(tree.size, tree.boundary_size, options)
+        self.factorisation_cost = factorisation_costs(tree.size, tree.boundary_size)
         self._lists = np.empty(count, dtype=np.int64), np.empty(3 * count, dtype=np.int64)
         self._correction = {
             "interface_of_slot": np.empty(slots, dtype=np.int64),
@@ -237,7 +237,6 @@ class MultifrontalSystem:
         index[self.active_dofs] = np.arange(size)
         operations = tree.size * (tree.size + 2 * tree.boundary_size)
         room = {name: room[: number * size].reshape(number, size) for name, (number, room) in self._rooms.items()}
-        weights = ("call_overhead", "response_weight", "solution_weight", "vector_weight", "product_weight")
         changed, new = self._lists
         self.solver = Solver(
             substitution=self._substitution(fronts, fronts, room["particular"]),
@@ -257,7 +256,6 @@ class MultifrontalSystem:
                 solution=2.0 * float(operations[fronts].sum()),
                 refactorisation_ratio=options.refactorisation_ratio,
                 spent=0.0,
-                **{name: getattr(options, name) for name in weights},
             ),
             active=self.active,
             active_dofs=self.active_dofs,
@@ -429,9 +427,12 @@ class MultifrontalSystem:
         return int(self._counts[CORRECTIONS])
 
 
-def factorisation_costs(size: IntArray, edge: IntArray, options: LinearSystemOptions) -> FloatArray:
+ASSEMBLY_WEIGHT, INVERSION_WEIGHT = 1.7e4, 3.2
+"""Operations per degree of freedom in the assembly of a front, and per operation in the inversion of its stiffness."""
+
+
+def factorisation_costs(size: IntArray, edge: IntArray) -> FloatArray:
     """Weighted operations to factorise fronts of some sizes with boundaries of some sizes."""
     n, b = size.astype(np.float64), edge.astype(np.float64)
-    products = options.product_weight * 2.0 * n * b * (n + b)
-    costs: FloatArray = options.assembly_weight * n + options.inversion_weight * n**3 + products
+    costs: FloatArray = ASSEMBLY_WEIGHT * n + INVERSION_WEIGHT * n**3 + 2.0 * n * b * (n + b)
     return costs

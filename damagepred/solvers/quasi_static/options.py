@@ -375,8 +375,6 @@ class ReturnMappingOptions:
 class LinearSystemOptions:
     """Multifrontal equations, their Woodbury corrections, and when to refactorise instead.
 
-    Costs are floating-point operations, each weighted by how slow its kind is; only ratios of costs count.
-
     Attributes
     ----------
     regularisation : float
@@ -405,20 +403,6 @@ class LinearSystemOptions:
         Residual of the correction forces over their largest, beyond which the system is refactorised (1).
     refactorisation_ratio : float
         Cost of all corrections since the last factorisation over that of a new one, from which that is made (1).
-    call_overhead : float
-        Of a batch of unit-load responses (operations).
-    inversion_weight : float
-        Weight of an operation in the inversion of a front's stiffness (1).
-    assembly_weight : float
-        Of a degree of freedom in the assembly of a front (1).
-    response_weight : float
-        Of a degree of freedom in the response to a unit load, beside the products (1).
-    solution_weight : float
-        Of an entry of the capacitance equations, set up and solved (1).
-    vector_weight : float
-        In sums of vectors (1).
-    product_weight : float
-        In products of matrices (1).
     """
 
     regularisation: Pure = Field(default=1e-7, gt=0)
@@ -433,10 +417,3 @@ class LinearSystemOptions:
     max_loop_rows: Count = Field(default=8, ge=1)
     woodbury_tolerance: Pure = Field(default=1e-6, gt=0)
     refactorisation_ratio: Pure = Field(default=1.5, gt=0)
-    call_overhead: Pure = Field(default=2.3e5, ge=0)
-    inversion_weight: Pure = Field(default=3.2, gt=0)
-    assembly_weight: Pure = Field(default=1.7e4, gt=0)
-    response_weight: Pure = Field(default=140.0, gt=0)
-    solution_weight: Pure = Field(default=420.0, gt=0)
-    vector_weight: Pure = Field(default=5.0, gt=0)
-    product_weight: Pure = Field(default=1.0, gt=0)
