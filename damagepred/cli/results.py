@@ -158,10 +158,6 @@ def fragility(
         Literal["separate", "common", "empirical"],
         typer.Option(help="A lognormal for each category, all of one dispersion (never cross), or no form."),
     ] = "separate",
-    band: Annotated[
-        Literal["bca", "percentile", "profile"],
-        typer.Option(help="Resampled walls (bca, percentile) or profile likelihood."),
-    ] = "bca",
     confidence: Annotated[float, typer.Option(help="Of the band.", min=0.01, max=0.999)] = 0.9,
     bootstrap: Annotated[int, typer.Option(help="Resamples for the band.", min=0)] = 1000,
     goodness: Annotated[int, typer.Option(help="Times walls are made up to judge the fit.", min=0)] = 100,
@@ -208,7 +204,6 @@ def fragility(
         intensity=intensity,
         categories=wanted,
         confidence=confidence,
-        band=band,
         bootstrap=bootstrap,
         goodness=goodness,
         options=terminal.fragility_options(options),

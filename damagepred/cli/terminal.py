@@ -286,9 +286,14 @@ def fragility_options(file: Path | None) -> FragilityOptions:
     """Read options of a fragility fit from a TOML file; the defaults if there is none."""
     from damagepred.inputs.input_files import read_toml
     from damagepred.scene.reading import build
-    from damagepred.uq.fragility import FragilityOptions
+    from damagepred.uq.fragility.options import RETIRED, FragilityOptions
 
-    return FragilityOptions() if file is None else build(FragilityOptions, read_toml(file), str(file))
+    if file is None:
+        return FragilityOptions()
+    tables = read_toml(file)
+    for key in (key for key in RETIRED if tables.pop(key, None) is not None):
+        note(f"note: {file}: {key} has no effect any more; leave it out")
+    return build(FragilityOptions, tables, str(file))
 
 
 def categories(option: str, text: str) -> list[int]:

@@ -253,3 +253,10 @@ def without_damaged_at_start(found: Capacities) -> Capacities:
     """Capacities with walls that are damaged before any movement censored at 0: no information."""
     before = found.upper <= 0
     return found._replace(upper=np.where(before, np.inf, found.upper), failed=found.failed & ~before)
+
+
+def failure_bounds(
+    lower: FloatArray, upper: FloatArray, failed: BoolArray, undamaged_to: FloatArray | float, damaged_by: FloatArray
+) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    """Intervals with the failed walls undamaged to one movement, and with them damaged by another."""
+    return (np.where(failed, undamaged_to, lower), upper), (lower, np.where(failed, damaged_by, upper))

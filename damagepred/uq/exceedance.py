@@ -27,6 +27,7 @@ from damagepred.uq.capacity import (
     ROUNDING,
     category_number,
     censored_before,
+    failure_bounds,
     probability_reached,
     read_capacities,
     require_categories,
@@ -40,13 +41,13 @@ from damagepred.uq.estimate import (
     student_factor,
 )
 from damagepred.uq.fragility import fit_fragility, fit_lognormal, normalised_weights
+from damagepred.uq.fragility.bands import draw_parameters
 from damagepred.uq.fragility.describe import probability_at
 from damagepred.uq.fragility.estimators import estimators
 from damagepred.uq.fragility.fit import WITH_CURVE
 from damagepred.uq.fragility.grouped_data import group_intervals
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
-from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
-from damagepred.uq.fragility.resampling import resample
+from damagepred.uq.fragility.posterior import effective_reached
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_words, shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
 from damagepred.uq.random_streams import Stream, generator
@@ -374,10 +375,8 @@ def estimate_exceedance(
         weight = np.ones(len(lost)) if known.weight is None else known.weight
         bounds = [min(float(np.mean(weight * known_hits(known, at, unknown))), 1.0) for unknown in (0.0, 1.0)]
     elif lost.any():
-        ends = (
-            known._replace(lower=np.where(lost, at.largest, known.lower)),
-            known._replace(upper=np.where(lost, known.lower * (1 + 4 * ROUNDING), known.upper)),
-        )
+        intervals = failure_bounds(known.lower, known.upper, lost, at.largest, known.lower * (1 + 4 * ROUNDING))
+        ends = [known._replace(lower=lower, upper=upper) for lower, upper in intervals]
         bounds = [min(estimate_of(end, pseudo_values(end, at), confidence).value, 1.0) for end in ends]
     else:
         bounds = [estimate.value, estimate.value] if len(lost) else [0.0, 1.0]
@@ -496,15 +495,13 @@ def _median_of(
     else:
         weight = normalised_weights(heavy, known.upper)
         (estimator,) = estimators(group_intervals(known.lower[None], known.upper[None], weight), options=options)
-        walls, random = effective_reached(estimator), generator(seed, Stream.BOOTSTRAP, category)
-        if walls < options.posterior_below:
-            drawn = sample_posterior(estimator, random)
-            logarithm = drawn[:, 1] / drawn[:, 0]
+        draws = draw_parameters(estimator, options.median_resamples, generator(seed, Stream.BOOTSTRAP, category))
+        logarithm = draws.parameters[:, 1] / draws.parameters[:, 0]
+        if draws.resampled is None:
             lower, upper = np.exp(np.quantile(logarithm, [0.5 * (1 - confidence), 0.5 * (1 + confidence)]))
             return Estimate(fit, fit * float(logarithm.std()), float(lower), float(upper), confidence, count, kish)
-        again = resample(estimator, options.median_resamples, random).replicates
-        error = float(np.std(again[:, 1] / again[:, 0], ddof=1)) if len(again) > 1 else np.nan
-        factor = student_factor(confidence, walls - 1.0)
+        error = float(np.std(logarithm, ddof=1)) if len(logarithm) > 1 else np.nan
+        factor = student_factor(confidence, effective_reached(estimator) - 1.0)
     if not np.isfinite(error):
         return Estimate(fit, np.nan, 0.0, np.inf, confidence, count, kish)
     return Estimate(

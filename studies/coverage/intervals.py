@@ -82,7 +82,6 @@ def curve(
     median: float = 8e-3,
     dispersion: float = 0.4,
     increments: int = 40,
-    band: str = "bca",
     weighted: bool = False,
 ) -> Found:
     """Give a lognormal curve of walls of which a given share is damaged at the end."""
@@ -96,7 +95,7 @@ def curve(
     ds = paths(median * np.exp(dispersion * normal), end, increments)
     if weighted:
         ds["weight"] = ("sample", weight)
-    fitted = fit_fragility(ds, categories=[1], band=band, bootstrap=BOOTSTRAP, seed=seed_of(random), points=6)  # type: ignore[arg-type]
+    fitted = fit_fragility(ds, categories=[1], bootstrap=BOOTSTRAP, seed=seed_of(random), points=6)
     return _ends(fitted.isel(category=0), median, dispersion)
 
 
@@ -329,10 +328,6 @@ def cases() -> dict[tuple[str, str], Case]:
         found["curve", f"{n} damaged, half, 10 increments"] = partial(curve, damaged=n, share=0.5, increments=10)
         found["curve, weighted", f"{n} damaged, half"] = partial(curve, damaged=n, share=0.5, weighted=True)
     found["curve, weighted", "60 damaged, half"] = partial(curve, damaged=60, share=0.5, weighted=True)
-    for band in ("percentile", "profile"):
-        for n in (8, 32):
-            found[f"curve, {band}", f"{n} damaged, all"] = partial(curve, damaged=n, share=1.0, band=band)
-            found[f"curve, {band}", f"{n} damaged, half"] = partial(curve, damaged=n, share=0.5, band=band)
     for n in (4, 12, 40):
         found["curve, one movement a wall", f"5 stripes of {n}"] = partial(counted, each=n)
         found["curve, one movement a wall, common", f"5 stripes of {n}"] = partial(counted, each=n, model="common")

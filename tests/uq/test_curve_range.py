@@ -94,8 +94,7 @@ def test_walls_damaged_before_any_movement_are_no_reason_of_never(model: str, wa
 
 
 def test_a_bound_without_a_band_is_no_interval() -> None:
-    """Percentile bands of five walls are refused: then there is no lower limit either, and none that is too high."""
-    one = fit_fragility(few(), categories=[1], band="percentile", bootstrap=50).isel(category=0)
+    one = fit_fragility(few(), categories=[1], bootstrap=0).isel(category=0)
     assert str(one["fit_status"].values) == "extrapolated"
     assert np.isnan(one["median_lower"])
     assert np.isnan(one["median_upper"])

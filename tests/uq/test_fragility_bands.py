@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
-from scipy import optimize, special, stats
+from scipy import special, stats
 
-from damagepred.errors import InputError
 from damagepred.uq.exceedance import exceedance, median_movement
-from damagepred.uq.fragility import capacities, fit_fragility, fit_lognormal
+from damagepred.uq.fragility import FragilityOptions, capacities, fit_fragility, fit_lognormal
+from damagepred.uq.fragility.bands import ParameterDraws, confidence_band, expanded_percentiles
 from damagepred.uq.fragility.estimators import CompositeLikelihood
 from damagepred.uq.fragility.grouped_data import group_intervals
 from damagepred.uq.fragility.resampling import resample
@@ -28,12 +28,12 @@ def made_up(situation: str, seed: int, walls: int) -> xr.Dataset:
     return ds
 
 
-def coverage(situation: str, band: str, repetitions: int, walls: int, bootstrap: int) -> dict[str, float]:
+def coverage(situation: str, repetitions: int, walls: int, bootstrap: int) -> dict[str, float]:
     """Coverage of the 90 % band."""
     held = {"median": 0, "dispersion": 0, "probability": 0}
     for seed in range(repetitions):
         ds = made_up(situation, seed, walls)
-        curve = fit_fragility(ds, categories=[1], band=band, bootstrap=bootstrap, seed=seed, points=6).isel(category=0)
+        curve = fit_fragility(ds, categories=[1], bootstrap=bootstrap, seed=seed, points=6).isel(category=0)
         at = curve["intensity"].values[4]
         truth = {"median": TRUTH, "dispersion": SCATTER, "probability": stats.norm.cdf(math.log(at / TRUTH) / SCATTER)}
         for name, value in truth.items():
@@ -50,79 +50,62 @@ def test_the_situations_are_those_of_their_names() -> None:
 
 @pytest.mark.parametrize("situation", ["10 % failed", "both"])
 def test_the_band_covers_the_true_value_where_walls_fail(situation: str) -> None:
-    held = coverage(situation, "bca", 40, 100, 100)
+    held = coverage(situation, 40, 100, 100)
     for name, share in held.items():
         assert 0.75 <= share <= 1.0, (name, held)  # 0.9 expected; less than 0.75 comes in 1 % of binomial draws
     assert min(held.values()) < 1.0
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("band", ["bca", "profile"])
 @pytest.mark.parametrize("situation", SITUATIONS)
-def test_the_coverage_of_the_band_of_90_percent_is_85_to_95_percent(situation: str, band: str) -> None:
+def test_the_coverage_of_the_band_of_90_percent_is_85_to_95_percent(situation: str) -> None:
     """200 repetitions of 400 walls: 0.9 +- 0.021, so that one in fifty falls outside 0.85 to 0.95 by chance.
 
     A median beyond the movement has a lower bound alone, which always holds.
     """
-    held = coverage(situation, band, 200, 400, 1000)
+    held = coverage(situation, 200, 400, 1000)
     if SITUATIONS[situation][0] < TRUTH:
         assert held.pop("median") == 1.0
     for name, share in held.items():
         assert 0.85 <= share <= 0.95, (name, held)
 
 
-def test_the_profile_band_is_where_the_profile_likelihood_falls() -> None:
-    """Ends of the median's band: there the likelihood, best in the dispersion, is lower by half of chi-squared."""
-    ds = made_up("all followed", 3, 80)
-    curve = fit_fragility(ds, categories=[1], band="profile", points=41).isel(category=0)
-    c = capacities(ds, 1)
-
-    def log_likelihood(median: float, dispersion: float) -> float:
-        with np.errstate(divide="ignore"):
-            a, b = (np.log(v / median) / dispersion for v in (c.lower, c.upper))
-        return float(np.log(special.ndtr(b) - special.ndtr(a)).sum())
-
-    most = log_likelihood(float(curve["median"]), float(curve["dispersion"]))
-    n = int(np.isfinite(c.upper).sum())
-    drop = 0.5 * n * math.log1p(stats.t.ppf(0.95, n - 1) ** 2 / (n - 1))
-    assert drop == pytest.approx(0.5 * stats.chi2.ppf(0.9, 1), rel=0.1)
-    for end in ("lower", "upper"):
-        median, dispersion = float(curve[f"median_{end}"]), float(curve[f"dispersion_{end}"])
-        over = optimize.minimize_scalar(lambda s, m=median: -log_likelihood(m, s), bounds=(0.1, 3), method="bounded")
-        assert most + over.fun == pytest.approx(drop, rel=0.01)
-        over = optimize.minimize_scalar(lambda m, s=dispersion: -log_likelihood(m, s), bounds=(2, 60), method="bounded")
-        assert most + over.fun == pytest.approx(drop, rel=0.01)
-    # a curve through the band's end at one movement: medians and dispersions of that probability there
-    at, end = float(curve["intensity"][30]), float(curve["probability_upper"][30])
-    z = special.ndtri(end)
-    over = optimize.minimize_scalar(
-        lambda s: -log_likelihood(at / math.exp(z * s), s), bounds=(0.1, 3), method="bounded"
-    )
-    assert most + over.fun == pytest.approx(drop, rel=0.01)
-
-
 def test_bca_shifts_the_band_by_bias_and_skewness() -> None:
     """Of exactly known capacities: the dispersion's resamples are too small, and more so than BCa leaves them."""
     values = lognormal(np.random.default_rng(3), 8.0, 0.5, 40)
     ds = study(values, end=60.0, increments=3000)
-    both = [fit_fragility(ds, categories=[1], band=b, bootstrap=2000).isel(category=0) for b in ("percentile", "bca")]
+    known = capacities(ds, 1)
+    estimator = CompositeLikelihood([0], group_intervals(known.lower[None], known.upper[None], np.ones(40)))
+    again = resample(estimator, 2000, np.random.default_rng(4))
+    draws, row = ParameterDraws(again.replicates, again, 1.0), np.ones(1)
+    low, high = confidence_band(draws, row, np.ones(1), 0.9, 40.0).dispersion
     scatter = float(np.log(values).std())
     # exact: n s^2 / sigma^2 is chi-squared of 39
     exact = [scatter * math.sqrt(40 / stats.chi2.ppf(q, 39)) for q in (0.95, 0.05)]
-    off = [abs(float(c["dispersion_lower"]) - exact[0]) + abs(float(c["dispersion_upper"]) - exact[1]) for c in both]
-    assert off[1] < 0.75 * off[0]
+    percentiles = np.quantile(
+        1.0 / again.replicates[:, 0], special.ndtr(expanded_percentiles(np.array([0.05, 0.95]), 40))
+    )
+    plain = abs(percentiles[0] - exact[0]) + abs(percentiles[1] - exact[1])
+    assert abs(low - exact[0]) + abs(high - exact[1]) < 0.75 * plain
 
 
-def test_profile_bands_need_no_resampling_and_no_weights() -> None:
-    ds = made_up("all followed", 1, 60)
-    one, other = (fit_fragility(ds, categories=[1], band="profile", bootstrap=b) for b in (0, 50))
-    np.testing.assert_array_equal(one["probability_upper"], other["probability_upper"])
-    weighted = ds.assign(weight=("sample", np.linspace(0.5, 1.5, 60)))
-    with pytest.raises(InputError, match="walls that count alike"):
-        fit_fragility(weighted, categories=[1], band="profile")
+def test_one_rule_for_bands() -> None:
+    """The posterior of 99 walls and fewer; BCa of 100, unless too many resamples have no fit."""
+    for walls, resampled in ((99, False), (100, True)):
+        ds = study(lognormal(np.random.default_rng(3), 8.0, 0.5, walls), end=90.0, increments=30)
+        for curve in (
+            fit_fragility(ds, categories=[1], bootstrap=50),
+            fit_fragility(ds, model="common", categories=[1]),
+        ):
+            assert np.isfinite(curve["resamples_fitted"].values[0]) == resampled
+            assert np.isfinite(curve["median_upper"].values[0])
+    never = FragilityOptions(fitted_share=1.0, smallest_dispersion=0.49)
+    curve = fit_fragility(ds, categories=[1], bootstrap=200, options=never).isel(category=0)
+    assert 0.0 < float(curve["resamples_fitted"]) < 1.0
+    assert "could be fitted: its band is that of the posterior" in str(curve["fit_note"].values)
 
 
-def test_a_band_of_three_walls_is_that_of_the_posterior_and_others_are_refused() -> None:
+def test_a_band_of_three_walls_is_that_of_the_posterior() -> None:
     """Three of 40 walls reached it: many resamples have fewer."""
     ds = study(np.append([3.5, 5.5, 7.5], np.full(37, 99.0)), end=10.0, increments=10)
     curve = fit_fragility(ds, categories=[1], bootstrap=200).isel(category=0)
@@ -132,10 +115,6 @@ def test_a_band_of_three_walls_is_that_of_the_posterior_and_others_are_refused()
     low, high = stats.beta(3, 38).ppf([0.05, 0.95])  # of a share, with a prior dp / p
     assert float(curve["probability_lower"][-1]) == pytest.approx(low, rel=0.1)
     assert float(curve["probability_upper"][-1]) == pytest.approx(high, rel=0.1)
-    for band in ("percentile", "profile"):
-        refused = fit_fragility(ds, categories=[1], band=band, bootstrap=200).isel(category=0)
-        assert np.isnan(refused["probability_upper"]).all()
-        assert "no band: of so few walls it would be too narrow; take bca" in str(refused["fit_note"].values)
 
 
 def test_few_walls_have_student_s_and_chi_squared_s_limits() -> None:

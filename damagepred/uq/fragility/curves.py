@@ -17,16 +17,17 @@ from damagepred.formatting import options_text
 from damagepred.inputs.arguments import checked
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.capacity import (
-    Capacities,
     StudyCapacities,
     category_number,
+    failure_bounds,
     highest_category,
     read_capacities,
     require_categories,
     without_damaged_at_start,
 )
 from damagepred.uq.estimate import effective_samples, normal_factor, wilson
-from damagepred.uq.fragility import bands, goodness
+from damagepred.uq.fragility import goodness
+from damagepred.uq.fragility.bands import Band, confidence_band, draw_parameters, unknown_band
 from damagepred.uq.fragility.describe import curves_dataset
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator, estimators
 from damagepred.uq.fragility.fit import (
@@ -41,24 +42,22 @@ from damagepred.uq.fragility.fit import (
     reasons_not_fitted,
 )
 from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
-from damagepred.uq.fragility.models import fit_grouped, require_ascending
+from damagepred.uq.fragility.models import fit_grouped
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
-from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
-from damagepred.uq.fragility.resampling import draw, resample
+from damagepred.uq.fragility.posterior import effective_reached
+from damagepred.uq.fragility.resampling import draw
 from damagepred.uq.fragility.turnbull import Npmle, isotonic, turnbull
 from damagepred.uq.intensity import chosen_intensity
 from damagepred.uq.random_streams import Stream, generator
 
 Model = Literal["separate", "common", "empirical"]
-Bands = Literal["bca", "percentile", "profile"]
 
 EMPIRICAL = "empirical"
-"""Status of a curve that has no median and dispersion of a lognormal, because none is asked for."""
+"""Status of a curve without a form."""
 
 
 class _Request(NamedTuple):
     model: Model
-    band: Bands
     confidence: float
     bootstrap: int
     goodness: int
@@ -77,7 +76,6 @@ def fit_fragility(
     intensity: str | None = None,
     categories: Sequence[int | str] | None = None,
     confidence: float = 0.9,
-    band: Bands = "bca",
     bootstrap: int = 1000,
     goodness: int = 0,
     seed: int = 0,
@@ -100,13 +98,10 @@ def fit_fragility(
     categories : sequence of int or str, optional
         Numbers or names; by default all that the damage table has, from 1.
     confidence : float
-        Of the band, 0.9 for 5 to 95 %.
-    band : {"bca", "percentile", "profile"}
-        Its kind, see ``damagepred.uq.fragility.bands``; the empirical curve has the percentile band. The band of the
-        posterior replaces BCa where fewer than 100 walls determine a category's curve; the profile band replaces both
-        where fewer than 95 % of the resamples can be fitted.
+        Of the bands, 0.9 for 5 to 95 %. They are of the posterior where fewer than 100 walls determine a curve,
+        otherwise of resampled walls (BCa); see ``damagepred.uq.fragility.bands``.
     bootstrap : int
-        Number of resamples of walls for the band; 0 for none.
+        Number of resamples of walls for the bands; 0 for no bands.
     goodness : int
         Simulated studies of the fitted curve, for the p-value of its misfit to the empirical one; 0: not judged.
     seed : int
@@ -114,7 +109,7 @@ def fit_fragility(
     points : int
         Number of points of the curves.
     options : FragilityOptions
-        From how many walls on each kind of band is taken, and their resolution.
+        Numbers of walls that bands and notes depend on, tolerances and budgets.
 
     Returns
     -------
@@ -152,31 +147,26 @@ def fit_fragility(
     >>> (1e3 * curves["median"]).round(1).values.tolist()
     [nan, 1.4, 7.8, nan]
     """
-    name = _check(ds, model, band, confidence, intensity)
+    name = _check(ds, model, confidence, intensity)
     names = str(ds["damage_category"].attrs.get("flag_meanings", "")).split()
     wanted = (
         list(range(1, highest_category(ds) + 1)) if categories is None else [category_number(ds, c) for c in categories]
     )
     if not wanted:
         raise InputError("categories: are none; name one or more.")
-    require_ascending(wanted)
+    if any(b <= a for a, b in itertools.pairwise(wanted)):
+        raise InputError(f"categories = {wanted}: must ascend, each given once.")
     require_categories(ds, wanted)
-    for what, number, least in (
-        ("bootstrap", bootstrap, 0),
-        ("goodness", goodness, 0),
-        ("seed", seed, 0),
-        ("points", points, 2),
-    ):
+    require_count("seed", seed, 0)
+    for what, number, least in (("bootstrap", bootstrap, 0), ("goodness", goodness, 0), ("points", points, 2)):
         require_count(what, number, least)
-        if what != "seed":
-            require_number(what, number, least, options.largest_count)
+        require_number(what, number, least, options.largest_count)
     walls = read_capacities(ds, wanted, name)
     grid = np.linspace(0.0, walls.largest, points)
-    request = _Request(model, band, confidence, bootstrap, goodness, seed, wanted, grid, options)
+    request = _Request(model, confidence, bootstrap, goodness, seed, wanted, grid, options)
     columns, more = _curves(walls, request)
     attrs: dict[str, Any] = {
         "model": model,
-        "band": "percentile" if model == "empirical" else band,
         "confidence": confidence,
         "bootstrap_samples": bootstrap,
         "bootstrap_seed": seed,
@@ -194,7 +184,7 @@ def fit_fragility(
     return curves_dataset(ds, columns, wanted, names, grid, name, attrs)
 
 
-def _check(ds: xr.Dataset, model: str, band: str, confidence: float, intensity: str | None) -> str:
+def _check(ds: xr.Dataset, model: str, confidence: float, intensity: str | None) -> str:
     """Check the arguments; return the name of the intensity."""
     if "status" in ds and not np.isin(ds["status"].values, SOLVED).any():
         raise InputError("the study has no finished sample yet; run `damagepred study` first.")
@@ -203,53 +193,92 @@ def _check(ds: xr.Dataset, model: str, band: str, confidence: float, intensity: 
             raise InputError(
                 f"the dataset has no variable '{needed}'; fragility needs a study as open_study returns it."
             )
-    for key, value, known in (("model", model, get_args(Model)), ("band", band, get_args(Bands))):
-        if value not in known:
-            raise InputError(f"{key} = {value!r}: must be one of {', '.join(known)}.")
+    if model not in get_args(Model):
+        raise InputError(f"model = {model!r}: must be one of {', '.join(get_args(Model))}.")
     name = chosen_intensity(ds, intensity)
     if not 0 < confidence < 1:
         raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
     return name
 
 
+def _each_category(lower: FloatArray, upper: FloatArray, weight: FloatArray) -> list[GroupedIntervals]:
+    """Equal intervals of each category alone, grouped."""
+    return [group_intervals(low[None], high[None], weight) for low, high in zip(lower, upper)]
+
+
 def _curves(walls: StudyCapacities, request: _Request) -> tuple[dict[str, NDArray[Any]], dict[str, float]]:
-    """Return the columns of the dataset, and its attributes that belong to all curves together."""
-    kinds = range(len(request.categories))
-
-    def of_each_category(found: Capacities) -> list[GroupedIntervals]:
-        return [group_intervals(found.lower[k : k + 1], found.upper[k : k + 1], walls.weight) for k in kinds]
-
-    columns = _counts(walls.capacities)
-    alone = of_each_category(walls.capacities)
-    options = request.options
+    """Columns of the dataset, and its attributes that belong to all curves together."""
+    options, read = request.options, walls.capacities
+    reached = np.isfinite(read.upper)
+    columns: dict[str, NDArray[Any]] = {
+        "reached": reached.sum(axis=1),
+        "not_reached": (~reached & ~read.failed).sum(axis=1),
+        "failed": read.failed.sum(axis=1),
+    }
+    alone = _each_category(read.lower, read.upper, walls.weight)
     empirical = [_empirical(cells, walls.single, options) for cells in alone]
-    columns["empirical"] = np.array([one.probability(request.grid) for one in empirical])
+    columns["empirical"] = np.array([curve.probability(request.grid) for curve in empirical])
     if request.model == "empirical":
         return columns | _without_form(alone, walls, request), {}
-    before, walls = walls.capacities.upper <= 0, walls._replace(capacities=without_damaged_at_start(walls.capacities))
-    found = walls.capacities
+    before, walls = read.upper <= 0, walls._replace(capacities=without_damaged_at_start(read))
+    lower, upper = walls.capacities.lower, walls.capacities.upper
     if before.any():
-        alone = of_each_category(found)
+        alone = _each_category(lower, upper, walls.weight)
         empirical = [_empirical(cells, walls.single, options) for cells in alone]
     common = request.model == "common"
-    whole = group_intervals(found.lower, found.upper, walls.weight) if common else None
-    fits = [
-        Fit(np.nan, np.nan, why)
-        for c in (alone if whole is None else [whole])
-        for why in reasons_not_fitted(c, common, options)
-    ]
-    limits = [bands.unknown_band(len(request.grid)) for _ in kinds]
-    share = np.full(len(limits), np.nan)
-    for estimator, places in _parts(alone, whole, walls.single, request.options):
-        for k, fit, limit, fitted in zip(places, *_with_bands(estimator, places, request)):
-            fits[k], limits[k], share[k] = fit, limit, fitted
+    together = group_intervals(lower, upper, walls.weight) if common else None
+    groups = [together] if together is not None else alone
+    fits = [Fit(np.nan, np.nan, why) for cells in groups for why in reasons_not_fitted(cells, common, options)]
+    limits, share = [unknown_band(len(request.grid)) for _ in alone], np.full(len(alone), np.nan)
+    for k, cells in enumerate(groups):
+        for estimator in estimators(cells, common, walls.single, options):
+            rows = estimator.categories if common else [k]
+            for row, fit, limit in zip(rows, estimator.fits(), _bands(estimator, rows, share, request)):
+                fits[row], limits[row] = fit, limit
     columns |= _columns_of(fits, limits, request.grid)
-    columns |= _failures(walls, fits, common, request) | _judged(fits, empirical, walls, request)
+    columns |= _with_failed(walls, fits, request) | _judged(fits, empirical, walls, request)
     columns["resamples_fitted"] = share
-    columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k], common, request) for k in kinds])
+    columns["fit_note"] = np.array([_note(fits[k], alone[k], walls, share[k], request) for k in range(len(fits))])
     _add_start_share(columns, before, walls.weight, request.confidence)
     _end_where_walls_end(columns, walls.largest)
     return columns, _criteria(fits, walls, options)
+
+
+def _bands(estimator: Estimator, rows: list[int], share: FloatArray, request: _Request) -> list[Band]:
+    """Bands of categories fitted together; sets the share of the resamples that could be fitted."""
+    unknown = [unknown_band(len(request.grid))] * len(rows)
+    if estimator.no_dispersion() or request.bootstrap == 0:
+        return unknown
+    walls = effective_reached(estimator)
+    if request.model == "common" and _too_few(estimator.cells, walls, request.options):
+        return unknown
+    random = generator(request.seed, Stream.BOOTSTRAP, request.categories[rows[0]])
+    draws = draw_parameters(estimator, request.bootstrap, random)
+    share[rows] = draws.share
+    return [confidence_band(draws, row, request.grid, request.confidence, walls) for row in np.eye(len(rows))]
+
+
+def _too_few(cells: GroupedIntervals, walls: float, options: FragilityOptions) -> bool:
+    """Whether curves with a common dispersion have no band: it would cover the truth too rarely."""
+    return walls < options.fewest_common or _effective(cells) < options.fewest_common_walls
+
+
+def _effective(cells: GroupedIntervals) -> float:
+    return effective_samples(np.repeat(cells.weight, cells.number))
+
+
+def _columns_of(fits: list[Fit], limits: list[Band], grid: FloatArray) -> dict[str, NDArray[Any]]:
+    nan = np.full(len(grid), np.nan)
+    columns: dict[str, NDArray[Any]] = {
+        "probability": np.array([f.probability(grid) if f.status == FITTED else nan for f in fits]),
+        "median": np.array([f.median for f in fits]),
+        "dispersion": np.array([f.dispersion for f in fits]),
+        "fit_status": np.array([f.status for f in fits]),
+    }
+    for name in Band._fields:
+        for end, word in enumerate(("lower", "upper")):
+            columns[f"{name}_{word}"] = np.array([getattr(limit, name)[end] for limit in limits])
+    return columns
 
 
 def _add_start_share(
@@ -271,92 +300,14 @@ def _add_start_share(
 
 def _end_where_walls_end(columns: dict[str, NDArray[Any]], largest: float) -> None:
     """Replace a median beyond the largest movement of the walls by NaN, with that movement as a lower bound."""
-    found = BoundedMedian.of(columns["median"], columns["median_lower"], columns["median_upper"], largest)
-    beyond = (columns["fit_status"] == FITTED) & np.isfinite(found.extrapolated)
+    bounded = BoundedMedian.of(columns["median"], columns["median_lower"], columns["median_upper"], largest)
+    beyond = (columns["fit_status"] == FITTED) & np.isfinite(bounded.extrapolated)
     columns["fit_status"] = np.where(beyond, EXTRAPOLATED, columns["fit_status"])
-    for name, value in found._asdict().items():
+    for name, value in bounded._asdict().items():
         columns["median" if name == "median" else f"median_{name}"] = value
     for end in ("undamaged", "damaged"):
         failed = columns[f"median_failed_{end}"]
         columns[f"median_failed_{end}"] = np.where(failed > largest * (1 + 1e-9), np.inf, failed)
-
-
-def _counts(found: Capacities) -> dict[str, NDArray[Any]]:
-    reached = np.isfinite(found.upper)
-    return {
-        "reached": reached.sum(axis=1),
-        "not_reached": (~reached & ~found.failed).sum(axis=1),
-        "failed": found.failed.sum(axis=1),
-    }
-
-
-def _parts(
-    alone: list[GroupedIntervals], whole: GroupedIntervals | None, single: bool, options: FragilityOptions
-) -> list[tuple[Estimator, list[int]]]:
-    """Return the estimators, each with the places of its categories."""
-    if whole is not None:
-        return [(e, e.categories) for e in estimators(whole, True, single, options)]
-    return [(e, [k]) for k, cells in enumerate(alone) for e in estimators(cells, options=options)]
-
-
-def _with_bands(
-    estimator: Estimator, places: list[int], request: _Request
-) -> tuple[list[Fit], list[bands.Band], list[float]]:
-    """Fit categories that share an estimator; return curves, bands and the share of resamples that could be fitted."""
-    fits, none = estimator.fits(), [bands.unknown_band(len(request.grid))] * len(places)
-    nothing = [np.nan] * len(places)
-    if fits[0].status != FITTED:
-        return fits, none, nothing
-    count = effective_reached(estimator)
-    possible = request.band != "profile" or bands.has_profile_band(estimator)
-    if possible and _too_few(estimator.cells, count, request):
-        return fits, none, nothing
-    if request.band == "profile":
-        return fits, [bands.profile_band(estimator, request.grid, request.confidence)], nothing
-    if request.bootstrap == 0:
-        return fits, none, nothing
-    random = generator(request.seed, Stream.BOOTSTRAP, request.categories[places[0]])
-    dependent = isinstance(estimator, CompositeLikelihood) and len(places) > 1
-    if request.band == "bca" and not dependent and count < request.options.posterior_below:
-        draws = sample_posterior(estimator, random)
-        limits = [bands.posterior_band(draws, n, request.grid, request.confidence) for n in range(len(places))]
-        return fits, limits, nothing
-    again = resample(estimator, request.bootstrap, random)
-    share = [len(again.replicates) / request.bootstrap] * len(places)
-    if share[0] < request.options.fitted_share and bands.has_profile_band(estimator):
-        # resamples without a fit lie to one side: the band of the others would be too narrow
-        return fits, [bands.profile_band(estimator, request.grid, request.confidence)], share
-    limits = [
-        bands.resampled_band(request.band, again, n, request.grid, request.confidence, count)
-        for n in range(len(places))
-    ]
-    return fits, limits, share
-
-
-def _too_few(cells: GroupedIntervals, known: float, request: _Request) -> bool:
-    """Whether the band of so few walls would cover the truth less often than its confidence."""
-    if request.band != "bca":
-        return known < request.options.fewest_resampled
-    few = known < request.options.fewest_common or _effective(cells) < request.options.fewest_common_walls
-    return request.model == "common" and few
-
-
-def _effective(cells: GroupedIntervals) -> float:
-    return effective_samples(np.repeat(cells.weight, cells.number))
-
-
-def _columns_of(fits: list[Fit], limits: list[bands.Band], grid: FloatArray) -> dict[str, NDArray[Any]]:
-    nothing = np.full(len(grid), np.nan)
-    columns: dict[str, NDArray[Any]] = {
-        "probability": np.array([f.probability(grid) if f.status == FITTED else nothing for f in fits]),
-        "median": np.array([f.median for f in fits]),
-        "dispersion": np.array([f.dispersion for f in fits]),
-        "fit_status": np.array([f.status for f in fits]),
-    }
-    for name in bands.Band._fields:
-        for end, word in enumerate(("lower", "upper")):
-            columns[f"{name}_{word}"] = np.array([getattr(limit, name)[end] for limit in limits])
-    return columns
 
 
 def _empirical(
@@ -367,46 +318,43 @@ def _empirical(
 
 
 def _without_form(alone: list[GroupedIntervals], walls: StudyCapacities, request: _Request) -> dict[str, NDArray[Any]]:
-    """Return the empirical curves as the curves themselves, with percentile bands."""
+    """Empirical curves in place of the lognormal ones; their medians have quantiles of resampled walls."""
     rows = []
-    tails = [0.5 * (1 - request.confidence), 0.5 * (1 + request.confidence)]
     for k, cells in enumerate(alone):
-        found = _empirical(cells, walls.single, request.options)
+        curve = _empirical(cells, walls.single, request.options)
         random = generator(request.seed, Stream.BOOTSTRAP, request.categories[k])
         times = request.bootstrap if len(cells.number) <= request.options.one_step_groups or walls.single else 0
-        drawn = (draw(cells, 1, random)[0] * cells.weight for _ in range(times))
-        again = [_empirical(cells, walls.single, request.options, weight) for weight in drawn]
-        row: dict[str, Any] = {"probability": found.probability(request.grid), "median": _middle(found)}
-        curves = np.array([one.probability(request.grid) for one in again])
-        medians = np.array([one.quantile(0.5) for one in again])
-        ends = (
-            _shares_between(row["probability"], curves, cells, request)
-            if times > 1
-            else [np.full(len(request.grid), np.nan)] * 2
-        )
-        for word, tail, end_ in zip(("lower", "upper"), tails, ends):
-            row[f"probability_{word}"] = end_
-            end = float(np.quantile(medians, tail, method="nearest")) if times > 1 else np.nan
-            row[f"median_{word}"] = end if np.isfinite(end) else np.nan
-            row[f"dispersion_{word}"] = np.nan
-        row["median_lower_bound"] = np.nan if np.isfinite(row["median"]) else found.left[-1]
-        reached = bool(np.isfinite(cells.upper).any())
-        row |= {"dispersion": np.nan, "distance": np.nan, "p_value": np.nan, "resamples_fitted": float(times > 0)}
-        row |= {"fit_note": "", "fit_status": EMPIRICAL if reached else NEVER}
+        weights = (draw(cells, 1, random)[0] * cells.weight for _ in range(times))
+        again = [_empirical(cells, walls.single, request.options, weight) for weight in weights]
+        probability, median = curve.probability(request.grid), _finite(curve.quantile(0.5))
+        row: dict[str, Any] = {
+            "probability": probability,
+            "median": median,
+            "median_lower_bound": np.nan if np.isfinite(median) else curve.left[-1],
+            "resamples_fitted": float(times > 0),
+            "fit_note": "",
+            "fit_status": EMPIRICAL if np.isfinite(cells.upper).any() else NEVER,
+        }
+        row |= dict.fromkeys(("dispersion", "dispersion_lower", "dispersion_upper", "distance", "p_value"), np.nan)
+        limits, medians = np.full((2, len(request.grid)), np.nan), np.full(1, np.nan)
+        if times > 1:
+            curves = np.array([resampled.probability(request.grid) for resampled in again])
+            limits = _shares_between(probability, curves, cells, request.confidence)
+            medians = np.array([resampled.quantile(0.5) for resampled in again])
+        for word, tail, limit in zip(("lower", "upper"), (1 - request.confidence, 1 + request.confidence), limits):
+            row[f"probability_{word}"] = limit
+            row[f"median_{word}"] = _finite(float(np.quantile(medians, 0.5 * tail, method="nearest")))
         rows.append(row)
     columns = {key: np.array([row[key] for row in rows]) for key in rows[0]} if rows else {}
-    for name, (lower, upper) in zip(("undamaged", "damaged"), _bounds(walls)):
-        each = [group_intervals(lower[k : k + 1], upper[k : k + 1], walls.weight) for k in range(len(rows))]
-        columns[f"median_failed_{name}"] = np.array(
-            [_middle(_empirical(cells, walls.single, request.options)) for cells in each]
-        )
+    for name, (lower, upper) in zip(("undamaged", "damaged"), _failed_bounds(walls)):
+        each = _each_category(lower, upper, walls.weight)
+        medians = np.array([_finite(_empirical(c, walls.single, request.options).quantile(0.5)) for c in each])
+        columns[f"median_failed_{name}"] = medians
     return columns
 
 
-def _shares_between(
-    best: FloatArray, curves: FloatArray, cells: GroupedIntervals, request: _Request
-) -> list[FloatArray]:
-    """Return pointwise Wilson limits of the empirical curve, for the number of walls with the resamples' variance.
+def _shares_between(best: FloatArray, curves: FloatArray, cells: GroupedIntervals, confidence: float) -> FloatArray:
+    """Pointwise Wilson limits of the empirical curve, for the number of walls with the variance of the resamples.
 
     Where the resamples are all alike (no wall damaged, or all), it is the effective number of walls.
     """
@@ -414,44 +362,40 @@ def _shares_between(
     every = _effective(cells)
     equivalent = np.minimum(best * (1 - best) / np.maximum(deviation, 1e-12) ** 2, every)
     count = np.where((deviation > 0) & (equivalent > 0), equivalent, every)
-    factor = normal_factor(request.confidence)
+    factor = normal_factor(confidence)
     ends = np.array([wilson(p, n, factor) for p, n in zip(np.clip(best, 0.0, 1.0), count)]).T
-    return [np.where(np.arange(len(best)) == 0, best, end) for end in ends]
+    return np.where(np.arange(len(best)) == 0, best, ends)
 
 
-def _middle(found: Npmle) -> float:
-    """Return the median movement, NaN where less than half of the walls reach the category."""
-    median = found.quantile(0.5)
-    return median if np.isfinite(median) else np.nan
+def _finite(movement: float) -> float:
+    """Movement, NaN if the category is not reached."""
+    return movement if np.isfinite(movement) else np.nan
 
 
-def _bounds(walls: StudyCapacities) -> list[tuple[FloatArray, FloatArray]]:
-    """Return the intervals with all failed walls undamaged to the end, and with all damaged where they failed."""
-    found = walls.capacities
+def _failed_bounds(walls: StudyCapacities) -> tuple[tuple[FloatArray, FloatArray], ...]:
+    """Intervals with all failed walls undamaged to the end, and with all damaged in the increment where they failed."""
+    read = walls.capacities
     if walls.single:
-        following = np.broadcast_to(found.end, found.lower.shape)
+        following = np.broadcast_to(read.end, read.lower.shape)
     elif walls.marks is not None:
-        following = walls.marks[np.minimum(np.searchsorted(walls.marks, found.lower, side="right"), walls.increments)]
+        following = walls.marks[np.minimum(np.searchsorted(walls.marks, read.lower, side="right"), walls.increments)]
     else:
-        following = found.lower + found.end / walls.increments
-    undamaged = np.where(found.failed, found.end, found.lower), found.upper
-    return [undamaged, (found.lower, np.where(found.failed, np.maximum(following, found.lower), found.upper))]
+        following = read.lower + read.end / walls.increments
+    return failure_bounds(read.lower, read.upper, read.failed, read.end, np.maximum(following, read.lower))
 
 
-def _failures(walls: StudyCapacities, fits: list[Fit], common: bool, request: _Request) -> dict[str, NDArray[Any]]:
-    """Return medians and curves with all failed walls undamaged, and with all damaged."""
+def _with_failed(walls: StudyCapacities, fits: list[Fit], request: _Request) -> dict[str, NDArray[Any]]:
+    """Medians and curves with all failed walls undamaged, and with all damaged."""
     columns: dict[str, NDArray[Any]] = {}
-    grid, options = request.grid, request.options
-    for name, (lower, upper) in zip(("undamaged", "damaged"), _bounds(walls)):
+    grid, options, some = request.grid, request.options, walls.capacities.failed.any()
+    for name, (lower, upper) in zip(("undamaged", "damaged"), _failed_bounds(walls)):
         again = fits
-        if walls.capacities.failed.any():
-            if common:
-                again = fit_grouped(group_intervals(lower, upper, walls.weight), True, walls.single, options)
-            else:
-                rows = (group_intervals(lower[k : k + 1], upper[k : k + 1], walls.weight) for k in range(len(fits)))
-                again = [fit_grouped(cells, options=options)[0] for cells in rows]
+        if some and request.model == "common":
+            again = fit_grouped(group_intervals(lower, upper, walls.weight), True, walls.single, options)
+        elif some:
+            again = [fit_grouped(c, options=options)[0] for c in _each_category(lower, upper, walls.weight)]
         columns[f"median_failed_{name}"] = np.array([f.median for f in again])
-        if walls.capacities.failed.any():
+        if some:
             curves = [f.probability(grid) if f.status == FITTED else np.full(len(grid), np.nan) for f in again]
             columns[f"probability_failed_{name}"] = np.array(curves)
     return columns
@@ -460,19 +404,18 @@ def _failures(walls: StudyCapacities, fits: list[Fit], common: bool, request: _R
 def _judged(
     fits: list[Fit], empirical: list[Npmle], walls: StudyCapacities, request: _Request
 ) -> dict[str, NDArray[Any]]:
-    """Return the distances of the curves from the empirical ones, and the p-values of their misfit."""
-    gap, chance = np.full(len(fits), np.nan), np.full(len(fits), np.nan)
+    """Distances of the curves from the empirical ones, and the p-values of their misfit."""
+    gap, chance = np.full((2, len(fits)), np.nan)
     for k, fit in enumerate(fits):
-        if fit.status != FITTED:
-            continue
-        gap[k] = goodness.distance(fit, empirical[k])
-        random = generator(request.seed, Stream.GOODNESS, request.categories[k])
-        chance[k] = goodness.p_value(fit, walls, k, request.goodness, random, request.options)
+        if fit.status == FITTED:
+            gap[k] = goodness.distance(fit, empirical[k])
+            random = generator(request.seed, Stream.GOODNESS, request.categories[k])
+            chance[k] = goodness.p_value(fit, walls, k, request.goodness, random, request.options)
     return {"distance": gap, "p_value": chance}
 
 
 def _criteria(fits: list[Fit], walls: StudyCapacities, options: FragilityOptions) -> dict[str, float]:
-    """Return Akaike's criterion of separate dispersions and of a common one, of the categories that have curves."""
+    """Akaike's criterion of separate dispersions and of a common one, of the categories that have curves."""
     good = [k for k, fit in enumerate(fits) if fit.status == FITTED]
     if len(good) < 2:
         return {}
@@ -486,31 +429,27 @@ def _criteria(fits: list[Fit], walls: StudyCapacities, options: FragilityOptions
     }
 
 
-def _note(
-    fit: Fit, cells: GroupedIntervals, walls: StudyCapacities, share: float, common: bool, request: _Request
-) -> str:
-    """Return cautions for the reader of a curve."""
+def _note(fit: Fit, cells: GroupedIntervals, walls: StudyCapacities, share: float, request: _Request) -> str:
+    """Cautions for the reader of a curve."""
     if fit.status != FITTED:
         return ""
-    reached = np.isfinite(cells.upper[0])
+    options, common, reached = request.options, request.model == "common", np.isfinite(cells.upper[0])
     count = int(cells.number[reached].sum())
     at_once = int(cells.number[reached & (cells.lower[0] == 0)].sum())
     notes = []
-    if count < request.options.caution_below:
+    if count < options.caution_below:
         notes.append(f"rests on {count} walls that reached it")
-    if request.bootstrap and _too_few(
-        cells, effective_reached(CompositeLikelihood([0], cells, request.options)), request
-    ):
-        instead = "separate curves" if request.band == "bca" else "bca"
-        notes.append(f"no band: of so few walls it would be too narrow; take {instead}")
+    if request.bootstrap and common:
+        effective = effective_reached(CompositeLikelihood([0], cells, options))
+        if _too_few(cells, effective, options):
+            notes.append("no band: of so few walls it would be too narrow; take separate curves")
     if fit.median > walls.largest:
         notes.append("its median lies beyond the study's movement")
     if not walls.single and at_once > 0.5 * count:
         notes.append(f"{at_once} of {count} walls reached it in the first increment: refine the increments")
-    if share < request.options.fitted_share:
-        by_profile = bands.profile_is_defined(1 + common, walls.weight)
-        what = "is by profile likelihood" if by_profile else "is too narrow"
-        notes.append(f"only {share:.0%} of the resamples could be fitted: its band {what}")
+    if share < options.fitted_share:
+        band = "is too narrow" if common and not walls.single else "is that of the posterior"
+        notes.append(f"only {share:.0%} of the resamples could be fitted: its band {band}")
     return "; ".join(notes)
 
 

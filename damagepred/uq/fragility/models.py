@@ -11,13 +11,9 @@ the walls, which grows with the bounds of the intervals, and no wall reaches a w
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
-
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.errors import InputError
 from damagepred.inputs.arguments import checked, require_alike
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.fragility.estimators import estimators
@@ -76,15 +72,3 @@ def fit_grouped(
         for k, fit in zip(estimator.categories, estimator.fits()):
             found[k] = fit
     return found
-
-
-def require_ascending(categories: Sequence[int]) -> None:
-    """Check that categories are given from the least to the worst, each once.
-
-    Raises
-    ------
-    InputError
-        If they are not.
-    """
-    if any(b <= a for a, b in itertools.pairwise(categories)):
-        raise InputError(f"categories = {list(categories)}: must ascend, each given once.")

@@ -10,7 +10,7 @@ from damagepred.scene.quantity import Count, Pure
 
 @described
 class FragilityOptions:
-    """Options of maximum likelihood, bootstrap, posterior, profile likelihood and the empirical curve.
+    """Options of maximum likelihood, bootstrap, posterior and the empirical curve.
 
     With the default numbers of walls for each kind of band, intervals of 90 % hold the truth in 85 % of the cases of
     studies/coverage or more.
@@ -26,21 +26,17 @@ class FragilityOptions:
     likelihood_rows : int
         Rows of the likelihood evaluated at a time: they fit into the processor's cache.
     posterior_below : int
-        Effective walls that reached the category below which quantiles of the posterior stand in for BCa.
-    fewest_resampled : int
-        Such walls below which there is no band by percentiles or profile likelihood.
+        Effective walls that reached the category below which bands are quantiles of the posterior, not BCa.
     fewest_common : int
         Such walls of each category below which curves with a common dispersion have no band.
     fewest_common_walls : int
         Effective walls in all below which these have none; a limit on those above alone would pick unusual studies.
     fitted_share : float
-        Share of the resamples that can be fitted below which the profile band is taken (1).
+        Share of the resamples that can be fitted below which bands are of the posterior (1).
     caution_below : int
         Walls that reached the category below which the curve carries a caution.
     criterion_walls : int
         Walls beyond which every second, third ... is taken for Akaike's criterion.
-    profile_directions : int
-        Points on the contour of the likelihood.
     posterior_points : int
         Dispersions to either side of the estimate at which the posterior density is computed.
     posterior_drop : float
@@ -75,13 +71,11 @@ class FragilityOptions:
     coarse_start_rows: Count = Field(default=50_000, ge=5)
     likelihood_rows: Count = Field(default=200_000, ge=1)
     posterior_below: Count = Field(default=100, ge=0)
-    fewest_resampled: Count = Field(default=30, ge=0)
     fewest_common: Count = Field(default=15, ge=0)
     fewest_common_walls: Count = Field(default=30, ge=0)
     fitted_share: Pure = Field(default=0.95, ge=0, le=1)
     caution_below: Count = Field(default=10, ge=0)
     criterion_walls: Count = Field(default=50_000, ge=2)
-    profile_directions: Count = Field(default=128, ge=8)
     posterior_points: Count = Field(default=60, ge=5)
     posterior_drop: Pure = Field(default=25.0, gt=0)
     posterior_draws: Count = Field(default=1500, ge=10)
@@ -98,3 +92,6 @@ class FragilityOptions:
 
 
 DEFAULT = FragilityOptions()
+
+RETIRED = ("fewest_resampled", "profile_directions")
+"""Options of percentile and profile bands, which have no effect any more."""

@@ -25,14 +25,13 @@ from damagepred.uq.capacity import (
     require_categories,
     without_damaged_at_start,
 )
-from damagepred.uq.fragility.bands import expanded_percentiles
+from damagepred.uq.fragility.bands import confidence_band, draw_parameters, unknown_band
 from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator
 from damagepred.uq.fragility.fit import EXTRAPOLATED, FITTED, BoundedMedian, StartShare, reasons_not_fitted
 from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
 from damagepred.uq.fragility.likelihood import linear_bounds, maximise_likelihood
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
-from damagepred.uq.fragility.posterior import effective_reached, sample_posterior
-from damagepred.uq.fragility.resampling import resample
+from damagepred.uq.fragility.posterior import effective_reached
 from damagepred.uq.intensity import attributes, chosen_intensity
 from damagepred.uq.random_streams import Stream, generator
 
@@ -70,7 +69,7 @@ def fit_surface(
         Whether the logarithm of the median is linear in the variable's logarithm or in the variable; by default in the
         logarithm where all values are positive.
     confidence : float
-        Of the bands: quantiles of resampled fits, or of the posterior where fewer than 100 walls determine them.
+        Of the bands: of the posterior where fewer than 100 walls determine them, otherwise of resampled walls (BCa).
     bootstrap, seed : int
         Resamples of walls, and their seed.
     points : tuple of int
@@ -217,55 +216,43 @@ def _fitted(
     bootstrap: int,
     random: np.random.Generator,
 ) -> tuple[dict[str, Any], dict[str, float]]:
-    """Return the variables of the dataset, and Akaike's criterion with and without the second variable."""
-    options = model.options
+    """Variables of the dataset, and Akaike's criterion with and without the second variable."""
+    options, rows = model.options, model.regressors(grid_z)
     status = reasons_not_fitted(model.cells, options=options)[0] or FITTED
-    at, alone = np.full(3, np.nan), np.full(2, np.nan)
-    again = np.empty((0, 3))
-    level = np.array([0.5 * (1 - confidence), 0.5 * (1 + confidence)])
-    tails = level
+    parameters, dispersion_alone = np.full(3, np.nan), np.nan
+    bands = [unknown_band(len(grid))] * (len(rows) + 1)
     attrs: dict[str, float] = {}
     if status == FITTED:
         plain = CompositeLikelihood([0], model.cells, options)
-        at, alone = model.estimate, plain.estimate
-        if why := model.no_dispersion():
-            status, at = why, np.full(3, np.nan)
-        else:
-            attrs = {"aic_with": 6.0 - 2.0 * model.value(at), "aic_without": 4.0 - 2.0 * plain.value(alone)}
-            if bootstrap and effective_reached(model) < options.posterior_below:
-                again, tails = sample_posterior(model, random), level
-            elif bootstrap:
-                again, tails = (
-                    resample(model, bootstrap, random).replicates,
-                    special.ndtr(expanded_percentiles(level, effective_reached(model))),
-                )
-    regressors = model.regressors(grid_z)
-    with np.errstate(divide="ignore"):
-        log_grid = np.log(grid)
-
-    def numbers(p: FloatArray) -> dict[str, FloatArray]:
-        along = p[1:] @ regressors.T
-        with np.errstate(invalid="ignore"):
-            probability = special.ndtr(p[0] * log_grid[None, :] - along[:, None])
-        median, slope, dispersion = np.exp(along / p[0]), p[2] / p[0], 1.0 / p[0]
-        return {"probability": probability, "median": median, "slope": slope, "dispersion": dispersion}
-
-    best = numbers(at)
-    resamples = [numbers(p) for p in again]
-    words = {
-        "probability": (("second", "intensity"), "probability of the category or worse"),
-        "median": (("second",), "median capacity"),
-        "slope": ((), "change of the logarithm of the median with the second variable or its logarithm"),
-        "dispersion": ((), "standard deviation of the capacity's logarithm"),
-    }
+        dispersion_alone, status = 1.0 / plain.estimate[0], model.no_dispersion() or FITTED
+    if status == FITTED:
+        parameters = model.estimate
+        attrs = {
+            "aic_with": 6.0 - 2.0 * model.value(parameters),
+            "aic_without": 4.0 - 2.0 * plain.value(plain.estimate),
+        }
+        if bootstrap:
+            draws, walls = draw_parameters(model, bootstrap, random), effective_reached(model)
+            # the last row: the slope is the ln(median) of b alone
+            bands = [confidence_band(draws, r, grid, confidence, walls) for r in (*rows, np.array([0.0, 1.0]))]
+    *bands, slope = bands
+    along = parameters[1:] @ rows.T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        probability = special.ndtr(parameters[0] * np.log(grid)[None, :] - along[:, None])
+        slope_ends = np.log(slope.median)
+    limits = np.array([band.probability for band in bands]).swapaxes(0, 1)
+    medians = np.array([band.median for band in bands]).T
+    slopes, dispersion = (parameters[2] / parameters[0], *slope_ends), (1.0 / parameters[0], *slope.dispersion)
     columns: dict[str, Any] = {}
-    for key, (dims, text) in words.items():
-        columns[key] = (dims, best[key], {"units": "1", "long_name": text})
-        each = np.array([r[key] for r in resamples])
-        ends = np.quantile(each, tails, axis=0) if len(each) > 1 else np.full((2, *np.shape(best[key])), np.nan)
-        for word, end in zip(("lower", "upper"), ends):
-            columns[f"{key}_{word}"] = (dims, end, {"units": "1", "long_name": f"{text}, {word}"})
+    for key, dims, values, words in (
+        ("probability", ("second", "intensity"), (probability, *limits), "probability of the category or worse"),
+        ("median", ("second",), (np.exp(along / parameters[0]), *medians), "median capacity"),
+        ("slope", (), slopes, "change of the logarithm of the median with the second variable or its logarithm"),
+        ("dispersion", (), dispersion, "standard deviation of the capacity's logarithm"),
+    ):
+        for end, value in zip(("", "_lower", "_upper"), values, strict=True):
+            columns[key + end] = (dims, value, {"units": "1", "long_name": words + end.replace("_", ", ")})
     text = "standard deviation of the capacity's logarithm without the second variable"
-    columns["dispersion_alone"] = ((), 1.0 / alone[0], {"units": "1", "long_name": text})
+    columns["dispersion_alone"] = ((), dispersion_alone, {"units": "1", "long_name": text})
     columns["fit_status"] = ((), status)
     return columns, attrs
