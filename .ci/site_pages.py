@@ -45,6 +45,7 @@ def on_config(config: Any) -> Any:
 
 def on_files(files: Any, config: Any) -> Any:
     """Put the repository's pages and the files they link to in place of those of the guide's folder."""
+    from mkdocs.exceptions import PluginError
     from mkdocs.structure.files import File
 
     for file in [f for f in files if f.abs_src_path and Path(f.abs_src_path).is_relative_to(ROOT / "damagepred")]:
@@ -56,10 +57,15 @@ def on_files(files: Any, config: Any) -> Any:
     for name, text in _reference_pages().items():
         files.append(File.generated(config, f"reference/{name}.md", content=text))
     mathjax = Path(import_module("jupyter_server_mathjax").__file__).parent / "static"
+    for script in config["extra_javascript"]:
+        name = str(script).partition("?config=")[2]
+        if name and not (mathjax / "config" / f"{name}.js").is_file():
+            raise PluginError(f"mkdocs.yml: MathJax has no configuration {name}; without it no equation is set.")
     for path in mathjax.rglob("*"):
         if path.is_file():
             target = str(path.relative_to(mathjax))
             files.append(File.generated(config, f"mathjax/{target}", abs_src_path=str(path)))
+    files.append(File.generated(config, "mathjax/fonts.js", content=MATHJAX))
     return files
 
 
@@ -119,6 +125,9 @@ def _home(name: str) -> str:
 
     return damagepred._HOMES[name]
 
+
+MATHJAX = 'window.MathJax = {"HTML-CSS": {availableFonts: [], preferredFont: null, webFont: "STIX-Web"}};\n'
+"""Equations in the only font that comes with MathJax here: nothing is loaded from elsewhere."""
 
 COMMANDS = {
     "check": "damagepred.scene.Scene",

@@ -72,9 +72,10 @@ class Sampling:
     replicates : int
         Number of independent scrambles of the Sobol points, in turn. From 4 on, the differences of their means give the
         error of an estimate. With fewer, the points count as random, on the safe side.
-    table, table_columns : str or None, tuple of str
-        CSV file with the samples for ``sampler = "table"`` (see ``damagepred.uq.table.read_table``), by its place
-        beside the study file, and the places it gives; the latter are read from it.
+    table : str or None
+        CSV file with the samples for ``sampler = "table"`` (``damagepred.uq.table.read_table``), beside the study file.
+    table_columns : tuple of str
+        Variables that the table gives, read from its header.
     importance : dict of str to Proposal
         Where variables are drawn instead, by place; every sample then has a ``weight``.
     nominal_share : float

@@ -10,6 +10,7 @@ import inspect
 import re
 import textwrap
 from collections.abc import Iterator, Mapping
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
@@ -46,12 +47,24 @@ KEYS_HEAD = """\
 A scene file has the tables below at its top level. A study file has them under `[scene.*]`, such as `[scene.wall]`;
 or it names a scene file with `scene = "wall.toml"`.
 
-Each key has its unit, its default and its range in brackets. A number without a unit is SI; a string may carry a unit,
-such as `"8 mm"`. A key that is *required* must be given where its table is. A key that is left out takes its default,
-and an *optional* one has no value: the text calls that None.
-
+A number without a unit is SI; a string may carry a unit, such as `"8 mm"`. A key with the default *required* must be in
+the file where its table is. A key with the default *none* may be left out: its meaning explains None.
 `damagepred.guide.reference` writes this page from the code.
 """
+FIRST_KEYS = {
+    "wall and openings": "wall.length wall.height wall.thickness wall.block_length wall.block_height opening.kind "
+    "opening.x opening.y opening.width opening.height control_joint.x",
+    "dpc, loads": "dpc.course dpc.friction loads.roof",
+    "mortar": "joint.tensile_strength joint.cohesion joint.friction joint.normal_stiffness",
+    "footing": "footing.width footing.depth footing.concrete.grade footing.concrete.bottom",
+    "movement": "movement.shape movement.kind movement.central_deflection movement.increments",
+    "ground": "mound.shape mound.surface_movement mound.suction_depth mound.position mound.reach "
+    "soil.swelling_stiffness soil.shrinking_stiffness",
+    "solver": "solver.accuracy",
+    "study": "study.samples study.seed",
+    "each variable": "distribution mean cov field",
+}
+"""Keys of an ordinary study, by subject: the box at the head of the page."""
 ARCHIVE_HEAD = '''\
 # Archive: every variable of a result
 
@@ -117,6 +130,9 @@ results `prior_predictive`. ArviZ supports neither weights nor failed samples: s
 '''
 
 
+TABLE_HEAD = ("| key | unit | default | range | meaning |", "|---|---|---|---|---|")
+
+
 def _scene_tables(kind: Any = Scene, inside: str = "") -> Iterator[tuple[str, type]]:
     """Heading and class of each table of a scene file, from the fields of the classes."""
     for name, field in kind.__pydantic_fields__.items():
@@ -130,7 +146,10 @@ def _scene_tables(kind: Any = Scene, inside: str = "") -> Iterator[tuple[str, ty
 
 def keys_page() -> str:
     """Page of all keys of scenes and studies."""
-    parts = [KEYS_HEAD, "## The scene\n", "- `title` (text, default `masonry wall`): description of the wall.\n"]
+    box = [f"> - {subject}: {', '.join(f'`{k}`' for k in keys.split())}" for subject, keys in FIRST_KEYS.items()]
+    first = ["> **Keys you will set**", ">", *box, ""]
+    title = "| `title` | text | `masonry wall` | | Description of the wall. |"
+    parts = [KEYS_HEAD, *first, "## The scene\n", *TABLE_HEAD, title, ""]
     heads: dict[type, str] = {}
     for head, kind in _scene_tables():
         heads.setdefault(kind, head)  # [footing.joint] has the keys of [joint]
@@ -161,20 +180,20 @@ def _table(name: str, kind: type) -> str:
             if dataclasses.is_dataclass(base):
                 texts = described_fields(base)[1] | texts
         shown = list(dataclasses.fields(kind))
-    rows = [_key(kind, field.name, texts[field.name]) for field in shown if field.name in texts]
+    names = [field.name for field in shown if field.name in texts]
+    rows = [_keys(kind, list(group), text) for text, group in groupby(names, texts.__getitem__)]
     more = '\n\nAlso the keys of `[variables."place"]` except `components` and `field`.' if kind is Component else ""
-    return f"### `{name}`\n\n{_wrapped(head + more)}\n\n" + "\n".join(rows) + "\n"
+    return f"### `{name}`\n\n{_wrapped(head + more)}\n\n" + "\n".join([*TABLE_HEAD, *rows]) + "\n"
 
 
 def described_fields(kind: type) -> tuple[str, dict[str, str]]:
     """Description of a class, and of each of its attributes, from its docstring (numpydoc)."""
     described, _, _ = inspect.cleandoc(kind.__doc__ or "").partition("\nExamples\n--------\n")
     head, _, attributes = described.partition("\nAttributes\n----------\n")
-    texts: dict[str, str] = {}
-    for names, text in re.findall(r"^(\w[\w, ]*) : [^\n]*\n((?:(?:    .*)?\n?)*)", attributes, re.MULTILINE):
-        for name in names.split(","):
-            texts[name.strip()] = _markdown(textwrap.dedent(text))
-    return _markdown(head), texts
+    texts = re.findall(r"^(\w[\w, ]*) : [^\n]*\n((?:(?:    .*)?\n?)*)", attributes, re.MULTILINE)
+    return _markdown(head), {
+        n: _markdown(textwrap.dedent(text)) for names, text in texts for n in re.split(r",\s*", names)
+    }
 
 
 def _markdown(text: str) -> str:
@@ -190,10 +209,13 @@ def _wrapped(text: str, indent: str = "") -> str:
     )
 
 
-def _key(kind: Any, name: str, text: str) -> str:
-    field = kind.__pydantic_fields__[name]
-    facts = [_type(field), _default(field), *_bounds(field)]
-    return _wrapped(f"- `{name}` ({', '.join(fact for fact in facts if fact)}): {text}", "  ")
+def _keys(kind: Any, names: list[str], text: str) -> str:
+    """Row of a key, or of several keys with one text; the meaning repeats no unit that has its own column."""
+    fields = [kind.__pydantic_fields__[name] for name in names]
+    facts = ({_type(f) for f in fields}, {_default(f) for f in fields}, {", ".join(_bounds(f)) for f in fields})
+    unit, default, bounds = (values.pop() if len(values) == 1 else "" for values in facts)
+    meaning = text.replace(f" ({'1' if unit == 'no unit' else unit})", "").replace("\n\n", " ").replace("|", r"\|")
+    return f"| {', '.join(f'`{name}`' for name in names)} | {unit} | {default} | {bounds} | {meaning} |"
 
 
 def _parts(annotation: Any) -> Iterator[Any]:
@@ -232,12 +254,12 @@ def _default(field: Any) -> str:
     if value is PydanticUndefined:
         return "required"
     if value is None or value == () or value == {}:
-        return "optional"
+        return "none"
     if isinstance(value, bool):
-        return f"default {str(value).lower()}"
+        return str(value).lower()
     if isinstance(value, tuple):
-        return f"default {', '.join(f'{item:g}' for item in value)}"
-    return f"default `{value}`" if isinstance(value, str) else f"default {value:g}"
+        return ", ".join(f"{item:g}" for item in value)
+    return f"`{value}`" if isinstance(value, str) else f"{value:g}"
 
 
 def _bounds(field: Any) -> list[str]:
@@ -249,8 +271,8 @@ def _bounds(field: Any) -> list[str]:
             value = getattr(mark, sign, None)
             if isinstance(value, int | float) and abs(value) < LARGE:
                 bounds[sign] = tightest(bounds.get(sign, value), value)
-    if "gt" in bounds and bounds.get("ge", -LARGE) <= bounds["gt"]:
-        bounds.pop("ge", None)
+    if "gt" in bounds and "ge" in bounds:
+        bounds.pop("ge" if bounds["ge"] <= bounds["gt"] else "gt")
     return [f"{words[sign]} {value:g}" for sign, value in bounds.items()]
 
 

@@ -37,9 +37,10 @@ class ReinforcedConcrete:
         cracked one, whatever the axial force; its steel does not yield.
     grade : str
         N20, N25, N32, N40 or N50: the characteristic cylinder strength f'c in MPa.
-    bottom, top : str or None
-        Trench mesh as on drawings, "3-L11TM" for three wires of L11TM: L8TM, L11TM or L12TM. "none" (or "") for no top
-        mesh; by default the top is like the bottom.
+    bottom : str
+        Trench mesh as on drawings, "3-L11TM" for three wires of L11TM: L8TM, L11TM or L12TM.
+    top : str or None
+        Trench mesh at the top; "none" (or "") for no mesh. None: the same as the bottom.
     cover : float
         Distance from the face of the concrete to the wires (m).
     elastic_modulus : float or None
@@ -49,8 +50,10 @@ class ReinforcedConcrete:
         (AS 3600).
     tension_stiffening : float
         beta (1) of EN 1992-1-1 7.4.3: 1 for a first short load, 0.5 for sustained or repeated ones.
-    steel_modulus, steel_strength : float
-        E_s and the yield strength of the wires (Pa).
+    steel_modulus : float
+        E_s of the wires (Pa).
+    steel_strength : float
+        Yield strength of the wires (Pa).
     hardening : float
         Slope of the wires' stress after yield over E_s (1).
     branson_exponent : float

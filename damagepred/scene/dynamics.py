@@ -35,8 +35,10 @@ class BaseMotion:
     file : str or None
         CSV or xlsx file of a record: increasing times (s) and values (SI), or in the unit of the column's name, such as
         ``a (g)``. It lies beside the scene file; in Python, in the working folder.
-    time, values : sequence of float
-        The record itself, instead of a file (s, SI).
+    time : sequence of float
+        Times of the record, instead of a file (s).
+    values : sequence of float
+        Values of the record at these times (SI).
     quantity : {"acceleration", "velocity", "displacement"}
         Quantity of the record. Acceleration and velocity are linear between points and integrated exactly from rest;
         displacements are interpolated by a cubic spline.
@@ -134,14 +136,16 @@ class Dynamics:
         and, in joints, to stiffness; it never pulls a joint without tension. ``local``: Cundall's, for static states.
     damping_ratio : float
         Share of critical damping, at ``frequency`` (viscous), or at both frequencies (rayleigh).
-    frequency, second_frequency : float
-        Frequencies of the damping ratio (Hz).
+    frequency : float
+        Frequency of the damping ratio (Hz).
+    second_frequency : float
+        Second frequency of the damping ratio (Hz), for rayleigh.
     local_damping : float
         Share of the unbalanced force that opposes the motion.
     contact_damping : float
-        Dashpots of contacts without tensile strength, in compression only, as a share of the critical damping of a
-        block that bounces on a joint, for the joint that needs the strongest dashpot. 0: elastic impacts, a rocking
-        block bounces for ever. 1: inelastic impacts. A rigid block that rocks on its corners
+        Dashpots of contacts without tensile strength, in compression only. The value is a share of the critical damping
+        of a block that bounces on a joint, for the joint that needs the strongest dashpot. With 0, impacts are elastic,
+        and a rocking block bounces for ever. With 1, impacts are inelastic. A rigid block that rocks on its corners
         (``solver.contacts_per_interface = 2``) then keeps Housner's share 1 - 1.5 sin(alpha)^2 of its angular velocity
         at each impact. It keeps more if points along its base take part of the impulse.
     time_step_safety : float or None

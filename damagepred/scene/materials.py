@@ -81,8 +81,10 @@ class Joint:
 
     Attributes
     ----------
-    normal_stiffness, shear_stiffness : float
-        k_n and k_s (Pa/m).
+    normal_stiffness : float
+        k_n (Pa/m).
+    shear_stiffness : float
+        k_s (Pa/m).
     tensile_strength : float
         f_t (Pa). In effect at most cohesion / friction, the apex of the friction cone.
     cohesion : float
@@ -91,8 +93,10 @@ class Joint:
         tan(phi) (1).
     dilation : float
         tan(psi) (1): opening per unit of slip. At most the friction.
-    residual_tensile_strength, residual_cohesion : float
-        Strength of the cracked joint (Pa).
+    residual_tensile_strength : float
+        Tensile strength of the cracked joint (Pa).
+    residual_cohesion : float
+        Cohesion of the cracked joint (Pa).
     residual_friction : float or None
         tan(phi) (1) of the cracked joint; None: as the friction.
     brittle_shear : bool
@@ -289,8 +293,10 @@ class Dpc:
         tan(phi) (1), 0.5 in the paper.
     cohesion : float
         C (Pa), 0 in the paper.
-    normal_stiffness, shear_stiffness : float or None
-        k_n and k_s (Pa/m); None: as the joints.
+    normal_stiffness : float or None
+        k_n (Pa/m); None: as the joints.
+    shear_stiffness : float or None
+        k_s (Pa/m); None: as the joints.
 
     Examples
     --------
@@ -317,8 +323,10 @@ class Footing:
 
     Attributes
     ----------
-    width, depth : float
-        Cross-section (m).
+    width : float
+        Width of the cross-section (m).
+    depth : float
+        Depth of the cross-section (m).
     elastic_modulus : float
         Young's modulus (Pa).
     poisson_ratio : float

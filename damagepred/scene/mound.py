@@ -54,10 +54,16 @@ class Mound:
         D_e (m), depth of the footing's edge below the ground, for mitchell.
     edge_distance : float or None
         e (m) of walsh, at most half the wall's length. None: by the formulas below.
-    doming_suction_divisor, doming_movement_divisor : float
-        e = H_s / 8 + y_m / 36 in doming, with e and H_s in m and y_m in mm.
-    dishing_length_share, dishing_edge_base, dishing_movement_divisor : float
-        e = 0.2 L in dishing, at most 0.6 m + y_m / 25, with y_m in mm.
+    doming_suction_divisor : float
+        The 8 in e = H_s / 8 + y_m / 36 in doming, with e and H_s in m and y_m in mm.
+    doming_movement_divisor : float
+        The 36 in e = H_s / 8 + y_m / 36.
+    dishing_length_share : float
+        The 0.2 in e = 0.2 L in dishing, at most 0.6 m + y_m / 25, with y_m in mm.
+    dishing_edge_base : float
+        The 0.6 m in 0.6 m + y_m / 25.
+    dishing_movement_divisor : float
+        The 25 in 0.6 m + y_m / 25.
     exponent : float or None
         Exponent of mitchell (None: 1.5 L / (H_s - D_e)) and of tree (None: 2).
     exponent_factor : float

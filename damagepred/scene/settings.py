@@ -36,14 +36,20 @@ class Solver:
         blocks first, and the blocks with a large error by the joints' forces are cut; see ``rigid_error``.
     rigid_error : float
         For ``auto``: error in strain energy of rigid blocks, as a share of the strain energy of the wall.
-    above_dpc, below_dpc : {"rigid", "elastic", "deformable"} or None
-        Kind of blocks in one part of the wall; None: as ``blocks``. Without a dpc the whole wall is above.
+    above_dpc : {"rigid", "elastic", "deformable"} or None
+        Kind of blocks above the dpc; None: as ``blocks``. Without a dpc the whole wall is above.
+    below_dpc : {"rigid", "elastic", "deformable"} or None
+        Kind of blocks below the dpc; None: as ``blocks``.
     zone_size : float or None
         Largest edge of the cells, of four zones each, of deformable blocks (m). None: the width of the block for
         ``quasi_static``, half of it for ``explicit``.
-    zone_size_above_dpc, zone_size_below_dpc, zone_size_footing : float or None
-        Size in one part of the wall (m). The default for the footing is half its depth for ``quasi_static``, a quarter
-        for ``explicit``, and a sixth where it bends freely (on jacks, on a mound).
+    zone_size_above_dpc : float or None
+        Size above the dpc (m); None: ``zone_size``.
+    zone_size_below_dpc : float or None
+        Size below the dpc (m); None: ``zone_size``.
+    zone_size_footing : float or None
+        Size in the footing (m). None: half its depth for ``quasi_static``, a quarter for ``explicit``, and a sixth on
+        jacks and on a mound.
     footing : {"none", "beam", "deformable"} or None
         ``none``: the underside of the wall follows the movement. ``beam``: the footing is a chain of segments on jacks
         or on a mound. ``deformable``: it is a beam of zones under the wall, with a mortar bed between. None: ``beam``

@@ -73,9 +73,11 @@ class Suction:
         Change at the surface (pF). Assumed: 1.2, of temperate climates in AS 2870.
     cracked_share : float
         Depth of the cracked zone over the suction depth (1). Assumed. Cracks there let the soil move sideways.
-    restraint, restraint_depth : float
+    restraint : float
         In the cracked zone the soil moves by I_ss, and below it, restrained at its sides, by alpha I_ss. At depth z
-        alpha = restraint - z / restraint_depth (1, m). Assumed: 2.0 and 5 m.
+        alpha = restraint - z / restraint_depth (1). Assumed: 2.0.
+    restraint_depth : float
+        Depth in alpha (m). Assumed: 5 m.
     below_log : {"extend", "inert"} or None
         Soil between the end of the log and ``mound.suction_depth``. ``extend``: as the last layer. ``inert``: no
         movement, as in rock. None: a log that ends too early is refused.

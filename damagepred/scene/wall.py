@@ -20,13 +20,17 @@ class Wall:
 
     Attributes
     ----------
-    length, height : float
-        Size of the elevation (m).
+    length : float
+        Length of the wall (m).
+    height : float
+        Height of the wall (m).
     thickness : float
         Out-of-plane thickness (m).
-    block_length, block_height : float
-        A whole brick with its joints, centre to centre (m). The bond is gauged to the wall and its openings:
+    block_length : float
+        Length of a brick with its joint, centre to centre (m). The bond is gauged to the wall and its openings:
         perpends and courses move a little so that every end, jamb, sill and head meets a joint.
+    block_height : float
+        Height of a course, brick and bed joint (m).
     bond : {"running", "stack"}
         Running bond breaks the perpends at half bricks; stack bond does not.
     fit : {"gauged", "cut"}
@@ -86,10 +90,14 @@ class Opening:
     ----------
     kind : {"window", "door"}
         A door reaches down to the underside of the wall (y = 0).
-    x, y : float
-        Left edge and sill (m).
-    width, height : float
-        Clear size (m).
+    x : float
+        Left edge (m).
+    y : float
+        Sill (m).
+    width : float
+        Clear width (m).
+    height : float
+        Clear height (m).
     lintel_bearing : float
         Bearing length of the lintel on either side (m). The lintel is one block, a course high, of the bricks'
         material; an opening up to the top of the wall has no lintel.

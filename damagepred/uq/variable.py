@@ -111,16 +111,38 @@ class Distribution:
         values that were measured, or file and column, all equally likely. ``scipy``: name of a distribution of
         scipy.stats and its parameters, or its shapes with mean and cov or std. ``mixture``: components, one of which
         each value comes from.
-    mean, std, median, lower, upper, scale : float or str or None
-        In the number's unit.
-    cov, dispersion, shape, alpha, beta : float or None
-        Coefficient of variation; standard deviation of the logarithm; parameters of a family.
+    mean : float or str or None
+        Mean, in the number's unit, as the five that follow.
+    std : float or str or None
+        Standard deviation.
+    median : float or str or None
+        Median of a lognormal distribution.
+    lower : float or str or None
+        Lower bound.
+    upper : float or str or None
+        Upper bound.
+    scale : float or str or None
+        Scale of a Weibull or gamma distribution.
+    cov : float or None
+        Coefficient of variation.
+    dispersion : float or None
+        Standard deviation of the logarithm.
+    shape : float or None
+        Shape of a Weibull or gamma distribution.
+    alpha : float or None
+        First parameter of a beta distribution.
+    beta : float or None
+        Second parameter of a beta distribution.
     values : sequence of float or str
         Of discrete and empirical, in the number's unit.
     weights : sequence of float
         Of discrete, positive, of any sum.
-    file, column, unit : str or None
-        CSV file beside the study file, the name of its column, and the column's unit (SI if left out).
+    file : str or None
+        CSV file beside the study file.
+    column : str or None
+        Column of that file.
+    unit : str or None
+        Unit of that column (SI if left out).
     name : str or None
         Of a distribution of scipy.stats.
     parameters : dict of str to float or str, or None

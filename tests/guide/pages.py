@@ -60,6 +60,8 @@ def sentences(text: str) -> list[str]:
     text = re.sub(r"<!--.*?-->", "", text)
     text = re.sub(r"!\[([^\]]*)\]\([^)]*\)", "", text)
     text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
+    text = re.sub(r"^> ?", "", text, flags=re.MULTILINE)
+    text = re.sub(r"^\| `\w+`[^|]* \|.* \| (.*) \|$", r"- \1", text, flags=re.MULTILINE)  # meaning of a key
     text = re.sub(r"^(\||#).*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"^\*References\.\*.*?(\n\n|\Z)", "\n\n", text, flags=re.MULTILINE | re.DOTALL)
     text = re.sub(r"^- `[^`]*` \(.*?\):", "-", text, flags=re.MULTILINE | re.DOTALL)  # facts of a key or variable
