@@ -8,19 +8,9 @@ from damagepred.arrays import FloatArray
 
 
 def quadrature(rule: str, count: int) -> tuple[FloatArray, FloatArray]:
-    """Return points in [-1/2, 1/2] and weights that sum to 1.
+    """Points in [-1/2, 1/2] and weights that sum to 1: equal parts ("midpoint"), or Gauss-Lobatto with both ends.
 
-    Parameters
-    ----------
-    rule : {"lobatto", "midpoint"}
-        Gauss-Lobatto: both ends are points; exact for polynomials of degree 2 count - 3, so with 3 points
-        (Simpson) exact for the elastic joint, whose moment is quadratic along the joint. Midpoint: equal parts.
-    count : int
-        Number of points; Lobatto 2 or more, midpoint 1 or more.
-
-    Returns
-    -------
-    points, weights : array of float, shape (count,)
+    Lobatto is exact for polynomials of degree 2 count - 3, so with 3 points (Simpson) for the elastic joint.
     """
     if rule == "midpoint":
         return (np.arange(count) + 0.5) / count - 0.5, np.full(count, 1.0 / count)

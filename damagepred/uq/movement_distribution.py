@@ -86,23 +86,7 @@ SITE = MovementDistribution("site", (1.0,), own=True)
 
 
 def movement_distribution(text: str, unit: str = "m", option: str = "at") -> MovementDistribution:
-    """Read a movement, a site class or a distribution.
-
-    Parameters
-    ----------
-    text : str
-        "60 mm"; "H1"; "site" (of an option named at); or a distribution as in a study file, 'distribution =
-        "lognormal", mean = "45 mm", cov = 0.3'.
-    unit : str
-        SI unit of the movement.
-    option : str
-        What the text was given for, for messages.
-
-    Raises
-    ------
-    InputError
-        If the text is none of these, or the class has no upper limit.
-    """
+    """Read "60 mm", "H1", "site" (for an option at) or a distribution as in a study file; others are refused."""
     if "=" in text:
         return _distributed(text, unit)
     if text.strip().lower() == SITE.name and option.endswith("at"):

@@ -57,25 +57,10 @@ def p_value(
     random: np.random.Generator,
     options: FragilityOptions = DEFAULT,
 ) -> float:
-    """Return the probability that walls of the fitted curve have at least the misfit of these (parametric bootstrap).
+    """Probability that walls of the fitted curve have at least the misfit of these (parametric bootstrap).
 
     Simulated walls are followed like the walls of the study: to the same movement, in the same increments, or in as
-    many equal ones where each wall has its own.
-
-    Parameters
-    ----------
-    fit : Fit
-        Curve.
-    walls : StudyCapacities
-        Capacities of the study.
-    k : int
-        Place of the category.
-    repetitions : int
-        Number of simulated studies; 0: not judged.
-    random : Generator
-        Source of their capacities.
-    options : FragilityOptions
-        Its ``goodness_walls``, and the options of the fits.
+    many equal ones where each wall has its own. NaN without repetitions.
     """
     count = len(walls.weight)
     if repetitions == 0 or count > options.goodness_walls or np.ptp(walls.weight) > 0:
