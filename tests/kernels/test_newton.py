@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -34,21 +36,17 @@ class SlidingPart:
         return 0.0
 
 
-@pytest.fixture(autouse=True)
-def sliding_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Residuals and steps are those of sliding parts."""
-    for module in ("newton", "line_search"):
-        name = f"damagepred.kernels.equilibrium.{module}.wall_residual"
-        monkeypatch.setattr(name, lambda wall, state, *values: wall.residual(*values))
-    name = "damagepred.kernels.equilibrium.newton.solve_step"
-    monkeypatch.setattr(name, lambda wall, state, *values: wall.solve(*values))
+STEPS = SimpleNamespace(
+    residual=lambda wall, state, *values: wall.residual(*values),
+    solve=lambda wall, state, *values: wall.solve(*values),
+)
 
 
 @pytest.mark.parametrize("distance", [0.0, 5.0, 100.0, 1e3, 1e4])
 def test_part_that_slides_freely_reaches_its_stop(distance: float) -> None:
     """A step of the regularisation's length is 10 m: without longer ones, 1000 would lead to the farthest stop."""
     part, found = SlidingPart(distance), np.empty(1)
-    ratio, _ = newton_with_line_search(part, part, 0.0, np.zeros(1), found)
+    ratio, _ = newton_with_line_search(STEPS, part, part, 0.0, np.zeros(1), found)
     assert ratio < 1e-9
     assert found[0] == pytest.approx(distance + 1.0)
     assert part.iterations <= 30

@@ -66,7 +66,9 @@ def complete(wall, state, displacement):
     if interfaces.condensed.size > 0:
         recover(wall.condensation, displacement, state.load, state.live)
     if blocks.present:
-        blocks.recover(blocks.blocks, state.plastic, state.load, state.live, displacement)
+        trial = blocks.blocks.spare_trial  # the tangents stay those of the last residual
+        blocks.correct_active(blocks.blocks, state.plastic, state.load, state.live, trial, displacement, wall.force)
+        blocks.recover(blocks.blocks, state.load, state.live, displacement)
     bond_load = law.bond_loads(joints, state.history, state.ground, interfaces.active, displacement, bonds.load)
     if interfaces.condensed.size > 0:
         condensed_load = law.check_elastic(

@@ -53,7 +53,9 @@ def internal_forces(components, state, ground, live, listed, coulomb, condensed_
     bounds, history = components.bounds, state.history
     law.add_forces(joints, history, ground, bounds, listed, coulomb, displacement, force, stiffness)
     if blocks.present:
-        blocks.add_forces(blocks.blocks, state.plastic, state.load, live, condensed_too, displacement, force)
+        blocks.add_forces(blocks.blocks, condensed_too, displacement, force)
+        trial = blocks.blocks.trial
+        blocks.correct_active(blocks.blocks, state.plastic, state.load, live, trial, displacement, force)
 
 
 @kernel

@@ -2,20 +2,19 @@
 
 import numpy as np
 
-from damagepred.kernels.equilibrium.residual import wall_residual
 from damagepred.kernels.equilibrium.vectors import dot, move_along
 from damagepred.kernels.jit import rule
 
 
 @rule
 def line_search(
-    wall, state, jack, jack_step, start, step, slope, ratio, slope_tolerance, maximum_step, coulomb, end, force
+    steps, wall, state, jack, jack_step, start, step, slope, ratio, slope_tolerance, maximum_step, coulomb, end, force
 ):
     """Return the step length at which the residual does next to no work, and the unbalanced force ratio there.
 
     Parameters
     ----------
-    wall, state : Wall, State
+    steps, wall, state : Steps, Wall, State
         A wall in a state.
     jack, jack_step : float
         Load of the jacks at the iterate, and its step (N).
@@ -55,5 +54,5 @@ def line_search(
             root = slope_low / (slope_low - slope_high)
             length = low + (high - low) * min(max(root, options.safeguard), 1.0 - options.safeguard)
         move_along(start, length, step, end)
-        ratio = wall_residual(wall, state, jack + length * jack_step, end, coulomb, force)
+        ratio = steps.residual(wall, state, jack + length * jack_step, end, coulomb, force)
     return length, ratio

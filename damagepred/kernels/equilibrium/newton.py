@@ -11,20 +11,20 @@ import numpy as np
 
 from damagepred.kernels.equilibrium.completion import Completed, complete, store_tangent
 from damagepred.kernels.equilibrium.line_search import line_search
-from damagepred.kernels.equilibrium.residual import controls_deflection, solve_step, wall_residual
+from damagepred.kernels.equilibrium.residual import controls_deflection
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
 from damagepred.kernels.jit import kernel, rule
 
 
 @rule
-def newton(wall, state, jack, start, best):
+def newton(steps, wall, state, jack, start, best):
     """Newton's method with backtracking on the Coulomb law; return unbalanced force ratio and load of the jacks.
 
     The first iterations are undamped: active sets of contacts often stabilise although the residual grows.
 
     Parameters
     ----------
-    wall, state : Wall, State
+    steps, wall, state : Steps, Wall, State
         A wall in a state.
     jack : float
         Load of each jack at the start (N).
@@ -36,7 +36,7 @@ def newton(wall, state, jack, start, best):
     u, trial, step, force = room[0], room[1], room[2], room[3]
     copy(start, u)
     copy(start, best)
-    ratio = wall_residual(wall, state, jack, u, True, force)
+    ratio = steps.residual(wall, state, jack, u, True, force)
     first, least, best_jack, diverging = ratio, ratio, jack, 0
     for taken in range(options.max_iterations + 1):
         if ratio < tolerance:
@@ -44,17 +44,17 @@ def newton(wall, state, jack, start, best):
         diverging = diverging + 1 if ratio > options.early_divergence_ratio * least else 0
         if diverging >= options.early_divergence_iterations and least < near:
             break
-        jack_step = solve_step(wall, state, wall.stiffness, True, u, force, step)
+        jack_step = steps.solve(wall, state, wall.stiffness, True, u, force, step)
         before, length = ratio, 1.0
         move_along(u, length, step, trial)
-        ratio = wall_residual(wall, state, jack + jack_step, trial, True, force)
+        ratio = steps.residual(wall, state, jack + jack_step, trial, True, force)
         while length > options.minimum_step and (
             (ratio > before and taken >= options.undamped_iterations) or ratio == np.inf
         ):
             # active sets that alternate: backtracking
             length *= 0.5
             move_along(u, length, step, trial)
-            ratio = wall_residual(wall, state, jack + length * jack_step, trial, True, force)
+            ratio = steps.residual(wall, state, jack + length * jack_step, trial, True, force)
         if not ratio < options.divergence_ratio * max(first, 1.0):
             break
         copy(trial, u)
@@ -69,7 +69,7 @@ def newton(wall, state, jack, start, best):
 
 
 @rule
-def newton_with_line_search(wall, state, jack, start, best):
+def newton_with_line_search(steps, wall, state, jack, start, best):
     """Newton's method with line search on the Coulomb law; return unbalanced force ratio and load of the jacks.
 
     A step that does not halve the residual ends where the work of the residual along it vanishes (Crisfield 1991,
@@ -80,7 +80,7 @@ def newton_with_line_search(wall, state, jack, start, best):
 
     Parameters
     ----------
-    wall, state, jack, start, best
+    steps, wall, state, jack, start, best
         As ``newton``.
     """
     parameters, room = wall.parameters[0], wall.room
@@ -88,24 +88,24 @@ def newton_with_line_search(wall, state, jack, start, best):
     u, trial, step, force = room[0], room[1], room[2], room[3]
     copy(start, u)
     copy(start, best)
-    ratio = wall_residual(wall, state, jack, u, True, force)
+    ratio = steps.residual(wall, state, jack, u, True, force)
     least, best_jack, stagnating = ratio, jack, 0
     for taken in range(options.max_iterations + 1):
         if ratio < tolerance or taken == options.max_iterations or stagnating > options.stagnation_limit:
             break
-        jack_step = solve_step(wall, state, wall.stiffness, True, u, force, step)
+        jack_step = steps.solve(wall, state, wall.stiffness, True, u, force, step)
         slope, before, length = dot(force, step), ratio, 1.0
         if slope < 0.0 and not controls_deflection(state):
             slope = -slope
             move_along(step, -2.0, step, step)
         move_along(u, length, step, trial)
-        ratio = wall_residual(wall, state, jack + jack_step, trial, True, force)
+        ratio = steps.residual(wall, state, jack + jack_step, trial, True, force)
         if not ratio < options.full_step_reduction * before and slope > 0.0:
             flat = ratio < np.inf and dot(force, step) > options.flat_slope * slope
             longest = parameters.line_search.maximum_step if flat else 1.0
             within = options.slope_tolerance
             length, ratio = line_search(
-                wall, state, jack, jack_step, u, step, slope, ratio, within, longest, True, trial, force
+                steps, wall, state, jack, jack_step, u, step, slope, ratio, within, longest, True, trial, force
             )
         if ratio == np.inf:
             break
@@ -119,16 +119,16 @@ def newton_with_line_search(wall, state, jack, start, best):
 
 
 @kernel
-def run_newton(wall, state, ground_ahead, support_step, jack, start, best, searching):
+def run_newton(steps, wall, state, ground_ahead, support_step, jack, start, best, searching):
     """Newton's method on a wall, with line search or with backtracking, from ``start``; fills the best iterate.
 
     Returns unbalanced force ratio and load of the jacks there, and if it is an equilibrium, whose tangent is stored,
     what ``complete`` finds.
     """
     if searching:
-        ratio, jack = newton_with_line_search(wall, state, jack, start, best)
+        ratio, jack = newton_with_line_search(steps, wall, state, jack, start, best)
     else:
-        ratio, jack = newton(wall, state, jack, start, best)
+        ratio, jack = newton(steps, wall, state, jack, start, best)
     if not ratio < wall.parameters[0].tolerance:
         return ratio, jack, Completed(False, 0, 0.0, 0.0)
     store_tangent(wall, state, ground_ahead, support_step, best)

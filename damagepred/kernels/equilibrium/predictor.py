@@ -3,7 +3,6 @@
 import numpy as np
 
 from damagepred.kernels.equilibrium.completion import complete
-from damagepred.kernels.equilibrium.residual import solve_step
 from damagepred.kernels.equilibrium.vectors import move_along
 from damagepred.kernels.interface.residual import within_limit
 from damagepred.kernels.jit import kernel, law
@@ -44,7 +43,7 @@ def interpolate_event(bonds, components, history, ground, listed, displacement, 
 
 
 @kernel
-def predict(wall, state, ground, increment, prescribed_ahead, start, ahead, bonds_of_all, aim):
+def predict(steps, wall, state, ground, increment, prescribed_ahead, start, ahead, bonds_of_all, aim):
     """Predict the displacements ``ahead`` at the end of a step with the tangent of the last equilibrium.
 
     ``state`` is at the end of the step, ``ground`` at its start; ``increment`` is that of the load. Supports move to
@@ -52,7 +51,7 @@ def predict(wall, state, ground, increment, prescribed_ahead, start, ahead, bond
     in active interfaces, or in all.
     """
     freedoms, interfaces, components, step = wall.freedoms, wall.interfaces, wall.components, wall.room[0]
-    solve_step(wall, state, wall.tangent, True, start, increment, step)
+    steps.solve(wall, state, wall.tangent, True, start, increment, step)
     move_along(start, 1.0, step, ahead)
     prescribed = freedoms.prescribed
     for i in range(prescribed.size):

@@ -1,13 +1,16 @@
 """Residual of a wall and solution of its tangent equations, as the iterations need them."""
 
 import numpy as np
+from numba import types
 
 from damagepred.kernels.equilibrium.joints import internal_forces
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
+from damagepred.kernels.equilibrium.wall import State, Wall
 from damagepred.kernels.interface.residual import free_residual, within_limit
-from damagepred.kernels.jit import kernel, law, rule
+from damagepred.kernels.jit import kernel, law, phase
 from damagepred.kernels.linear.condensation import subtract_boundary_forces
 from damagepred.kernels.linear.solver import ITERATIONS
+from damagepred.kernels.structures import FLOAT_ROWS, FLOATS, Structure
 
 
 @law
@@ -36,7 +39,10 @@ def with_constraint(parameters, ratio, missing, coulomb):
     return max(ratio, constraint if constraint < np.inf else np.inf)
 
 
-@kernel
+RESIDUAL = types.float64(Wall.kind, State.kind, types.float64, FLOATS, types.boolean, FLOATS)
+
+
+@phase(RESIDUAL)
 def wall_residual(wall, state, jack, displacement, coulomb, residual):
     """Unbalanced force ratio; fills the residual force on free degrees of freedom and the tangents of the interfaces.
 
@@ -73,7 +79,10 @@ def bordered_step(weights, responses, missing, step):
     return jack_step
 
 
-@rule
+SOLVE_STEP = types.float64(Wall.kind, State.kind, FLOAT_ROWS, types.boolean, FLOATS, FLOATS, FLOATS)
+
+
+@phase(SOLVE_STEP)
 def solve_step(wall, state, stiffness, bordered, displacement, residual, step):
     """Solve the tangent equations for a residual; fills the step of displacements, returns the load step of jacks (N).
 
@@ -98,3 +107,16 @@ def solve_step(wall, state, stiffness, bordered, displacement, residual, step):
 def goes_too_far(wall, displacement, limit):
     """Whether a displacement of an active degree of freedom exceeds a limit (m)."""
     return not within_limit(displacement, wall.freedoms.free, wall.freedoms.arms, limit)
+
+
+class Steps(Structure):
+    """Steps of all iterations."""
+
+    residual = types.FunctionType(RESIDUAL)
+    solve = types.FunctionType(SOLVE_STEP)
+
+
+@kernel
+def residual_from_python(steps, wall, state, jack, displacement, residual):
+    """See ``wall_residual``; of the Coulomb law."""
+    return steps.residual(wall, state, jack, displacement, True, residual)

@@ -1,19 +1,13 @@
 """Minimum of the potential of a Tresca problem: Newton's method with line search (Wriggers 2006, ch. 10)."""
 
 from damagepred.kernels.equilibrium.line_search import line_search
-from damagepred.kernels.equilibrium.residual import (
-    controls_deflection,
-    goes_too_far,
-    missing_deflection,
-    solve_step,
-    wall_residual,
-)
+from damagepred.kernels.equilibrium.residual import controls_deflection, goes_too_far, missing_deflection
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
 from damagepred.kernels.jit import kernel, rule
 
 
 @kernel
-def minimise_tresca(wall, state, jack, tolerance, u):
+def minimise_tresca(steps, wall, state, jack, tolerance, u):
     """Minimise the potential of the Tresca problem of a wall, from ``u`` on, the minimum; the load of the jacks (N).
 
     It ends at an unbalanced force ratio, if it has taken a step, and beyond the limit of the state.
@@ -21,23 +15,25 @@ def minimise_tresca(wall, state, jack, tolerance, u):
     parameters, room, stiffness = wall.parameters[0], wall.room, wall.stiffness
     search, trial, step, force = parameters.line_search, room[1], room[2], room[3]
     allowed = parameters.deflection_tolerance * max(tolerance / parameters.tolerance, 1.0)
-    ratio = wall_residual(wall, state, jack, u, False, force)
-    jack += _correct_jack_load(wall, state, u, step, force)
+    ratio = steps.residual(wall, state, jack, u, False, force)
+    jack += _correct_jack_load(steps, wall, state, u, step, force)
     for taken in range(parameters.max_minimisation_iterations):
         # at least one step: bounds of the previous displacements may carry nothing
         if ratio < (tolerance if taken else parameters.tolerance):
             if abs(missing_deflection(wall, state, u)) <= allowed:
                 break
             # minimum under this jack load: correct the load for the deflection
-            jack += _correct_jack_load(wall, state, u, step, force)
-        solve_step(wall, state, stiffness, False, u, force, step)
+            jack += _correct_jack_load(steps, wall, state, u, step, force)
+        steps.solve(wall, state, stiffness, False, u, force, step)
         slope = dot(force, step)
         if not slope > 0.0:
             break
         move_along(u, 1.0, step, trial)
-        ratio = wall_residual(wall, state, jack, trial, False, force)
+        ratio = steps.residual(wall, state, jack, trial, False, force)
         within, longest = search.slope_tolerance, search.maximum_step
-        _, ratio = line_search(wall, state, jack, 0.0, u, step, slope, ratio, within, longest, False, trial, force)
+        _, ratio = line_search(
+            steps, wall, state, jack, 0.0, u, step, slope, ratio, within, longest, False, trial, force
+        )
         copy(trial, u)
         if goes_too_far(wall, u, state.limit):
             break
@@ -45,14 +41,14 @@ def minimise_tresca(wall, state, jack, tolerance, u):
 
 
 @rule
-def _correct_jack_load(wall, state, u, step, force):
+def _correct_jack_load(steps, wall, state, u, step, force):
     """Correct the load of the jacks for the given deflection by the present tangent, also in the residual; return it.
 
     Only under a given load does the wall have a potential: jacks do no work on the measured deflection.
     """
     if not controls_deflection(state):
         return 0.0
-    jack_step = solve_step(wall, state, wall.stiffness, True, u, force, step)
+    jack_step = steps.solve(wall, state, wall.stiffness, True, u, force, step)
     for i in wall.freedoms.free:
         force[i] += jack_step * wall.freedoms.push[i]
     return jack_step

@@ -97,7 +97,8 @@ class DeformableBlocks(Structure):
     volume = FLOATS
     """Strain-displacement matrices (z, 3, 10), and volumes (z,) (m3)."""
     trial = FLOAT_ROWS
-    """Trial stresses of the zones of active blocks at the last residual (z, 4) (Pa)."""
+    spare_trial = FLOAT_ROWS
+    """Trial stresses of the zones of active blocks at the last residual (z, 4) (Pa), and room for those elsewhere."""
     active = FLAGS
     """Blocks of which a zone yields, or has yielded."""
     condensed = FLAGS
@@ -267,7 +268,7 @@ def _dot(a, b):
 
 
 @rule
-def _correct(blocks, d, plastic, load, live, trial, displacement, force):
+def _correct_block(blocks, d, plastic, load, live, trial, displacement, force):
     """Bring the interior of a yielding block to equilibrium, and correct the elastic forces on its boundary.
 
     Newton's method with line search on the energy, from the elastic interior shifted by the inelastic part of the last
@@ -339,12 +340,11 @@ def _correct(blocks, d, plastic, load, live, trial, displacement, force):
 
 
 PLACE_FACETS = types.void(DeformableBlocks.kind, FLOATS, FLOATS)
-BLOCK_FORCES = types.void(
-    DeformableBlocks.kind, FLOAT_ROWS, types.float64, types.float64, types.boolean, FLOATS, FLOATS
-)
+BLOCK_FORCES = types.void(DeformableBlocks.kind, types.boolean, FLOATS, FLOATS)
+CORRECT_ACTIVE = types.void(DeformableBlocks.kind, FLOAT_ROWS, types.float64, types.float64, FLOAT_ROWS, FLOATS, FLOATS)
 RESULTANT = types.float64(DeformableBlocks.kind, FLOATS)
 UPDATE_TANGENTS = types.void(DeformableBlocks.kind, Solver.kind)
-RECOVER_BLOCKS = types.void(DeformableBlocks.kind, FLOAT_ROWS, types.float64, types.float64, FLOATS)
+RECOVER_BLOCKS = types.void(DeformableBlocks.kind, types.float64, types.float64, FLOATS)
 
 
 class BlockLaw(Structure):
@@ -354,6 +354,7 @@ class BlockLaw(Structure):
     blocks = DeformableBlocks.kind
     place_facets = types.FunctionType(PLACE_FACETS)
     add_forces = types.FunctionType(BLOCK_FORCES)
+    correct_active = types.FunctionType(CORRECT_ACTIVE)
     largest_resultant = types.FunctionType(RESULTANT)
     update_tangents = types.FunctionType(UPDATE_TANGENTS)
     recover = types.FunctionType(RECOVER_BLOCKS)
@@ -369,10 +370,10 @@ def place_block_facets(blocks, displacement, force):
 
 
 @phase(BLOCK_FORCES)
-def add_block_forces(blocks, plastic, load, live, condensed_too, displacement, force):
-    """Add the forces on facets, and the internal forces of the blocks, on their boundaries.
+def add_block_forces(blocks, condensed_too, displacement, force):
+    """Add the forces on facets, and those of the elastic blocks on their boundaries.
 
-    ``condensed_too``: also those of blocks in condensed fronts. The interior of active blocks comes to equilibrium.
+    ``condensed_too``: also those of blocks in condensed fronts.
     """
     shapes = blocks.shapes
     scatter_facet_forces(blocks.facets, force)
@@ -392,10 +393,15 @@ def add_block_forces(blocks, plastic, load, live, condensed_too, displacement, f
             add_row(displacement[dof[j]], condensed[j, :r], resisting)  # symmetric: row by row
         for i in range(r):
             force[dof[i]] -= resisting[i]
+    blocks.outdated[0] = True
+
+
+@phase(CORRECT_ACTIVE)
+def correct_active_blocks(blocks, plastic, load, live, trial, displacement, force):
+    """Bring the interior of active blocks to equilibrium, and correct the elastic forces on their boundaries."""
     for d in range(blocks.shape.size):
         if blocks.active[d]:
-            _correct(blocks, d, plastic, load, live, blocks.trial, displacement, force)
-    blocks.outdated[0] = True
+            _correct_block(blocks, d, plastic, load, live, trial, displacement, force)
 
 
 @law
@@ -469,23 +475,17 @@ def update_block_tangents(blocks, solver):
 
 
 @phase(RECOVER_BLOCKS)
-def recover_blocks(blocks, plastic, load, live, displacement):
-    """Recover the interior of the blocks from their boundaries, and the motion of facets and of whole blocks."""
-    shapes, particular, sums, any_active = blocks.shapes, blocks.particular, blocks.sums, False
+def recover_blocks(blocks, load, live, displacement):
+    """Recover the interior of elastic blocks from their boundaries, and the motion of facets and of whole blocks."""
+    shapes, particular, sums = blocks.shapes, blocks.particular, blocks.sums
     for d in range(blocks.shape.size):
         s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
         r, condensed = shapes.boundary[s], _matrix(shapes, s, shapes.condensed)
-        any_active |= blocks.active[d]
-        for i in range(r, dof.size):
+        for i in range(dof.size if blocks.active[d] else r, dof.size):
             total = 0.0
             for j in range(r):
                 total += condensed[i, j] * displacement[dof[j]]
             displacement[dof[i]] = load * particular[0, dof[i]] + live * particular[1, dof[i]] - total
-    if any_active:  # the tangents stay those of the last residual
-        trial, force = np.empty_like(blocks.trial), np.zeros(displacement.size)
-        for d in range(blocks.shape.size):
-            if blocks.active[d]:
-                _correct(blocks, d, plastic, load, live, trial, displacement, force)
     place_facets(blocks.facets, displacement)
     for i in range(sums.dof.size):
         total = 0.0
@@ -498,6 +498,21 @@ def recover_blocks(blocks, plastic, load, live, displacement):
 def update_from_python(law, solver):
     """Update the tangents of active blocks; see ``update_block_tangents``."""
     law.update_tangents(law.blocks, solver)
+
+
+@kernel
+def trial_stresses(blocks, plastic, displacement, stress):
+    """Fill s_xx, s_yy, s_xy and s_zz of the zones (z, 4), if none yields any further (Pa)."""
+    for d in range(blocks.shape.size):
+        s, dof = blocks.shape[d], blocks.dof[blocks.first_dof[d] : blocks.first_dof[d + 1]]
+        moduli, first, cells = _as_tuple(blocks.shapes.elasticity[s]), blocks.first_zone[d], _cells(blocks.shapes, s)
+        u = np.empty(dof.size)
+        for i in range(dof.size):
+            u[i] = displacement[dof[i]]
+        for k in range(4 * cells.shape[0]):
+            z = first + k
+            t = _trial_stress(blocks.rows[z], cells[k // 4], moduli, plastic[z], u)
+            stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3] = t
 
 
 @kernel

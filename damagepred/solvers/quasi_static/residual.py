@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from damagepred.kernels.equilibrium.joints import (
 )
 from damagepred.kernels.equilibrium.newton import run_newton
 from damagepred.kernels.equilibrium.predictor import interpolate_event, predict
-from damagepred.kernels.equilibrium.residual import wall_residual
+from damagepred.kernels.equilibrium.residual import Steps, residual_from_python, solve_step, wall_residual
 from damagepred.kernels.equilibrium.tresca import minimise_tresca
 from damagepred.kernels.equilibrium.wall import (
     PARAMETERS,
@@ -52,6 +53,13 @@ from damagepred.solvers.state.joint_history import JointHistory
 from damagepred.solvers.state.wall_state import Point, State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
+
+
+@cache
+def _steps() -> Steps:
+    """Return the steps that all iterations take."""
+    made: Steps = Steps(residual=wall_residual, solve=solve_step)
+    return made
 
 
 class ExternalLoad:
@@ -394,7 +402,7 @@ class Residual:
         Facets and the inside of yielding blocks are updated in the displacements.
         """
         force, u = np.empty_like(displacement), self._displacement_of(state, displacement)
-        return force, wall_residual(self.wall, self._in_state(state), float(state.jack), u, True, force)
+        return force, residual_from_python(_steps(), self.wall, self._in_state(state), float(state.jack), u, force)
 
     def newton(self, state: State, start: FloatArray, searching: bool | None = None) -> tuple[FloatArray, float]:
         """Run Newton's method; return its best iterate and the unbalanced force ratio there.
@@ -405,7 +413,7 @@ class Residual:
         searching, found = self.has_potential if searching is None else searching, np.empty_like(start)
         begin, inside = self._displacement_of(state, start), self._in_state(state, self._divergence_limit(state))
         ratio, state.jack, completed = run_newton(
-            self.wall, inside, *self._ahead(state), float(state.jack), begin, found, searching
+            _steps(), self.wall, inside, *self._ahead(state), float(state.jack), begin, found, searching
         )
         self._completed, within = completed, ratio < self.tolerance and completed.within
         return found, np.inf if not within and self.has_diverged(state, found) else ratio
@@ -425,7 +433,7 @@ class Residual:
     def _minimise_within(self, limit: float, state: State, tolerance: float) -> None:
         """Minimise the potential of the Tresca problem, up to a displacement."""
         u = self._displacement_of(state, None)
-        state.jack = minimise_tresca(self.wall, self._in_state(state, limit), float(state.jack), tolerance, u)
+        state.jack = minimise_tresca(_steps(), self.wall, self._in_state(state, limit), float(state.jack), tolerance, u)
 
     def missing_deflection(self, state: State, displacement: FloatArray) -> float:
         """Return the missing deflection of jacks whose deflection is given (m)."""
@@ -521,7 +529,9 @@ class Residual:
         ahead = replace(state, load=target[0], load_factor=target[1], displacement=np.empty_like(start))
         inside, ground = self._in_state(ahead, self._divergence_limit(ahead)), self._history_of(state)[1]
         found, aim = ahead.displacement, self.options.continuation.predictor_aim
-        within, share = predict(self.wall, inside, ground, increment, prescribed, start, found, not self.plain, aim)
+        within, share = predict(
+            _steps(), self.wall, inside, ground, increment, prescribed, start, found, not self.plain, aim
+        )
         if within:
             return found, float(share)
         self.complete(ahead)

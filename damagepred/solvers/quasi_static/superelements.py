@@ -21,16 +21,18 @@ from damagepred.kernels.zone.superelement import (
     FacetPieces,
     add_block_forces,
     commit_plastic_strain,
+    correct_active_blocks,
     largest_block_resultant,
     place_block_facets,
     recover_blocks,
+    trial_stresses,
     update_block_tangents,
     update_from_python,
 )
 from damagepred.solvers.quasi_static.options import NewtonOptions
 from damagepred.solvers.state.increment import ZoneResults
 from damagepred.solvers.state.wall_state import State
-from damagepred.solvers.state.zone_history import ZoneField, exceeds_yield_limit, zone_results
+from damagepred.solvers.state.zone_history import exceeds_yield_limit, zone_results
 from damagepred.solvers.system.deformable_blocks import (
     at_gridpoints,
     block_moduli,
@@ -38,6 +40,7 @@ from damagepred.solvers.system.deformable_blocks import (
     cell_gridpoints,
     cell_matrices,
     facets_of,
+    resultants,
     strain_rows,
 )
 from damagepred.solvers.system.discrete_system import DiscreteSystem
@@ -96,7 +99,6 @@ class Superelements:
         model = system.model
         assert model.mesh is not None
         self.model, self.mesh, self.block = model, model.mesh, model.mesh.block
-        self.field = ZoneField(model)
         self.yields = can_yield(model)[self.block]
         loads = np.stack((system.dead_load, system.live_load))
         rows = strain_rows(model)
@@ -123,6 +125,7 @@ class Superelements:
             blocks=self._structure(shapes, rows, loads, particular, interior_tolerance),
             place_facets=place_block_facets,
             add_forces=add_block_forces,
+            correct_active=correct_active_blocks,
             largest_resultant=largest_block_resultant,
             update_tangents=update_block_tangents,
             recover=recover_blocks,
@@ -141,7 +144,8 @@ class Superelements:
             shape[k.member] = number
             for m, dof in zip(k.member, k.dof):
                 dofs[m] = dof
-        motion, resultant = self.field.sums
+        whole = (3 * self.block[:, None] + np.arange(3)).ravel()
+        motion, resultant = DiscreteSystem.of(model).rigid_motion[whole], resultants(model)[whole]
         facets: FacetPieces = FacetPieces(**facets_of(model)._asdict())
         made: DeformableBlocks = DeformableBlocks(
             shapes=BlockShapes(
@@ -156,7 +160,7 @@ class Superelements:
             ),
             facets=facets,
             sums=BlockSums(
-                dof=self.field.whole,
+                dof=whole,
                 first=motion.indptr.astype(np.int64),
                 column=motion.indices.astype(np.int64),
                 motion=motion.data,
@@ -173,6 +177,7 @@ class Superelements:
             rows=rows,
             volume=mesh.zone_area * model.block_law.thickness[mesh.zone_block],
             trial=np.zeros((len(mesh.zones), 4)),
+            spare_trial=np.zeros((len(mesh.zones), 4)),
             active=np.zeros(count, dtype=np.bool_),
             condensed=np.zeros(count, dtype=np.bool_),
             yielding=np.zeros(count, dtype=np.bool_),
@@ -244,8 +249,7 @@ class Superelements:
         """Activate the blocks with a zone outside its yield surface in an equilibrium; return those activated now."""
         if not self.yields.any():
             return np.empty(0, dtype=np.int64)
-        self.field.set_plastic_strain(plastic)
-        return self._activate(exceeds_yield_limit(self.model, self.field.stresses(displacement)))
+        return self._activate(exceeds_yield_limit(self.model, self._stresses(displacement, plastic)))
 
     def activate_plastic(self, plastic: FloatArray) -> IntArray:
         """Activate the blocks in which any zone has plastic strain (z, 4); return those activated now."""
@@ -270,17 +274,20 @@ class Superelements:
     def zone_results(self, state: State) -> ZoneResults:
         """Return the zones' stresses and states and the gridpoints' displacements at an equilibrium."""
         gridpoints = at_gridpoints(self.model, state.displacement)
-        return zone_results(gridpoints, self._stresses(state), state.plastic, state.zone_state)
+        return zone_results(
+            gridpoints, self._stresses(state.displacement, state.plastic), state.plastic, state.zone_state
+        )
 
-    def _stresses(self, state: State) -> FloatArray:
-        """Return the stresses of the zones (z, 4) at an equilibrium (Pa)."""
-        self.field.set_plastic_strain(state.plastic)
-        return self.field.stresses(state.displacement)
+    def _stresses(self, displacement: FloatArray, plastic: FloatArray) -> FloatArray:
+        """Return the stresses of the zones (z, 4), if none yields any further (Pa)."""
+        stress = np.empty_like(plastic)
+        trial_stresses(self.law.blocks, plastic, displacement, stress)
+        return stress
 
     def elastic_energy(self, state: State) -> float:
         """Return the elastic energy of all zones at an equilibrium (J)."""
         inverse = 1.0 / self.model.block_law.elastic_modulus[self.mesh.zone_block]
         nu = self.model.block_law.poisson_ratio[self.mesh.zone_block]
-        xx, yy, xy, zz = self._stresses(state).T
+        xx, yy, xy, zz = self._stresses(state.displacement, state.plastic).T
         squares = xx**2 + yy**2 + zz**2 - 2 * nu * (xx * yy + yy * zz + zz * xx) + 2 * (1 + nu) * xy**2
         return float(0.5 * (inverse * squares * self.law.blocks.volume).sum())

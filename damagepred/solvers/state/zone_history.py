@@ -30,13 +30,6 @@ class ZoneField:
     ----------
     model : Model
         With a mesh.
-
-    Attributes
-    ----------
-    whole : array of int (3 d,)
-        Degrees of freedom of the deformable blocks as a whole.
-    sums : tuple of sparse matrix (3 d, size)
-        Mean motion of the blocks from displacements, and resultants from forces, on gridpoints: of one pattern.
     """
 
     def __init__(self, model: Model) -> None:
@@ -50,16 +43,16 @@ class ZoneField:
         self._yields = np.repeat(self.zones.first_memory[self.mesh.batch] >= 0, np.diff(self.mesh.first_zone))
         cell, number, lane = _zone_places(self.mesh, self.zones.first_memory)
         self._memory = cell[self._yields], number[self._yields], lane[self._yields]
-        self.whole = (3 * self.mesh.block[:, None] + np.arange(3)).ravel()
-        self.sums = DiscreteSystem.of(model).rigid_motion[self.whole], resultants(model)[self.whole]
+        self._whole = (3 * self.mesh.block[:, None] + np.arange(3)).ravel()
+        self._sums = DiscreteSystem.of(model).rigid_motion[self._whole], resultants(model)[self._whole]
 
     def mean_motion(self, displacement: FloatArray) -> None:
         """Fill in how the deformable blocks (3 of each) have moved as a whole."""
-        displacement[self.whole] = self.sums[0] @ displacement
+        displacement[self._whole] = self._sums[0] @ displacement
 
     def add_resultants(self, force: FloatArray) -> None:
         """Fill in the resultants x, y and turning (N) of the forces on the gridpoints of deformable blocks."""
-        force[self.whole] = self.sums[1] @ force
+        force[self._whole] = self._sums[1] @ force
 
     def plastic(self) -> FloatArray:
         """Return the plastic strain e_xx, e_yy, g_xy, e_zz of the zones, array (z, 4)."""
