@@ -60,7 +60,7 @@ def study(
     from damagepred.archive.cautions import STUDIED, study_cautions
     from damagepred.archive.folder import StudyFolder
     from damagepred.assembly import Limits
-    from damagepred.campaign.cluster import connect_dask_scheduler
+    from damagepred.campaign.dispatch import connect_dask_scheduler
     from damagepred.campaign.settings import StudySettings
     from damagepred.campaign.stopping import run_until
     from damagepred.study import Study

@@ -1,13 +1,24 @@
 """From openings to cracks to categories of damage. Independent of the solvers, so archives can be judged again."""
 
-from damagepred.damage.bands import BandGauges
-from damagepred.damage.cracks import HAIRLINE, Cracks, find_cracks, group_widths
+from damagepred.damage.bands import BandGauges as BandGauges
+from damagepred.damage.cracks import HAIRLINE
+from damagepred.damage.cracks import Cracks as Cracks
+from damagepred.damage.cracks import find_cracks as find_cracks
+from damagepred.damage.cracks import group_widths as group_widths
 from damagepred.damage.deep_beam import BeamStrain, beam_strain, deflection_over_strain
-from damagepred.damage.deviation import Deviation, SightLines, deviation_limits
-from damagepred.damage.distortion import Distortion, Frames, sticking_limits
-from damagepred.damage.growth import Growth, Numbered
-from damagepred.damage.joints import JointMap
-from damagepred.damage.judge import GROUP_COUNTS, Rules, Verdict, judge
+from damagepred.damage.deviation import Deviation as Deviation
+from damagepred.damage.deviation import SightLines as SightLines
+from damagepred.damage.deviation import deviation_limits
+from damagepred.damage.distortion import Distortion as Distortion
+from damagepred.damage.distortion import Frames as Frames
+from damagepred.damage.distortion import sticking_limits
+from damagepred.damage.growth import Growth as Growth
+from damagepred.damage.growth import Numbered as Numbered
+from damagepred.damage.joints import JointMap as JointMap
+from damagepred.damage.judge import GROUP_COUNTS
+from damagepred.damage.judge import Rules as Rules
+from damagepred.damage.judge import Verdict as Verdict
+from damagepred.damage.judge import judge as judge
 from damagepred.damage.limits import (
     MovementLimit,
     StrainTable,
@@ -20,28 +31,14 @@ from damagepred.damage.table import DamageTable, load_table, read_table
 __all__ = [
     "GROUP_COUNTS",
     "HAIRLINE",
-    "BandGauges",
     "BeamStrain",
-    "Cracks",
     "DamageTable",
-    "Deviation",
-    "Distortion",
-    "Frames",
-    "Growth",
-    "JointMap",
     "MovementLimit",
-    "Numbered",
-    "Rules",
-    "SightLines",
     "StrainTable",
-    "Verdict",
     "beam_strain",
     "construction_limits",
     "deflection_over_strain",
     "deviation_limits",
-    "find_cracks",
-    "group_widths",
-    "judge",
     "load_movement_limits",
     "load_strain_table",
     "load_table",

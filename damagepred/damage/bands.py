@@ -28,48 +28,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BandGauges:
-    """All readings of gauges of one length on one wall, as sums of openings; k joints with q contacts, g gauges.
+    """Readings of gauges of one length on one wall, as sums of openings; k joints with q contacts, g gauges."""
 
-    Attributes
-    ----------
-    profile : Profile
-        Nodes of the mortar joints of the wall proper.
-    sums : sparse array (g, k q) or (g, k (q + 2))
-        Share of the opening at each contact (and at the ends of joints, if they are nodes) in each reading of a gauge
-        that crosses several joints.
-    """
-
-    profile: Profile
+    profile: Profile  # nodes of the mortar joints of the wall proper
+    # (g, k q) or (g, k (q + 2)): share of the opening at each node in each reading across several joints
     sums: sparse.csr_array
 
     @classmethod
     def of_joints(cls, joints: JointMap, length: float) -> BandGauges:
-        """Lay the gauges.
-
-        Parameters
-        ----------
-        joints : JointMap
-            Joints of the wall. Without blocks, no two joints are neighbours.
-        length : float
-            Length of a gauge (m): it reads joints up to this distance apart together.
-        """
+        """Gauges of one length (m), which read joints up to this distance apart together."""
         chosen = np.flatnonzero(joints.is_wall)
         profile = joints.profile(chosen)
         parts = [_readings(joints, chosen, profile.way, axis, length) for axis in (0, 1)]
         return cls(profile, sparse.csr_array(sparse.vstack(parts)))
 
     def width(self, opening: FloatArray, cracked: BoolArray, threshold: float = 0.0) -> float:
-        """Width of the widest crack band (m).
-
-        Parameters
-        ----------
-        opening : array (m, q)
-            Opening normal to the joint at each contact (m).
-        cracked : array of bool (m, q)
-            Whether the bond is broken.
-        threshold : float
-            Smallest opening that counts (m). Above 0 the sum depends on how joints share an opening.
-        """
+        """Width of the widest crack band (m), from openings above a threshold at broken bonds (m, q)."""
         broken = cracked.ravel()[self.profile.contacts]
         if not broken.any():
             return 0.0

@@ -19,47 +19,24 @@ HAIRLINE = 0.05e-3
 
 
 class Cracks(NamedTuple):
-    """Separate cracks, widest first; c of them.
+    """Separate cracks, widest first; c with an open joint, k with cracks that only slid."""
 
-    Attributes
-    ----------
-    width : array (c,)
-        Largest opening normal to the joint (m).
-    x, y : array (c,)
-        Position of the largest opening, or of the nearest contact (m).
-    joints : array of int (c,)
-        Number of interfaces in the crack.
-    displacement : array (k,)
-        Largest sqrt(opening^2 + slip^2) (m) of k cracks, including cracks that only slid.
-    length : array (k,)
-        Total length of their interfaces (m).
-    """
-
-    width: FloatArray
-    x: FloatArray
+    width: FloatArray  # (c,): largest opening normal to the joint (m)
+    x: FloatArray  # (c,): position of the largest opening (m)
     y: FloatArray
-    joints: IntArray
-    displacement: FloatArray
-    length: FloatArray
+    joints: IntArray  # (c,): number of interfaces
+    displacement: FloatArray  # (k,): largest sqrt(opening^2 + slip^2) (m)
+    length: FloatArray  # (k,): total length of the interfaces (m)
 
 
 NO_CRACKS = Cracks(np.empty(0), np.empty(0), np.empty(0), np.empty(0, np.int64), np.empty(0), np.empty(0))
 
 
 def find_cracks(joints: JointMap, opening: FloatArray, slip: FloatArray, cracked: BoolArray) -> Cracks:
-    """Join the cracked joints of the wall proper into cracks.
+    """Cracks of the wall proper, from opening, slip (m) and broken bonds at the contacts (m, q).
 
-    Two joints belong to one crack if they touch at a corner and each has opened or slid by more than a hairline, so a
-    stepped crack is one crack, and two cracks with sound masonry between them are two.
-
-    Parameters
-    ----------
-    joints : JointMap
-        Joints of the wall.
-    opening, slip : array (m, q)
-        Opening normal to and slip along the joint at each contact (m).
-    cracked : array of bool (m, q)
-        Whether the bond is broken.
+    Two joints belong to one crack if they touch at a corner and each has opened or slid by more than a hairline, so
+    a stepped crack is one crack, and two cracks with sound masonry between them are two.
     """
     opening = joints.widest(opening)
     beyond = (cracked & (opening > HAIRLINE)) | (slip > HAIRLINE) | (slip < -HAIRLINE)
@@ -119,17 +96,8 @@ def _connected(joints: JointMap, chosen: BoolArray, number: IntArray) -> tuple[i
 def group_widths(cracks: Cracks, distance: float, counts: Sequence[int]) -> tuple[float, ...]:
     """Width of the narrowest crack in the widest group of each count of cracks (m), 0 without such a group.
 
-    A group of that many cracks of at least some width exists if, and only if, this width is as large: the rule of any
-    damage table becomes a comparison.
-
-    Parameters
-    ----------
-    cracks : Cracks
-        The cracks.
-    distance : float
-        Distance from one crack within which the group lies (m).
-    counts : sequence of int
-        Numbers of cracks, from 2.
+    Cracks of a group lie within a distance (m) of one of them. A group of that many cracks of at least some width
+    exists if, and only if, this width is as large: the rule of any damage table becomes a comparison.
     """
     total = len(cracks.width)
     if total < min(counts):

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import BoolArray, FloatArray, Int8Array, IntArray
-from damagepred.damage.levels import level_of
-from damagepred.damage.limits import read_levels
+from damagepred.damage.limits import level_of, read_levels
 
 
 class DeviationLimits(NamedTuple):
@@ -49,66 +48,30 @@ def deviation_limits() -> DeviationLimits:
 
 
 class Deviation(NamedTuple):
-    """Largest slopes of a wall (1); NaN where the wall has no courses.
+    """Largest slopes of a wall (1); NaN without courses."""
 
-    Attributes
-    ----------
-    tilt_max : array (...)
-        Out of plumb: a brick of the wall proper relative to a brick about a gauge's length above it.
-    slope_max : array (...)
-        Out of level: courses of the wall proper, over about a gauge's length.
-    base_slope_max : array (...)
-        Out of level: the lowest course, which follows the footing.
-    """
-
-    tilt_max: FloatArray
-    slope_max: FloatArray
-    base_slope_max: FloatArray
+    tilt_max: FloatArray  # out of plumb: a brick of the wall proper relative to a brick about a gauge's length above it
+    slope_max: FloatArray  # out of level: courses of the wall proper, over about a gauge's length
+    base_slope_max: FloatArray  # out of level: the lowest course, which follows the footing
 
 
 class SightLines(NamedTuple):
-    """Pairs of blocks along courses and up the wall, about a gauge's length apart: l along, p up.
+    """Pairs of blocks about a gauge's length apart: l along courses, p up the wall proper."""
 
-    Attributes
-    ----------
-    left, right : array of int (l,)
-        Blocks of one course.
-    length : array (l,)
-        Distance of their centroids (m).
-    in_wall, in_base : array of bool (l,)
-        Whether they belong to the wall proper, to the lowest course.
-    lower, upper : array of int (p,)
-        Blocks of the wall proper that stand one over the other.
-    height : array (p,)
-        Difference of their heights (m).
-    """
-
-    left: IntArray
+    left: IntArray  # (l,): blocks of one course
     right: IntArray
-    length: FloatArray
-    in_wall: BoolArray
+    length: FloatArray  # (l,): distance of the centroids (m)
+    in_wall: BoolArray  # (l,): whether they belong to the wall proper, to the lowest course
     in_base: BoolArray
-    lower: IntArray
+    lower: IntArray  # (p,): blocks one over the other
     upper: IntArray
-    height: FloatArray
+    height: FloatArray  # (p,): difference of their heights (m)
 
     @classmethod
     def of_blocks(
         cls, x: FloatArray, y: FloatArray, course: IntArray, dpc_level: float = -np.inf, gauge: float | None = None
     ) -> SightLines:
-        """Choose the pairs.
-
-        Parameters
-        ----------
-        x, y : array (n,)
-            Centroids (m).
-        course : array of int (n,)
-            Course of each block; blocks without one (-1), as the footing's, are left out.
-        dpc_level : float
-            Height of the dpc (m); the wall proper is above.
-        gauge : float, optional
-            Measuring length (m), at most the course or the wall; by default the gauge of the limits.
-        """
+        """Pairs by centroids (m) and courses; blocks without a course (-1), as the footing's, are left out."""
         gauge = deviation_limits().gauge if gauge is None else gauge
         in_courses = np.flatnonzero(course >= 0)
         courses = [
@@ -131,13 +94,7 @@ class SightLines(NamedTuple):
         )
 
     def deviation(self, displacement: FloatArray) -> Deviation:
-        """Measure one state, or several.
-
-        Parameters
-        ----------
-        displacement : array (..., n, 2) or (..., n, 3)
-            x, y of the blocks' centroids (m).
-        """
+        """Largest slopes in one or several states, from x, y of the centroids (..., n, 2 or 3) (m)."""
         along, up = displacement[..., 0], displacement[..., 1]
         slope = np.abs(up[..., self.right] - up[..., self.left]) / self.length
         tilt = np.abs(along[..., self.upper] - along[..., self.lower]) / self.height

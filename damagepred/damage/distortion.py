@@ -8,56 +8,29 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
-from damagepred.damage.levels import level_of
-from damagepred.damage.limits import read_levels
+from damagepred.damage.limits import level_of, read_levels
 
 OPPOSITE = ((0, 2), (1, 3))
 """Corners that a diagonal joins."""
 
 
 class Distortion(NamedTuple):
-    """Distortion of o openings; NaN for an opening with a single jamb.
+    """Distortion of o openings; NaN for an opening with a single jamb."""
 
-    Attributes
-    ----------
-    opening_width_change : array (..., o)
-        Change of width at the upper end of the jambs (m), widening positive.
-    opening_distortion : array (..., o)
-        Largest absolute change of the right angle at a corner (rad).
-    opening_diagonal_change : array (..., o)
-        Change of length of the diagonal that has shortened most, or lengthened least (m), lengthening positive.
-    """
-
-    opening_width_change: FloatArray
-    opening_distortion: FloatArray
-    opening_diagonal_change: FloatArray
+    opening_width_change: FloatArray  # (..., o): at the upper end of the jambs (m), widening positive
+    opening_distortion: FloatArray  # (..., o): largest absolute change of the right angle at a corner (rad)
+    opening_diagonal_change: FloatArray  # (..., o): of the diagonal that has shortened most (m), lengthening positive
 
 
 class Frames(NamedTuple):
-    """Corners of the openings, counter-clockwise from the lower left, and the blocks they move with; o openings.
+    """Corners of o openings, counter-clockwise from the lower left, and the blocks they move with."""
 
-    Attributes
-    ----------
-    block : array of int (o, 4)
-        Block at the end of each jamb, or -1.
-    arm : array (o, 4, 2)
-        Position of the corner relative to the centroid of the block (m).
-    corner : array (o, 4, 2)
-        Position of the corner (m).
-    """
-
-    block: IntArray
-    arm: FloatArray
-    corner: FloatArray
+    block: IntArray  # (o, 4): block at the end of each jamb, or -1
+    arm: FloatArray  # (o, 4, 2): position relative to the centroid of the block (m)
+    corner: FloatArray  # (o, 4, 2): position (m)
 
     def distortion(self, displacement: FloatArray) -> Distortion:
-        """Measure one state, or several.
-
-        Parameters
-        ----------
-        displacement : array (..., n, 3)
-            x, y (m) and rotation (rad, counter-clockwise) of the blocks; rotations count to first order.
-        """
+        """Distortion in one or several states, from x, y (m) and rotation (rad) of the blocks (..., n, 3)."""
         moved = displacement[..., self.block, :]
         shift = moved[..., :2] + moved[..., 2:] * np.stack((-self.arm[..., 1], self.arm[..., 0]), axis=-1)
         has_both = (self.block >= 0).all(axis=1)

@@ -18,42 +18,17 @@ WALL, BELOW_DPC, DPC_OPENING, DPC_SLIP = range(4)
 
 
 class Numbered(NamedTuple):
-    """A crack with its number.
+    """Crack with its number."""
 
-    Attributes
-    ----------
-    number : int
-        From 1, older cracks first, then wider cracks.
-    part : int
-        Index into ``PARTS``.
-    crack : Crack
-        Present state.
-    first_increment, first_piece : int
-        Increment and piece of its first broken bond or first slip.
-    """
-
-    number: int
-    part: int
-    crack: Crack
-    first_increment: int
+    number: int  # from 1, older cracks first, then wider cracks
+    part: int  # index into ``PARTS``
+    crack: Crack  # present state
+    first_increment: int  # increment and piece of its first broken bond or first slip
     first_piece: int
 
 
 class Growth:
-    """Follows the cracks of one wall, increment by increment.
-
-    Parameters
-    ----------
-    joints : JointMap
-        The wall's joints.
-    hairline : float
-        Smallest opening or slip of a piece of joint in a crack (m).
-
-    Attributes
-    ----------
-    merged : dict of int to int
-        Cracks that have joined an older one -> number of the older one.
-    """
+    """Cracks of one wall along its increments; ``merged``: cracks that have joined an older one -> its number."""
 
     def __init__(self, joints: JointMap, hairline: float = HAIRLINE) -> None:
         self.pieces, self.hairline = Pieces(joints), hairline
@@ -70,19 +45,7 @@ class Growth:
     def step(
         self, increment: int, opening: FloatArray, slip: FloatArray, cracked: BoolArray, links: Links | None = None
     ) -> list[Numbered]:
-        """Cracks of the next increment, by number.
-
-        Parameters
-        ----------
-        increment : int
-            Number of the increment.
-        opening, slip : array (m, q) or (p,)
-            Opening normal to and slip along the joints (m).
-        cracked : array of bool (m, q) or (p,)
-            Whether the bond is broken.
-        links : Links, optional
-            Links through bricks.
-        """
+        """Cracks of the next increment, by number, from opening, slip (m) and broken bonds at the contacts."""
         joints = self.pieces.joints
         opening = joints.widest(np.reshape(opening, joints.contact_x.shape)).ravel()
         slip, cracked = np.ravel(slip), np.ravel(cracked)

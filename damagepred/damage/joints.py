@@ -74,27 +74,15 @@ class Profile(NamedTuple):
 
 @dataclass(frozen=True)
 class JointMap:
-    """Geometry of the interfaces of a wall; m interfaces with q contacts each.
+    """Geometry of the interfaces of a wall; m interfaces with q contacts each."""
 
-    Attributes
-    ----------
-    start, end : array (m, 2)
-        Ends of each interface (m).
-    kind : array of int8 (m,)
-        A ``ContactKind``.
-    contact_x, contact_y, contact_length : array (m, q)
-        Position of each contact and its tributary length (m).
-    blocks : array of int (m, 2)
-        Blocks on the two sides; the normal points from the first to the second. -1: none or unknown.
-    """
-
-    start: FloatArray
+    start: FloatArray  # (m, 2): ends (m)
     end: FloatArray
-    kind: Int8Array
-    contact_x: FloatArray
+    kind: Int8Array  # (m,): a ``ContactKind``
+    contact_x: FloatArray  # (m, q): position and tributary length of the contacts (m)
     contact_y: FloatArray
     contact_length: FloatArray
-    blocks: IntArray
+    blocks: IntArray  # (m, 2): blocks on the two sides, or -1; the normal points from the first to the second
 
     @classmethod
     def from_contacts(
@@ -106,19 +94,7 @@ class JointMap:
         kind: Int8Array,
         blocks: IntArray | None = None,
     ) -> JointMap:
-        """Build the map from contacts.
-
-        Parameters
-        ----------
-        x, y, length : array (m, q)
-            Position of each contact and its tributary length (m).
-        normal : array (m, 2)
-            Unit normal of each interface.
-        kind : array (m,)
-            Kind of each interface.
-        blocks : array of int (m, 2), optional
-            Blocks on the two sides of each interface.
-        """
+        """Map from position and tributary length (m) of the contacts, unit normals, kinds and blocks."""
         whole = length.sum(axis=1)
         middle = np.column_stack(((x * length).sum(axis=1), (y * length).sum(axis=1))) / whole[:, None]
         half = np.column_stack((normal[:, 1], -normal[:, 0])) * (whole / 2)[:, None]
@@ -127,15 +103,7 @@ class JointMap:
 
     @classmethod
     def from_dataset(cls, ds: xr.Dataset, *, with_blocks: bool = False) -> JointMap:
-        """Build the map from an archived wall.
-
-        Parameters
-        ----------
-        ds : xarray.Dataset
-            One wall with its contacts.
-        with_blocks : bool
-            Whether to find the blocks on the two sides of each interface, also if ``ends`` does not need them.
-        """
+        """Map of an archived wall; the blocks are found if requested, or if ``ends`` needs them."""
         shape = (int(ds["contact_interface"].values[-1]) + 1, -1)
         x, y, length, kind = (ds[f"contact_{name}"].values.reshape(shape) for name in ("x", "y", "length", "kind"))
         normal = np.column_stack([ds[f"contact_normal_{axis}"].values.reshape(shape)[:, 0] for axis in "xy"])

@@ -18,103 +18,41 @@ GROUP_COUNTS = (2, 3, 4, 5)
 
 
 class Verdict(NamedTuple):
-    """Damage of a wall in one state. Openings are the widest along the whole of a joint, up to its ends.
+    """Damage of a wall in one state. Openings are the widest along the whole joint, up to its ends."""
 
-    Attributes
-    ----------
-    damage_category : int
-        By the cracks of the wall proper, above the dpc, with the measure of the rules.
-    damage_category_band : int
-        By the width of the widest crack band instead of the widest joint.
-    crack_width_max : float
-        Widest crack of the wall proper (m): the largest opening normal to its joint, the measure of damage tables here.
-        Cracks as objects (``damagepred.cracks``) have more measures.
-    crack_band_width_max : float
-        Widest crack band of the wall proper (m): openings of neighbouring joints summed, see
-        ``damagepred.damage.bands``; at least ``crack_width_max``.
-    crack_count : int
-        Separate cracks of the wall proper at least as wide as category 1 starts.
-    psi : float
-        Damage parameter of all cracks of the wall proper, see ``damagepred.damage.cracks.psi``.
-    crack_group_width : tuple of float
-        Width (m) of the narrowest crack in the widest group of 2, 3, 4, 5 cracks of the wall proper, 0 without such a
-        group; see ``damagepred.damage.cracks.group_widths`` and ``GROUP_COUNTS``.
-    base_crack_width_max : float
-        Widest crack in the courses below the dpc (m).
-    dpc_opening_max : float
-        Widest opening of the dpc (m), 0 without a dpc.
-    dpc_separation_length : float
-        Length over which the dpc is open by more than the threshold (m).
-    dpc_slip_max : float
-        Largest absolute slip of the dpc (m), 0 without a dpc.
-    footing_opening_max : float
-        Widest gap along the bed between the first course and the footing or ground (m).
-    footing_separation_length : float
-        Length over which this bed is open by more than the threshold (m).
-    """
-
-    damage_category: int
-    damage_category_band: int
+    damage_category: int  # by the cracks of the wall proper, above the dpc, with the measure of the rules
+    damage_category_band: int  # by the width of the widest crack band instead of the widest joint
+    # largest opening normal to a joint of the wall proper (m), the measure of damage tables here
     crack_width_max: float
-    crack_band_width_max: float
-    crack_count: int
-    psi: float
-    crack_group_width: tuple[float, ...]
-    base_crack_width_max: float
-    dpc_opening_max: float
-    dpc_separation_length: float
-    dpc_slip_max: float
-    footing_opening_max: float
-    footing_separation_length: float
+    crack_band_width_max: float  # widest crack band (m), see ``damagepred.damage.bands``; at least ``crack_width_max``
+    crack_count: int  # separate cracks of the wall proper of category 1 or more
+    psi: float  # see ``damagepred.damage.cracks.psi``
+    crack_group_width: tuple[float, ...]  # for ``GROUP_COUNTS`` (m), see ``damagepred.damage.cracks.group_widths``
+    base_crack_width_max: float  # in the courses below the dpc (m)
+    dpc_opening_max: float  # (m), 0 without a dpc
+    dpc_separation_length: float  # length over which the dpc is open by more than the threshold (m)
+    dpc_slip_max: float  # largest absolute slip (m)
+    footing_opening_max: float  # gap along the bed between the first course and the footing or ground (m)
+    footing_separation_length: float  # length over which this bed is open by more than the threshold (m)
 
 
 class Rules(NamedTuple):
-    """Rules from the openings of a wall to a category; see ``damagepred.scene.Damage``.
+    """Rules from the openings of a wall to a category; see ``damagepred.scene.Damage``."""
 
-    Attributes
-    ----------
-    table : DamageTable
-        Limits, with any plasterboard allowance.
-    count_rule : bool
-        Whether groups of cracks count.
-    group_distance : float
-        Largest distance of cracks in a group (m).
-    group_count : int
-        Number of cracks in a group.
-    dpc_threshold, footing_threshold : float
-        Opening above which the dpc, or the bed on the footing, counts as separated (m).
-    measure : {"joint", "band"}
-        Whether the widest joint or the widest crack band determines the category.
-    band_gauge, band_threshold : float
-        Length of the gauge across a crack band, and the smallest opening that it counts (m).
-    count_footing_gap : bool
-        Whether a gap along the bed on the footing counts as a crack of a wall without a dpc.
-    """
-
-    table: DamageTable
-    count_rule: bool
-    group_distance: float
+    table: DamageTable  # limits, with any plasterboard allowance
+    count_rule: bool  # whether groups of cracks count
+    group_distance: float  # largest distance of cracks in a group (m)
     group_count: int
-    dpc_threshold: float
-    measure: str
-    band_gauge: float
+    dpc_threshold: float  # opening above which the dpc, or the bed on the footing, counts as separated (m)
+    measure: str  # {"joint", "band"}
+    band_gauge: float  # length of the gauge across a crack band, and smallest opening that it counts (m)
     band_threshold: float
     footing_threshold: float
-    count_footing_gap: bool
+    count_footing_gap: bool  # whether a gap along the bed on the footing is a crack of a wall without a dpc
 
     @classmethod
     def from_settings(cls, table: str, plasterboard: bool, **others: Any) -> Rules:
-        """Rules with the plain values of ``damagepred.scene.Damage``.
-
-        Parameters
-        ----------
-        table : str
-            Name of a shipped damage table.
-        plasterboard : bool
-            Whether its limits are raised for plasterboard.
-        **others
-            All other rules.
-        """
+        """Rules with the plain values of ``damagepred.scene.Damage``."""
         return cls(load_table(table, plasterboard=plasterboard), **others)
 
     def attributes(self) -> dict[str, dict[str, float]]:
@@ -131,12 +69,7 @@ class Rules(NamedTuple):
     ) -> tuple[Widths, Widths]:
         """Width that determines the category, by the widest joint and by the widest crack band (m).
 
-        Parameters
-        ----------
-        crack_width, band_width, footing_opening : array or float
-            Widest joint, widest crack band, and widest gap along the footing bed (m).
-        has_dpc : bool
-            Whether the wall has a dpc: then the footing bed is outside the wall proper, and its gap never counts.
+        With a dpc the footing bed is outside the wall proper, and its gap never counts.
         """
         if not self.count_footing_gap or has_dpc:
             return crack_width, band_width
@@ -150,19 +83,7 @@ def judge(
     cracked: BoolArray,
     rules: Rules,
 ) -> Verdict:
-    """Judge one state of a wall.
-
-    Parameters
-    ----------
-    joints : JointMap
-        m interfaces with q contacts each.
-    opening, slip : array (m, q)
-        Opening normal to (positive) and slip along each joint (m).
-    cracked : array of bool (m, q)
-        Whether the bond is broken.
-    rules : Rules
-        Table and rules.
-    """
+    """Verdict on one state of a wall, from opening, slip (m) and broken bonds at the contacts (m, q)."""
     cracks = find_cracks(joints, opening, slip, cracked)
     groups = group_widths(cracks, rules.group_distance, (*GROUP_COUNTS, rules.group_count))
     widest = cracks.width[0] if len(cracks.width) else 0.0

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from damagepred.arrays import FloatArray, Int8Array
-from damagepred.damage.levels import level_of
+from damagepred.damage.limits import level_of
 from damagepred.errors import InputError, nearest, require_count, require_number
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.data_files import data_file

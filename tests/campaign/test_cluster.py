@@ -15,8 +15,7 @@ from typing import Any
 import pytest
 
 from damagepred.archive.folder import StudyFolder
-from damagepred.campaign.cluster import connect_dask_scheduler
-from damagepred.campaign.dispatch import GivenExecutor
+from damagepred.campaign.dispatch import GivenExecutor, connect_dask_scheduler
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study, open_study
 from tests.campaign.test_run import same, settings
