@@ -263,7 +263,7 @@ def mended(place: Path, honest: xr.Dataset) -> str:
     steps = [run(command, place) for command in ("repair study.dp", COMMANDS["study"], COMMANDS["verify"])]
     if wrong := [said for said in steps if said.code not in (0, 3)]:
         text = wrong[0].err.strip()
-        return "" if "put back a copy" in text else f"repair: {wrong[0].code}: {text[-300:]}"
+        return "" if "restore a backup" in text else f"repair: {wrong[0].code}: {text[-300:]}"
     ds = open_study(place / "study.dp")
     return different(ds, honest) or ("repair: samples are missing" if (ds["status"].values == 3).any() else "")
 

@@ -32,7 +32,7 @@ def test_alternatives_are_estimated_beside_the_study(tmp_path: Path) -> None:
 
 def test_what_is_no_alternative() -> None:
     settings = StudySettings.from_dict(tomllib.loads(TINY))
-    with pytest.raises(InputError, match="run as studies of their own"):
+    with pytest.raises(InputError, match="are separate studies"):
         _changed(settings, "a", {"joint.cohesion": {"cov": 0.1}})
     with pytest.raises(InputError, match="covv"):
         _changed(settings, "a", {"joint.friction": {"covv": 0.1}})

@@ -356,7 +356,7 @@ def test_a_failed_write_of_a_dataset_keeps_the_last_one(tmp_path: Path, monkeypa
         ("file/new.nc", [".nc"], "part of its path is a file"),
         ("file", [], "is a file, and a folder is needed"),
         ("file/house.dp", [], "part of its path is a file"),
-        ("picture.png", [], "another name than that of a file"),
+        ("picture.png", [], "without the suffix of a file"),
         (f"{'x' * 300}.nc", [".nc"], "cannot be written: File name too long"),
     ],
 )

@@ -317,7 +317,7 @@ WALL = {"distribution": "lognormal", "mean": 0.75, "cov": 0.15}
             {},
             "one wall in 1000000 gets",
         ),
-        ({}, {"movement": "sampled", "stop_when": {"category": 1, "at": 0.006, "half_width": 0.1}}, "each wall is kno"),
+        ({}, {"movement": "sampled", "stop_when": {"category": 1, "at": 0.006, "half_width": 0.1}}, "each wall has a"),
         ({}, {"stop_when": {"category": 5, "at": 0.006, "half_width": 0.1}}, "category: must be at most 4"),
         ({}, {"replicates": 3, "stop_when": {"category": 4, "at": 0.006, "half_width": 0.1}}, "first = 64: must be a"),
         ({}, {"sampler": "lhs", "replicates": 2}, "replicates = 2: is for sampler"),

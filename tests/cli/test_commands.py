@@ -125,7 +125,7 @@ def test_the_template_is_valid_and_never_overwrites(command: Run, tmp_path: Path
     before = (tmp_path / "house.toml").read_bytes()
     result = command("new", tmp_path / "house.toml")
     assert result.code == 2
-    assert "exists already" in result.err
+    assert "exists and was not changed" in result.err
     assert (tmp_path / "house.toml").read_bytes() == before
 
 

@@ -121,7 +121,7 @@ def test_walls_that_were_not_followed_as_far_are_told_apart(tmp_path: Path) -> N
         ('study = "small.toml"', 'study = "none.toml"', "no such file"),
         ("probability = 0.6", "probability = 1.6", "must be less than 1"),
         ('at = "3 mm"', 'at = "H1"', "is of the surface movement"),
-        ('at = "3 mm"', 'at = "300 mm"', "let the study's movement be larger"),
+        ('at = "3 mm"', 'at = "300 mm"', "give the study a larger movement"),
         ("scene.joint.friction", "scene.joint.frction", "unknown key"),
         ('name = "strong"', 'name = "weak"', "have the same name"),
         ("category = 1", "category = 9", "categories 1 to"),
