@@ -199,8 +199,8 @@ def test_without_failures_there_is_one_run(tmp_path: Path, monkeypatch: pytest.M
 @pytest.mark.slow
 def test_worker_processes_give_the_same(tmp_path: Path) -> None:
     with ThreadPoolExecutor(1) as executor:
-        one = rare_event(settings(), ASKED, tmp_path / "a", samples=50, executor=executor)
-    two = rare_event(settings(), ASKED, tmp_path / "b", samples=50, workers=2)
+        one = rare_event(settings(), ASKED, tmp_path / "a", samples=20, level_share=0.5, executor=executor)
+    two = rare_event(settings(), ASKED, tmp_path / "b", samples=20, level_share=0.5, workers=2)
     np.testing.assert_array_equal(one.estimate.samples, two.estimate.samples)
 
 

@@ -63,7 +63,7 @@ def test_the_coverage_of_the_band_of_90_percent_is_85_to_95_percent(situation: s
 
     A median beyond the movement has a lower bound alone, which always holds.
     """
-    held = coverage(situation, 200, 400, 1000)
+    held = coverage(situation, 200, 400, 250)
     if SITUATIONS[situation][0] < TRUTH:
         assert held.pop("median") == 1.0
     for name, share in held.items():
