@@ -38,7 +38,6 @@ from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.importance import Proposal, cross_entropy_shift
-from damagepred.uq.intensity import shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution, movement_distribution
 from damagepred.uq.observations import ANOTHER, Discrepancy, Observations
 
@@ -395,7 +394,7 @@ def _path_end(
     doubt = float((future["future_probability_upper"] - future["future_probability_lower"]).max())
     if not max(doubt, cut) > UNCERTAIN or not weight.any():
         return cut, ""
-    shown = shown_measure(walls.measure, walls.units)
+    shown = walls.shown
     longest = end >= walls.largest * (1 - 1e-9)
     if weight[~longest].sum() > 0.5 * weight.sum():
         return cut, (
@@ -476,6 +475,7 @@ def _dataset(
             "advice": ("study", list(advice)),
             "movement_quantile": (("study", "quantile"), np.array(quantiles), unit),
             "movement_measure": ("study", [walls.measure for walls in studies]),
+            "movement_words": ("study", [walls.shown.words for walls in studies]),
             "movement_units": ("study", [walls.units for walls in studies]),
             "movement_largest": ("study", [walls.largest for walls in studies], unit),
             "study_of_sample": ("sample", np.repeat(np.arange(len(weights)), [len(w) for w in weights])),

@@ -50,9 +50,9 @@ def _share(ds: xr.Dataset, wall: xr.Dataset, category: int) -> tuple[Estimate, s
     good = np.isin(ds["status"].values, SOLVED)
     moved = intensity_values(ds, measure)[good].reshape(int(good.sum()), -1)
     if measure in wall and np.isfinite(moved).all() and np.ptp(moved[:, -1]) <= 1e-9 * moved.max(initial=0.0):
-        end, shown = float(np.nanmax(wall[measure].values)), shown_measure(measure, str(wall[measure].attrs["units"]))
-        words = f"by {shown.factor * end:.3g} {shown.unit} of {movement_words(ds, measure)}"
-        return exceedance(ds, category, end).estimate, words
+        end = float(np.nanmax(wall[measure].values))
+        shown = shown_measure(movement_words(ds, measure), str(wall[measure].attrs["units"]))
+        return exceedance(ds, category, end).estimate, f"by {shown.factor * end:.3g} {shown.unit} of {shown.words}"
     worst = ds["damage_category"].values[good].reshape(int(good.sum()), -1).max(axis=1, initial=-1)
     weight = sample_weights(ds)[good] if "weight" in ds else None
     return probability(worst >= category, weight=weight), "by the end of its own movement"

@@ -26,8 +26,8 @@ class PosteriorTable(NamedTuple):
 
 def measures(ds: xr.Dataset) -> list[ShownMeasure]:
     """Shown measure of the movement of each study."""
-    both = zip(ds["movement_measure"].values, ds["movement_units"].values)
-    return [shown_measure(str(name), str(units)) for name, units in both]
+    words = ds["movement_words" if "movement_words" in ds else "movement_measure"].values  # older files: none
+    return [shown_measure(str(w).replace("_", " "), str(u)) for w, u in zip(words, ds["movement_units"].values)]
 
 
 def sentences(ds: xr.Dataset) -> list[str]:

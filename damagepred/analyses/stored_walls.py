@@ -20,7 +20,7 @@ from damagepred.enumerations import SOLVED
 from damagepred.errors import InputError
 from damagepred.one_wall.judged_path import joint_map
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values
+from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_words, shown_measure
 from damagepred.uq.movement_distribution import MovementDistribution
 from damagepred.uq.observations import CrackPrediction, Discrepancy, Fit, Observations, censored, crack_fit, measured
 
@@ -52,6 +52,7 @@ class StoredWalls:
             )
         self.name = study_name(self.path)
         self.units = attributes(self.ds, self.measure)["units"]
+        self.shown = shown_measure(movement_words(self.ds, self.measure), self.units)
         self.movement = intensity_values(self.ds, self.measure)
         if (np.diff(self.movement, axis=1) < 0).any():
             raise InputError(f"{self.path}: infer needs an increasing movement; its {self.measure} also decreases.")

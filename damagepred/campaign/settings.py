@@ -180,8 +180,12 @@ class StudySettings:
                 warnings.warn(f"{source}: [study] {key} has no effect: {_REMOVED[key]}; leave it out", stacklevel=4)
             tables = {**tables, "study": {key: value for key, value in how.items() if key not in _REMOVED}}
         settings = cls.of_tables(tables, folder, source)
-        require_possible(settings.scene, settings.means(), source)
+        settings._require_consistent(tables, source)
         return settings
+
+    def _require_consistent(self, stated: Any, source: str) -> None:
+        """Refuse numbers of the scene, and means in their place, that are physically impossible."""
+        require_possible(self.scene, self.means(), source)
 
     @classmethod
     def of_tables(cls, tables: Mapping[str, Any], folder: Path, source: str) -> StudySettings:

@@ -288,6 +288,9 @@ def sensitivity(
         typer.Option("--category", parser=terminal.category, metavar="NUMBER|NAME", help="Of the capacity for it."),
     ] = None,
     result: Annotated[str | None, typer.Option("--of", help="Of this result, at the end of the movement.")] = None,
+    at: Annotated[
+        str | None, typer.Option("--at", metavar="site", help="Of damage at each wall's own movement.")
+    ] = None,
     plot: Picture = None,
     output: NetcdfFile = None,
     confidence: Annotated[float, typer.Option(help="Of the intervals.", min=0.01, max=0.999)] = 0.9,
@@ -298,9 +301,17 @@ def sensitivity(
     """Rank the inputs of a study by their influence on damage: rank correlations and shares of variance."""
     from damagepred.analyses.variance_shares import study_sensitivity
     from damagepred.archive.folder import open_study
+    from damagepred.errors import InputError
 
+    if at not in (None, "site"):
+        raise InputError(
+            f"--at {at}: must be site, each wall's own movement. Without it, sensitivity is of the movement at which a "
+            "category is reached."
+        )
     chosen = 1 if category is None and result is None else category
-    indices = study_sensitivity(open_study(folder), category=chosen, output=result, confidence=confidence)
+    indices = study_sensitivity(
+        open_study(folder), category=chosen, output=result, own_ground=at is not None, confidence=confidence
+    )
     keep_curves(indices, output, plot)
     if json:
         terminal.print_json(indices)

@@ -122,11 +122,11 @@ def _factor(states: LimitStates) -> float:
 
 
 def _description(states: LimitStates) -> str:
-    measure, unit = states.measure.replace("_", " "), "cm" if states.units == "m" else "no unit"
+    unit = "cm" if states.units == "m" else "no unit"
     of = "; ".join(f"{name}: category {c} or worse" for name, c in zip(states.name, states.category))
     largest = f"{_factor(states) * states.largest:.4g}{' cm' if states.units == 'm' else ''}"
     return (
-        f"{without_controls(states.title)}. {INTENSITY} stands for the {measure} ({unit}). {of}. Walls were moved "
+        f"{without_controls(states.title)}. {INTENSITY} stands for the {states.words} ({unit}). {of}. Walls were moved "
         f"to {largest} at most: beyond that the curves are extrapolated."
     )
 

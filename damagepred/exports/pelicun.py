@@ -16,6 +16,7 @@ import xarray as xr
 from damagepred.errors import InputError
 from damagepred.exports.states import limit_states, require_order
 from damagepred.inputs.arguments import checked
+from damagepred.uq.intensity import movement_words
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,16 +28,15 @@ COMPONENT = "masonry.wall"
 class Demand(NamedTuple):
     """Measure of the movement as a demand of pelicun."""
 
-    name: str
     acronym: str
     kind: str
     unit: str
 
 
 DEMANDS = {
-    "deflection_ratio": Demand("Deflection Ratio", "DFR", "unitless", "unitless"),
-    "central_deflection": Demand("Central Deflection", "CDF", "displacement", "m"),
-    "surface_movement": Demand("Surface Movement", "SFM", "displacement", "m"),
+    "deflection_ratio": Demand("DFR", "unitless", "unitless"),
+    "central_deflection": Demand("CDF", "displacement", "m"),
+    "surface_movement": Demand("SFM", "displacement", "m"),
 }
 
 
@@ -84,7 +84,7 @@ def pelicun_frame(
     demand = _demand(states.measure)
     row: dict[str, Any] = {
         "Incomplete": 0,
-        "Demand-Type": demand.name,
+        "Demand-Type": states.words.title(),
         "Demand-Unit": demand.unit,
         "Demand-Offset": 0,
         "Demand-Directional": 1,
@@ -109,7 +109,8 @@ def pelicun_config(curves: xr.Dataset) -> dict[str, Any]:
     {'CustomDemandTypes': {'Central Deflection': {'Acronym': 'CDF', 'UnitType': 'displacement'}}}
     """
     demand = _demand(str(curves.attrs.get("intensity_measure", "")))
-    return {"CustomDemandTypes": {demand.name: {"Acronym": demand.acronym, "UnitType": demand.kind}}}
+    name = movement_words(curves).title()
+    return {"CustomDemandTypes": {name: {"Acronym": demand.acronym, "UnitType": demand.kind}}}
 
 
 def _demand(measure: str) -> Demand:

@@ -13,6 +13,7 @@ from scipy import special
 from damagepred.arrays import FloatArray
 from damagepred.errors import InputError
 from damagepred.uq.fragility.describe import lognormal_of
+from damagepred.uq.intensity import movement_words
 
 RARE = 1e-3
 """Crossings of two curves below this probability, or closer to 1 than this, are tolerated."""
@@ -27,6 +28,7 @@ class LimitStates:
     median: FloatArray  # (c,): of the capacity, in ``units``
     dispersion: FloatArray  # (c,): standard deviation of the capacity's logarithm
     measure: str  # intensity, and its unit ("1" for none)
+    words: str  # name of the measure
     units: str
     largest: float  # largest movement of the study; beyond it the curves are extrapolated
     title: str  # title of the study
@@ -83,6 +85,7 @@ def limit_states(
         median=form.median,
         dispersion=form.dispersion,
         measure=str(curves.attrs.get("intensity_measure", "intensity")),
+        words=movement_words(curves, str(curves.attrs.get("intensity_measure", "intensity"))),
         units=str(intensity.attrs.get("units", "1")),
         largest=float(intensity.values.max()),
         title=str(curves.attrs.get("title", "fragility curves")),

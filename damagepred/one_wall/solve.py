@@ -12,7 +12,7 @@ from damagepred.archive.cautions import TOLERANCES
 from damagepred.archive.provenance import given_values
 from damagepred.archive.schema import is_dynamic
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Assembly, Limits, wall_cost
+from damagepred.assembly import NO_LIMITS, Assembly, Limits, wall_cost
 from damagepred.enumerations import PathStatus
 from damagepred.errors import InputError, SolverError, require_count, require_one_of
 from damagepred.inputs.arguments import checked
@@ -29,6 +29,7 @@ from damagepred.one_wall.judged_path import (
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.runtime.time_limit import time_limit
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
+from damagepred.scene.plausibility import require_possible
 
 if TYPE_CHECKING:
     from damagepred.solvers.dynamics.run import DynamicRun
@@ -121,6 +122,8 @@ def _solve(
     limits: Limits,
 ) -> xr.Dataset:
     if isinstance(scene, Scene):
+        if limits is not NO_LIMITS:  # a wall of a study is as it was sampled
+            require_possible(scene, {}, "scene")
         settings, judged = solver or scene.solver, damage or scene.damage
         dynamics = dynamics or scene.dynamics
         settings = settings if dynamics is None else whole_interfaces(settings)

@@ -109,10 +109,13 @@ def study_limits(ds: xr.Dataset, curves: xr.Dataset | None, moved: float, confid
         ds["damage_category"].ndim == 2
     ):  # walls that are each known at their own movement alone cannot be counted at one
         rows = []
-        for limit, too_far in zip(found, beyond):
+        for limit in found:
             counted = [exceedance(ds, c, limit.deflection, confidence=confidence, intensity=MEASURE) for c, _ in of]
-            rows.append([*_limit(limit), *("not moved as far" if too_far else _counted(one) for one in counted)])
-        note = "A wall known to have reached the category between two increments counts for the share of that step."
+            rows.append([*_limit(limit), *map(_counted, counted)])
+        note = (
+            "A wall known to have reached the category between two increments counts for the share of that step, and a "
+            "wall that was not followed as far counts as those followed further."
+        )
         if _has_entries(rows):
             parts.append(Table(f"Counted among the walls ({confidence:.0%} interval)", head, rows, (0, 1), note))
     return Section("limits", "Probabilities at code limits", parts) if len(parts) > 1 else None
@@ -125,7 +128,7 @@ def _has_entries(rows: list[list[str]]) -> bool:
 
 def _counted(found: Exceedance) -> str:
     e = found.estimate
-    if found.not_followed > 0:
+    if np.isnan(e.value):
         return "not moved as far"
     return with_band(chance(e.value), chance(e.lower), chance(e.upper), "\n")
 

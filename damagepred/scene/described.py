@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields as fields_of
 from functools import wraps
 from typing import Any, TypeVar, dataclass_transform
 
@@ -18,6 +19,7 @@ def described(cls: type[T]) -> type[T]:
 
     An error on construction in Python has the words of a scene file: ``InputError``, whose cause is pydantic's
     error.
+    ``stated`` has the values of a call in Python; none after ``dataclasses.replace``, which passes all fields.
     """
     make: Callable[[type[T]], Any] = _pydantic_dataclass(
         frozen=True, kw_only=True, config=ConfigDict(extra="forbid", allow_inf_nan=False)
@@ -33,6 +35,11 @@ def described(cls: type[T]) -> type[T]:
             from damagepred.scene.reading import complaint
 
             raise complaint(cls, error, cls.__name__) from error
+        stated = fields if len(fields) < number else {}
+        object.__setattr__(self, "stated", stated)
+        if stated and hasattr(self, "_require_consistent"):
+            self._require_consistent(self, cls.__name__)
 
+    number = len(fields_of(made))  # type: ignore[arg-type]
     made.__init__ = init
     return made

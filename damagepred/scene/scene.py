@@ -414,22 +414,27 @@ class Scene:
         InputError
             If a key or value is not acceptable, contradicts another, or is physically impossible.
         """
-        from damagepred.scene.plausibility import require_possible
         from damagepred.scene.reading import build
 
         scene = build(cls, tables, source)
-        require_possible(scene, {}, source)
-        log = bool(scene.soil_layer)
-        for path in FOLLOWING if log or scene.movement.seasons else ():
-            given: Any = tables
+        scene._require_consistent(tables, source)
+        return scene
+
+    def _require_consistent(self, stated: Any, source: str) -> None:
+        """Refuse impossible numbers, and numbers in tables or in objects made in Python that follow from others."""
+        from damagepred.scene.plausibility import require_possible
+
+        require_possible(self, {}, source)
+        log = bool(self.soil_layer)
+        for path in FOLLOWING if log or self.movement.seasons else ():
+            given = stated
             for key in path.split("."):
-                given = given.get(key) if isinstance(given, Mapping) else None
-            if given is not None and to_si(given, "m") != (value := scene.numbers[path]):
+                given = (given if isinstance(given, Mapping) else getattr(given, "stated", {})).get(key)
+            if given is not None and to_si(given, "m") != (value := self.numbers[path]):
                 raise InputError(
                     f"{source}: {path} = {given}: follows from {'[[soil_layer]]' if log else '[movement.seasons]'} "
                     f"({1e3 * value:.3g} mm); {'give swing_share' if path.endswith('swing') else 'leave it out'}."
                 )
-        return scene
 
     def to_dict(self) -> dict[str, Any]:
         """Nested dicts of plain values in SI, without None and empty values."""

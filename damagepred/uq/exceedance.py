@@ -153,14 +153,14 @@ def category_capacities(
 
 def wanted_movement(ds: xr.Dataset, at: float | str | MovementDistribution, measure: str) -> MovementDistribution:
     """Movement that a study is asked for; refused if its measure differs, or walls have no ground of their own."""
-    shown = shown_measure(measure, str(attributes(ds, measure)["units"]))
-    wanted = as_distribution(at, str(attributes(ds, measure)["units"]))
+    shown = shown_measure(movement_words(ds, measure), units := str(attributes(ds, measure)["units"]))
+    wanted = as_distribution(at, units)
     wanted.require_measure(ds, measure)
     ends = own_movements(ds, measure) if wanted.own and "damage_category" in ds else np.empty(0)
     if ends.size and not has_own_ground(ds, measure):
         same = f"{shown.factor * ends[0]:.6g} {shown.unit}"
         raise InputError(
-            f"at = site: all walls of this study have the same {movement_words(ds, measure)}, {same}, and no ground of "
+            f"at = site: all walls of this study have the same {shown.words}, {same}, and no ground of "
             f'their own; give a movement, such as "{same}".'
         )
     return wanted

@@ -64,10 +64,10 @@ class ShownMeasure(NamedTuple):
     factor: float
 
 
-def shown_measure(name: str, units: str) -> ShownMeasure:
-    """Return how a measure is shown."""
-    unit = "mm" if units == "m" else "mm/m" if name == "strain" else units
-    return ShownMeasure(name.replace("_", " "), unit, 1e3 if unit.startswith("mm") else 1.0)
+def shown_measure(words: str, units: str) -> ShownMeasure:
+    """Return how a measure of that name in words and those units is shown."""
+    unit = "mm" if units == "m" else "mm/m" if words == "strain" else units
+    return ShownMeasure(words, unit, 1e3 if unit.startswith("mm") else 1.0)
 
 
 def check_states(ds: xr.Dataset, name: str) -> None:

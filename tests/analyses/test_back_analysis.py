@@ -14,7 +14,7 @@ from scipy import special
 
 from damagepred import InputError, infer
 from damagepred.analyses.back_analysis import InferenceOptions, chosen_samples, prices
-from damagepred.analyses.posterior_tables import posterior_tables, sentences
+from damagepred.analyses.posterior_tables import measures, posterior_tables, sentences
 from damagepred.analyses.stored_walls import StoredWalls
 from damagepred.campaign.settings import StudySettings
 from damagepred.plotting import draw_back_analysis
@@ -47,6 +47,18 @@ def causes(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
         text = FIXED.replace('kind = "doming"', f'kind = "{kind}"').replace("stop_at_category = 4", "")
         Study(StudySettings.from_dict(tomllib.loads(text))).run(place / f"{kind}.dp", samples=16)
     return [place / "dishing.dp", place / "doming.dp"]
+
+
+def test_the_movement_is_named_after_its_cause(tmp_path: Path) -> None:
+    tables = tomllib.loads(FIXED.replace("stop_at_category = 4", ""))
+    tables["scene"]["movement"] = {"shape": "mound", "kind": "settle", "increments": 2}
+    tables["scene"]["mound"] = {"shape": "tree", "surface_movement": 0.02, "reach": 2.0}
+    Study(StudySettings.from_dict(tables)).run(tmp_path / "tree.dp", samples=4)
+    level = LevelObservation(x=0.1, y=0.4, to_x=1.3, to_y=0.4, difference=0.0)
+    found = infer(tmp_path / "tree.dp", Observations(level=(level,)))
+    assert found["movement_words"].values.tolist() == ["ground movement at the tree"]
+    assert measures(found)[0] == ("ground movement at the tree", "mm", 1e3)
+    assert measures(found.drop_vars("movement_words"))[0].words == "surface movement"  # files of older versions
 
 
 def among(found: xr.Dataset) -> dict[str, float]:

@@ -53,6 +53,16 @@ def test_pelicun_has_a_row_with_its_columns_and_the_parameters(ratios: xr.Datase
     assert config == {"CustomDemandTypes": {row["Demand-Type"]: {"Acronym": "DFR", "UnitType": "unitless"}}}
 
 
+def test_exports_name_the_ground_that_moves() -> None:
+    """As axes do: a tree's movement is no y_s of a site."""
+    for mound, words in (("tree", "ground movement at the tree"), ("walsh", "surface movement")):
+        curves = curves_of([0.02, 0.04], [0.4] * 2, "surface_movement")
+        curves.attrs["scene"] = f"[mound]\nshape = '{mound}'\n[movement]\nshape = 'mound'"
+        assert pelicun_frame(curves)["Demand-Type"].item() == words.title()
+        assert list(pelicun_config(curves)["CustomDemandTypes"]) == [words.title()]
+        assert f"PGD stands for the {words} (cm)" in openquake_xml(curves)
+
+
 def test_pelicun_is_told_lengths_in_metres(deflections: xr.Dataset) -> None:
     frame = pelicun_frame(deflections)
     assert frame["Demand-Unit"].item() == "m"

@@ -91,8 +91,8 @@ def test_strains_and_creep_make_no_energy(seed: int) -> None:
     [
         ("jacks", (11, 16, 43)),
         ("deformable", (11, 16, 24)),
-        pytest.param("jacks", range(12, 32), marks=pytest.mark.slow),
-        pytest.param("deformable", range(12, 20), marks=pytest.mark.slow),
+        pytest.param("jacks", range(12, 16), marks=pytest.mark.slow),
+        pytest.param("deformable", range(12, 15), marks=pytest.mark.slow),
     ],
 )
 def test_strains_and_creep_on_a_footing_make_no_energy(footing: str, seeds: Sequence[int]) -> None:
@@ -106,7 +106,7 @@ def test_strains_and_creep_on_a_footing_make_no_energy(footing: str, seeds: Sequ
 
 @pytest.mark.slow
 def test_strains_and_creep_of_many_random_histories_make_no_energy() -> None:
-    for seed in range(10, 60):
+    for seed in range(10, 24):
         path = damagepred.solve(with_slow_strains(random_scene(seed), seed))
         assert path.attrs["status"] == "complete"
         check_energy(path)
@@ -117,5 +117,5 @@ def test_ten_random_histories_make_no_energy() -> None:
 
 
 @pytest.mark.slow
-def test_a_hundred_random_histories_make_no_energy() -> None:
-    check_histories(range(10, 110))
+def test_thirty_random_histories_make_no_energy() -> None:
+    check_histories(range(10, 40))

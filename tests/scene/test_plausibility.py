@@ -1,6 +1,7 @@
 """Results that cannot be right are refused where the input shows it, and marked where only the result does."""
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
@@ -8,11 +9,13 @@ import pytest
 import tomli_w
 
 import damagepred
-from damagepred import Scene
+from damagepred import Scene, solve
 from damagepred.archive.files import read_dataset
+from damagepred.assembly import NO_LIMITS
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.template import Template, write_template
 from damagepred.errors import InputError
+from damagepred.scene import Joint, Mound, Movement, Seasons, SoilLayer, Wall
 from damagepred.scene.plausibility import unlikely_values
 from damagepred.scene.reading import build
 from damagepred.scene.scene import archived_scene
@@ -114,6 +117,31 @@ UNLIKELY = {
     "soft soil": ({"soil": {"swelling_stiffness": 4e4}}, "did you mean '40000 kPa/m'?"),
     "a deep soil": ({"mound": {"suction_depth": 40}}, "mound.suction_depth = 40 m: did you mean '40 mm'?"),
 }
+
+
+def test_scenes_made_in_python_are_refused_alike() -> None:
+    """Also where ``replace`` has put an impossible value, as ``solve`` reads it; sampled walls are taken."""
+    with pytest.raises(InputError, match=r"Scene: joint.friction = 36.9: must be at most 5. Did you mean 0.75"):
+        Scene(joint=Joint(friction=36.9))
+    changed = replace(Scene(wall=Wall(length=0.48, height=0.15)), joint=Joint(friction=36.9))
+    with pytest.raises(InputError, match=r"scene: joint.friction = 36.9"):
+        solve(changed, increments=1)
+    assert solve(changed, increments=1, limits=NO_LIMITS).attrs["status"] == "complete"
+
+
+def test_numbers_that_follow_from_others_are_refused_in_python() -> None:
+    layers = (SoilLayer(thickness=4.0, shrink_swell_index=0.03),)
+    on_mound = Movement(shape="mound")
+    with pytest.raises(InputError, match=r"mound.surface_movement = 0.03: follows from .* leave it out"):
+        Scene(mound=Mound(surface_movement=0.03), soil_layer=layers, movement=on_mound)
+    seasons = Seasons(years=2, swing="8 mm")
+    with pytest.raises(InputError, match=r"movement.central_deflection = 0.05: follows from \[movement.seasons\]"):
+        Scene(movement=Movement(central_deflection=0.05, seasons=seasons))
+    with pytest.raises(InputError, match=r"movement.seasons.swing = 8 mm: follows from .* give swing_share"):
+        Scene(soil_layer=layers, movement=Movement(shape="mound", seasons=seasons))
+    scene = Scene(mound=Mound(edge_distance=1.0), soil_layer=layers, movement=on_mound)
+    thinner = replace(scene, soil_layer=(replace(layers[0], shrink_swell_index=0.015),))
+    assert thinner.mound.surface_movement == pytest.approx(0.5 * scene.mound.surface_movement)
 
 
 @pytest.mark.parametrize("name", UNLIKELY)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Literal
 
 import numpy as np
@@ -368,7 +369,7 @@ class ReturnMappingOptions:
             The joints of the wall; where all are plain, kernels are compiled for these alone.
         """
         general = None if joints is not None and all_plain(joints) else True
-        return ReturnMapping(**vars(self), general=general)
+        return ReturnMapping(**asdict(self), general=general)
 
 
 @described
