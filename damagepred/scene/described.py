@@ -19,7 +19,7 @@ def described(cls: type[T]) -> type[T]:
 
     An error on construction in Python has the words of a scene file: ``InputError``, whose cause is pydantic's
     error.
-    ``stated`` has the values of a call in Python; none after ``dataclasses.replace``, which passes all fields.
+    ``stated`` holds the values of a call in Python; it is empty after ``dataclasses.replace``, which passes all fields.
     """
     make: Callable[[type[T]], Any] = _pydantic_dataclass(
         frozen=True, kw_only=True, config=ConfigDict(extra="forbid", allow_inf_nan=False)
@@ -40,6 +40,6 @@ def described(cls: type[T]) -> type[T]:
         if stated and hasattr(self, "_require_consistent"):
             self._require_consistent(self, cls.__name__)
 
-    number = len(fields_of(made))  # type: ignore[arg-type]
+    number = len(fields_of(made))
     made.__init__ = init
     return made

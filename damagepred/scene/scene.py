@@ -421,7 +421,7 @@ class Scene:
         return scene
 
     def _require_consistent(self, stated: Any, source: str) -> None:
-        """Refuse impossible numbers, and numbers in tables or in objects made in Python that follow from others."""
+        """Refuse impossible numbers, and stated numbers (tables, or objects made in Python) that follow from others."""
         from damagepred.scene.plausibility import require_possible
 
         require_possible(self, {}, source)
