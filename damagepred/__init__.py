@@ -1,4 +1,4 @@
-"""How likely is which damage to a masonry wall when the ground under it moves.
+"""How likely is each damage category of a masonry wall when the ground under it moves?
 
 The names below are the public face; each is imported when first used, so that ``import damagepred`` is cheap.
 
@@ -9,7 +9,7 @@ Examples
 >>> wall = damagepred.solve(scene)
 >>> wall.damage_category.values.tolist()
 [0, 0, 0]
-"""
+"""  # noqa: D400
 
 from __future__ import annotations
 

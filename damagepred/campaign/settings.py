@@ -75,7 +75,7 @@ class Sampling:
     table : str or None
         CSV file with the samples for ``sampler = "table"`` (``damagepred.uq.table.read_table``), beside the study file.
     table_columns : tuple of str
-        Variables that the table gives, read from its header.
+        Variables of the table, from its header.
     importance : dict of str to Proposal
         Where variables are drawn instead, by place; every sample then has a ``weight``.
     nominal_share : float

@@ -168,7 +168,7 @@ def common(
         bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """How likely is which damage to a masonry wall when the ground under it moves."""
+    """How likely is each damage category of a masonry wall when the ground under it moves?"""  # noqa: D400
     context.with_resource(terminal.doing(DOING.get(context.invoked_subcommand or "", "loading the program")))
 
 

@@ -13,6 +13,8 @@ TOPICS = (
     "how-far-to-trust-it",
     "reading-a-result",
     "uncertainty",
+    "judging-again",
+    "other-programs",
     "footing-and-ground",
     "seasons",
     "control-joints",

@@ -69,8 +69,8 @@ ARCHIVE_HEAD = '''\
 # Archive: every variable of a result
 
 `damagepred solve -o wall.nc` writes a wall. `damagepred study` writes a folder; `damagepred.open_study` reads it.
-In a study the dimension `sample` comes first, and sampled inputs bear the name of their place, such as
-`joint.friction`. A result holds the variables that its scene has.
+In a study the dimension `sample` comes first, and sampled inputs have the name of their key, such as
+`joint.friction`. A result has only the variables of its scene.
 
 Each variable has its dimensions and its unit in brackets. Flags are whole numbers with the meanings listed; -1 is
 unknown. NaN is unknown, too. Files follow the CF conventions 1.11, meshes of zones the UGRID conventions.
@@ -107,12 +107,12 @@ damagepred.Study.from_toml("small.toml").run("small.dp", workers=1)
 study = damagepred.open_study("small.dp")
 print(study["movement"].values)  # m, one for each increment
 print(study["crack_width_max"].sel(increment=2).values)  # m, one for each sample
-print(study.to_dataframe().head())  # a row for each sample and increment
-print(damagepred.frame(study))  # a row for each sample
+print(study.to_dataframe().head())  # one row per sample and increment
+print(damagepred.frame(study))  # one row per sample
 ```
 
-After `import damagepred`, each dataset has the methods of `ds.damagepred`, also one that plain xarray opens. Its
-attributes are the variables, such as `median` of curves, of which `curves.median` would be the method of xarray.
+After `import damagepred`, each dataset has the methods of `ds.damagepred`, also a dataset that plain xarray opened. Its
+attributes are the variables, such as `curves.damagepred.median`; `curves.median` is the method of xarray.
 
 ```python
 import damagepred

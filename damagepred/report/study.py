@@ -84,7 +84,7 @@ def study_page(
         Section("run", "What was run", _run_parts(folder, ds, settings, written)),
         Section("quality", "How good the solutions are, and how many walls are enough", study_quality(ds) + certainty),
         Section("damage", "Damage", _damage(folder, ds, replay, on_step, asked) if paths else [_no_paths()]),
-        Section("fragility", "How likely is which damage", _fragility(curves)),
+        Section("fragility", "How likely is each damage category", _fragility(curves)),
         *inferred,
         *([] if influences_section is None else [influences_section]),
         *filter(None, [None if "load_force" in ds else _at_limits(ds, curves, confidence, bootstrap)]),
@@ -97,7 +97,7 @@ def study_page(
     ]
     return Page(
         title=str(ds.attrs.get("title", "study")),
-        subtitle="How likely is which damage to a wall: a Monte Carlo study",
+        subtitle="How likely is each damage category of a wall? A Monte Carlo study",
         warnings=_warnings(folder, ds),
         question=question,
         answers=[*study_summary(ds, found), *([influence] if influence else [])],

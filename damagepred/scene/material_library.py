@@ -26,9 +26,9 @@ class MaterialValue(NamedTuple):
     Attributes
     ----------
     mean : float
-        In SI units.
+        Value in SI units.
     cov : float or None
-        Coefficient of variation; None where none is known.
+        Coefficient of variation, or None.
     confidence, cov_confidence : str
         Levels of confidence of both.
     """

@@ -247,7 +247,7 @@ class HeadJoint:
     normal_stiffness, shear_stiffness, tensile_strength, cohesion, friction, dilation, residual_tensile_strength, \
     residual_cohesion, residual_friction, brittle_shear, fracture_energy, shear_fracture_energy, softening, \
     compressive_strength, cap_shear, strength_factor : float, bool, str or None
-        See ``[joint]``.
+        Same meaning as in ``[joint]``.
 
     Examples
     --------
