@@ -115,7 +115,7 @@ def run(folder: Path, samples: int, workers: int) -> tuple[list[dict[str, Any]],
     studies = [correlated(value) for value in CORRELATIONS]
     shares = variance_shares(studies, CAUSES, ("load_force",), BASE_POINTS if samples >= 48 else 2, folder, workers)
     first = found["blind"][:VARIANT_WALLS].mean()
-    lines = ["| what is changed | mean over that of the same blind panels |", "|---|---|"]
+    lines = ["| change | mean, relative to the same blind panels |", "|---|---|"]
     lines += [f"| {name} | {found[name].mean() / first:.2f} |" for name in VARIANTS]
     companion = pd.read_csv(HERE / "companion.csv").set_index("quantity").loc["bending strength in plane"]
     lines += [
