@@ -10,8 +10,12 @@ from numpy.typing import ArrayLike
 
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.errors import InputError
-from damagepred.kernels.concrete_section.law import BRANSON, CRACKED, commit_earlier_moment
-from damagepred.kernels.concrete_section.moment_curvature import moment_curvature_diagram
+from damagepred.kernels.concrete_section.law import (
+    BRANSON,
+    CRACKED,
+    commit_earlier_moment,
+    moment_curvature_diagram,
+)
 from damagepred.scene import Footing
 from damagepred.scene.concrete import ReinforcedConcrete
 

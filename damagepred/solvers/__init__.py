@@ -30,7 +30,7 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
     Yields
     ------
     Increment
-        First the state under dead load, then one each step; whoever takes them may stop at any.
+        First the state under dead load, then one per step.
     """
     half, options = None, SolverOptions.of(settings).symmetry
     if settings.symmetric_half and not (settings.method == "quasi_static" and _cheaper_as_a_whole(model, options)):
@@ -48,7 +48,7 @@ def solve_path(model: Model, settings: Solver, increments: int) -> Iterator[Incr
 
 
 def _cheaper_as_a_whole(model: Model, options: SymmetryOptions) -> bool:
-    """Return whether a small wall under dead load alone is solved faster than checked for symmetry."""
+    """Whether dead load on a small wall is solved faster than symmetry is detected."""
     supports = model.supports
     still = model.jacks is None and not model.ground.moves
     still = still and not (supports.prescribed_displacement.any() or supports.live_load.any())

@@ -1,4 +1,4 @@
-"""Driver of a static load path: dead load, then the movement in increments; one for both static solvers.
+"""Driver of a static load path for both static solvers: dead load, then the movement in increments.
 
 A solver is a ``Stepper``. The path ends at full movement or with the last stage of a history, at collapse, or where
 jacks or outer supports carry no load.
@@ -24,7 +24,7 @@ CheckpointT = TypeVar("CheckpointT")
 
 
 class Outcome(NamedTuple):
-    """End of a step: largest residual over the mean block weight; whether it is an equilibrium; whether a part fell."""
+    """End of a step; the ratio is the largest residual over the mean block weight."""
 
     unbalanced_force_ratio: float
     balanced: bool
@@ -32,24 +32,12 @@ class Outcome(NamedTuple):
 
 
 class Bracket(NamedTuple):
-    """Tolerances with which the end of a path is located.
+    """Tolerances with which the end of a path is located."""
 
-    Attributes
-    ----------
-    support_load : float
-        Support load that counts as zero (N).
-    load_factor : float
-        Bracket of the load factor of zero support load (1).
-    max_iterations : int
-        Points of the path tried for it.
-    collapse : float or None
-        Bracket of the load factor of collapse under live load (1); None if the steps themselves locate it.
-    """
-
-    support_load: float
-    load_factor: float
-    max_iterations: int
-    collapse: float | None = None
+    support_load: float  # counts as zero (N)
+    load_factor: float  # bracket at zero support load
+    max_iterations: int  # of the search for zero support load
+    collapse: float | None = None  # bracket of collapse under live load; None: the steps locate it
 
 
 class _Start(NamedTuple, Generic[CheckpointT]):
@@ -61,30 +49,30 @@ class _Start(NamedTuple, Generic[CheckpointT]):
 
 
 class Stepper(Protocol[CheckpointT]):
-    """A static solver on one wall, as the driver uses it."""
+    """Static solver of one wall."""
 
     bracket: Bracket
 
     def begin_increment(self, number: int) -> None:
-        """Count work from here on as that of an increment."""
+        """Begin to count the work of an increment."""
 
     def step_to(self, load_factor: float) -> Outcome:
-        """Go to a load factor; raise ConvergenceError if the wall neither balances nor collapses."""
+        """Equilibrium or collapse at a load factor; ConvergenceError without either."""
 
     def support_load(self) -> float:
-        """Return the load (N) whose loss ends the path."""
+        """Load (N) whose loss ends the path."""
 
     def checkpoint(self) -> CheckpointT:
-        """Return a copy of the present state."""
+        """Copy of the present state."""
 
     def restore(self, checkpoint: CheckpointT) -> None:
         """Return to a checkpoint."""
 
     def report(self, outcome: Outcome) -> Increment:
-        """Return the present state as an increment, without counters."""
+        """Present state as an increment, without counters."""
 
     def counters(self) -> Counters:
-        """Return the work of the increment so far."""
+        """Work of the current increment."""
 
     def end_increment(self) -> None:
         """Prepare the jacks for the next increment."""
@@ -96,32 +84,10 @@ class Stepper(Protocol[CheckpointT]):
 def follow_movement(
     stepper: Stepper[CheckpointT], model: Model, increments: int, creep: CreepOptions = DEFAULT_CREEP
 ) -> Iterator[Increment]:
-    """Follow the movement increment by increment.
-
-    Parameters
-    ----------
-    stepper : Stepper
-        The solver, on the unloaded wall.
-    model : Model
-        The wall with all its supports.
-    increments : int
-        Number of equal steps of the movement; not read where the model has the load factors of a history.
-    creep : CreepOptions
-        Steps of creep.
-
-    Yields
-    ------
-    Increment
-        First the state under dead load (number 0), then one each step.
-
-    Raises
-    ------
-    SolverError
-        If the wall neither balances nor collapses in an increment.
-    """
+    """Increments of the movement, first the state under dead load; histories replace the number of increments."""
     jacks = model.jacks
     stop, begins_later = ("", False) if jacks is None else (jacks.stop, jacks.after_load)
-    # where bonds break, the load of a test falls to nothing from above
+    # where bonds break, the load of a test falls to zero from above
     nothing = stepper.bracket.support_load if begins_later else 0.0
     bisects = stepper.bracket.collapse is not None and bool(model.supports.live_load.any())
     along = LoadPath.of(model, increments, creep)
@@ -151,7 +117,7 @@ def follow_movement(
 
 
 def _follow_increment(stepper: Stepper[CheckpointT], along: LoadPath, number: int) -> Outcome:
-    """Go to the end of an increment, in several steps where joints creep faster than it."""
+    """Outcome at the end of an increment, in several steps for fast creep."""
     start, largest, outcome = along.coordinates[max(number - 1, 0)], 0.0, Outcome(0.0, balanced=True, collapsed=False)
     for end in along.steps(number):
         if along.creeps:
@@ -169,7 +135,7 @@ def _follow_increment(stepper: Stepper[CheckpointT], along: LoadPath, number: in
 def _locate_zero_support_load(
     stepper: Stepper[CheckpointT], start: _Start[CheckpointT], load_factor: float, outcome: Outcome
 ) -> Outcome:
-    """Go to the load factor at which the support load vanishes, between a start and the present one."""
+    """Outcome at the load factor of zero support load between a start and the present state."""
     loaded, unloaded = start.checkpoint, stepper.checkpoint()
     search = IllinoisRegulaFalsi(
         (start.load_factor, start.support_load),
@@ -196,8 +162,8 @@ def _locate_zero_support_load(
 def _locate_collapse(
     stepper: Stepper[CheckpointT], start: _Start[CheckpointT] | None, increment: Increment, stable: float
 ) -> Increment:
-    """Bracket collapse, by bisection from the start of the increment if there is one; return the increment with it."""
-    if np.isfinite(increment.last_stable_load_factor):  # the steps have located it
+    """Increment with the load factor of collapse, bisected from the start of the increment if it has one."""
+    if np.isfinite(increment.last_stable_load_factor):  # the steps located it
         return increment
     if start is None or stepper.bracket.collapse is None:
         return replace(increment, last_stable_load_factor=stable)
@@ -209,7 +175,7 @@ def _locate_collapse(
         try:
             outcome = stepper.step_to(middle)
         except ConvergenceError:
-            break  # so near its limit that it neither collapses nor comes to rest
+            break  # neither collapse nor equilibrium found this close to the limit load
         if outcome.collapsed:
             collapse = middle
         else:

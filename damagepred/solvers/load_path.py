@@ -18,7 +18,7 @@ from damagepred.solvers.system.options import CreepOptions
 
 
 class _UnitsInStep(NamedTuple):
-    """Kelvin units in a step: their displacement (m) and the stresses (Pa) at its start, and its duration (years)."""
+    """Kelvin units in a step: displacement (m) and stresses (Pa) at its start, and its duration."""
 
     displacement: Pair
     stresses: Pair
@@ -27,53 +27,24 @@ class _UnitsInStep(NamedTuple):
 
 @dataclass
 class LoadPath:
-    """Path coordinates of the increments, which solvers take as load factors.
+    """Path coordinates of the increments: load factors of the movement, or coordinates of an ``ImposedHistory``."""
 
-    They are the load factors of the movement. Where bricks have a strain of their own in a history, or joints creep,
-    they are those of ``ImposedHistory``.
-
-    Attributes
-    ----------
-    coordinates : list of float
-        Of the increments, from the dead load on.
-    imposed : ImposedHistory or None
-        Ground, strain of the bricks and creep of a history.
-    longest_step : float
-        Longest step of creep over the relaxation time (1).
-    """
-
-    coordinates: list[float]
-    imposed: ImposedHistory | None
-    longest_step: float
+    coordinates: list[float]  # from dead load on
+    imposed: ImposedHistory | None  # ground, strain of bricks and creep of a history
+    longest_step: float  # of creep over the relaxation time
     _units: _UnitsInStep | None = field(default=None, init=False)
 
     @classmethod
     def of(cls, model: Model, increments: int, creep: CreepOptions) -> LoadPath:
-        """Return the path of a model.
-
-        Parameters
-        ----------
-        model : Model
-            The wall.
-        increments : int
-            Number of equal steps of the movement; not read in a history.
-        creep : CreepOptions
-            Steps of creep.
-        """
+        """Path of a model."""
         imposed = model.ground if isinstance(model.ground, ImposedHistory) else None
-        found: FloatArray = np.arange(increments + 1) / increments
+        coordinates: FloatArray = np.arange(increments + 1) / increments
         if model.history is not None:
-            found = model.history.load_factors if imposed is None else imposed.coordinates
-        return cls([float(coordinate) for coordinate in found], imposed, creep.longest_step)
+            coordinates = model.history.load_factors if imposed is None else imposed.coordinates
+        return cls([float(coordinate) for coordinate in coordinates], imposed, creep.longest_step)
 
     def steps(self, number: int) -> list[float]:
-        """Return the ends of the steps of an increment: one, unless creep is slower than it.
-
-        Parameters
-        ----------
-        number : int
-            Of the increment.
-        """
+        """Coordinates at the ends of the steps of an increment: one step unless joints creep fast."""
         end, imposed = self.coordinates[number], self.imposed
         if number == 0 or imposed is None or imposed.creep is None:
             return [end]
@@ -87,21 +58,7 @@ class LoadPath:
         return self.imposed is not None and self.imposed.creep is not None
 
     def creep(self, number: int, stresses: Pair, between: tuple[float, float]) -> None:
-        """Let the joints creep in a step.
-
-        The Kelvin units move as they would at constant opening. Once the stresses at the end of the step are known,
-        their displacement is found anew from those at both ends (predictor and corrector); the next step makes up
-        for the difference.
-
-        Parameters
-        ----------
-        number : int
-            Of the increment.
-        stresses : (array (m, q), array (m, q))
-            Normal and shear stress at its start (Pa).
-        between : (float, float)
-            Path coordinates of the ends of the step.
-        """
+        """Let the joints creep in a step: predictor at constant opening, corrected in the next step."""
         imposed = self.imposed
         assert imposed is not None
         assert imposed.creep is not None
@@ -117,26 +74,20 @@ class LoadPath:
         imposed.creep_between(before, Ground(*imposed.creep.ahead(*self._units)), between)
 
     def _years(self, number: int) -> float:
-        """Return the duration of an increment."""
+        """Duration of an increment."""
         assert self.imposed is not None
         assert self.imposed.history.time is not None
         before, after = self.imposed.history.time[number - 1 : number + 1]
         return float(after - before)
 
     def in_load_factors(self, increment: Increment) -> Increment:
-        """Return an increment with load factors of the movement in place of path coordinates.
-
-        Parameters
-        ----------
-        increment : Increment
-            As a solver reports it.
-        """
+        """Increment with load factors of the movement instead of path coordinates."""
         if self.imposed is None:
             return increment
-        known, broken_at = (self.imposed.coordinates, self.imposed.history.load_factors), increment.broken_at
+        table, broken_at = (self.imposed.coordinates, self.imposed.history.load_factors), increment.broken_at
         return replace(
             increment,
             load_factor=self.imposed.load_factor_at(increment.load_factor),
             last_stable_load_factor=self.imposed.load_factor_at(increment.last_stable_load_factor),
-            broken_at=None if broken_at is None else np.interp(broken_at, *known),
+            broken_at=None if broken_at is None else np.interp(broken_at, *table),
         )

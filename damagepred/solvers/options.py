@@ -17,8 +17,12 @@ from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Pressure, Pure
 from damagepred.scene.reading import build, plain
 from damagepred.solvers.dynamics.options import DynamicsOptions
-from damagepred.solvers.explicit.options import ExplicitOptions
-from damagepred.solvers.explicit.scheme_options import JackServoOptions, MechanismOptions, TimeSteppingOptions
+from damagepred.solvers.explicit.options import (
+    ExplicitOptions,
+    JackServoOptions,
+    MechanismOptions,
+    TimeSteppingOptions,
+)
 from damagepred.solvers.quasi_static.options import (
     ContinuationOptions,
     CoulombOptions,
@@ -41,15 +45,14 @@ class SymmetryOptions:
     Attributes
     ----------
     small_wall : int
-        Blocks up to which the quasi-static solver applies dead load to the whole wall: faster than the detection.
+        Blocks up to which the quasi-static solver applies dead load to the whole wall, faster than the detection.
     rounding : float
-        Difference up to which a place (over the size of the wall), stiffness, load or movement (over the largest) is
-        that of its mirror image (1).
+        Tolerated difference between mirror images: of positions over the size of the wall, of stiffness, load and
+        movement over the largest value (1).
     guide_shear_ratio : float
-        Shear stiffness of a joint on the axis over its normal stiffness: next to none, but the joint laws divide by it
-        (1).
+        Shear stiffness of a joint on the axis over its normal stiffness: nearly 0, but joint laws divide by it (1).
     guide_cohesion : float
-        Cohesion of a joint on the axis: its shear stress, with that stiffness, never reaches it.
+        Cohesion of a joint on the axis, beyond its shear stress (Pa).
     """
 
     small_wall: Count = Field(default=200, ge=0)
@@ -65,7 +68,7 @@ class ZoneSelectionOptions:
     Attributes
     ----------
     strength_share : float
-        Share of the strength from which a block gets zones, whatever its energy (1).
+        Share of the strength from which a block gets zones, regardless of its energy (1).
     """
 
     strength_share: Pure = Field(default=0.8, gt=0)
@@ -79,7 +82,7 @@ RETIRED = (
     *(("linear_system", key) for key in _LINEAR_SYSTEM.split()),
     *(("dynamics", key) for key in ("corner_sine", "middle_tolerance")),
 )
-"""Tables and keys of older versions, which are read and have no effect."""
+"""Tables and keys of older versions, read without effect."""
 
 
 @described
@@ -116,20 +119,7 @@ class SolverOptions:
 
     @classmethod
     def of(cls, settings: Solver, source: str = "scene") -> SolverOptions:
-        """Return the options that ``[solver.advanced]`` sets, defaults elsewhere.
-
-        Parameters
-        ----------
-        settings : Solver
-            With its tables.
-        source : str
-            Where they came from, for messages.
-
-        Raises
-        ------
-        InputError
-            If a table, key or value is not acceptable.
-        """
+        """Options that ``[solver.advanced]`` sets, defaults elsewhere."""
         if not settings.advanced:
             return DEFAULTS
         tables = {
@@ -141,13 +131,13 @@ class SolverOptions:
         return build(_File, {"solver": {"advanced": tables}}, source).solver.advanced
 
     def to_json(self) -> str:
-        """Return all values as text, as archives record them."""
+        """All values as JSON for archives."""
         return _json(self)
 
 
 @cache
 def _json(options: SolverOptions) -> str:
-    """Return options as JSON; the samples of a study share them."""
+    """Options as JSON; all samples of a study share them."""
     return json.dumps(plain(options))
 
 
@@ -158,7 +148,7 @@ class _Table:
 
 @described
 class _File:
-    """Where the options stand in a scene, for messages."""
+    """Path of the options in a scene, for messages."""
 
     solver: _Table
 
@@ -167,15 +157,7 @@ DEFAULTS = SolverOptions()
 
 
 def with_recorded_options(settings: Solver, recorded: str) -> Solver:
-    """Return settings that solve with recorded options, whatever the defaults are today.
-
-    Parameters
-    ----------
-    settings : Solver
-        As the archive's scene has them.
-    recorded : str
-        ``SolverOptions.to_json``; options that this version does not know are left out.
-    """
+    """Settings that solve with recorded options instead of the present defaults."""
     today: dict[str, dict[str, Any]] = plain(SolverOptions.of(settings))
     changed: dict[str, dict[str, Any]] = {
         table: {key: value for key, value in values.items() if today[table].get(key, value) != value}
@@ -192,5 +174,5 @@ def with_recorded_options(settings: Solver, recorded: str) -> Solver:
 
 
 def option_classes() -> dict[str, type]:
-    """Return the options class of each table of ``[solver.advanced]``."""
+    """Options class of each table of ``[solver.advanced]``."""
     return {f.name: type(getattr(DEFAULTS, f.name)) for f in dataclasses.fields(DEFAULTS)}

@@ -1,13 +1,12 @@
 """Symmetry reduction: one half of a wall that is its own mirror image, solved in place of the whole.
 
 Where geometry, properties, loads, supports and movement are mirror images about an upright axis, so is a path of
-equilibria: no block on the axis moves sideways or turns, and no joint on it is sheared. The blocks to the right, with
-the halves of those on the axis, then make a model of their own. Blocks on the axis have half their load and are held
-against sideways motion and rotation. Of a deformable block on the axis the right half remains; its gridpoints there are
-held against sideways motion. Joints on the axis join a block to the ground; they are twice as stiff, for half of the
-opening is on this side, and guides without shear.
+equilibria: no block on the axis moves sideways or turns, and no joint on it is sheared. The half model has the blocks
+to the right and the halves of blocks on the axis, with half their load, held against sideways motion and rotation (a
+deformable block by its gridpoints on the axis). Joints on the axis join a block to the ground: twice as stiff, because
+half of the opening is on each side, and without shear.
 
-The whole wall may leave its symmetry where rounding decides which of two equal bonds breaks first; the half never does.
+The whole wall may lose its symmetry where rounding decides which of two equal bonds breaks first; the half does not.
 """
 
 from __future__ import annotations
@@ -30,17 +29,9 @@ from damagepred.solvers.state.increment import Increment, ZoneResults
 
 @dataclass(frozen=True, kw_only=True)
 class HalfModel(Model):
-    """Model of one half of a symmetric wall, and the way back to the whole.
+    """Model of one half of a symmetric wall, and its expansion to the whole."""
 
-    Attributes
-    ----------
-    whole : Model
-        The wall; residuals and stresses of the half are scaled as those of the whole.
-    geometry : HalfGeometry
-        Its reduction.
-    """
-
-    whole: Model
+    whole: Model  # scales residuals and stresses of the half
     geometry: HalfGeometry
 
     @property
@@ -55,7 +46,7 @@ class HalfModel(Model):
 
     @property
     def block_share(self) -> FloatArray:
-        """Share of each block (h,) that is modelled: half of a rigid block that the axis cuts."""
+        """Modelled share of each block (h,): half of a rigid block on the axis."""
         return np.where(self.geometry.cut, 0.5, 1.0)
 
     @property
@@ -64,14 +55,14 @@ class HalfModel(Model):
         return self.geometry.on_axis
 
     def expand(self, increment: Increment) -> Increment:
-        """Return an increment of the whole wall from one of the half; counts of work done stay those of the half."""
+        """Increment of the whole wall; counters are not doubled."""
         geometry, force = self.geometry, increment.support_force
 
         def at_contacts(values: NDArray, factor: FloatArray | None = None) -> NDArray:
-            found = values.ravel().take(geometry.contact_source)
-            return found if factor is None else factor * found
+            expanded = values.ravel().take(geometry.contact_source)
+            return expanded if factor is None else factor * expanded
 
-        if force is not None:  # twice that on half a block; sideways force and moment of the axis are no support's
+        if force is not None:  # on half blocks twice, without the guides' sideways force and moment
             on_axis = (geometry.cut | geometry.halved)[:, None]
             force = np.where(on_axis, np.array([0.0, 2.0, 0.0]) * force, force)
             force = geometry.block_sign * force[geometry.block_source]
@@ -94,7 +85,7 @@ class HalfModel(Model):
         )
 
     def renumber(self, error: SolverError) -> SolverError:
-        """Return an error of the half's path that names the block by its number in the whole wall."""
+        """Error that names the block by its number in the whole wall."""
         if not 0 <= error.block < self.n_blocks:
             return error
         block = int(self.geometry.kept[error.block])
@@ -103,16 +94,9 @@ class HalfModel(Model):
 
 
 def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetry) -> HalfModel | None:
-    """Return the half of a wall that is its own mirror image; None if it is not, or has strained blocks.
+    """Half of a wall that is its own mirror image; None for other walls, or with strained blocks.
 
-    Walls of deformable blocks with jacks, or loads or supports on single gridpoints, are not halved either.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    options : SymmetryOptions, optional
-        Rounding, and shear of the joints on the axis.
+    Walls of deformable blocks with jacks, or loads or supports on single gridpoints, are not halved.
     """
     if model.is_strained or (model.mesh is not None and not _loaded_by_block(model)):
         return None
@@ -120,7 +104,7 @@ def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetr
     if geometry is None or not _is_symmetric(model, geometry.mirror, options.rounding):
         return None
     kept, jacks = geometry.kept, model.jacks
-    if jacks is not None:  # half their force; the support on the right is the only outer one
+    if jacks is not None:  # half their force; only the right outer support remains
         weights = None if jacks.weights is None else _half_weights(geometry, jacks.weights)
         jacks = jacks._replace(push=0.5 * _half_weights(geometry, jacks.push), ends=jacks.ends[-1:], weights=weights)
     of_half = {
@@ -145,13 +129,13 @@ def reduce_by_symmetry(model: Model, options: SymmetryOptions = DEFAULTS.symmetr
 
 
 def _loaded_by_block(model: Model) -> bool:
-    """Return whether loads and supports are those of whole blocks, and no jacks or deflections measured."""
+    """Whether loads and supports act on whole blocks, without jacks and measured deflection."""
     others = model.edge_load, model.live_edge_load, model.jacks, model.deflection
     return all(v is None for v in others) and bool((model.supports.prescribed < 3 * model.n_blocks).all())
 
 
 def _unfolded(half: HalfMesh, zones: ZoneResults) -> ZoneResults:
-    """Return the zones of the whole wall from those of the half."""
+    """Zone results of the whole wall."""
     moves_back = np.where(half.mirrored_gridpoint[:, None], MIRRORED[:2], 1.0)
     shears_back = np.where(half.mirrored_zone[:, None], np.array([1.0, 1.0, -1.0, 1.0]), 1.0)
     return ZoneResults(
@@ -160,9 +144,9 @@ def _unfolded(half: HalfMesh, zones: ZoneResults) -> ZoneResults:
 
 
 def _is_symmetric(model: Model, mirror: MirrorImage, rounding: float) -> bool:
-    """Whether joints and densities, to the last digit, stiffness, supports, loads and movement are mirror images."""
+    """Whether joints and densities (exactly), stiffness, supports, loads and movement are mirror images."""
     law, image, face_image = model.properties, mirror.block, mirror.interface
-    # strengths first: they vary from joint to joint, so that one comparison is mostly enough
+    # strengths first: where they vary from joint to joint, one comparison is enough
     strengths = (v for name, v in law._asdict().items() if name not in ("normal_stiffness", "shear_stiffness"))
     if not all(np.array_equal(values[face_image], values) for values in strengths):
         return False
@@ -178,12 +162,12 @@ def _is_symmetric(model: Model, mirror: MirrorImage, rounding: float) -> bool:
         (model.elastic is None or np.array_equal(stretches := model.elastic.number[:-1] >= 0, stretches[image]))
         and all((np.abs(k[face_image] - k) <= rounding * k).all() for k in (law.normal_stiffness, law.shear_stiffness))
         and all(np.array_equal(values[image], values) for values in (model.density, held, later, *model.block_law))
-        and all((np.abs(there - here) <= rounding * np.abs(here).max(initial=0.0)).all() for there, here in pairs)
+        and all((np.abs(mirrored - v) <= rounding * np.abs(v).max(initial=0.0)).all() for mirrored, v in pairs)
     )
 
 
 def _prescribed(model: Model) -> tuple[BoolArray, FloatArray, BoolArray]:
-    """Return arrays (n, 3): prescribed degrees of freedom, their displacement, and which are held after the load."""
+    """Arrays (n, 3): prescribed degrees of freedom, their displacement, and those held after the dead load."""
     supports, tables = model.supports, np.zeros((3, 3 * model.n_blocks))
     values = np.broadcast_arrays(1.0, supports.prescribed_displacement, supports.after_load)
     tables[:, supports.prescribed] = values
@@ -192,26 +176,28 @@ def _prescribed(model: Model) -> tuple[BoolArray, FloatArray, BoolArray]:
 
 
 def _joints_of_half(law: JointProperties, geometry: HalfGeometry, options: SymmetryOptions) -> JointProperties:
-    """Return the law of the half's interfaces; those on the axis open half as far, and are not sheared."""
-    axis, part = geometry.on_axis, JointProperties(*(values[geometry.faces] for values in law))  # type: ignore[arg-type]
+    """Joint properties of the half; joints on the axis open half as far and are not sheared."""
+    axis, joints = geometry.on_axis, JointProperties(*(values[geometry.faces] for values in law))  # type: ignore[arg-type]
     share, cohesion = np.where(axis, 0.5, 1.0), options.guide_cohesion
-    # a joint that a crack leaves as it was has no bond: keep that difference
-    bond = (part.cohesion != part.residual_cohesion) | (part.friction != part.residual_friction)
+    # joints with equal intact and residual strength count as unbonded
+    bond = (joints.cohesion != joints.residual_cohesion) | (joints.friction != joints.residual_friction)
     zero_on_axis = ("friction", "dilation", "residual_friction", "critical_slip")
-    return part._replace(
-        normal_stiffness=part.normal_stiffness / share,
-        shear_stiffness=np.where(axis, options.guide_shear_ratio * part.normal_stiffness / share, part.shear_stiffness),
-        cohesion=np.where(axis, cohesion, part.cohesion),
-        residual_cohesion=np.where(axis, np.where(bond, 0.5, 1.0) * cohesion, part.residual_cohesion),
-        brittle_shear=part.brittle_shear & ~axis,
-        critical_opening=share * part.critical_opening,
-        gap=share * part.gap,
-        **{name: np.where(axis, 0.0, getattr(part, name)) for name in zero_on_axis},
+    return joints._replace(
+        normal_stiffness=joints.normal_stiffness / share,
+        shear_stiffness=np.where(
+            axis, options.guide_shear_ratio * joints.normal_stiffness / share, joints.shear_stiffness
+        ),
+        cohesion=np.where(axis, cohesion, joints.cohesion),
+        residual_cohesion=np.where(axis, np.where(bond, 0.5, 1.0) * cohesion, joints.residual_cohesion),
+        brittle_shear=joints.brittle_shear & ~axis,
+        critical_opening=share * joints.critical_opening,
+        gap=share * joints.gap,
+        **{name: np.where(axis, 0.0, getattr(joints, name)) for name in zero_on_axis},
     )
 
 
 def _ground_of_half(ground: Ground, geometry: HalfGeometry) -> Ground:
-    """Return the movement under the half: that of the ground, and none of the axis."""
+    """Ground movement under the half, 0 on the axis."""
     first = len(geometry.mirror.interface) - len(ground.normal)
     rows = geometry.faces[geometry.faces >= first] - first
     still = np.zeros((int(geometry.on_axis.sum()), ground.normal.shape[1]))
@@ -219,7 +205,7 @@ def _ground_of_half(ground: Ground, geometry: HalfGeometry) -> Ground:
 
 
 def _supports_of_half(model: Model, geometry: HalfGeometry) -> Supports:
-    """Return supports and loads of the half; blocks on the axis are held against sideways motion and rotation."""
+    """Supports and loads of the half; blocks on the axis are held against sideways motion and rotation."""
     kept, (held, moved, later) = geometry.kept, _prescribed(model)
     held, moved, later = held[kept], moved[kept], later[kept]
     guided = geometry.cut[:, None] & (MIRRORED < 0)
@@ -230,25 +216,25 @@ def _supports_of_half(model: Model, geometry: HalfGeometry) -> Supports:
     )
     dofs = np.flatnonzero(held)
     moves, later = moved.ravel()[dofs], later.ravel()[dofs]
-    if (half := geometry.mesh) is not None:  # nothing on the axis moves sideways
+    if (half := geometry.mesh) is not None:  # gridpoints on the axis do not move sideways
         axis = half.mesh.dof_x[half.axis_gridpoints]
         dofs, moves, later = (np.append(v, w) for v, w in ((dofs, axis), (moves, 0.0 * axis), (later, axis < 0)))
     return Supports(dofs, moves, dead, live, np.zeros(len(dofs)), later)
 
 
 def _half_weights(geometry: HalfGeometry, weights: FloatArray) -> FloatArray:
-    """Return weights of the half's degrees of freedom that make the same sum as those of the whole, of blocks alone."""
+    """Weights of the half's blocks with the same weighted sum as the whole wall."""
     half = np.zeros((len(geometry.kept) + 1, 3))
-    here = weights[: geometry.block_sign.size].reshape(-1, 3)
-    np.add.at(half, geometry.block_source, geometry.block_sign * here)
+    of_blocks = weights[: geometry.block_sign.size].reshape(-1, 3)
+    np.add.at(half, geometry.block_source, geometry.block_sign * of_blocks)
     strains = 0 if geometry.elastic is None else 2 * len(geometry.elastic.block)
     return np.concatenate((half.ravel(), np.zeros(strains)))
 
 
 def _sections_of_half(sections: Sections, geometry: HalfGeometry) -> Sections:
-    """Return the sections on the right, and that on the axis, which stands for half its length."""
+    """Sections on the right, and half the length of a section on the axis."""
     number = np.full(len(geometry.mirror.interface), -1)
     number[geometry.faces] = np.arange(len(geometry.faces))
-    here = number[sections.interface]
-    part, here = Sections(*(values[here >= 0] for values in sections)), here[here >= 0]  # type: ignore[arg-type]
-    return part._replace(interface=here, length=np.where(geometry.on_axis[here], 0.5, 1.0) * part.length)
+    interface = number[sections.interface]
+    half, interface = Sections(*(values[interface >= 0] for values in sections)), interface[interface >= 0]  # type: ignore[arg-type]
+    return half._replace(interface=interface, length=np.where(geometry.on_axis[interface], 0.5, 1.0) * half.length)

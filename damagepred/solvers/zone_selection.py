@@ -1,9 +1,9 @@
 """Choice of deformable blocks by an error estimate of rigid ones.
 
-The wall is solved with rigid blocks first, whose elasticity is lumped into the joints. The joint forces then load each
-block, cut into zones, by itself. Its strain energy less that of the lumped springs is the error of leaving it rigid.
-Blocks get zones in the order of their errors until the rest is a small share of the energy of the wall. Blocks whose
-stress comes near their strength get zones in any case.
+The wall is solved with rigid blocks, whose elasticity is lumped into the joints. The joint forces then load each block
+alone, cut into zones. Its strain energy less the energy of the lumped springs is the error of a rigid block. Blocks get
+zones in the order of their errors until the rest is a small share of the energy of the wall, and in any case where the
+stress approaches the strength.
 """
 
 from __future__ import annotations
@@ -32,21 +32,11 @@ from damagepred.solvers.system.deformable_blocks import (
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 Build = Callable[[Solver, frozenset[int] | None], Model]
-"""Function that builds the model for given settings, with given blocks deformable."""
+"""Model of settings and a set of deformable blocks."""
 
 
 def blocks_needing_zones(build: Build, settings: Solver, increments: int) -> frozenset[int]:
-    """Return the blocks to be cut into zones, by the error estimate.
-
-    Parameters
-    ----------
-    build : callable
-        Function of settings and deformable blocks (None: those of the settings) that returns the model.
-    settings : Solver
-        ``blocks = "auto"``; ``rigid_error`` is the tolerated share of energy.
-    increments : int
-        Of the movement.
-    """
+    """Blocks to be cut into zones, by the error estimate."""
     from damagepred.solvers import solve_path
 
     rigid = replace(settings, blocks="rigid", above_dpc=None, below_dpc=None, method="quasi_static", tolerance=None)
@@ -75,15 +65,7 @@ def _held(model: Model) -> frozenset[int]:
 
 
 def joint_energy(model: Model, increment: Increment) -> float:
-    """Return the elastic energy of the joints, lumped blocks included (J).
-
-    Parameters
-    ----------
-    model : Model
-        m interfaces with q contacts.
-    increment : Increment
-        Its stresses.
-    """
+    """Elastic energy of the joints, lumped blocks included (J)."""
     law, area = model.properties, model.interfaces.contact_area
     squares = (
         increment.normal_stress**2 / law.normal_stiffness[:, None]
@@ -93,15 +75,7 @@ def joint_energy(model: Model, increment: Increment) -> float:
 
 
 class BlockLoads:
-    """Loads each block of a wall by itself with the forces of its joints.
-
-    Parameters
-    ----------
-    whole, cut : Model
-        The wall with rigid blocks, and the same with deformable ones.
-    strength_share : float
-        Share of the strength at which a block counts as yielding (1).
-    """
+    """Single blocks of a wall under the forces of their joints."""
 
     def __init__(self, whole: Model, cut: Model, strength_share: float) -> None:
         assert cut.mesh is not None
@@ -110,14 +84,14 @@ class BlockLoads:
         self._system = DiscreteSystem.of(cut)
         self._rows = strain_rows(cut)
         self._moduli, strength = block_moduli(cut)
-        # the share is applied to the strengths: all of them scale with the stress
+        # the share applies to the strengths, which scale with the stress
         self._strength = strength.copy()
         self._strength[:, [0, 3, 4]] *= strength_share
         self._yields = can_yield(cut)
         self._sides = [self._gridpoints_at(side) for side in (whole.interfaces.block_a, whole.interfaces.block_b)]
 
     def _gridpoints_at(self, block: IntArray) -> tuple[IntArray, FloatArray]:
-        """Return the two gridpoints of a block next to each contact (m, q, 2), and their shares."""
+        """Two gridpoints of a block next to each contact (m, q, 2), and their shares."""
         face, mesh = self.whole.interfaces, self.mesh
         x = face.x[:, None] + face.normal_y[:, None] * face.contact_offset
         y = face.y[:, None] - face.normal_x[:, None] * face.contact_offset
@@ -126,21 +100,21 @@ class BlockLoads:
         points, shares = np.full((*x.shape, 2), -1), np.zeros((*x.shape, 2))
         counts = np.diff(mesh.first_facet)
         for count in np.unique(counts):
-            here = np.flatnonzero((number[block] >= 0) & (counts[number[block]] == count))
-            facets = mesh.facets[mesh.first_facet[number[block[here]], None] + np.arange(count)]  # (i, f, 2)
-            at = np.stack((x[here], y[here]), axis=-1)[:, :, None]  # (i, q, 1, 2)
+            alike = np.flatnonzero((number[block] >= 0) & (counts[number[block]] == count))
+            facets = mesh.facets[mesh.first_facet[number[block[alike]], None] + np.arange(count)]  # (i, f, 2)
+            contacts = np.stack((x[alike], y[alike]), axis=-1)[:, :, None]  # (i, q, 1, 2)
             start, end = (np.stack((mesh.x[facets[..., e]], mesh.y[facets[..., e]]), axis=-1)[:, None] for e in (0, 1))
             along = end - start
-            share = np.clip(((at - start) * along).sum(axis=-1) / (along**2).sum(axis=-1), 0.0, 1.0)
-            away = start + share[..., None] * along - at
+            share = np.clip(((contacts - start) * along).sum(axis=-1) / (along**2).sum(axis=-1), 0.0, 1.0)
+            away = start + share[..., None] * along - contacts
             nearest = (away**2).sum(axis=-1).argmin(axis=-1)  # (i, q)
-            part = np.take_along_axis(share, nearest[..., None], axis=-1)[..., 0]
-            points[here] = facets[np.arange(len(here))[:, None], nearest]
-            shares[here] = np.stack((1.0 - part, part), axis=-1)
+            end_share = np.take_along_axis(share, nearest[..., None], axis=-1)[..., 0]
+            points[alike] = facets[np.arange(len(alike))[:, None], nearest]
+            shares[alike] = np.stack((1.0 - end_share, end_share), axis=-1)
         return points, shares
 
     def errors(self, increment: Increment) -> tuple[FloatArray, BoolArray]:
-        """Return the energy error of each rigid block (n,) (J), and which blocks come near yielding."""
+        """Energy error of each rigid block (n,) (J), and whether it approaches yielding."""
         whole, mesh, face = self.whole, self.mesh, self.whole.interfaces
         area = face.contact_area
         sigma, tau = area * increment.normal_stress, area * increment.shear_stress
@@ -148,12 +122,12 @@ class BlockLoads:
         force = np.stack((sigma * n_x + tau * n_y, sigma * n_y - tau * n_x), axis=-1)
         load = self._system.distribute(whole.supports.load + increment.load_factor * whole.supports.live_load)
         for (points, shares), sign in zip(self._sides, (1.0, -1.0)):
-            known = points[..., 0] >= 0
+            cut = points[..., 0] >= 0
             for end in range(2):
-                at, part = points[known][:, end], sign * shares[known][:, end, None] * force[known]
-                np.add.at(load, mesh.dof_x[at], part[:, 0])
-                np.add.at(load, mesh.dof_y[at], part[:, 1])
-        # the resultant, of rounding or of supports, accelerates the block as a rigid body
+                gridpoint, pull = points[cut][:, end], sign * shares[cut][:, end, None] * force[cut]
+                np.add.at(load, mesh.dof_x[gridpoint], pull[:, 0])
+                np.add.at(load, mesh.dof_y[gridpoint], pull[:, 1])
+        # remove the resultant, from rounding or supports, as inertia of a rigid body
         load -= self._system.rigid_motion.T @ block_resultants(self.cut, load).ravel()
         energy, yielding = np.zeros(whole.n_blocks), np.zeros(whole.n_blocks, dtype=np.bool_)
         displacement = np.zeros(self.cut.size)
@@ -168,11 +142,11 @@ class BlockLoads:
         return error, yielding
 
     def _dofs(self, d: int) -> IntArray:
-        own = slice(self.mesh.first_gridpoint[d], self.mesh.first_gridpoint[d + 1])
-        return np.concatenate((self.mesh.dof_x[own], self.mesh.dof_y[own]))
+        gridpoints = slice(self.mesh.first_gridpoint[d], self.mesh.first_gridpoint[d + 1])
+        return np.concatenate((self.mesh.dof_x[gridpoints], self.mesh.dof_y[gridpoints]))
 
     def _flexibilities(self, stiffness: csr_array) -> list[tuple[IntArray, IntArray, FloatArray]]:
-        """Return groups of equal blocks (b,), their degrees of freedom (b, k) and flexibility, a pseudo-inverse."""
+        """Groups of equal blocks (b,), their degrees of freedom (b, k) and flexibility (pseudo-inverse)."""
         alike: dict[bytes, list[int]] = {}
         matrices: dict[bytes, FloatArray] = {}
         for d in range(len(self.mesh.block)):
@@ -202,19 +176,19 @@ class BlockLoads:
         return np.unique(mesh.zone_block[beyond])
 
     def _lumped(self, increment: Increment) -> FloatArray:
-        """Return the energy (n,) (J) of each block that is lumped into springs of the joints."""
+        """Energy of each block lumped into springs of the joints (n,) (J)."""
         whole, face, law = self.whole, self.whole.interfaces, self.whole.block_law
         total = np.zeros(whole.n_blocks)
         shear_modulus = law.elastic_modulus / (2.0 * (1.0 + law.poisson_ratio))
         for block in (face.block_a, face.block_b):
-            known = np.flatnonzero(block < whole.n_blocks)
-            of = block[known]
+            faces = np.flatnonzero(block < whole.n_blocks)
+            of = block[faces]
             depth = np.abs(
-                face.normal_x[known] * (face.x[known] - whole.blocks.x[of])
-                + face.normal_y[known] * (face.y[known] - whole.blocks.y[of])
+                face.normal_x[faces] * (face.x[faces] - whole.blocks.x[of])
+                + face.normal_y[faces] * (face.y[faces] - whole.blocks.y[of])
             )
-            area = face.contact_area[known]
-            normal = (area * increment.normal_stress[known] ** 2).sum(axis=1) / law.elastic_modulus[of]
-            shear = (area * increment.shear_stress[known] ** 2).sum(axis=1) / shear_modulus[of]
+            area = face.contact_area[faces]
+            normal = (area * increment.normal_stress[faces] ** 2).sum(axis=1) / law.elastic_modulus[of]
+            shear = (area * increment.shear_stress[faces] ** 2).sum(axis=1) / shear_modulus[of]
             np.add.at(total, of, 0.5 * depth * (normal + shear))
         return total

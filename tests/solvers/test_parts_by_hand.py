@@ -11,7 +11,7 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.section import SectionMemory
 from damagepred.enumerations import ZoneState
 from damagepred.kernels.concrete_section.forces import section_forces
-from damagepred.kernels.explicit.jacks import VOLUME
+from damagepred.kernels.explicit.cycle import VOLUME
 from damagepred.kernels.interface.checks import softened_bond_load
 from damagepred.kernels.interface.internal_force import contact_stresses, update_tresca_bounds
 from damagepred.kernels.jit import kernel

@@ -7,21 +7,21 @@ strain + curvature z.
 cracked through (state II: concrete carries no tension, pressure up to f'c; steel yields), the rest is whole (state I:
 linear, steel transformed). Both carry the same forces s = (N, M), so their deformations e = (strain, curvature) add up:
 
-    e = (1 - zeta) F s + zeta e2,   s = S(e2),   zeta = max(what it was, 1 - beta / r^2) for r > 1
+    e = (1 - zeta) F s + zeta e2,   s = S(e2),   zeta = max(earlier zeta, 1 - beta / r^2) for r > 1
 
 with F the flexibility of state I, S the forces of state II and r the largest tensile stress of state I over f_ct. Where
-the wires could not hold what the concrete lets go of, r counts from what they can hold (``wires_pull``): the section
-would break at one crack, and its strength is then that of the wires alone, without the peak before. The unknowns are
-e2: S is explicit, integrated over the depth in closed form. Where beta < 1, zeta would jump from 0 to 1 - beta as the
-section cracks; it rises there within ``cracking_ramp`` of r, so that forces are continuous.
+the wires cannot carry the tension that cracking concrete releases, r refers to the strength of the wires
+(``wires_pull``): the section would break at one crack, so its strength has no peak before. The unknowns are e2: S is
+explicit, integrated over the depth in closed form. Where beta < 1, zeta would jump from 0 to 1 - beta as the section
+cracks; it rises within ``cracking_ramp`` of r instead, so that forces are continuous.
 
-Cracks from below and from above are remembered apart: those whose face is pressed are closed and do not count. In
-between, where both faces are pulled, the less pulled one counts in proportion, and so does the less pressed one where
-both are pressed (there the two states differ only if concrete or steel yield). Once steel has yielded, cracks do not
-close again, and both faces count as cracked alike. Concrete that is not cracked but pressed beyond f'c is no longer
-whole either: its pressure over ``strength_share`` f'c (assembly/section.py) counts as r does, for both faces.
+Each face has its own zeta: cracks in a pressed face are closed and do not count. Where both faces are pulled, the less
+pulled face counts in proportion; the same holds for the less pressed face where both are pressed (the two states then
+differ only if concrete or steel yields). Once steel has yielded, cracks do not close again, and both faces have the
+larger zeta. Concrete pressed beyond f'c is not whole either: its pressure over ``strength_share`` f'c
+(assembly/section.py) counts as r, for both faces.
 
-**branson**: E_c I_e with I_e = I_cr + (I_g - I_cr) (M_cr / M)^n at the largest |M| of that sign so far;
+**branson**: E_c I_e with I_e = I_cr + (I_g - I_cr) (M_cr / M)^n at the largest earlier |M| of that sign;
 N = E_c A strain.
 
 Inside, curvature and moment are scaled by the depth, so that all four numbers of a stiffness are forces.
@@ -37,36 +37,21 @@ TOP, BOTTOM = 0, 1
 
 
 class CompatibilityOptions(NamedTuple):
-    """Options of the law of cracked sections.
+    """Options of the law of cracked sections."""
 
-    Attributes
-    ----------
-    cracking_ramp : float
-        Share of the cracking stress above it within which cracks form where beta < 1 (1).
-    tolerance : float
-        Relative error of the deformation (1).
-    max_newton_iterations : int
-        For the deformation of state II.
-    max_bracketing_iterations : int
-        For zeta, where Newton's method fails.
-    """
-
-    cracking_ramp: float = 0.05
-    tolerance: float = 1e-12
-    max_newton_iterations: int = 25
-    max_bracketing_iterations: int = 100
+    cracking_ramp: float = 0.05  # range of r above 1 in which cracks form where beta < 1
+    tolerance: float = 1e-12  # relative error of the deformation
+    max_newton_iterations: int = 25  # for the deformation of state II
+    max_bracketing_iterations: int = 100  # for zeta, where Newton's method fails
 
 
 OPTIONS = CompatibilityOptions()
 
 
 class Section(NamedTuple):
-    """One section and its history variables; curvature and moment scaled by the depth.
+    """One section and its history variables; curvature and moment scaled by the depth."""
 
-    ``k11`` to ``f22`` are the stiffness and flexibility of state I.
-    """
-
-    k11: float
+    k11: float  # to f22: stiffness and flexibility of state I
     k12: float
     k22: float
     f11: float
@@ -91,24 +76,10 @@ class Section(NamedTuple):
 
 @rule
 def section_response(sections, s, memory, strain, curvature):
-    """Return (N, M, dN/dstrain, dN/dcurvature, dM/dstrain, dM/dcurvature) of section s; no history variable changes.
+    """Forces and tangent (N, M, dN/dstrain, dN/dcurvature, dM/dstrain, dM/dcurvature) of section s.
 
-    Tension stiffening by Ghali and Favre (EN 1992-1-1, 7.4.3), or Branson's effective second moment of area.
-
-    The slopes are symmetric and positive while cracks do not grow. While they do, they are not symmetric. Their
-    symmetric part stays positive in bending by N <= 0 with beta = 1, but need not where the section is pulled or
-    beta < 1; their determinant stays positive in bending.
-
-    Parameters
-    ----------
-    sections : Sections
-        Arrays (s,), see assembly/section.py.
-    s : int
-        Which of them.
-    memory : SectionMemory
-        What it went through, up to the last equilibrium.
-    strain, curvature : float
-        At mid-depth (1) and sagging (1/m).
+    The tangent is symmetric and positive while cracks do not grow. While they grow, only its determinant stays positive
+    in bending; its symmetric part does if also N <= 0 and beta = 1.
     """
     if sections.law[s] == BRANSON:
         moment, slope = _branson(sections, s, memory, curvature)
@@ -127,7 +98,7 @@ def section_response(sections, s, memory, strain, curvature):
     tangent = (t11, t12, t22)
     j11, j12, j21, j22 = _jacobian(section, tangent, share, by_axial, by_moment, strain2, turn2, axial, moment)
     determinant = j11 * j22 - j12 * j21
-    if not abs(determinant) > 1e-300:  # cracking turns right here: as if it did not grow
+    if not abs(determinant) > 1e-300:  # cracking starts at this strain: use the uncracked slope
         j11, j12, j21, j22 = _jacobian(section, tangent, share, 0.0, 0.0, strain2, turn2, axial, moment)
         determinant = j11 * j22 - j12 * j21
     i11, i12, i21, i22 = j22 / determinant, -j12 / determinant, -j21 / determinant, j11 / determinant
@@ -143,19 +114,7 @@ def section_response(sections, s, memory, strain, curvature):
 
 @rule
 def commit_section(sections, s, memory, strain, curvature):
-    """Commit the history variables of section s at an equilibrium: cracking and plastic strain of the steel.
-
-    Parameters
-    ----------
-    sections : Sections
-        Arrays (s,), see assembly/section.py.
-    s : int
-        Which of them.
-    memory : SectionMemory
-        History variables, changed in place.
-    strain, curvature : float
-        At mid-depth (1), tension positive; sagging (1/m).
-    """
+    """Commit the history variables of section s at an equilibrium: cracking and plastic strain of the steel."""
     if sections.law[s] == BRANSON:
         moment, _ = _branson(sections, s, memory, curvature)
         face = BOTTOM if moment > 0.0 else TOP
@@ -219,7 +178,7 @@ def _section(sections, s, memory):
 
 @law
 def _limits(sections, s):
-    """Return, each as a pair for N and M / depth: (concrete, wires) of the top, of the bottom, pressure of both."""
+    """Factors on N and M / depth: (concrete, wires) of top and bottom tension, and compression of both."""
     pull, wires, crush = sections.pull, sections.wires_pull, sections.crush
     return (
         (pull[s, TOP, 0], pull[s, TOP, 1], wires[s, TOP, 0], wires[s, TOP, 1]),
@@ -231,22 +190,14 @@ def _limits(sections, s):
 
 @law
 def _first_cracked_state(sections, s):
-    """Return the deformation of state II as the section cracks by bending, from above and from below."""
+    """Deformation of state II as the section cracks by bending, from above and from below."""
     first = sections.first_cracked
     return first[s, TOP, 0], first[s, TOP, 1], first[s, BOTTOM, 0], first[s, BOTTOM, 1]
 
 
 @kernel
 def commit_earlier_moment(sections, memory):
-    """Crack both faces of all sections by their earlier moment, without axial force.
-
-    Parameters
-    ----------
-    sections : Sections
-        With ``earlier_moment`` (Nm), not negative.
-    memory : SectionMemory
-        Its ``cracked`` is raised in place.
-    """
+    """Crack both faces of all sections by their earlier moment at N = 0."""
     for s in range(sections.interface.size):
         moment = sections.earlier_moment[s]
         if sections.law[s] == BRANSON:
@@ -261,12 +212,55 @@ def commit_earlier_moment(sections, memory):
         cracked[BOTTOM] = max(cracked[BOTTOM], _cracked_share(_cracking_ratio(bottom, 0.0, scaled)[0], beta)[0])
 
 
+@kernel
+def moment_curvature_diagram(sections, memory, curvature, axial_force, strains, moments):
+    """Fill strains and moments of section 0 at rising curvature and constant axial force, and commit each state."""
+    strain = 0.0
+    axial = sections.axial_stiffness[0]
+    for i in range(curvature.size):
+        # N grows with the strain: bracketed Newton iterations
+        force, _, slope, _, _, _ = section_response(sections, 0, memory, strain, curvature[i])
+        low, high = strain, strain
+        width = 1e-6 + abs(axial_force - force) / axial
+        while force > axial_force:
+            high = low
+            low -= width
+            width *= 2.0
+            force, _, slope, _, _, _ = section_response(sections, 0, memory, low, curvature[i])
+        width = 1e-6 + abs(axial_force - force) / axial
+        force, _, slope, _, _, _ = section_response(sections, 0, memory, high, curvature[i])
+        while force < axial_force:
+            low = high
+            high += width
+            width *= 2.0
+            force, _, slope, _, _, _ = section_response(sections, 0, memory, high, curvature[i])
+        strain = low if low == high else 0.5 * (low + high)
+        for _ in range(200):
+            force, _, slope, _, _, _ = section_response(sections, 0, memory, strain, curvature[i])
+            if force > axial_force:
+                high = strain
+            else:
+                low = strain
+            excess = force - axial_force
+            step = excess / slope if slope > 0.0 else 0.0
+            if abs(excess) <= 1e-12 * axial * (abs(strain) + abs(curvature[i]) * sections.depth[0]):
+                break
+            if high - low <= 1e-15 * (abs(low) + abs(high)):
+                break
+            strain -= step
+            if not low < strain < high or step == 0.0:
+                strain = 0.5 * (low + high)
+        _, moments[i], _, _, _, _ = section_response(sections, 0, memory, strain, curvature[i])
+        strains[i] = strain
+        commit_section(sections, 0, memory, strain, curvature[i])
+
+
 # -- Branson ----------------------------------------------------------------------------------------------------------
 
 
 @rule
 def _branson(sections, s, memory, curvature):
-    """Return the moment (Nm) and its slope (Nm2)."""
+    """Moment (Nm) and its slope (Nm2)."""
     face = BOTTOM if curvature > 0.0 else TOP
     cracked = sections.cracked_second_moment[s, face] * sections.concrete_modulus[s]
     whole = sections.bending_stiffness[s]
@@ -294,14 +288,14 @@ def _branson(sections, s, memory, curvature):
 
 @rule
 def _solve_compatibility(section, limits, first, strain, turn):
-    """Return (zeta, e2 as strain and turn, N, M / depth); with zeta = 0 only N and M are worked out."""
+    """Solution (zeta, e2 as strain and turn, N, M / depth) of the compatibility equation; without e2 if zeta = 0."""
     axial, moment = section.k11 * strain + section.k12 * turn, section.k12 * strain + section.k22 * turn
     share, by_axial, by_moment = _share(section, limits, axial, moment)
     if share == 0.0:
         return share, 0.0, 0.0, axial, moment
     scale = abs(strain) + abs(turn) + abs(section.top_plastic) + abs(section.bottom_plastic)
 
-    # a start: as deformed as the whole section; at the first cracks of bending, at least as much as these ask for
+    # start from the deformation of the whole section, at first cracking in bending at least from the cracked state
     strain2, turn2 = strain, turn
     if (by_axial != 0.0 or by_moment != 0.0) and abs(strain) < 0.5 * abs(turn):
         first_strain, first_turn = (first[2], first[3]) if turn > 0.0 else (first[0], first[1])
@@ -310,7 +304,7 @@ def _solve_compatibility(section, limits, first, strain, turn):
         else:
             strain2, turn2 = first_strain * turn / first_turn, turn
 
-    # Newton, halving a step that does not help
+    # Newton with step halving
     axial, moment, tangent, share, growth, gap1, gap2 = _compatibility_gap(
         section, limits, strain, turn, strain2, turn2
     )
@@ -344,7 +338,7 @@ def _solve_compatibility(section, limits, first, strain, turn):
 
 @law
 def _compatibility_gap(section, limits, strain, turn, strain2, turn2):
-    """Return N, M / depth, their tangent, zeta and its slopes for e2, and (1 - zeta) F s + zeta e2 - e."""
+    """N, M / depth, their tangent, zeta and its slopes at e2, and the gap (1 - zeta) F s + zeta e2 - e."""
     f11, f12, f22 = section.f11, section.f12, section.f22
     axial, moment, t11, t12, t22 = state_two(section, strain2, turn2)
     share, by_axial, by_moment = _share(section, limits, axial, moment)
@@ -355,10 +349,7 @@ def _compatibility_gap(section, limits, strain, turn, strain2, turn2):
 
 @rule
 def _solve_bracketed(section, limits, strain, turn, scale):
-    """Return what ``_solve_compatibility`` does, by the Illinois variant of regula falsi for zeta.
-
-    It never fails: for each zeta, e2 is the minimum of a convex energy.
-    """
+    """Solution by the Illinois variant of regula falsi for zeta; for each zeta, e2 minimises a convex energy."""
     low, high = 0.0, 1.0
     share, strain2, turn2, axial, moment = 1.0, strain, turn, 0.0, 0.0
     excess_low, excess_high, last = 0.0, 0.0, 0
@@ -377,7 +368,7 @@ def _solve_bracketed(section, limits, strain, turn, scale):
         excess, _, _ = _share(section, limits, axial, moment)
         excess -= share
         if excess >= 0.0:
-            if last == 1:  # Illinois: the end that stays counts less
+            if last == 1:  # Illinois: halve the value at the end that stays
                 excess_high *= 0.5
             low, excess_low, last = share, excess, 1
         else:
@@ -393,9 +384,9 @@ def _solve_bracketed(section, limits, strain, turn, scale):
 
 @rule
 def _minimum_energy(section, strain, turn, share, strain2, turn2, tolerance):
-    """Return (e2 as strain and turn, N, M / depth) for a given zeta > 0, by Newton's method with line search.
+    """Solution (e2, N, M / depth) of (1 - zeta) S(e2) + zeta K e2 = K e for zeta > 0, by Newton with line search.
 
-    (1 - zeta) S(e2) + zeta K e2 = K e, with K the stiffness of state I, is where a convex function of e2 is lowest.
+    K is the stiffness of state I; the equation is the minimum of a convex function of e2.
     """
     axial, moment, (t11, t12, t22), gradient1, gradient2 = _energy_gradient(
         section, strain, turn, share, strain2, turn2
@@ -425,7 +416,7 @@ def _minimum_energy(section, strain, turn, share, strain2, turn2, tolerance):
 
 @law
 def _energy_gradient(section, strain, turn, share, strain2, turn2):
-    """Return N, M / depth, their tangent, and (1 - zeta) S(e2) + zeta K e2 - K e."""
+    """N, M / depth, their tangent, and the gradient (1 - zeta) S(e2) + zeta K e2 - K e."""
     k11, k12, k22 = section.k11, section.k12, section.k22
     aim1, aim2 = k11 * strain + k12 * turn, k12 * strain + k22 * turn
     axial, moment, t11, t12, t22 = state_two(section, strain2, turn2)
@@ -436,7 +427,7 @@ def _energy_gradient(section, strain, turn, share, strain2, turn2):
 
 @law
 def _jacobian(section, tangent, share, by_axial, by_moment, strain2, turn2, axial, moment):
-    """Return the derivative of the deformation by that of state II: (1 - zeta) F T + zeta + (e2 - F s) dzeta/ds T."""
+    """Jacobian de/de2 = (1 - zeta) F T + zeta + (e2 - F s) dzeta/ds T."""
     f11, f12, f22 = section.f11, section.f12, section.f22
     t11, t12, t22 = tangent
     apart1 = strain2 - f11 * axial - f12 * moment
@@ -456,7 +447,7 @@ def _jacobian(section, tangent, share, by_axial, by_moment, strain2, turn2, axia
 
 @law
 def _cracking_ratio(face, axial, moment):
-    """Return r at a face, and by how much it grows with N and M / depth."""
+    """Cracking ratio r at a face, and its slopes with N and M / depth."""
     ratio = face[0] * axial + face[1] * moment
     wires = face[2] * axial + face[3] * moment
     if wires > ratio:
@@ -466,7 +457,7 @@ def _cracking_ratio(face, axial, moment):
 
 @law
 def _cracked_share(ratio, beta):
-    """Return 1 - beta / r^2 and its slope; 0 for r <= 1; where beta < 1 it rises by a ramp from r = 1."""
+    """Cracked share 1 - beta / r^2 and its slope, 0 for r <= 1; a ramp from r = 1 where beta < 1."""
     if ratio <= 1.0:
         return 0.0, 0.0
     rising = (ratio - 1.0) / OPTIONS.cracking_ramp
@@ -478,7 +469,7 @@ def _cracked_share(ratio, beta):
 
 @rule
 def _share(section, limits, axial, moment):
-    """Return zeta and its slopes with N and M / depth."""
+    """Cracked share zeta and its slopes with N and M / depth."""
     on_top, on_bottom, top_crush, bottom_crush = limits
     beta = section.beta
     r_top, top_axial, top_moment = _cracking_ratio(on_top, axial, moment)
@@ -500,17 +491,17 @@ def _share(section, limits, axial, moment):
     elif r_bottom >= r_top:
         share, to_top, to_bottom = bottom, 0.0, by_bottom
         if r_top > 0.0 and top > bottom:
-            part = r_top / r_bottom
-            share += (top - bottom) * part
-            to_top = by_top * part + (top - bottom) / r_bottom
-            to_bottom += -by_bottom * part - (top - bottom) * part / r_bottom
+            weight = r_top / r_bottom
+            share += (top - bottom) * weight
+            to_top = by_top * weight + (top - bottom) / r_bottom
+            to_bottom += -by_bottom * weight - (top - bottom) * weight / r_bottom
     else:
         share, to_top, to_bottom = top, by_top, 0.0
         if r_bottom > 0.0 and bottom > top:
-            part = r_bottom / r_top
-            share += (bottom - top) * part
-            to_bottom = by_bottom * part + (bottom - top) / r_top
-            to_top += -by_top * part - (bottom - top) * part / r_top
+            weight = r_bottom / r_top
+            share += (bottom - top) * weight
+            to_bottom = by_bottom * weight + (bottom - top) / r_top
+            to_top += -by_top * weight - (bottom - top) * weight / r_top
     by_axial = to_top * top_axial + to_bottom * bottom_axial
     by_moment = to_top * top_moment + to_bottom * bottom_moment
     for to_axial, to_moment in (top_crush, bottom_crush):

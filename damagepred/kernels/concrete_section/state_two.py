@@ -1,22 +1,11 @@
-"""State II of a reinforced-concrete section: concrete without tension, pressed up to f'c, and steel that yields.
-
-The concrete's stress block is integrated over the depth in closed form.
-"""
+"""State II of a reinforced-concrete section: concrete without tension, pressed up to f'c, and steel that yields."""
 
 from damagepred.kernels.jit import law, rule
 
 
 @rule
 def state_two(section, strain, turn):
-    """Return (N, M / depth, and their tangent stiffness t11, t12, t22) of the cracked section.
-
-    Parameters
-    ----------
-    section : Section
-        See ``damagepred.kernels.concrete_section.law``.
-    strain, turn : float
-        At mid-depth, and curvature times depth (1).
-    """
+    """Forces and tangent (N, M / depth, t11, t12, t22) of the cracked section, integrated in closed form."""
     concrete, crushing = section.concrete, section.crushing
     q0, q1, length, first, second = _compression_integrals(-strain, -turn)
     if abs(turn) * 0.5 - strain > crushing:
@@ -34,7 +23,7 @@ def state_two(section, strain, turn):
     ):
         there = strain + turn * level
         stress, slope, _ = steel_stress(section, plastic, there)
-        if there < 0.0:  # steel takes the place of concrete
+        if there < 0.0:  # steel replaces concrete
             if there > -crushing:
                 stress -= section.modulus * there
                 slope -= section.modulus
@@ -50,15 +39,7 @@ def state_two(section, strain, turn):
 
 @law
 def steel_stress(section, plastic, strain):
-    """Return stress, slope and plastic flow of a wire, by return mapping with linear kinematic hardening.
-
-    Parameters
-    ----------
-    section : Section
-        See ``damagepred.kernels.concrete_section.law``.
-    plastic, strain : float
-        Plastic strain so far, and strain of the wire (1).
-    """
+    """Stress, slope and plastic flow of a wire: return mapping with linear kinematic hardening."""
     modulus, hardening = section.steel, section.hardening
     stress = modulus * (strain - plastic)
     beyond = stress - hardening * plastic
@@ -72,7 +53,7 @@ def steel_stress(section, plastic, strain):
 
 @law
 def _compression_integrals(mean, slope):
-    """Integrate y = mean + slope x where y > 0, for x from -1/2 to 1/2: y, x y, 1, x and x^2."""
+    """Integrals of y, x y, 1, x and x^2 over the part of [-1/2, 1/2] where y = mean + slope x > 0."""
     top, bottom = mean - 0.5 * slope, mean + 0.5 * slope
     if top <= 0.0 and bottom <= 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0

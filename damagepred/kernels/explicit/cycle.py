@@ -1,11 +1,30 @@
-"""The cycle of the explicit solver: law of the joints, law of motion, again and again. Nothing is allocated here."""
+"""Cycle of the explicit solver: joint law, loads of jacks, law of motion. Nothing is allocated here."""
 
 from damagepred.kernels.concrete_section.forces import commit_sections, section_forces
-from damagepred.kernels.explicit.jacks import press
 from damagepred.kernels.explicit.motion import move, sum_forces, sum_strain_forces
 from damagepred.kernels.interface.contact import contact_forces, gather
-from damagepred.kernels.jit import kernel
+from damagepred.kernels.jit import kernel, law
 from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces, zone_forces
+
+VOLUME, LOAD = 0, 1
+
+
+@law
+def press(pump, displacement, load_factor, load_factor_step, force):
+    """Add the forces of the jacks on one pump, whose volume follows the deflection by integral control."""
+    # the line is a spring, load = stiffness * (volume - lift): its forces have a potential and excite no oscillation
+    lift, deflection = 0.0, 0.0
+    for i in range(pump.dof.size):
+        u = displacement[pump.dof[i]]
+        lift += pump.push[i] * u
+        deflection += pump.weight[i] * u
+    missing = pump.origin + load_factor * pump.goal - deflection
+    volume = pump.state[VOLUME] + load_factor_step * pump.volume_step + pump.gain * missing
+    load = pump.load + load_factor * pump.load_step + pump.stiffness * (volume - lift)
+    pump.state[VOLUME] = volume
+    pump.state[LOAD] = load
+    for i in range(pump.dof.size):
+        force[pump.dof[i]] += load * pump.push[i]
 
 
 @kernel
@@ -23,34 +42,7 @@ def run_cycles(
     load_factor_step,
     cycles,
 ):
-    """Run ``cycles`` cycles while the movement advances by ``load_factor_step`` in each.
-
-    Parameters
-    ----------
-    joints : NamedTuple of arrays
-        The interfaces in tiles; see ``damagepred.solvers.explicit.tiles.PackedJoints``.
-    special : bool or None
-        None if no joint dilates, breaks or wears by slip or has a cap.
-    softening : Softening or None
-        None if no bond softens.
-    zoned : tuple or None
-        Facets and zones of the deformable blocks, see
-        ``damagepred.solvers.system.deformable_blocks``; None if all blocks are rigid.
-    sections : NamedTuple or None
-        Of a footing that cracks, see ``damagepred.solvers.explicit.tiles.PackedSections``; None if there are none.
-    pump : NamedTuple or None
-        Of the jacks under the footing, see ``damagepred.solvers.explicit.jack_servo``; None if there are none.
-    motion : NamedTuple of arrays
-        See ``damagepred.solvers.explicit.scheme.Motion``.
-    damping : float
-        Local damping.
-    load_share : float
-        Factor on the dead load.
-    load_factor, load_factor_step : float
-        Share of the full movement at the start, and its change a cycle.
-    cycles : int
-        How many.
-    """
+    """Run ``cycles`` cycles while the movement advances by ``load_factor_step`` in each."""
     force, displacement = motion.force, motion.displacement
     tiles, ground = joints.tiles, joints.ground
     first_ground = tiles.size - ground.size

@@ -10,31 +10,16 @@ NEXT = np.uint64(LANES)
 
 @law
 def sum_forces(contributions, first, position, load, load_share, live_load, load_factor, force):
-    """Sum the residual force of each block: loads and contact forces.
-
-    Parameters
-    ----------
-    contributions : array (float)
-        The tiles as plain numbers.
-    first : array of unsigned int (blocks + 2,)
-        Where the contributions to each block begin in ``position``.
-    position : array of unsigned int
-        Where in ``contributions`` the forces x on block j are: ``position[first[j]:first[j + 1]]``; the force y and
-        the moment follow at distances of ``LANES``.
-    load, live_load, force : array (3 (blocks + 1),)
-        Dead load at share 1, live load at full movement, and the sum (N, N, N m).
-    load_share, load_factor : float
-        Load factors of the dead and of the live load.
-    """
+    """Sum the residual force of each block: loads and contact forces."""
     for j in range(first.size - 1):
         x = load_share * load[3 * j] + load_factor * live_load[3 * j]
         y = load_share * load[3 * j + 1] + load_factor * live_load[3 * j + 1]
         turning = load_share * load[3 * j + 2] + load_factor * live_load[3 * j + 2]
         for p in range(first[j], first[j + 1]):
-            at = position[p]
-            x += contributions[at]
-            y += contributions[at + NEXT]
-            turning += contributions[at + NEXT + NEXT]
+            slot = position[p]
+            x += contributions[slot]
+            y += contributions[slot + NEXT]
+            turning += contributions[slot + NEXT + NEXT]
         force[3 * j] = x
         force[3 * j + 1] = y
         force[3 * j + 2] = turning
@@ -42,17 +27,7 @@ def sum_forces(contributions, first, position, load, load_share, live_load, load
 
 @law
 def sum_strain_forces(elastic, contributions, first, position, displacement, force):
-    """Sum the residual force of strain and curvature of elastic blocks; loads do no work on them.
-
-    Parameters
-    ----------
-    elastic : NamedTuple of arrays or None
-        See ``damagepred.solvers.explicit.tiles.PackedStrains``; None if no block is elastic.
-    contributions, first, position
-        As ``sum_forces``; both forces follow the moment at distances of ``LANES``.
-    displacement, force : array (size,)
-        Of all degrees of freedom, these after those of blocks and ground.
-    """
+    """Sum the residual force of strain and curvature of elastic blocks; loads do no work on them."""
     if elastic is not None:
         dof = 3 * (first.size - 1)
         for d in range(elastic.block.size):
@@ -60,27 +35,24 @@ def sum_strain_forces(elastic, contributions, first, position, displacement, for
             stretching = -elastic.stiffness[2 * d] * displacement[dof]
             bending = -elastic.stiffness[2 * d + 1] * displacement[dof + 1]
             for p in range(first[block], first[block + 1]):
-                at = position[p] + NEXT + NEXT + NEXT
-                stretching += contributions[at]
-                bending += contributions[at + NEXT]
+                slot = position[p] + NEXT + NEXT + NEXT
+                stretching += contributions[slot]
+                bending += contributions[slot + NEXT]
             force[dof], force[dof + 1] = stretching, bending
             dof += 2
 
 
 @law
 def damped(velocity, gain, damping):
-    """Velocity after a step at constant force, with local damping (Cundall 1987) that turns with the motion.
-
-    Integrated exactly: the drag changes its sign where the velocity does, within the step. So the result is continuous,
-    and rounding does not decide between a force times 1 - damping and 1 + damping where a degree of freedom rests.
-    """
+    """Velocity after a step at constant force, with local damping (Cundall 1987) that turns with the motion."""
+    # exact within the step, where the drag changes sign with the velocity: continuous, so rounding decides nothing
     after = velocity + (1.0 + damping if velocity * gain < 0.0 else 1.0 - damping) * gain
     return after * ((1.0 - damping) / (1.0 + damping) if velocity * after < 0.0 else 1.0)
 
 
 @law
 def move(motion, damping, first, last):
-    """Advance degrees of freedom, from the first to before the last, by one time step of length 1."""
+    """Advance degrees of freedom ``first`` to ``last`` - 1 by one time step of length 1."""
     force, inverse_mass, drift = motion.force, motion.inverse_mass, motion.drift
     velocity, displacement = motion.velocity, motion.displacement
     for j in range(first, last):

@@ -11,38 +11,15 @@ from damagepred.kernels.joint.softening import degraded, integrity_of
 
 @law
 def bond_load(stress, strength, block_stress):
-    """Return the load of a bond in tension, 1 at its strength.
-
-    For a strength below the stress of a block's weight, the overload is a share of that stress, not of the strength.
-
-    Parameters
-    ----------
-    stress, strength : float
-        Normal stress and tensile strength (Pa).
-    block_stress : float
-        Weight of a block over the largest area of a contact (Pa).
-    """
+    """Load of a bond in tension, 1 at its strength."""
+    # a strength below the stress of a block's weight is no scale for the overload
     return stress / strength if strength >= block_stress else 1.0 + (stress - strength) / block_stress
 
 
 @law
 def softened_bond_load(general, parameters, kappa, e, tau, no_strength):
-    """Return the load of a softening bond that slip breaks: 1 where |tau| is at its limit.
-
-    The overload is the stress beyond the limit over the intact cohesion. A ratio to the limit, which falls to 0 as the
-    bond opens, would not tell where along the step it was reached.
-
-    Parameters
-    ----------
-    general : bool or None
-        See ``damagepred.kernels.joint.return_mapping.ReturnMapping``.
-    parameters : JointParameters
-        Of the joint.
-    kappa, e : float
-        History variable at the last equilibrium, and opening less dilatant opening (m).
-    tau, no_strength : float
-        Shear stress, and stress that breaks a bond without strength (Pa).
-    """
+    """Load of a softening bond that slip breaks: 1 where |tau| is at its limit."""
+    # overload over the intact cohesion: the limit itself falls to 0 as the bond opens, and would not locate the event
     p = parameters
     if general is None:
         return 0.0
@@ -54,9 +31,9 @@ def softened_bond_load(general, parameters, kappa, e, tau, no_strength):
 
 @law
 def _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, block_stress):
-    """Return the load of the bond of a contact, 1 at its strength, 0 where there is none.
+    """Load of the bond of a contact, 1 at its strength, 0 without bond.
 
-    A softening bond breaks once in tension, and then, if its shear is brittle, once more where it would slide.
+    A softening bond breaks in tension; if its shear is brittle, it breaks a second time where it would slide.
     """
     residual, w_c = p.residual_tensile_strength, p.critical_opening
     if not plain and cracked and p.brittle_shear and kappa < w_c:
@@ -77,19 +54,7 @@ def _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, blo
 
 @law
 def bond_loads(active, interfaces, properties, options, ground, history, displacement, no_strength, block_stress, load):
-    """Fill the load of each bond, 1 at its strength, 0 where there is none; return the largest.
-
-    Parameters
-    ----------
-    active, interfaces, properties, options, ground, history, displacement
-        As ``damagepred.kernels.interface.internal_force.joint_forces``.
-    no_strength : float
-        Stress that breaks a bond without strength (Pa).
-    block_stress : float
-        Weight of a block over the largest area of a contact (Pa).
-    load : array (m, q)
-        Filled for active interfaces.
-    """
+    """Fill the load of each bond, 1 at its strength, 0 without bond; return the largest."""
     edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
     elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
@@ -110,7 +75,7 @@ def bond_loads(active, interfaces, properties, options, ground, history, displac
 
 @law
 def _elastic_shear_limit(general, p, cracked, sigma, options):
-    """Return the shear limit of a contact whose bond has not softened (Pa)."""
+    """Shear limit of a contact whose bond has not softened (Pa)."""
     if general is None:
         return coulomb_limit(p.cohesion, p.friction, sigma)
     limit, _ = shear_limit(p, cracked, 1.0, sigma, 0.0, 0.0, options)
@@ -121,19 +86,7 @@ def _elastic_shear_limit(general, p, cracked, sigma, options):
 def check_elastic(
     listed, interfaces, properties, options, ground, history, displacement, no_strength, block_stress, slides, load
 ):
-    """Check interfaces that are taken as elastic: find those that slide, are crushed or close their gap.
-
-    Return their number, and the largest load of a bond. A bond within its strength may still slide.
-
-    Parameters
-    ----------
-    listed : array of int
-        The interfaces.
-    interfaces, properties, options, ground, history, displacement, no_strength, block_stress, load
-        As ``bond_loads``; loads are filled for those listed.
-    slides : array of bool (m,)
-        Whether an interface does any of these; set for those listed.
-    """
+    """Find elastic interfaces that slide, crush or close their gap; return their number and the largest bond load."""
     edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
     elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
@@ -150,7 +103,7 @@ def check_elastic(
             load[i, k] = _load_of_contact(p, options, plain, cracked, kappa, e, u_s, no_strength, block_stress)
             heaviest, sigma = max(heaviest, load[i, k]), p.normal_stiffness * e
             if p.gap > 0.0:
-                inelastic |= sigma < 0.0  # closed here, whatever the other contacts do
+                inelastic |= sigma < 0.0  # one closed contact is enough
                 continue
             limit = _elastic_shear_limit(general, p, cracked, sigma, options)
             inelastic |= abs(p.shear_stiffness * u_s) > limit
@@ -162,20 +115,8 @@ def check_elastic(
 
 @law
 def joint_law_violation_of(general, properties, cracked, kappa, sigma, tau):
-    """Return the largest stress by which contacts violate the joint law (Pa), 0 if none does.
-
-    Parameters
-    ----------
-    general : bool or None
-        See ``damagepred.kernels.joint.return_mapping.ReturnMapping``.
-    properties : JointParameters
-        Arrays (m,).
-    cracked, kappa : array (m, q)
-        History variables.
-    sigma, tau : array (m, q)
-        Normal stress, tension positive, and shear stress (Pa).
-    """
-    largest, known = 0.0, True
+    """Largest violation of the joint law by the stresses (Pa), NaN if a stress is."""
+    largest, finite = 0.0, True
     for i in range(sigma.shape[0]):
         p = properties[i]
         for k in range(sigma.shape[1]):
@@ -189,6 +130,6 @@ def joint_law_violation_of(general, properties, cracked, kappa, sigma, tau):
             if general is not None:
                 limit = capped(limit, sigma[i, k], p)
             shear = abs(tau[i, k]) - limit
-            known &= sigma[i, k] == sigma[i, k] and tau[i, k] == tau[i, k]
+            finite &= sigma[i, k] == sigma[i, k] and tau[i, k] == tau[i, k]
             largest = max(largest, max(tension, max(shear, -sigma[i, k] - p.compressive_strength)))
-    return largest if known else np.nan
+    return largest if finite else np.nan

@@ -16,7 +16,7 @@ from damagepred.kernels.joint.softening import (
 
 @law
 def _soften(general, p, cracked, kappa, e, slip, dilatancy):
-    """Return kappa, whether the bond softens, by slip the work of its tension, and else all of its work (J/m2)."""
+    """Kappa, whether the bond softens, work of its tension if slip softens it, all of its work otherwise (J/m2)."""
     if general is None:
         return kappa, cracked, 0.0, 0.0
     after, softens = updated_kappa(p, cracked, kappa, e, slip, dilatancy)
@@ -36,24 +36,7 @@ def _soften(general, p, cracked, kappa, e, slip, dilatancy):
 def commit_joint_history(
     active, interfaces, properties, options, ground, history, displacement, never_opened, on_ground
 ):
-    """Update slip, dilatant opening, kappa and cracking of the contacts to an equilibrium, and compute their work.
-
-    Parameters
-    ----------
-    active, interfaces, properties, options, ground, history, displacement
-        As ``damagepred.kernels.interface.internal_force.joint_forces``; ``history`` is updated.
-    never_opened : array of bool (m, q)
-        Contacts without bond that have never been open; updated.
-    on_ground : NamedTuple of arrays (g, q)
-        Normal and shear force of each contact, work-conjugate to the displacement of the ground (N); filled.
-
-    Returns
-    -------
-    friction, crushing, mode_1_dissipation : float
-        Dissipated work (J); the last in tension by bonds that soften by slip, which ``softened`` leaves out.
-    stored, softened : float
-        Elastic energy, and softening work of all bonds so far (J); see also ``break_in_shear``.
-    """
+    """Update slip, dilatant opening, kappa and cracking of the contacts to an equilibrium, and compute their work."""
     edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
     elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
@@ -98,15 +81,7 @@ def commit_joint_history(
 
 @kernel
 def break_in_shear(broken, interfaces, properties, history):
-    """Set the integrity of softening bonds to 0 where slip breaks them; return the work they had dissipated (J).
-
-    Parameters
-    ----------
-    broken : array of bool (m, q)
-        Bonds that slip breaks.
-    interfaces, properties, history
-        As ``damagepred.kernels.interface.internal_force.joint_forces``; ``history`` is updated.
-    """
+    """Set the integrity of softening bonds to 0 where slip breaks them; return their dissipated work (J)."""
     dissipated = 0.0
     for i in range(broken.shape[0]):
         p = properties[i]

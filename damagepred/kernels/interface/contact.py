@@ -15,17 +15,7 @@ ALL_SHAPES = Softening(True)
 
 @law
 def gather(tile, elastic, displacement):
-    """Gather the displacements of the blocks at the interfaces of a tile.
-
-    Parameters
-    ----------
-    tile : record
-        See ``damagepred.kernels.explicit.tiles``.
-    elastic : NamedTuple of arrays or None
-        None if no block has a strain and a curvature.
-    displacement : array (size,)
-        x, y (m) and rotation of each body.
-    """
+    """Gather the displacements of the blocks at the interfaces of a tile."""
     for i in range(LANES):
         a, b = tile.dof_a[i], tile.dof_b[i]
         tile.drift_x[i] = displacement[b] - displacement[a]
@@ -41,24 +31,7 @@ def gather(tile, elastic, displacement):
 
 @law
 def contact_forces(tile, ground, special, softening, elastic, load_factor):
-    """Update the history variables of all contacts of a tile, and its forces on the blocks.
-
-    Parameters
-    ----------
-    tile : record
-        See ``damagepred.kernels.explicit.tiles``.
-    ground : record or None
-        Movement of the ground under the tile as a straight line in the load factor, None if the tile does not touch
-        the ground.
-    special : bool or None
-        None if no joint dilates, breaks or softens by slip or has a cap: these are then left out at compile time.
-    softening : Softening or None
-        None if no bond softens.
-    elastic : NamedTuple of arrays or None
-        None if no block has a strain and a curvature.
-    load_factor : float
-        Load factor of the movement.
-    """
+    """Update the history variables of all contacts of a tile, and its forces on the blocks."""
     for i in range(LANES):
         n_x, n_y = tile.normal_x[i], tile.normal_y[i]
         arm_a = (tile.arm_normal_a[i], tile.arm_shear_a[i])
@@ -81,8 +54,8 @@ def contact_forces(tile, ground, special, softening, elastic, load_factor):
         parameters = of_lane(tile, i)
         total_n, total_s, total_m = 0.0, 0.0, 0.0
         for k in range(tile.slip.shape[0]):
-            at = tile.contact_offset[k, i]
-            u_n = opening + at * (turn_b - turn_a)
+            offset = tile.contact_offset[k, i]
+            u_n = opening + offset * (turn_b - turn_a)
             u_s = shear
             if ground is not None:
                 u_n -= ground.normal_start[k, i] + load_factor * ground.normal[k, i]
@@ -112,7 +85,7 @@ def contact_forces(tile, ground, special, softening, elastic, load_factor):
             area = tile.contact_area[k, i]
             total_n += area * sigma
             total_s += area * tau
-            total_m += area * at * sigma
+            total_m += area * offset * sigma
         pull_x = total_n * n_x + total_s * n_y
         pull_y = total_n * n_y - total_s * n_x
         tile.on_a[0, i] = pull_x
@@ -130,21 +103,7 @@ def contact_forces(tile, ground, special, softening, elastic, load_factor):
 
 @kernel
 def contact_fields(interfaces, properties, ground, state, displacement, opening, shear, sigma, tau):
-    """Fill opening, shear displacement (m), normal and shear stress (Pa) of all contacts.
-
-    Parameters
-    ----------
-    interfaces, ground : NamedTuple of arrays
-        See ``damagepred.assembly.model``; the ground in its present state.
-    properties : JointParameters
-        Arrays (m,).
-    state : NamedTuple of arrays
-        See ``damagepred.solvers.state.joint_history``; brought up to date.
-    displacement : array (3 (n + 1),)
-        x, y (m), rotation of each block, the ground last.
-    opening, shear, sigma, tau : array (m, q)
-        Filled.
-    """
+    """Fill opening, shear displacement (m), normal and shear stress (Pa) of all contacts."""
     first_ground = interfaces.edge.size - ground.normal.shape[0]
     for i in range(interfaces.edge.size):
         middle, along, turn = interface_displacement(interfaces, displacement, i)

@@ -11,30 +11,7 @@ from damagepred.kernels.joint.softening import updated_kappa
 def joint_forces(
     active, interfaces, properties, options, ground, history, tresca, coulomb, displacement, force, stiffness
 ):
-    """Add the internal force of interfaces to ``force``, and fill their tangent stiffness.
-
-    Parameters
-    ----------
-    active : array of int
-        The interfaces.
-    interfaces, ground : InterfaceRecords, Ground
-        Of the model, m interfaces with q contacts; the ground in its present state. See ``damagepred.assembly.model``.
-    properties : JointParameters
-        Arrays (m,).
-    options : ReturnMapping
-        Parameters of the return mapping.
-    history : NamedTuple of arrays (m, q)
-        History variables at the last equilibrium; see ``damagepred.solvers.state.joint_history``.
-    tresca : tuple of array (m, q)
-        Shear bound (Pa), dilatant opening (m) and kappa (m) of each contact in the Tresca problem.
-    coulomb : bool
-        Whether the Coulomb law holds, or the Tresca problem is solved.
-    displacement, force : array (size,)
-        Of the bodies (m, N, N m).
-    stiffness : array (m, 9)
-        Derivatives of normal force, shear force and moment of an interface with opening and shear at its middle and
-        relative rotation, row by row (N/m, N, N m).
-    """
+    """Add the internal force of interfaces to ``force``, and fill their tangent stiffness."""
     edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
     elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
@@ -47,7 +24,7 @@ def joint_forces(
         p = properties[i]
         plain = is_plain(p, general)
         for k in range(areas.shape[1]):
-            at, area = offsets[i, k], areas[i, k]
+            offset, area = offsets[i, k], areas[i, k]
             u_n = opening_i + offsets[i, k] * turn_i - ground_at(on_normal, first_ground, i, k)
             u_s = shear_i - slips[i, k] - ground_at(on_shear, first_ground, i, k)
             cracked = cracks[i, k]
@@ -63,15 +40,15 @@ def joint_forces(
                 )
             total_n += area * sigma
             total_s += area * tau
-            total_m += area * at * sigma
+            total_m += area * offset * sigma
             nn += area * d_nn
             ns += area * d_ns
-            nm += area * at * d_nn
+            nm += area * offset * d_nn
             sn += area * d_sn
             ss += area * d_ss
-            sm += area * at * d_sn
-            ms += area * at * d_ns
-            mm += area * at * at * d_nn
+            sm += area * offset * d_sn
+            ms += area * offset * d_ns
+            mm += area * offset * offset * d_nn
         row = stiffness[i]
         row[0], row[1], row[2] = nn, ns, nm
         row[3], row[4], row[5] = sn, ss, sm
@@ -81,15 +58,7 @@ def joint_forces(
 
 @law
 def update_tresca_bounds(active, interfaces, properties, options, ground, history, displacement, tresca, relaxation):
-    """Set the shear bounds, dilatant openings and kappas of the Tresca problem from the Coulomb law at a displacement.
-
-    Parameters
-    ----------
-    active, interfaces, properties, options, ground, history, displacement, tresca
-        As ``joint_forces``; ``tresca`` is updated.
-    relaxation : float
-        Relaxation factor of the fixed point for bounds and dilatant openings, 0 to 1.
-    """
+    """Set shear bounds, dilatant openings and kappas of the Tresca problem from the Coulomb law at a displacement."""
     edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
     elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general
@@ -119,15 +88,7 @@ def update_tresca_bounds(active, interfaces, properties, options, ground, histor
 
 @law
 def contact_stresses(interfaces, properties, options, ground, history, displacement, opening, sigma, tau):
-    """Fill opening (m), normal and shear stress (Pa) of all contacts.
-
-    Parameters
-    ----------
-    interfaces, properties, options, ground, history, displacement
-        As ``joint_forces``.
-    opening, sigma, tau : array (m, q)
-        Filled.
-    """
+    """Fill opening (m), normal and shear stress (Pa) of all contacts."""
     edges, offsets, areas = interfaces.edge, interfaces.contact_offset, interfaces.contact_area
     slips, openings, cracks, kappas = history.slip, history.dilatant_opening, history.cracked, history.kappa
     elastic, on_normal, on_shear, general = interfaces.elastic, ground.normal, ground.shear, options.general

@@ -1,4 +1,4 @@
-"""Kinematics of interfaces: relative displacements from those of the bodies, and the transposed scatter of forces.
+"""Kinematics of interfaces: relative displacements of two bodies, and the transposed scatter of forces.
 
 An interface is a straight edge, so the opening along it is linear and the shear constant: both follow from three
 numbers (opening and shear at its middle, relative rotation). The contacts, its integration points, share them. Elastic
@@ -16,24 +16,12 @@ EDGE = np.dtype(
         for name in ("normal_x", "normal_y", "arm_normal_a", "arm_shear_a", "arm_normal_b", "arm_shear_b")
     ]
 )
-"""Bodies, normal and arms of an interface in one record."""
+"""Record of an interface: its bodies, normal and arms (m)."""
 
 
 @law
 def midpoint_displacement(normal, arm_a, arm_b, drift, turn_a, turn_b):
-    """Return opening and shear (m) in the middle of an interface.
-
-    Parameters
-    ----------
-    normal : tuple of float
-        Unit normal from block a to block b.
-    arm_a, arm_b : tuple of float
-        Displacement along (normal, tangent) for a unit rotation of the block (m).
-    drift : tuple of float
-        Displacement of b's centroid less that of a's (m).
-    turn_a, turn_b : float
-        Rotations.
-    """
+    """Opening and shear (m) in the middle of an interface."""
     opening = normal[0] * drift[0] + normal[1] * drift[1] + arm_b[0] * turn_b - arm_a[0] * turn_a
     shear = normal[1] * drift[0] - normal[0] * drift[1] + arm_b[1] * turn_b - arm_a[1] * turn_a
     return opening, shear
@@ -41,19 +29,7 @@ def midpoint_displacement(normal, arm_a, arm_b, drift, turn_a, turn_b):
 
 @law
 def with_strains(elastic, displacement, i, opening, shear, turn):
-    """Add the part of elastic blocks to opening, shear (m) and relative rotation of interface i.
-
-    Parameters
-    ----------
-    elastic : NamedTuple of arrays or None
-        See ``damagepred.assembly.elastic_blocks.ElasticSides``; None if no block is elastic.
-    displacement : array (size,)
-        Of all degrees of freedom.
-    i : int
-        Interface.
-    opening, shear, turn : float
-        Of the rigid motion.
-    """
+    """Opening, shear (m) and relative rotation of interface i, with the strains of elastic blocks."""
     if elastic is not None:
         for side in range(2):
             dof = elastic.dof[i, side]
@@ -67,15 +43,7 @@ def with_strains(elastic, displacement, i, opening, shear, turn):
 
 @law
 def scatter_to_strains(elastic, i, normal, shear, moment, force):
-    """Add the forces of interface i on strain and curvature of its elastic blocks.
-
-    Parameters
-    ----------
-    elastic, i
-        As ``with_strains``.
-    normal, shear, moment, force
-        As ``scatter_interface_force``.
-    """
+    """Add the forces of interface i on strain and curvature of its elastic blocks."""
     if elastic is not None:
         for side in range(2):
             dof = elastic.dof[i, side]
@@ -87,23 +55,13 @@ def scatter_to_strains(elastic, i, normal, shear, moment, force):
 
 @law
 def interface_displacement(interfaces, displacement, i):
-    """Return opening and shear (m) in the middle of interface i, and its relative rotation.
-
-    Parameters
-    ----------
-    interfaces : InterfaceRecords
-        See ``damagepred.assembly.model``.
-    displacement : array (size,)
-        x, y (m) and rotation of each body.
-    i : int
-        Interface.
-    """
+    """Opening and shear (m) in the middle of interface i, and its relative rotation."""
     return interface_motion(interfaces.edge[i], interfaces.elastic, displacement, i)
 
 
 @law
 def interface_motion(edge, elastic, displacement, i):
-    """Return what ``interface_displacement`` does: a law that takes a tuple of arrays would count references."""
+    """As ``interface_displacement``, without the tuple of arrays, whose references numba would count."""
     a, b = 3 * edge.body_a, 3 * edge.body_b
     turn_a, turn_b = displacement[a + 2], displacement[b + 2]
     opening, shear = midpoint_displacement(
@@ -119,23 +77,13 @@ def interface_motion(edge, elastic, displacement, i):
 
 @law
 def scatter_interface_force(interfaces, i, normal, shear, moment, force):
-    """Add the forces of interface i on its two bodies.
-
-    Parameters
-    ----------
-    interfaces, i
-        As ``interface_displacement``.
-    normal, shear, moment : float
-        Forces (N) and moment about the middle (N m) of the interface, tension positive.
-    force : array (size,)
-        On each body (N, N m); added to.
-    """
+    """Add the forces of interface i on its two bodies."""
     scatter_force(interfaces.edge[i], interfaces.elastic, i, normal, shear, moment, force)
 
 
 @law
 def scatter_force(edge, elastic, i, normal, shear, moment, force):
-    """Add forces as ``scatter_interface_force`` does."""
+    """As ``scatter_interface_force``, without the tuple of arrays."""
     n_x, n_y = edge.normal_x, edge.normal_y
     pull_x, pull_y = normal * n_x + shear * n_y, normal * n_y - shear * n_x
     a, b = 3 * edge.body_a, 3 * edge.body_b
@@ -150,5 +98,5 @@ def scatter_force(edge, elastic, i, normal, shear, moment, force):
 
 @law
 def ground_at(displacement, first, i, k):
-    """Return the displacement of the ground (g, q) under contact k of interface i, 0 before the first one on it."""
+    """Displacement of the ground (g, q) under contact k of interface i, 0 before the first one on it."""
     return displacement[i - first, k] if i >= first else 0.0

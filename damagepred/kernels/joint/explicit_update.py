@@ -5,7 +5,7 @@ Equations 1-4 of the paper (Zhuge et al.), with tension and opening positive:
     sigma = k_n u,   u = u_n - d,   sigma <= f_t,   tau = k_s (u_s - s),   |tau| <= C - sigma tan(phi)
 
 with the plastic slip s and the dilatant opening d, which grows by tan(psi) for each unit of slip. The law is written in
-total displacement with s and d as history variables: the paper's incremental law without its rounding drift.
+total displacement with s and d as history variables, so it has no rounding drift, unlike the paper's increments.
 
 A bond that passes f_t breaks at once, as in the paper, or softens from f_t at kappa_0 = f_t / k_n to 0 at w_c, so that
 a crack dissipates G_f. Its integrity b follows from the largest opening kappa of the cracked contact (``softening``),
@@ -13,19 +13,18 @@ a crack dissipates G_f. Its integrity b follows from the largest opening kappa o
     sigma = u b f_t / kappa  for 0 < u <= kappa,   sigma = k_n u  for u <= 0
 
 so tension unloads to the origin along the secant (damage). Cohesion and tan(phi) go from their intact to their residual
-values with b. In mixed-mode softening slip adds to kappa, too: by beta = (w_c - kappa_0) / s_c for each unit of it, so
-that a slip of s_c exhausts the bond.
+values with b. In mixed-mode softening, slip adds beta = (w_c - kappa_0) / s_c per unit to kappa, so that a slip of s_c
+exhausts the bond.
 
 A cap limits compression at f_c, beyond which the joint is crushed (d decreases), and shear by the ellipse of Lourenco
 and Rots (1997):
 
     sigma >= -f_c,   |tau| <= sqrt((f_c^2 - sigma^2) / C_ss)
 
-This file has the explicit update: one pass of the return mapping at each cycle, in which bonds also break; what a pass
-leaves beyond a limit that moves, the next one returns. ``return_mapping`` has the implicit one: iterated, with tangent,
-bonds as they are. Both take the same parameters, history variables and limits. The update has no branches, only
-selections, so that the compiler vectorises it over contacts; features that no joint of a wall needs are left out at
-compile time.
+The explicit update is one pass of the return mapping per cycle, in which bonds also break; the next pass returns
+stress that remains beyond a moving limit. ``return_mapping`` is implicit: iterated, with tangent, bonds fixed. The
+update selects instead of branching, so that the compiler vectorises it over contacts. ``special`` and ``softening`` are
+None if no joint of the wall needs them; the compiler then omits their code.
 """
 
 from numpy import copysign
@@ -40,25 +39,7 @@ APEX_ROUNDING = 1e-6
 
 @law
 def explicit_update(opening, shear, slip, dilatant_opening, cracked, kappa, parameters, special, softening):
-    """Return (sigma, tau, slip, dilatant_opening, cracked, kappa) of one contact after one cycle.
-
-    Parameters
-    ----------
-    opening, shear : float
-        Relative displacement normal (opening positive) and along the joint (m).
-    slip, dilatant_opening : float
-        Plastic slip, and opening by dilation less crushing (m).
-    cracked : bool
-        Whether the tensile strength was passed, or the bond broken by slip.
-    kappa : float
-        History variable of softening (m), at least w_c once slip has broken the bond; 0 if the joint does not soften.
-    parameters : JointParameters or record
-        Of the joint.
-    special : bool or None
-        None if no joint of the wall dilates, breaks or softens by slip or has a cap: left out at compile time.
-    softening : Softening or None
-        None if no bond of the wall softens: left out at compile time.
-    """
+    """Stresses and history (sigma, tau, slip, dilatant_opening, cracked, kappa) of a contact after a cycle."""
     # elastic predictor
     p = parameters
     k_n, k_s, psi, brittle_shear = p.normal_stiffness, p.shear_stiffness, 0.0, False
@@ -110,7 +91,7 @@ def explicit_update(opening, shear, slip, dilatant_opening, cracked, kappa, para
         tensile_limit = p.residual_tensile_strength if integrity == 0.0 else NO_LIMIT
         cohesion = degraded(integrity, cohesion, p.residual_cohesion)
         friction = degraded(integrity, friction, p.residual_friction)
-        # in between, the smaller of the two does not overshoot; the remaining slip follows in the next cycle
+        # while the bond softens, the smaller compliance does not overshoot; the next cycle adds the remaining slip
         less = (integrity < 1.0) & (p.residual_slip_compliance < slip_compliance)
         slip_compliance = p.residual_slip_compliance if less | (integrity == 0.0) else slip_compliance
 

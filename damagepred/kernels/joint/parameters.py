@@ -9,66 +9,46 @@ from damagepred.kernels.joint.softening import TINY, mean_integrity
 
 
 class JointParameters(NamedTuple):
-    """Parameters of one joint, with derived values that the law needs again and again.
+    """Parameters of one joint, with derived values; laws accept this tuple or a record with the same fields."""
 
-    The laws take such a tuple, or a record with fields of these names.
-
-    Attributes
-    ----------
-    normal_stiffness, shear_stiffness, shear_compliance : float
-        k_n, k_s (Pa/m) and 1 / k_s (m/Pa).
-    tensile_strength, cohesion, friction, slip_compliance : float
-        f_t, C (Pa), tan(phi) (1) of the intact joint, and its slip for a unit of shear stress beyond the limit (m/Pa).
-    residual_tensile_strength, residual_cohesion, residual_friction, residual_slip_compliance : float
-        The same of a joint without bond.
-    critical_opening, damage_rate : float
-        w_c (m), 0 of a brittle bond, and 1 / (w_c - kappa_0) (1/m).
-    softening_shape : float
-        a of the softening curve (1), 0 if it is linear.
-    slip_weight : float
-        beta of mixed-mode softening (1), 0 where slip leaves the bond as it is. Such a joint does not dilate.
-    dilation : float
-        tan(psi) (1).
-    brittle_shear : bool
-        Whether the first slip breaks the bond.
-    compressive_strength, elastic_closing, cap_compliance : float
-        f_c (Pa), f_c / k_n (m), both infinite without cap, and 1 / C_ss (1). A joint with a cap does not dilate.
-    gap : float
-        How far an interface without bond closes before it is pressed (m).
-    """
-
+    # k_n, k_s (Pa/m) and 1 / k_s (m/Pa)
     normal_stiffness: float
     shear_stiffness: float
     shear_compliance: float
+    # f_t, C (Pa), tan(phi) (1) of the intact joint, and its slip per shear stress beyond the limit (m/Pa)
     tensile_strength: float
     cohesion: float
     friction: float
     slip_compliance: float
+    # the same values of a joint without bond
     residual_tensile_strength: float
     residual_cohesion: float
     residual_friction: float
     residual_slip_compliance: float
+    # w_c (m), 0 for a brittle bond, and 1 / (w_c - kappa_0) (1/m)
     critical_opening: float
     damage_rate: float
-    softening_shape: float
+    softening_shape: float  # a of the softening curve (1), 0 if it is linear
+    # beta of mixed-mode softening (1), 0 where slip does not weaken the bond; a joint with beta > 0 does not dilate
     slip_weight: float
-    dilation: float
-    brittle_shear: bool
+    dilation: float  # tan(psi) (1)
+    brittle_shear: bool  # whether the first slip breaks the bond
+    # f_c (Pa), f_c / k_n (m), both infinite without cap, and 1 / C_ss (1); a joint with a cap does not dilate
     compressive_strength: float
     elastic_closing: float
     cap_compliance: float
-    gap: float
+    gap: float  # closing of an interface without bond before it is pressed (m)
 
 
 JOINT_PARAMETERS = np.dtype(
     [(name, np.bool_ if kind is bool else np.float64) for name, kind in JointParameters.__annotations__.items()],
     align=True,
 )
-"""Records of an array of joints, which a kernel takes at the cost of one array."""
+"""Record type of the joints: a kernel receives one array instead of one per parameter."""
 
 
 def joint_parameters(properties):
-    """Return the parameters of all joints, records (m,), from ``damagepred.assembly.model.JointProperties``."""
+    """Parameters of all joints, records (m,), from ``damagepred.assembly.model.JointProperties``."""
     k_n, k_s, psi = properties.normal_stiffness, properties.shear_stiffness, properties.dilation
     w_c, s_c = properties.critical_opening, properties.critical_slip
     kappa_0 = properties.tensile_strength / k_n
@@ -92,15 +72,7 @@ def joint_parameters(properties):
 
 @law
 def of_lane(tile, i):
-    """Return the parameters of the joint in a lane of a tile.
-
-    Parameters
-    ----------
-    tile : record
-        See ``damagepred.kernels.explicit.tiles``.
-    i : int
-        Lane.
-    """
+    """Parameters of the joint in a lane of a tile."""
     return JointParameters(
         tile.normal_stiffness[i],
         tile.shear_stiffness[i],

@@ -25,10 +25,7 @@ from damagepred.kernels.joint.softening import (
 
 
 class ReturnMapping(NamedTuple):
-    """Parameters of the return mapping; meaning and defaults: ``ReturnMappingOptions`` of the quasi-static solver.
-
-    ``general`` is None if all joints are plain, see ``is_plain``: the other laws are then left out at compile time.
-    """
+    """Parameters of the return mapping: ``ReturnMappingOptions`` of the quasi-static solver."""
 
     max_iterations: int
     relative_tolerance: float
@@ -36,27 +33,12 @@ class ReturnMapping(NamedTuple):
     dilatant_iterations: int
     cap_slope_ratio: float
     yield_tolerance: float
-    general: bool | None
+    general: bool | None  # None: all joints are plain (``is_plain``), and the compiler omits the other laws
 
 
 @law
 def normal_law(parameters, cracked, kappa, e, damage_grows):
-    """Return normal stress, its derivative, integrity and its derivative, at an opening less dilatant opening.
-
-    Parameters
-    ----------
-    parameters : JointParameters
-        Of the joint.
-    cracked : bool
-        Whether the bond is broken or softens.
-    kappa : float
-        History variable (m); infinite where slip has broken a softening bond. Of a brittle bond: infinite where it has
-        parted, 0 where it still touches.
-    e : float
-        Opening less dilatant opening (m).
-    damage_grows : bool
-        Whether a softening bond softens further; if not it is a spring of the secant stiffness.
-    """
+    """Normal stress and integrity with their derivatives, at an opening less dilatant opening."""
     k_n, f_t, w_c = parameters.normal_stiffness, parameters.tensile_strength, parameters.critical_opening
     if not cracked:
         return k_n * e, k_n, 1.0, 0.0
@@ -76,33 +58,7 @@ def normal_law(parameters, cracked, kappa, e, damage_grows):
 
 @rule
 def return_mapping(parameters, cracked, kappa, e, shear, options):
-    """Return stresses, consistent tangent and plastic increments of a contact.
-
-    Parameters
-    ----------
-    parameters : JointParameters
-        Of the joint.
-    cracked : bool
-        Whether the bond is broken or softens.
-    kappa : float
-        See ``normal_law`` (m).
-    e, shear : float
-        Opening less dilatant opening, and shear displacement less plastic slip (m).
-    options : ReturnMapping
-        Parameters of the algorithm.
-
-    Returns
-    -------
-    sigma, tau : float
-        Stresses, tension positive (Pa).
-    nn, ns, sn, ss : float
-        Derivatives of sigma with opening and shear, of tau with opening and shear (Pa/m).
-    slip, dilatancy : float
-        Increments of plastic slip, with sign, and of dilatant opening, negative where the contact is crushed (m). The
-        slip of an open contact follows the shear.
-    limit : float
-        Shear limit (Pa).
-    """
+    """Stresses, consistent tangent (nn, ns, sn, ss), slip, dilatancy less crushing (m), shear limit of a contact."""
     p = parameters
     k_n, k_s, psi, w_c = p.normal_stiffness, p.shear_stiffness, p.dilation, p.critical_opening
     sigma, sigma_e, integrity, damage_e = normal_law(p, cracked, kappa, e, True)
@@ -158,17 +114,9 @@ def return_mapping(parameters, cracked, kappa, e, shear, options):
 
 @rule
 def mixed_mode_return(parameters, cracked, kappa, e, shear, crushing, options):
-    """Return what ``return_mapping`` does, for a joint that slides and whose bond softens by slip.
+    """Mixed-mode softening by slip t: Newton's method for k_s (|shear| - t) = L(e, kappa + beta t).
 
-    Slip t adds beta t to kappa, and the shear limit L follows: k_s (|shear| - t) = L(e, kappa(t)), solved by Newton's
-    method. Where L falls faster by slip than k_s the bond snaps back: its integrity goes to 0 at once.
-
-    Parameters
-    ----------
-    parameters, cracked, kappa, e, shear, options
-        As ``return_mapping``.
-    crushing : float
-        Closing by crushing (m, negative).
+    Where the shear limit L falls faster with slip than k_s, the bond snaps back: its integrity drops to 0.
     """
     p = parameters
     k_n, k_s, f_t, w_c, beta = (
@@ -240,15 +188,7 @@ def mixed_mode_return(parameters, cracked, kappa, e, shear, crushing, options):
 
 @law
 def is_plain(parameters, general):
-    """Whether ``plain_return`` is the law: no dilation, softening, cap, gap, residual tension or brittle shear.
-
-    Parameters
-    ----------
-    parameters : JointParameters
-        Of the joint.
-    general : bool or None
-        See ``ReturnMapping``.
-    """
+    """Whether ``plain_return`` is the law: no dilation, softening, cap, gap, residual tension or brittle shear."""
     p = parameters
     if general is None:
         return True
@@ -263,19 +203,13 @@ def is_plain(parameters, general):
 
 
 def all_plain(joints):
-    """Return whether all joints are plain, records (m,) of ``JOINT_PARAMETERS``."""
+    """Whether all joints are plain, records (m,) of ``JOINT_PARAMETERS``."""
     return bool(np.all(is_plain(joints.view(np.recarray), True)))
 
 
 @law
 def plain_return(parameters, cracked, e, shear, options):
-    """Return what ``return_mapping`` does, for a plain joint; its limit is not cut off at the apex of the cone.
-
-    Parameters
-    ----------
-    parameters, cracked, e, shear, options
-        As ``return_mapping``.
-    """
+    """Return mapping of a plain joint; the shear limit is not cut off at the apex of the cone."""
     p = parameters
     if cracked and e > 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, shear, 0.0, 0.0
@@ -295,17 +229,7 @@ def plain_return(parameters, cracked, e, shear, options):
 
 @law
 def coulomb_return(parameters, general, plain, cracked, kappa, e, shear, options):
-    """Return what ``return_mapping`` does, by ``plain_return`` where the joint is plain.
-
-    Parameters
-    ----------
-    parameters, cracked, kappa, e, shear, options
-        As ``return_mapping``.
-    general : bool or None
-        See ``ReturnMapping``.
-    plain : bool
-        ``is_plain``.
-    """
+    """Return mapping in the Coulomb problem, by ``plain_return`` where the joint is plain."""
     if general is None:
         return plain_return(parameters, cracked, e, shear, options)
     if plain:
@@ -315,13 +239,7 @@ def coulomb_return(parameters, general, plain, cracked, kappa, e, shear, options
 
 @law
 def plain_tresca_return(parameters, bound, cracked, e, shear):
-    """Return stresses and tangent (nn, ns, sn, ss) of a plain joint in the Tresca problem.
-
-    Parameters
-    ----------
-    parameters, bound, cracked, e, shear
-        As ``general_tresca_return``.
-    """
+    """Stresses and tangent (nn, ns, sn, ss) of a plain joint in the Tresca problem."""
     k_n, k_s = parameters.normal_stiffness, parameters.shear_stiffness
     sigma, sigma_e, tau = k_n * e, k_n, k_s * shear
     if cracked and e > 0.0:
@@ -333,15 +251,7 @@ def plain_tresca_return(parameters, bound, cracked, e, shear):
 
 @law
 def general_tresca_return(parameters, cracked, kappa, bound, e, shear, options):
-    """Return stresses and tangent (nn, ns, sn, ss) in the Tresca problem; damage stays as it is.
-
-    Parameters
-    ----------
-    parameters, cracked, e, shear, options
-        As ``return_mapping``.
-    kappa, bound : float
-        History variable (m) and largest shear stress (Pa), both given.
-    """
+    """Stresses and tangent (nn, ns, sn, ss) in the Tresca problem; damage is constant."""
     softens = cracked or (kappa > 0.0 and parameters.slip_weight > 0.0)
     sigma, sigma_e, _, _ = normal_law(parameters, softens, kappa, e, False)
     sigma, sigma_e = cut_off_compression(parameters, sigma, sigma_e, options)
@@ -354,15 +264,7 @@ def general_tresca_return(parameters, cracked, kappa, bound, e, shear, options):
 
 @law
 def tresca_return(parameters, general, plain, cracked, kappa, bound, e, shear, options):
-    """Return what ``general_tresca_return`` does, by ``plain_tresca_return`` where the joint is plain.
-
-    Parameters
-    ----------
-    parameters, general, plain, cracked, e, shear, options
-        As ``coulomb_return``.
-    kappa, bound : float
-        As ``general_tresca_return``.
-    """
+    """Return mapping in the Tresca problem, by ``plain_tresca_return`` where the joint is plain."""
     if general is None:
         return plain_tresca_return(parameters, bound, cracked, e, shear)
     if plain:

@@ -1,27 +1,26 @@
 """The law of one constant-strain zone: isotropic elastic, Mohr-Coulomb with a tension cut-off.
 
-Tension positive. All three principal stresses count, in both planes: s_zz is 0 in plane stress, and in plane strain
-whatever keeps the zone from getting thicker. With N = (1 + sin phi) / (1 - sin phi) and M the same of psi, every pair
-of principal stresses and every principal stress obeys
+Tension positive. All three principal stresses count: s_zz is 0 in plane stress, and in plane strain it keeps the
+thickness constant. With N = (1 + sin phi) / (1 - sin phi) and M the same function of psi, every pair of principal
+stresses and every principal stress obeys
 
     N s_i - s_j <= U = 2 C sqrt(N),    s_i <= T <= C / tan(phi)
 
-Plastic strain flows along (M, -1) of the pair in shear and along s_i in tension; where several limits meet, it is the
-sum of what each of them adds (Koiter). So T, in effect, is at most the apex of the cone, and U is the uniaxial
-compressive strength.
+Plastic strain flows along (M, -1) of the pair in shear and along s_i in tension; where several limits meet, their
+contributions add up (Koiter). T is at most the apex of the cone, and U is the uniaxial compressive strength.
 
 The return is exact, without iterations. The limits are planes in the space of principal stresses, and principal
-directions do not turn during a return to isotropic limits; so the returned stress is a point of a plane, an edge or a
-corner, each found in closed form. The one is taken which is admissible and whose plastic multipliers are not negative
-(de Souza Neto, Peric and Owen 2008, chapter 8; Clausen, Damkilde and Andersen 2007, extended by the cut-off). If, for
-rounding, none is, it is the one nearest to that, so that there is always an answer.
+directions do not turn during a return to isotropic limits. So the returned stress lies on a plane, an edge or a corner,
+each in closed form. The admissible candidate without negative plastic multipliers is taken (de Souza Neto, Peric and
+Owen 2008, chapter 8; Clausen, Damkilde and Andersen 2007, extended by the cut-off), or the nearest to admissible if
+rounding leaves no other.
 
 ``elasticity`` is (c11, c12, c33, c13, czz, nu, 1 / E), from ``zone_elasticity``:
 
     s_xx = c11 e_xx + c12 e_yy + c13 e_zz,    s_yy = c12 e_xx + c11 e_yy + c13 e_zz,    s_xy = c33 g_xy,
     s_zz = c13 (e_xx + e_yy) + czz e_zz
 
-with e the elastic strain, of which e_zz = -(plastic e_zz) in plane strain; in plane stress c13 = czz = 0 and s_zz = 0.
+with e the elastic strain: e_zz = -(plastic e_zz) in plane strain; in plane stress c13 = czz = 0 and s_zz = 0.
 ``strength`` is (U, N, M, T, C cos phi, sin phi, 1 / N), from ``zone_strength``.
 """
 
@@ -32,9 +31,9 @@ import numpy as np
 from damagepred.kernels.jit import law, rule
 
 NO_LIMIT = 1e150
-"""Strength that nothing reaches (Pa); its square is still a number."""
+"""Strength that no stress reaches (Pa); its square is finite."""
 LARGEST = 1e200
-"""Stresses beyond this (Pa) are answered by NaN, like those that are no numbers."""
+"""Larger stresses (Pa) return NaN, as stresses that are NaN do."""
 
 ELASTIC, SHEAR, TENSION, BOTH = 0, 1, 2, 3
 
@@ -61,15 +60,7 @@ AT_CRUSHING_CRUSHING = 7  # a = c = -U
 
 
 def zone_elasticity(elastic_modulus, poisson_ratio, plane_strain):
-    """Return (c11, c12, c33, c13, czz, nu, 1 / E).
-
-    Parameters
-    ----------
-    elastic_modulus, poisson_ratio : float or array
-        E (Pa) and nu (1).
-    plane_strain : bool
-        Whether the zones cannot get thicker; else plane stress.
-    """
+    """Elasticity (c11, c12, c33, c13, czz, nu, 1 / E)."""
     e, nu = np.asarray(elastic_modulus, float)[()], np.asarray(poisson_ratio, float)[()]
     c33 = e / (2.0 * (1.0 + nu))
     if plane_strain:
@@ -81,15 +72,7 @@ def zone_elasticity(elastic_modulus, poisson_ratio, plane_strain):
 
 
 def zone_strength(cohesion, friction, dilation, tensile_strength):
-    """Return (U, N, M, T, C cos phi, sin phi, 1 / N).
-
-    Parameters
-    ----------
-    cohesion, tensile_strength : float or array
-        C and tension cut-off (Pa); ``NO_LIMIT`` for none.
-    friction, dilation : float or array
-        tan(phi) and tan(psi) (1).
-    """
+    """Strength (U, N, M, T, C cos phi, sin phi, 1 / N)."""
     cohesion, friction, dilation, cut_off = np.broadcast_arrays(cohesion, friction, dilation, tensile_strength)
     sheared = cohesion < NO_LIMIT
     friction, dilation = np.where(sheared, friction, 0.0), np.where(sheared, dilation, 0.0)
@@ -110,23 +93,15 @@ def zone_strength(cohesion, friction, dilation, tensile_strength):
 
 @law
 def yield_limit(mean, szz, strength):
-    """Return the largest admissible radius R of Mohr's circle of the stresses in plane (Pa); negative: none is.
+    """Largest admissible radius of Mohr's circle of the in-plane stresses (Pa), negative if no radius is admissible.
 
-    A zone is elastic if limit >= 0 and R^2 <= limit^2, where R^2 = ((s_xx - s_yy) / 2)^2 + s_xy^2: exactly then is
-    every limit kept, and there is no root and no branch in it, for many zones at a time.
-
-    Parameters
-    ----------
-    mean, szz : float
-        (s_xx + s_yy) / 2, and s_zz (Pa), 0 in plane stress.
-    strength : tuple of float
-        See the head of the file.
+    A zone is elastic if limit >= 0 and ((s_xx - s_yy) / 2)^2 + s_xy^2 <= limit^2, without root or branch.
     """
     compressive, n, _m, tension, at_no_pressure, sine, inverse_n = strength
     in_plane = at_no_pressure - mean * sine
-    greater = (compressive + szz) * inverse_n  # the greater principal stress of the plane, over s_zz or cut off
+    greater = (compressive + szz) * inverse_n  # greater in-plane principal stress, by s_zz or cut off
     greater = (greater if greater < tension else tension) - mean
-    lesser = mean + (compressive - n * szz)  # the lesser one, under s_zz
+    lesser = mean + (compressive - n * szz)  # lesser in-plane principal stress, by s_zz
     limit = in_plane if in_plane < greater else greater
     limit = limit if limit < lesser else lesser
     return limit if szz <= tension else -1.0
@@ -134,15 +109,7 @@ def yield_limit(mean, szz, strength):
 
 @law
 def within_yield_surface(sxx, syy, sxy, szz, strength):
-    """Return whether the stress is within the Mohr-Coulomb surface and the tension cut-off; False for NaN.
-
-    Parameters
-    ----------
-    sxx, syy, sxy, szz : float
-        Stress, tension positive (Pa); s_zz is 0 in plane stress.
-    strength : tuple of float
-        See the head of the file.
-    """
+    """Whether a stress is within the Mohr-Coulomb surface and the tension cut-off; False for NaN."""
     mean, half = 0.5 * (sxx + syy), 0.5 * (sxx - syy)
     limit = yield_limit(mean, szz, strength)
     return (limit >= 0.0) & (half * half + sxy * sxy <= limit * limit)
@@ -153,31 +120,14 @@ def within_yield_surface(sxx, syy, sxy, szz, strength):
 
 @law
 def lesser(x, y):
-    """Return the lesser of two numbers; the second if one is NaN.
-
-    Parameters
-    ----------
-    x, y : float
-        The numbers.
-    """
+    """Lesser of two numbers; the second if one is NaN."""
     return x if x < y else y
 
 
 @rule
 def plane_strain_return(a, b, c, nu, strength):
-    """Return (a, b, c, where): Mohr-Coulomb return mapping in principal stresses, plane strain.
-
-    Closed form (Clausen, Damkilde and Andersen 2007). Plastic multipliers are scaled by 2 G, so stresses are compared.
-
-    Parameters
-    ----------
-    a, b, c : float
-        Trial principal stresses outside the yield surface, a >= b >= c, tension positive (Pa).
-    nu : float
-        Poisson's ratio (1).
-    strength : tuple of float
-        See the head of the file.
-    """
+    """Principal stresses (a, b, c) by return mapping in plane strain (Clausen et al. 2007), and where."""
+    # plastic multipliers are scaled by 2 G, so that they compare with stresses
     compressive, n, m, tension, _, _, _ = strength
     beta, gamma = nu / (1.0 - 2.0 * nu), nu / (1.0 + nu)
     corner = lesser(n * tension - compressive, tension)
@@ -220,7 +170,7 @@ def plane_strain_return(a, b, c, nu, strength):
     if margin > best:
         best, where, best_a, best_b, best_c = margin, ON_TENSION_TENSION, tension, tension, rc
 
-    # edges of the cone: what is orthogonal to the flow of both pairs has no plastic strain
+    # edges of the cone: no plastic strain orthogonal to the flow of both pairs
     h, k = 1.0 - gamma * (1.0 + 2.0 * m), m - gamma * (1.0 + 2.0 * m)
     ra = (h * a + k * (b + c) + 2.0 * k * compressive) / (h + 2.0 * k * n)
     rc = n * ra - compressive
@@ -262,17 +212,15 @@ def plane_strain_return(a, b, c, nu, strength):
 
 @law
 def _strain(x, y, z, gamma):
-    """Return the plastic strain, times 2 G, along the first and the last of three stresses that were taken off."""
-    part = gamma * (x + y + z)
-    return x - part, z - part
+    """Plastic strain times 2 G, along the first and the last of three stress reductions."""
+    mean = gamma * (x + y + z)
+    return x - mean, z - mean
 
 
 @rule
 def _plane_stress_return(a, c, nu, strength):
-    """Return (a, c, where): Mohr-Coulomb return mapping in principal stresses, plane stress.
-
-    Closed form. Plastic multipliers are scaled by E, so stresses are compared.
-    """
+    """Principal stresses (a, c) by return mapping in plane stress, and where."""
+    # plastic multipliers are scaled by E, so that they compare with stresses
     compressive, n, m, tension, _, _, inverse_n = strength
     greatest = lesser(tension, compressive * inverse_n)
     corner = lesser(n * greatest - compressive, 0.0)
@@ -339,7 +287,7 @@ def _strain_code(where):
 
 @law
 def _circle(sxx, syy, sxy):
-    """Return mean, radius, and cosine and sine of twice the angle of the greater principal stress."""
+    """Mean and radius of Mohr's circle, cosine and sine of twice the angle of the greater principal stress."""
     mean, half = 0.5 * (sxx + syy), 0.5 * (sxx - syy)
     radius = math.hypot(half, sxy)
     turned = radius > 0.0
@@ -347,53 +295,35 @@ def _circle(sxx, syy, sxy):
 
 
 @law
-def _place(mean, radius, szz):
-    """Return 0, 1, 2: s_zz is the greatest, the middle, the least principal stress."""
+def _rank(mean, radius, szz):
+    """Rank of s_zz among the principal stresses: 0 greatest, 1 middle, 2 least."""
     return 0 if szz > mean + radius else (1 if szz >= mean - radius else 2)
 
 
 @rule
 def zone_return(sxx, syy, sxy, szz, elasticity, strength):
-    """Return the stress, the increment of plastic strain and what yields, by Mohr-Coulomb return mapping.
-
-    Parameters
-    ----------
-    sxx, syy, sxy, szz : float
-        Trial stress (Pa), tension positive: elastic from the plastic strain so far; s_zz is 0 in plane stress.
-    elasticity, strength : tuple of float
-        See the head of the file.
-
-    Returns
-    -------
-    sxx, syy, sxy, szz : float
-        Stress (Pa).
-    exx, eyy, gxy, ezz : float
-        What plastic strain grows by (1); g_xy is the engineering shear strain.
-    code : int
-        0 elastic, 1 yielding in shear, 2 in tension, 3 both. Exactly 0 where ``within_yield_surface``.
-        Stress that is NaN or beyond ``LARGEST`` gives NaN throughout, and 0.
-    """
+    """Stress, increment of plastic strain (xx, yy, engineering xy, zz), and code, by Mohr-Coulomb return mapping."""
     if within_yield_surface(sxx, syy, sxy, szz, strength):
         return sxx, syy, sxy, szz, 0.0, 0.0, 0.0, 0.0, ELASTIC
     mean, radius, cosine, sine = _circle(sxx, syy, sxy)
     if not (abs(mean) + radius + abs(szz) < LARGEST):
-        nothing = math.nan
-        return nothing, nothing, nothing, nothing, nothing, nothing, nothing, nothing, ELASTIC
+        nan = math.nan
+        return nan, nan, nan, nan, nan, nan, nan, nan, ELASTIC
 
     czz, nu, compliance = elasticity[4], elasticity[5], elasticity[6]
     s1, s2 = mean + radius, mean - radius
     if czz > 0.0:
-        place = _place(mean, radius, szz)
-        if place == 0:
+        rank = _rank(mean, radius, szz)
+        if rank == 0:
             r3, r1, r2, where = plane_strain_return(szz, s1, s2, nu, strength)
-        elif place == 1:
+        elif rank == 1:
             r1, r3, r2, where = plane_strain_return(s1, szz, s2, nu, strength)
         else:
             r1, r2, r3, where = plane_strain_return(s1, s2, szz, nu, strength)
         x, y, z = s1 - r1, s2 - r2, szz - r3
-        part = nu * (x + y + z)
+        contraction = nu * (x + y + z)
         factor = 1.0 + nu
-        e1, e2, ezz = factor * x - part, factor * y - part, factor * z - part
+        e1, e2, ezz = factor * x - contraction, factor * y - contraction, factor * z - contraction
         code = _strain_code(where)
     else:
         r1, r2, where = _plane_stress_return(s1, s2, nu, strength)
@@ -420,17 +350,17 @@ def zone_return(sxx, syy, sxy, szz, elasticity, strength):
 
 @law
 def _thickness(where, e1, e2, strength):
-    """Return plastic strain across the plane for that in the plane, and the code, of plane stress.
+    """Plastic strain across the plane for plastic strains e1, e2 in plane stress, and the code.
 
-    With s_zz = 0 the greater stress is limited by the cut-off, which leaves the thickness alone, or before that by
-    the cone over s_zz; crushing is shear between the lesser stress and s_zz.
+    The greater stress is limited by the cut-off, which does not change the thickness, or first by the cone with
+    s_zz = 0; crushing is shear between the lesser stress and s_zz.
     """
     compressive, _, m, tension, _, _, inverse_n = strength
     cut_off = tension <= compressive * inverse_n
     if where == ON_SHEAR:
         return 0.0, SHEAR
     if (where == ON_TENSION) | (where == AT_TENSION_TENSION):
-        # at the corner both flow; on the line e2 is nothing but rounding
+        # at the corner both flow; on the line e2 is rounding
         return (0.0, TENSION) if cut_off else (-(e1 + e2) / m, SHEAR)
     if where == AT_SHEAR_TENSION:
         return (0.0, BOTH) if cut_off else (-(e1 + m * e2) / m, SHEAR)
@@ -441,33 +371,24 @@ def _thickness(where, e1, e2, strength):
 
 @rule
 def zone_tangent(sxx, syy, sxy, szz, elasticity, strength):
-    """Return the consistent tangent of ``zone_return``, d(s_xx, s_yy, s_xy) / d(e_xx, e_yy, g_xy) (Pa), by rows.
-
-    With dilation other than friction it is not symmetric. On a kink it is the tangent of one side.
-
-    Parameters
-    ----------
-    sxx, syy, sxy, szz : float
-        Trial stress, tension positive (Pa); s_zz is 0 in plane stress.
-    elasticity, strength : tuple of float
-        See the head of the file.
-    """
+    """Consistent tangent of ``zone_return``, d(s_xx, s_yy, s_xy) / d(e_xx, e_yy, g_xy) (Pa), by rows."""
+    # not symmetric unless dilation equals friction; on a kink the tangent of one side
     c11, c12, c33, c13, czz, nu, _ = elasticity
     if within_yield_surface(sxx, syy, sxy, szz, strength):
         return c11, c12, 0.0, c12, c11, 0.0, 0.0, 0.0, c33
     mean, radius, cosine, sine = _circle(sxx, syy, sxy)
     if not (abs(mean) + radius + abs(szz) < LARGEST):
-        nothing = math.nan
-        return nothing, nothing, nothing, nothing, nothing, nothing, nothing, nothing, nothing
+        nan = math.nan
+        return nan, nan, nan, nan, nan, nan, nan, nan, nan
 
-    # how the returned principal stresses of the plane follow the trial ones, 1, 2 and zz
+    # derivatives of the returned in-plane principal stresses by the trial ones 1, 2 and zz
     s1, s2 = mean + radius, mean - radius
     if czz > 0.0:
-        place = _place(mean, radius, szz)
-        if place == 0:
+        rank = _rank(mean, radius, szz)
+        if rank == 0:
             _, r1, r2, where = plane_strain_return(szz, s1, s2, nu, strength)
             _, (k1z, k11, k12), (k2z, k21, k22) = _strain_slopes(where, nu, strength)
-        elif place == 1:
+        elif rank == 1:
             r1, _, r2, where = plane_strain_return(s1, szz, s2, nu, strength)
             (k11, k1z, k12), _, (k21, k2z, k22) = _strain_slopes(where, nu, strength)
         else:
@@ -478,16 +399,15 @@ def zone_tangent(sxx, syy, sxy, szz, elasticity, strength):
         (k11, k12), (k21, k22) = _stress_slopes(where, nu, strength)
         k1z, k2z = 0.0, 0.0
 
-    # over strains along the principal directions; the directions turn with the trial stress
+    # derivatives by strains along the principal directions, which turn with the trial stress
     d11, d12 = k11 * c11 + k12 * c12 + k1z * c13, k11 * c12 + k12 * c11 + k1z * c13
     d21, d22 = k21 * c11 + k22 * c12 + k2z * c13, k21 * c12 + k22 * c11 + k2z * c13
     turning = 0.5 * (r1 - r2) / radius if radius > 0.0 else 0.5 * (k11 - k12 - k21 + k22)
     d33 = c33 * turning
 
-    # mean and half difference of the strains in, of the stresses out; the latter turned to the axes
+    # derivatives of mean and half difference of stresses by mean and half difference of strains, turned to the axes
     dmm, dmr = 0.5 * (d11 + d12 + d21 + d22), 0.5 * (d11 - d12 + d21 - d22)
     drm, drr = 0.5 * (d11 + d12 - d21 - d22), 0.5 * (d11 - d12 - d21 + d22)
-    # by mean strain, by half difference, by half the engineering shear
     half = (cosine * drm, cosine * cosine * drr + sine * sine * 2.0 * d33, cosine * sine * (drr - 2.0 * d33))
     shear = (sine * drm, cosine * sine * (drr - 2.0 * d33), sine * sine * drr + cosine * cosine * 2.0 * d33)
     middle = (dmm, dmr * cosine, dmr * sine)
@@ -508,7 +428,7 @@ def zone_tangent(sxx, syy, sxy, szz, elasticity, strength):
 
 @rule
 def _strain_slopes(where, nu, strength):
-    """Return d(a, b, c) returned by d(a, b, c) of the trial stress, by rows."""
+    """Derivatives of the returned (a, b, c) by the trial (a, b, c), by rows, in plane strain."""
     n, m = strength[1], strength[2]
     gamma = nu / (1.0 + nu)
     none = (0.0, 0.0, 0.0)
@@ -539,7 +459,7 @@ def _strain_slopes(where, nu, strength):
 
 @rule
 def _stress_slopes(where, nu, strength):
-    """Return d(a, c) returned by d(a, c) of the trial stress, by rows, of plane stress."""
+    """Derivatives of the returned (a, c) by the trial (a, c), by rows, in plane stress."""
     n, m = strength[1], strength[2]
     none = (0.0, 0.0)
     if where == ON_SHEAR:

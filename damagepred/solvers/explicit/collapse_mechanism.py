@@ -1,10 +1,10 @@
 """Collapse-mechanism test of a wall that finds no equilibrium.
 
-Slightly beyond its limit load, a wall accelerates too slowly for a part to be detached in any affordable number of
-cycles. If it is a mechanism, the unbalanced forces do positive work along the whole motion. If not, a joint comes to
-resist. With small displacements, joints slide and open under constant forces, so a larger speed leads to the same end
-sooner. The test therefore raises the speed until a part is detached or forces balance. Bonds do not break meanwhile: a
-wall that collapses with them collapses without them.
+Slightly beyond its limit load, a wall accelerates too slowly for a part to detach in an affordable number of cycles. In
+a mechanism the unbalanced forces do positive work along the whole motion; otherwise a joint comes to resist. With small
+displacements, joints slide and open under constant forces, so a larger speed leads to the same end faster. The test
+raises the speed until a part is detached or forces balance. Bonds last: a wall that collapses with them collapses
+without them.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def with_lasting_bonds(model: Model) -> Model:
-    """Return the model with bonds that do not break; they may soften, and weak ones break."""
+    """Model with bonds that do not break, except softening and weak bonds."""
     law = model.properties
     softens, weak = law.critical_opening > 0, law.tensile_strength < model.block_stress
     lasting = law._replace(
@@ -33,15 +33,7 @@ def with_lasting_bonds(model: Model) -> Model:
 
 
 def is_mechanism(run: DampedTimeStepping, near_rest: bool = False) -> bool:
-    """Return whether a part of the wall is detached when its motion is sped up.
-
-    Parameters
-    ----------
-    run : DampedTimeStepping
-        A wall in motion, with lasting bonds; it is left at the end of that motion.
-    near_rest : bool
-        Whether the wall is nearly at rest; then it gets fewer rounds.
-    """
+    """Whether a part of a wall with lasting bonds is detached when its motion is accelerated; changes the motion."""
     options = run.options.mechanism
     rounds = options.max_rounds_near_rest if near_rest else options.max_rounds
     moved, mass = run.motion.displacement, 1.0 / run.motion.inverse_mass[run.free]
@@ -58,7 +50,7 @@ def is_mechanism(run: DampedTimeStepping, near_rest: bool = False) -> bool:
         first, second = moves
         load = run.load_share * run.motion.load + run.load_factor * run.motion.live_load
         accelerates = float((mass * first) @ (second - first)) > 0.0 and float(load[run.free] @ second) > 0.0
-        # the mean speed: under an oscillation local damping acts like friction
+        # mean speed: local damping of an oscillation acts like friction
         run.motion.velocity[run.free] = (options.speed_factor if accelerates else 1.0) / options.cycles * second
         if run.unbalanced_force_ratio().max() < run.settings.tolerance_used:
             return False

@@ -1,9 +1,9 @@
 """Jacks of the explicit solver: one pump feeds all of them and is controlled by the footing's deflection.
 
-Jacks with equal loads do work on the sum of their lifts, but a deflection is controlled: a load that followed directly
-from the deflection would feed energy into the blocks. So a stiff elastic line between pump and jacks gives the load.
-The pump's volume is extrapolated from the last increment. Integral control, slower than the wall's oscillation,
-corrects the deflection that is still missing.
+Jacks with equal loads do work on the sum of their lifts, not on the controlled deflection: a load directly from the
+deflection would feed energy into the blocks. So a stiff elastic line between pump and jacks gives the load. The volume
+of the pump is extrapolated from the last increment; integral control, slower than the wall's oscillation, corrects the
+deflection.
 """
 
 from __future__ import annotations
@@ -15,66 +15,33 @@ import numpy as np
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
-from damagepred.kernels.explicit.jacks import LOAD, VOLUME
-from damagepred.solvers.explicit.scheme_options import JackServoOptions
+from damagepred.kernels.explicit.cycle import LOAD, VOLUME
+from damagepred.solvers.explicit.options import JackServoOptions
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
 class PumpLine(NamedTuple):
-    """The pump and its line, as ``damagepred.kernels.explicit.jacks`` takes them.
+    """Pump and line."""
 
-    Attributes
-    ----------
-    dof : array of int (k,)
-        Degrees of freedom on which jacks push, or at which the deflection is measured.
-    push, weight : array (k,)
-        Force on each of jacks that push with 1 N each, and its weight in the deflection.
-    state : array (2,)
-        Volume: the sum of all lifts for a rigid line (m); and load of each jack (N).
-    stiffness : float
-        Load of each jack for a unit of volume (N/m); 0 where the load itself is given.
-    gain : float
-        Volume that the control delivers in a cycle per missing deflection (1).
-    origin : float
-        Deflection at a load factor of 0 (m).
-    goal, volume_step : float
-        Deflection (m), and volume (m) that is delivered in advance, per load factor.
-    load, load_step : float
-        Load that is given (N): at a load factor of 0, and per load factor.
-    """
-
-    dof: IntArray
-    push: FloatArray
-    weight: FloatArray
-    state: FloatArray
-    stiffness: float
-    gain: float
-    origin: float
-    goal: float
-    volume_step: float
-    load: float
-    load_step: float
+    dof: IntArray  # (k,) with a jack or a weight in the deflection
+    push: FloatArray  # (k,) force of jacks with 1 N each
+    weight: FloatArray  # (k,) in the deflection
+    state: FloatArray  # (2,) volume, the sum of all lifts of a rigid line (m), and load of each jack (N)
+    stiffness: float  # load of each jack per volume (N/m); 0 for a prescribed load
+    gain: float  # volume delivered per cycle and deflection error
+    origin: float  # deflection at a load factor of 0 (m)
+    goal: float  # deflection per load factor (m)
+    volume_step: float  # volume delivered in advance per load factor (m)
+    load: float  # prescribed at a load factor of 0 (N)
+    load_step: float  # prescribed per load factor (N)
 
 
 PumpState = tuple[PumpLine, FloatArray, tuple[float, float]]
-"""A state of the pump, as ``Pump.restore`` takes it."""
+"""State of the pump."""
 
 
 class Pump:
-    """Pump of a model's jacks, from no load to the level state and through the movement.
-
-    Parameters
-    ----------
-    model : Model
-        With jacks.
-    options : JackServoOptions
-        Stiffness of the line and gain of the control.
-
-    Raises
-    ------
-    ConvergenceError
-        If the footing has no supports, or its jacks do not bend it.
-    """
+    """Pump of a model's jacks, from no load to the level state and through the movement."""
 
     def __init__(self, model: Model, options: JackServoOptions) -> None:
         self.options = options
@@ -95,61 +62,47 @@ class Pump:
         self.level = alone + self.level_load * by_push
         self.stiffness = options.line_stiffness_ratio / gives
         self._by_volume = by_push / (gives + 1.0 / self.stiffness)
-        """Displacements for a unit of volume."""
+        """Displacements per volume."""
         self._bent = by_weight - float(push @ by_weight) * self._by_volume
-        """Displacements for a unit force where the deflection is measured, at a constant volume."""
+        """Displacements per force on the deflection, at constant volume."""
         self.volume_per_deflection = 1.0 / float(self.weights @ self._by_volume)
         self.level_volume = float(push @ self.level) + self.level_load / self.stiffness
-        here = np.flatnonzero((push != 0.0) | (self.weights != 0.0))
+        dofs = np.flatnonzero((push != 0.0) | (self.weights != 0.0))
         goal = 0.0 if self.jacks.by_load else self.jacks.deflection
         self.line = PumpLine(
-            here,
-            push[here],
-            self.weights[here],
-            np.zeros(2),
-            self.stiffness,
-            0.0,
-            self.jacks.origin,
-            goal,
-            goal * self.volume_per_deflection,
-            0.0,
-            0.0,
+            dof=dofs,
+            push=push[dofs],
+            weight=self.weights[dofs],
+            state=np.zeros(2),
+            stiffness=self.stiffness,
+            gain=0.0,
+            origin=self.jacks.origin,
+            goal=goal,
+            volume_step=goal * self.volume_per_deflection,
+            load=0.0,
+            load_step=0.0,
         )
         self._from = (0.0, 0.0)
         """Load factor and volume at the end of the last increment."""
         self._load_factor_at = model.ground.load_factor_at
 
     def along(self, start: float, rate: float) -> PumpLine:
-        """Return the line on a piece of the path where the load factor of the movement is linear in the coordinate.
-
-        Parameters
-        ----------
-        start, rate : float
-            Load factor at coordinate 0, and per coordinate.
-        """
+        """Line on a piece of the path whose load factor is linear in the coordinate: start + rate coordinate."""
         line = self.line
         return line._replace(
             origin=line.origin + start * line.goal, goal=rate * line.goal, volume_step=rate * line.volume_step
         )
 
     def row_sum(self, scale: FloatArray) -> FloatArray:
-        """Return the row sums (size,) of the line's stiffness, degrees of freedom divided by ``scale`` (m or 1)."""
+        """Row sums (size,) of the line's stiffness, degrees of freedom over ``scale`` (m or 1)."""
         push = np.abs(self.jacks.push) / scale
         return self.stiffness * push * push.sum()
 
     def set_gain(self, mass: FloatArray, damping: float) -> None:
-        """Set a gain at which the control is slower than the wall's oscillation on the jacks.
-
-        Parameters
-        ----------
-        mass : array (size,)
-            Of each degree of freedom, for a time step of 1; infinite where it is held.
-        damping : float
-            Local damping.
-        """
+        """Set a gain at which the control is slower than the wall's oscillation on the jacks."""
         free = np.isfinite(mass)
         swings = [
-            # Rayleigh's quotients for the shape that a volume holds the wall in, and for that in which it is bent then
+            # Rayleigh quotients of the wall lifted by a volume, and bent at constant volume
             float(force @ shape) / float(mass[free] @ shape[free] ** 2)
             for force, shape in ((self.stiffness * self.jacks.push, self._by_volume), (self.weights, self._bent))
         ]
@@ -158,7 +111,7 @@ class Pump:
 
     @property
     def time_constant(self) -> float:
-        """Cycles in which the control reduces a missing deflection to 1/e; infinite without control."""
+        """Cycles in which the control reduces an error to 1/e; infinite without control."""
         return self.volume_per_deflection / self.line.gain if self.controlled else np.inf
 
     def halve_gain(self) -> None:
@@ -176,62 +129,44 @@ class Pump:
         return self.line.stiffness > 0.0
 
     def missing(self, coordinate: float, displacement: FloatArray) -> float:
-        """Return the error of the controlled deflection, wanted less present (m); 0 where the load is given.
-
-        Parameters
-        ----------
-        coordinate : float
-            Of the path.
-        displacement : array (size,)
-            Of all degrees of freedom (m, rad).
-        """
+        """Target less present deflection (m); 0 for a prescribed load."""
         wanted = self.line.origin + self._load_factor_at(coordinate) * self.line.goal
         return wanted - float(self.weights @ displacement) if self.controlled else 0.0
 
     def begin_level(self) -> None:
-        """Deliver the volume that keeps the intact wall level under its dead load."""
+        """Set the volume that keeps the intact wall level under its dead load."""
         self.line.state[:] = self.level_volume, self.level_load
         self._from = (0.0, self.level_volume)
 
     def begin_at(self, displacement: FloatArray, load: float, volume_per_deflection: float) -> None:
-        """Deliver the volume of a displacement under a load of each jack (N), and switch the control off.
-
-        Parameters
-        ----------
-        displacement : array (size,)
-            Of all degrees of freedom.
-        load : float
-            Of each jack (N).
-        volume_per_deflection : float
-            With which the volume follows the movement (1).
-        """
+        """Set the volume of a displacement under a load of each jack (N), without control."""
         self.line.state[:] = float(self.jacks.push @ displacement) + load / self.stiffness, load
         self.line = self.line._replace(gain=0.0, volume_step=self.line.goal * volume_per_deflection)
 
     def deliver(self, volume: float) -> None:
-        """Deliver some more volume (m)."""
+        """Add volume (m)."""
         self.line.state[VOLUME] += volume
 
     def add_dead_load(self, share: float) -> None:
-        """Deliver the volume by which a further share of the dead load compresses the line under a level wall."""
+        """Add the compression of the line by a share of the dead load on a level wall."""
         self.line.state[VOLUME] += share * self.level_volume
 
     def extrapolate_volume(self, coordinate: float) -> None:
-        """Extrapolate the volume per load factor from the states at rest at the last call and now."""
+        """Extrapolate the volume per load factor from the states at rest at the last call and at this one."""
         load_factor, before, volume = self._load_factor_at(coordinate), self._from[0], float(self.line.state[VOLUME])
         if self.controlled and load_factor != before:
             self.line = self.line._replace(volume_step=(volume - self._from[1]) / (load_factor - before))
         self._from = (load_factor, volume)
 
     def control_load(self) -> None:
-        """Prescribe the load instead of the deflection from the level state on, if the jacks are controlled by load."""
+        """Prescribe the load instead of the deflection, if the jacks are controlled by load."""
         if self.jacks.by_load:
             self.line = self.line._replace(
                 stiffness=0.0, gain=0.0, goal=0.0, load=self.load, load_step=self.jacks.load - self.load
             )
 
     def checkpoint(self) -> PumpState:
-        """Return a copy of the present state."""
+        """Copy of the present state."""
         return self.line, self.line.state.copy(), self._from
 
     def restore(self, state: PumpState) -> None:

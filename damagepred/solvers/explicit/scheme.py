@@ -1,7 +1,7 @@
 """Damped time stepping: central differences with local damping and scaled masses (Cundall 1971, 1987).
 
 The time step is 1 and the masses are scaled to it, each degree of freedom by its own stiffness (density scaling): a
-static run needs no physical time. Displacements are small: the geometry is that of the undeformed wall.
+static run needs no physical time. Displacements are small: geometry is that of the undeformed wall.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 DRIFT_CYCLES = 100
-"""Least cycles of a mean velocity: a short part of the slow oscillations that damping must still oppose."""
+"""Least cycles of a mean velocity: a short part of the slow oscillations that damping must oppose."""
 
 
 class Checkpoint(NamedTuple):
-    """State of a wall at rest, and of the pump of its jacks; what ``DampedTimeStepping.restore`` takes."""
+    """State of a wall at rest, and of the pump of its jacks."""
 
     state: State
     pump: PumpState | None
@@ -62,23 +62,20 @@ class Motion(NamedTuple):
 
 
 def scaled_mass(model: Model, damping: float, safety: float, pump: Pump | None = None) -> FloatArray:
-    """Masses for which a time step of 1 is stable (density scaling).
+    """Masses (size,) (kg, kg m2) for which a time step of 1 is stable (density scaling), infinite where prescribed.
 
-    Central differences are stable while omega^2 <= 4. Local damping adds up to ``damping`` times the unbalanced
-    force and so lowers the limit to 4 / (1 + damping). The largest omega^2 is bounded by Gershgorin's circles of
-    the intact wall; cracking and slipping only take stiffness away.
-
-    Array (size,) in kg and kg m2; infinite where a degree of freedom is prescribed.
+    Central differences are stable while omega^2 <= 4; local damping adds up to ``damping`` times the unbalanced force,
+    which lowers the limit to 4 / (1 + damping). Gershgorin's circles of the intact wall bound omega^2.
     """
     system = DiscreteSystem.of(model)
     scale, stiffness = system.arms, abs(system.elastic_stiffness)
-    # columns of prescribed degrees of freedom count, too, though these do not move: a margin beside them
+    # columns of prescribed degrees of freedom count: a margin beside supports
     row_sum = (stiffness @ (1.0 / scale)) / scale
     if pump is not None:
         row_sum += pump.row_sum(scale)
     mass = (1.0 + damping) / (4.0 * safety**2) * row_sum * scale**2
     mass[system.constrained_dofs] = np.inf
-    # a block without any joint: its weight moves it as if on the mean joint
+    # a block without any joint gets the median mass
     loose = mass == 0.0
     if loose.any():
         mass[loose] = np.median(mass[np.isfinite(mass) & ~loose]) if (np.isfinite(mass) & ~loose).any() else 1.0
@@ -86,19 +83,7 @@ def scaled_mass(model: Model, damping: float, safety: float, pump: Pump | None =
 
 
 class DampedTimeStepping:
-    """A wall in motion under damped time stepping.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    settings : Solver
-        Damping, time step and ramp.
-    options : SolverOptions, optional
-        By default those of the settings.
-    commit_sections : bool
-        Whether sections of a footing that crack commit their internal variables on the way.
-    """
+    """A wall in motion under damped time stepping."""
 
     def __init__(
         self, model: Model, settings: Solver, options: SolverOptions | None = None, commit_sections: bool = True
@@ -136,14 +121,14 @@ class DampedTimeStepping:
 
     def start_from_elastic_solution(self) -> bool:
         """Put the wall in its linear elastic equilibrium under dead load; False if a joint or zone yields there."""
-        if self.sections is not None:  # whose stiffness, even uncracked, is not that of their interfaces
+        if self.sections is not None:  # even uncracked, their stiffness differs from their interfaces'
             return False
         displacement = self.system.elastic_displacement() if self.pump is None else self.pump.level
         if displacement is None:
             return False
         law = self.model.properties
         fields = fields_of(self.model, JointHistory.fresh(self.model), displacement, 0.0)
-        # a joint that cracks or slips carries less than the elastic one would; one with a gap carries nothing
+        # stresses differ from the elastic ones where a joint cracks or slips; a joint with a gap has none
         whole = (law.gap == 0.0)[:, None]
         if not (
             np.array_equal(fields.normal_stress, whole * law.normal_stiffness[:, None] * fields.opening)
@@ -159,7 +144,7 @@ class DampedTimeStepping:
         return True
 
     def joint_history(self) -> JointHistory:
-        """Copy of the internal variables of the joints."""
+        """Copy of the history variables of the joints."""
         return history_of(self.joints)
 
     def checkpoint(self) -> Checkpoint:
@@ -171,7 +156,7 @@ class DampedTimeStepping:
         return Checkpoint(state, None if self.pump is None else self.pump.checkpoint())
 
     def restore(self, state: State, pump: PumpState | None = None) -> None:
-        """Restore a state at rest; without a state of the pump, the jacks stay as they are."""
+        """Restore a state at rest; without a pump state, the jacks do not change."""
         self.motion.displacement[:] = state.displacement
         if self.zones is not None:
             self.zones.set_plastic_strain(state.plastic)
@@ -190,12 +175,9 @@ class DampedTimeStepping:
         self._cycle(count, self.load_share, self.load_factor, 0.0)
 
     def advance(self, cycles: int, load_factor_to: float, load_to: float) -> None:
-        """Run cycles while movement and dead load are ramped to new values, in pieces of constant rate.
-
-        A sudden start would crack joints that a slow movement leaves intact. Local damping opposes the velocity beyond
-        the drift, the mean velocity of the last cycles. A drag of constant sign would let a moving wall ring (UDEC's
-        combined damping mends the same defect).
-        """
+        """Run cycles while movement and dead load are ramped smoothly to new values, in pieces of constant rate."""
+        # damping opposes velocity beyond the drift, the mean velocity of the last cycles: a drag of constant sign would
+        # let a moving wall ring (UDEC's combined damping has the same purpose)
         load_factor_from, load_from = self.load_factor, self.load_share
         stages = min(cycles, self.settings.ramp_pieces)
         since, before = self.cycles, self.motion.displacement.copy()
@@ -213,7 +195,7 @@ class DampedTimeStepping:
                 since, before = self.cycles, before + moved
             self.load_factor, self.load_share = load_factor, load
             self.record_broken_bonds()
-            # from rest, dead load alone cannot make blocks faster than by its work; once broken, they only seem to fall
+            # blocks at rest gain at most the work of the dead load: more kinetic energy is divergence
             alone = load_from == load_factor_from == load_factor_to == 0.0
             if alone and self.has_too_much_energy():
                 self.diverge(0, self.cycles, "blocks move with more energy than the loads can have given them")
@@ -221,7 +203,7 @@ class DampedTimeStepping:
         self.motion.drift[:] = 0.0
 
     def stop(self) -> None:
-        """Set all velocities to zero, so that no block overshoots the equilibrium it is near."""
+        """Set all velocities to zero, so that no block overshoots a near equilibrium."""
         self.motion.velocity[:] = 0.0
 
     def _cycle(self, count: int, load_share: float, load_factor: float, step: float) -> None:
@@ -231,11 +213,12 @@ class DampedTimeStepping:
             move_ground(self.joints, self.model.ground, load_factor, load_factor + count * step)
         if isinstance(self.model.ground, ImposedHistory):
             motion, line = self._along(self.model.ground, load_factor)
+        zones = self.zones and self.zones.packed
         run_cycles(
             self.joints,
             self.special,
             self.softening,
-            self.zones and self.zones.packed,
+            zones,
             self.sections,
             line,
             motion,
@@ -250,7 +233,7 @@ class DampedTimeStepping:
             self.zones.mean_motion(self.motion.displacement)
 
     def _along(self, history: ImposedHistory, coordinate: float) -> tuple[Motion, PumpLine | None]:
-        """Return motion and jacks in the step that begins at a path coordinate, whose load factor is linear in it."""
+        """Motion and jacks in the step from a path coordinate on, with a load factor linear in the coordinate."""
         rate, supports = history.load_factor_rate(coordinate), self.model.supports
         start = history.load_factor_at(coordinate) - rate * coordinate
         motion = self.motion._replace(
@@ -259,10 +242,7 @@ class DampedTimeStepping:
         return motion, None if self.pump is None else self.pump.along(start, rate)
 
     def unbalanced_force_ratio(self) -> FloatArray:
-        """Unbalanced force of every degree of freedom (size,) in mean block weights; 0 where it is prescribed.
-
-        The resultants of a deformable block count, too, its moment included: small forces on many gridpoints add up.
-        """
+        """Unbalanced force (size,) in mean block weights, with resultants of deformable blocks; 0 where prescribed."""
         force = np.zeros_like(self.motion.force)
         force[self.free] = (self.motion.force / self.system.residual_scale)[self.free]
         if self.zones is not None:
@@ -275,11 +255,11 @@ class DampedTimeStepping:
         return 0.5 * float((speed**2 / self.motion.inverse_mass[self.free]).sum())
 
     def has_too_much_energy(self) -> bool:
-        """Whether the kinetic energy exceeds what the loads can have done by far."""
+        """Whether the kinetic energy far exceeds the possible work of the loads."""
         return self.kinetic_energy() > self.options.time_stepping.divergence_energy_ratio * self.work_of_loads() > 0.0
 
     def work_of_loads(self) -> float:
-        """Upper bound of the work of dead and live load so far (J)."""
+        """Upper bound of the work of dead and live load up to now (J)."""
         load = np.abs(self.motion.load) + self.load_factor * np.abs(self.motion.live_load)
         if self.pump is not None:
             load += abs(self.pump.load) * np.abs(self.pump.jacks.push)
@@ -291,7 +271,7 @@ class DampedTimeStepping:
         self.broken_at[broken & self.bonded[:, None] & np.isnan(self.broken_at)] = self.load_factor
 
     def diverge(self, increment: int, spent: int, reason: str) -> NoReturn:
-        """Raise a DivergenceError that names the block farthest from its place."""
+        """Raise a DivergenceError that names the block with the largest displacement."""
         path = np.abs(self.motion.displacement)
         path = np.where(np.isfinite(path), path, np.inf)[: 3 * self.model.n_blocks].reshape(-1, 3)
         block = int(np.hypot(path[:, 0], path[:, 1]).argmax())

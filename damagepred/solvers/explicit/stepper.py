@@ -1,4 +1,4 @@
-"""Explicit solver: the wall is cycled until forces balance or a part of it collapses."""
+"""Explicit solver: cycles until forces balance or a part of the wall collapses."""
 
 from __future__ import annotations
 
@@ -24,32 +24,16 @@ from damagepred.solvers.system.zero_support_load import least_support_load
 
 
 class ExplicitStepper:
-    """Damped time stepping as the driver of the load path uses it.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    settings : Solver
-        Damping, tolerance and limits.
-    elastic_start : bool
-        Whether to begin from the elastic solution under dead load, where no joint yields in it: it does not depend on
-        how the load came on. False always cycles.
-
-    Attributes
-    ----------
-    scheme : DampedTimeStepping
-        The wall in motion.
-    """
+    """Damped time stepping as a ``Stepper`` of the load path."""
 
     def __init__(self, model: Model, settings: Solver, elastic_start: bool = True) -> None:
         self.model, self.settings, options = model, settings, SolverOptions.of(settings)
         self.options, self.deflection_tolerance = options.explicit, options.jack_servo.deflection_tolerance
         self.bracket = Bracket(
-            self.options.zero_load_ratio * float(np.abs(model.supports.load).sum()),
-            self.options.zero_load_bracket,
-            options.jacks.max_iterations,
-            self.options.collapse_bracket,
+            support_load=self.options.zero_load_ratio * float(np.abs(model.supports.load).sum()),
+            load_factor=self.options.zero_load_bracket,
+            max_iterations=options.jacks.max_iterations,
+            collapse=self.options.collapse_bracket,
         )
         self.scheme = DampedTimeStepping(supported_during_load(model), settings)
         self.number, self._cycles_before, self._elastic_start = 0, 0, elastic_start
@@ -58,15 +42,15 @@ class ExplicitStepper:
         )
 
     def begin_increment(self, number: int) -> None:
-        """Count cycles from here on as those of an increment."""
+        """Begin to count the cycles of an increment."""
         self.number, self._cycles_before = number, self.scheme.cycles
 
     def counters(self) -> Counters:
-        """Return the cycles of the increment so far."""
+        """Cycles of the current increment."""
         return Counters(cycles=self.scheme.cycles - self._cycles_before)
 
     def checkpoint(self) -> Checkpoint:
-        """Return a copy of the present state."""
+        """Copy of the present state."""
         return self.scheme.checkpoint()
 
     def restore(self, checkpoint: Checkpoint) -> None:
@@ -83,33 +67,25 @@ class ExplicitStepper:
         self.scheme.restore(*before.checkpoint())
 
     def end_increment(self) -> None:
-        """Extrapolate the volume of the pump; from the level state on, the load of the jacks may be prescribed."""
+        """Extrapolate the volume of the pump; after the level state, prescribe the load of jacks controlled by load."""
         if self.scheme.pump is not None:
             self.scheme.pump.extrapolate_volume(self.scheme.load_factor)
             if self.number == 0:
                 self.scheme.pump.control_load()
 
     def step_to(self, load_factor: float) -> Outcome:
-        """Go to a load factor and to equilibrium, or to collapse."""
+        """Equilibrium or collapse at a load factor."""
         if self.number > 0 or not (self._elastic_start and self.scheme.start_from_elastic_solution()):
             self.apply(load_factor)
         return self.equilibrate()
 
     def apply(self, load_factor: float) -> None:
-        """Ramp up the movement to a load factor, and the dead load if it is not there yet."""
+        """Ramp the movement to a load factor, and the dead load to its full value."""
         self.scheme.advance(self.settings.ramp_cycles, load_factor_to=load_factor, load_to=1.0)
         self.scheme.stop()
 
     def equilibrate(self) -> Outcome:
-        """Cycle at constant load until forces balance and jacks reach their deflection, or a part collapses.
-
-        Raises
-        ------
-        ConvergenceError
-            If neither happens.
-        DivergenceError
-            If the kinetic energy exceeds the work of the loads by far.
-        """
+        """Cycle at constant load until forces balance and jacks reach their deflection, or a part collapses."""
         try:
             return self._equilibrate()
         finally:
@@ -135,7 +111,7 @@ class ExplicitStepper:
             ):
                 halved_at = spent
                 if largest >= tolerance:
-                    scheme.pump.halve_gain()  # a wall that has become soft may oscillate with the control
+                    scheme.pump.halve_gain()  # a wall that has softened may oscillate with the control
             halving = spent % options.damping_halving_cycles < options.check_interval
             if halving and scheme.zones is not None and self._joint_yielded():
                 scheme.damping = min(scheme.damping, max(0.5 * scheme.damping, options.minimum_damping))
@@ -162,12 +138,12 @@ class ExplicitStepper:
         )
 
     def _joint_yielded(self) -> bool:
-        """Return whether any contact has broken or slid; oscillations of elastic joints decay by themselves."""
+        """Whether any contact has broken or slid; oscillations of elastic joints decay anyway."""
         history = self.scheme.joint_history()
         return bool(history.cracked[self.scheme.bonded].any() or history.slip.any())
 
     def collapses(self) -> bool:
-        """Return whether a wall without equilibrium is a mechanism; if so, it is left in its motion."""
+        """Whether a wall without equilibrium is a mechanism; if so, its motion continues."""
         if self.scheme.pump is not None:
             return False
         released = DampedTimeStepping(with_lasting_bonds(self.scheme.model), self.settings, commit_sections=False)
@@ -178,12 +154,12 @@ class ExplicitStepper:
         return True
 
     def _missing_deflection(self) -> float:
-        """Distance (m) of the deflection from the jacks' target; 0 without jacks."""
+        """Error of the deflection on jacks (m); 0 without jacks."""
         scheme = self.scheme
         return 0.0 if scheme.pump is None else abs(scheme.pump.missing(scheme.load_factor, scheme.motion.displacement))
 
     def _part_detached(self, spent: int) -> bool:
-        """Return whether a part of the wall is detached; raise DivergenceError if no load explains its motion."""
+        """Whether a part of the wall is detached; DivergenceError if the loads cannot explain its motion."""
         scheme = self.scheme
         if not (np.abs(scheme.motion.displacement) < self._displacement_limit).all():
             reason = "a displacement is beyond all bounds or no longer a number"
@@ -196,10 +172,10 @@ class ExplicitStepper:
         scheme.diverge(self.number, spent, reason)
 
     def report(self, outcome: Outcome) -> Increment:
-        """Return the present state as an increment."""
+        """Present state as an increment."""
         scheme = self.scheme
         model, displacement = scheme.model, scheme.motion.displacement
-        # blocks have moved once more since the last cycle's joint law
+        # blocks have moved once since the last joint law
         fields = fields_of(model, scheme.joint_history(), displacement, scheme.load_factor)
         scheme.record_broken_bonds(fields.history.cracked)
         if scheme.sections is not None:
@@ -226,7 +202,7 @@ class ExplicitStepper:
         )
 
     def support_load(self) -> float:
-        """Return the load (N) whose loss ends the path; see ``least_support_load``."""
+        """Load (N) whose loss ends the path."""
         scheme = self.scheme
         if scheme.pump is None:
             return np.inf
@@ -237,32 +213,6 @@ class ExplicitStepper:
 def explicit_path(
     model: Model, settings: Solver, increments: int, *, elastic_start: bool = True
 ) -> Iterator[Increment]:
-    """Follow the movement increment by increment.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    settings : Solver
-        Damping, tolerance and limits.
-    increments : int
-        Number of equal steps of the movement.
-    elastic_start : bool
-        Whether to begin from the elastic solution under dead load, where it breaks no joint: it does not depend
-        on how the load came on. False always cycles.
-
-    Yields
-    ------
-    Increment
-        First the state under dead load (number 0), then one each step. The path ends early after an increment in
-        which a part of the wall collapsed.
-
-    Raises
-    ------
-    DivergenceError
-        If the kinetic energy exceeds the work of the loads by far; the message names increment and block.
-    ConvergenceError
-        If an increment does not reach equilibrium; the message names increment and block.
-    """
+    """Increments of the movement; ``elastic_start``: begin from the elastic solution under dead load."""
     creep = SolverOptions.of(settings).creep
     yield from follow_movement(ExplicitStepper(model, settings, elastic_start), model, increments, creep)

@@ -13,40 +13,24 @@ from damagepred.kernels.interface.contact import contact_fields
 
 
 class JointHistory(NamedTuple):
-    """History variables of the contacts, arrays (m, q).
+    """History variables of the contacts, arrays (m, q)."""
 
-    Attributes
-    ----------
-    slip, dilatant_opening : array (m, q)
-        Plastic slip, and opening by dilation less crushing (m).
-    cracked : array of bool (m, q)
-        Whether tensile strength was passed, or the bond broken by slip.
-    kappa : array (m, q)
-        Softening joints: largest equivalent opening of the cracked contact (m), 0 while intact; where slip has broken
-        the bond at least the critical opening, infinite in the quasi-static solver. Brittle joints: 0, infinite where
-        the quasi-static solver found them parted.
-    """
-
-    slip: FloatArray
-    dilatant_opening: FloatArray
-    cracked: BoolArray
+    slip: FloatArray  # plastic (m)
+    dilatant_opening: FloatArray  # by dilation less crushing (m)
+    cracked: BoolArray  # tensile strength passed, or bond broken by slip
+    # softening joints: largest equivalent opening (m), 0 while intact, at least the critical opening after failure by
+    # slip (infinite in the quasi-static solver); brittle joints: 0, infinite where the quasi-static solver opens them
     kappa: FloatArray
 
     @classmethod
     def fresh(cls, model: Model) -> JointHistory:
-        """Return the initial state; a joint with a gap counts as crushed by it, and cracked."""
+        """History at the start; a joint with a gap counts as crushed by the gap, and cracked."""
         shape = model.interfaces.contact_area.shape
         gap = np.broadcast_to(model.properties.gap[:, None], shape)
         return cls(np.zeros(shape), 0.0 - gap, gap > 0.0, np.zeros(shape))
 
     def copy(self, plain: bool = False) -> JointHistory:
-        """Return a copy that may be changed.
-
-        Parameters
-        ----------
-        plain : bool
-            Whether all joints are plain: then dilatant openings never change, and both share them.
-        """
+        """Copy that may be changed."""
         dilatant_opening = self.dilatant_opening if plain else self.dilatant_opening.copy()
         return JointHistory(self.slip.copy(), dilatant_opening, self.cracked.copy(), self.kappa.copy())
 
@@ -59,39 +43,17 @@ def without_bond(model: Model) -> BoolArray:
 
 
 class ContactFields(NamedTuple):
-    """Contacts at a displacement of the blocks, arrays (m, q).
+    """Contacts at a displacement of the blocks, arrays (m, q)."""
 
-    Attributes
-    ----------
-    opening, shear : array (m, q)
-        Relative displacement normal to the joint and along it (m).
-    normal_stress, shear_stress : array (m, q)
-        Tension positive (Pa).
-    history : JointHistory
-        Updated by the joint law at the displacement.
-    """
-
-    opening: FloatArray
-    shear: FloatArray
-    normal_stress: FloatArray
-    shear_stress: FloatArray
-    history: JointHistory
+    opening: FloatArray  # (m)
+    shear: FloatArray  # (m)
+    normal_stress: FloatArray  # tension positive (Pa)
+    shear_stress: FloatArray  # (Pa)
+    history: JointHistory  # updated by the joint law at the displacement
 
 
 def fields_of(model: Model, history: JointHistory, displacement: FloatArray, load_factor: float) -> ContactFields:
-    """Evaluate all contacts at a displacement of the blocks.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    history : JointHistory
-        Left as it is.
-    displacement : array (3 (n + 1),)
-        Of the blocks and the ground.
-    load_factor : float
-        Share of the full movement.
-    """
+    """Contact fields at a displacement of the blocks."""
     opening, shear, sigma, tau = (np.empty(model.interfaces.contact_area.shape) for _ in range(4))
     after = history.copy()
     contact_fields(
@@ -105,19 +67,11 @@ def fields_of(model: Model, history: JointHistory, displacement: FloatArray, loa
         sigma,
         tau,
     )
-    return ContactFields(opening, shear, sigma, tau, after)
+    return ContactFields(opening=opening, shear=shear, normal_stress=sigma, shear_stress=tau, history=after)
 
 
 def contact_states(model: Model, history: JointHistory) -> Int8Array:
-    """Return the ``ContactState`` of each contact; a control joint, which has no bond, is always intact.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    history : JointHistory
-        History variables.
-    """
+    """``ContactState`` of each contact; a control joint, which has no bond, is always intact."""
     states: Int8Array = (history.slip != 0.0) * np.int8(ContactState.SLIPPING)
     states[history.cracked] = ContactState.CRACKED
     states[model.interfaces.kind == ContactKind.CONTROL_JOINT] = ContactState.INTACT

@@ -24,13 +24,7 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
 class ZoneField:
-    """Zones and facets of a model with deformable blocks, as the explicit solver moves them.
-
-    Parameters
-    ----------
-    model : Model
-        With a mesh.
-    """
+    """Zones and facets of a model with deformable blocks, as the explicit solver moves them."""
 
     def __init__(self, model: Model) -> None:
         assert model.mesh is not None
@@ -38,16 +32,17 @@ class ZoneField:
         self.zones = pack_zones(model)
         self.packed = (facets_of(model), self.zones)
         cells = np.array([len(p.zones) // 4 for p in self.mesh.patterns])[self.mesh.batch_pattern]
-        self._cells, self._place = int(cells.sum()), _zone_places(self.mesh, np.cumsum(cells) - cells)
-        # those that can yield, and where their history variables are
+        self._cells, self._position = int(cells.sum()), _zone_positions(self.mesh, np.cumsum(cells) - cells)
+        # zones that can yield, and the places of their history variables
         self._yields = np.repeat(self.zones.first_memory[self.mesh.batch] >= 0, np.diff(self.mesh.first_zone))
-        cell, number, lane = _zone_places(self.mesh, self.zones.first_memory)
+        cell, number, lane = _zone_positions(self.mesh, self.zones.first_memory)
         self._memory = cell[self._yields], number[self._yields], lane[self._yields]
         self._whole = (3 * self.mesh.block[:, None] + np.arange(3)).ravel()
+        # mean motion from displacements, and resultants from forces, on gridpoints
         self._sums = DiscreteSystem.of(model).rigid_motion[self._whole], resultants(model)[self._whole]
 
     def mean_motion(self, displacement: FloatArray) -> None:
-        """Fill in how the deformable blocks (3 of each) have moved as a whole."""
+        """Fill in the mean motion of the deformable blocks."""
         displacement[self._whole] = self._sums[0] @ displacement
 
     def add_resultants(self, force: FloatArray) -> None:
@@ -55,7 +50,7 @@ class ZoneField:
         force[self._whole] = self._sums[1] @ force
 
     def plastic(self) -> FloatArray:
-        """Return the plastic strain e_xx, e_yy, g_xy, e_zz of the zones, array (z, 4)."""
+        """Plastic strain e_xx, e_yy, g_xy, e_zz of the zones, array (z, 4)."""
         plastic = np.zeros((len(self._yields), 4))
         plastic[self._yields] = _take(self.zones.memory["plastic"], self._memory)
         return plastic
@@ -65,17 +60,17 @@ class ZoneField:
         _put(self.zones.memory["plastic"], self._memory, plastic[self._yields])
 
     def stresses(self, displacement: FloatArray) -> FloatArray:
-        """Return s_xx, s_yy, s_xy and s_zz of the zones (Pa), array (z, 4), if none yields any further."""
+        """Stresses xx, yy, xy, zz of the zones (Pa), (z, 4), without further yielding."""
         stress = np.zeros((self._cells, 4, 4, LANES))
         zone_stresses(self.zones, displacement, stress)
-        return _take(stress, self._place)
+        return _take(stress, self._position)
 
     def stays_elastic(self, displacement: FloatArray) -> bool:
-        """Return whether no zone yields at a displacement (size,)."""
+        """Whether no zone yields at a displacement (size,)."""
         return not exceeds_yield_limit(self.model, self.stresses(displacement)).any()
 
     def results(self, displacement: FloatArray) -> ZoneResults:
-        """Return the results of the zones at a displacement (size,)."""
+        """Results of the zones at a displacement (size,)."""
         stress = self.stresses(displacement)
         return_stresses(stress, *block_moduli(self.model), self.mesh.zone_block)
         yielding = np.zeros(len(self._yields), dtype=np.int8)
@@ -84,15 +79,7 @@ class ZoneField:
 
 
 def exceeds_yield_limit(model: Model, stress: FloatArray) -> BoolArray:
-    """Return which zones (z,) violate their yield criterion by more than rounding.
-
-    Parameters
-    ----------
-    model : Model
-        With a mesh.
-    stress : array (z, 4)
-        Of the zones (Pa).
-    """
+    """Whether zones (z,) violate their yield criterion by more than rounding."""
     assert model.mesh is not None
     exceeds = np.zeros(len(stress), dtype=np.bool_)
     find_yielding_zones(stress, block_moduli(model)[1], model.mesh.zone_block, exceeds)
@@ -100,39 +87,29 @@ def exceeds_yield_limit(model: Model, stress: FloatArray) -> BoolArray:
 
 
 def zone_results(displacement: FloatArray, stress: FloatArray, plastic: FloatArray, yielding: Int8Array) -> ZoneResults:
-    """Return the results of the zones, with the state of those that have yielded before.
-
-    Parameters
-    ----------
-    displacement : array (g, 2)
-        Of the gridpoints (m).
-    stress, plastic : array (z, 4)
-        Stress (Pa) and plastic strain of the zones.
-    yielding : array of int8 (z,)
-        ``ZoneState`` at present.
-    """
+    """Results of the zones; elastic zones with plastic strain have yielded before."""
     has_yielded = (yielding == ZoneState.ELASTIC) & (plastic != 0.0).any(axis=1)
     return ZoneResults(displacement, stress, np.where(has_yielded, ZoneState.YIELDED, yielding).astype(np.int8))
 
 
-_Places = tuple[IntArray, IntArray, IntArray]
+_Positions = tuple[IntArray, IntArray, IntArray]
 """Cell, number within it, and lane of each zone (z,)."""
 
 
-def _zone_places(mesh: Mesh, first_cell: IntArray) -> _Places:
-    """Return the place of each zone in packed arrays, in which the cells of each batch begin at ``first_cell``."""
+def _zone_positions(mesh: Mesh, first_cell: IntArray) -> _Positions:
+    """Position of each zone in packed arrays, in which the cells of each batch begin at ``first_cell``."""
     owner = np.repeat(np.arange(len(mesh.block)), np.diff(mesh.first_zone))
     local = np.arange(len(owner)) - mesh.first_zone[owner]
     return first_cell[mesh.batch[owner]] + local // 4, local % 4, mesh.lane[owner]
 
 
-def _put(field: NDArray[Any], place: _Places, values: NDArray[Any]) -> None:
+def _put(field: NDArray[Any], position: _Positions, values: NDArray[Any]) -> None:
     """Write values of the zones, (z,) or (z, k), into a packed field (c, 4, 8) or (c, 4, k, 8)."""
-    cell, number, lane = place
+    cell, number, lane = position
     field[cell, number, ..., lane] = values
 
 
-def _take(field: NDArray[Any], place: _Places) -> NDArray[Any]:
-    """Return the values of the zones from a packed field, as ``_put``."""
-    cell, number, lane = place
+def _take(field: NDArray[Any], position: _Positions) -> NDArray[Any]:
+    """Values of the zones, (z,) or (z, k), from a packed field."""
+    cell, number, lane = position
     return np.ascontiguousarray(field[cell, number, ..., lane])

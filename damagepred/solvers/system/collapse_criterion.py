@@ -1,7 +1,7 @@
-"""Collapse criterion: a block is detached when it is farther from home than movement and elasticity take it.
+"""Collapse criterion: a block is detached when its displacement exceeds what movement and elasticity explain.
 
-Displacements are taken as small: elastic walls may go far (a tall stack is shortened by its weight by more than a
-brick), and buckling of slender stacks is not modelled.
+Displacements are small: elastic ones may be large (a tall stack shortens by more than a brick under its weight), and
+buckling of slender stacks is not modelled.
 """
 
 from __future__ import annotations
@@ -19,19 +19,7 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 def detached_blocks(
     model: Model, displacement: FloatArray, load_factor: float, limit: DetachmentLimit | None = None
 ) -> BoolArray:
-    """Return which blocks (n,) are detached from the wall.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    displacement : array (size,)
-        Of all degrees of freedom.
-    load_factor : float
-        Share of the full movement.
-    limit : DetachmentLimit, optional
-        Of the wall, where it is known.
-    """
+    """Detached blocks (n,)."""
     moved = displacement[: 3 * model.n_blocks].reshape(-1, 3)
     allowed = (limit or DetachmentLimit.of(model)).at(load_factor)
     far = np.hypot(moved[:, 0], moved[:, 1])
@@ -41,23 +29,15 @@ def detached_blocks(
 
 
 class DetachmentLimit(NamedTuple):
-    """How far blocks may go from home (m) before they are detached, elastic displacement left aside.
-
-    Attributes
-    ----------
-    always, with_load_factor : float
-        At a standing movement, and what the full movement adds (m).
-    load_factor_at : callable
-        Path coordinate -> load factor of the movement.
-    """
+    """Largest displacement of a block that is not detached (m), without elastic displacement."""
 
     always: float
-    with_load_factor: float
-    load_factor_at: Callable[[float], float]
+    with_load_factor: float  # increase at full movement
+    load_factor_at: Callable[[float], float]  # path coordinate -> load factor of the movement
 
     @classmethod
     def of(cls, model: Model) -> DetachmentLimit:
-        """Return it for a wall: half the largest block that can move beyond twice what ground and supports move."""
+        """Limit of a wall: half the largest free block plus twice the movement of ground and supports."""
         ground = model.ground.largest_rate()
         supports = float(np.abs(model.supports.prescribed_displacement).max(initial=0.0))
         jacks = 0.0 if model.jacks is None else abs(model.jacks.deflection)
@@ -67,29 +47,21 @@ class DetachmentLimit(NamedTuple):
         return cls(always, 2.0 * max(ground, supports, jacks), model.ground.load_factor_at)
 
     def at(self, coordinate: float) -> float:
-        """Return it at a path coordinate."""
+        """Limit at a path coordinate."""
         return self.always + abs(self.load_factor_at(coordinate)) * self.with_load_factor
 
 
 def _settlement(model: Model) -> float:
-    """Return the settlement of a wall on soft ground under all dead load (m)."""
-    here = model.on_ground
-    if not here.any():
+    """Settlement of a wall on soft ground under all dead load (m)."""
+    on_ground = model.on_ground
+    if not on_ground.any():
         return 0.0
-    area = model.interfaces.contact_area[here].sum(axis=1)
-    stiffness = float((model.properties.normal_stiffness[here] * area).sum())
+    area = model.interfaces.contact_area[on_ground].sum(axis=1)
+    stiffness = float((model.properties.normal_stiffness[on_ground] * area).sum())
     return abs(float(model.supports.load.reshape(-1, 3)[:, 1].sum())) / stiffness
 
 
 def largest_elastic_displacement(model: Model, load_factor: float) -> float:
-    """Return the largest displacement of a block of the intact wall under its loads (m); 0 if not known.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    load_factor : float
-        Share of the live load.
-    """
+    """Largest displacement of a block of the intact wall under its loads (m); 0 if unknown."""
     dead, live = DiscreteSystem.of(model).largest_elastic_displacements
     return dead + abs(load_factor) * live

@@ -23,17 +23,9 @@ from damagepred.solvers.system.options import DEFAULTS, ElasticSolutionOptions
 
 
 class DiscreteSystem:
-    """Discrete system of a wall.
+    """Discrete system of a wall; all solvers of a model share its arrays, so copy them before a change.
 
-    Degrees of freedom are three of each block, those of the ground, and those of deformable blocks
-    (``damagepred.assembly.mesh.Mesh``). All solvers of a model share its arrays: copy them before a change.
-
-    Parameters
-    ----------
-    model : Model
-        n blocks.
-    options : ElasticSolutionOptions, optional
-        Tolerance of elastic solutions.
+    Degrees of freedom: three per block, three of the ground, then those of elastic or deformable blocks.
     """
 
     _in_use: ClassVar[WeakValueDictionary[int, DiscreteSystem]] = WeakValueDictionary()
@@ -43,13 +35,7 @@ class DiscreteSystem:
 
     @classmethod
     def of(cls, model: Model, options: ElasticSolutionOptions = DEFAULTS) -> DiscreteSystem:
-        """Return the system of a model; the same one as long as a solver holds it.
-
-        Parameters
-        ----------
-        model, options
-            As for the class; options count when the system is new.
-        """
+        """System of a model; one instance while a solver holds it."""
         system = cls._in_use.get(id(model))
         if system is None:
             system = cls._in_use[id(model)] = cls(model, options)
@@ -59,7 +45,7 @@ class DiscreteSystem:
 
     @cached_property
     def dependent_dofs(self) -> IntArray:
-        """Degrees of freedom that follow from others, or belong to nothing: they are not solved for."""
+        """Degrees of freedom that follow from others or are unused: the solvers leave them out."""
         mesh = self.model.mesh
         if mesh is None:
             return np.empty(0, dtype=np.int64)
@@ -71,18 +57,18 @@ class DiscreteSystem:
 
     @cached_property
     def constrained_dofs(self) -> IntArray:
-        """Degrees of freedom that are not free: prescribed ones, the ground's, and dependent ones."""
+        """Prescribed, ground and dependent degrees of freedom."""
         ground = 3 * self.model.n_blocks + np.arange(3)
         return np.concatenate((self.model.supports.prescribed, ground, self.dependent_dofs))
 
     @cached_property
     def free_dofs(self) -> IntArray:
-        """Degrees of freedom that the equations of motion or equilibrium are solved for."""
+        """Unknowns of the equations of motion or equilibrium."""
         return np.setdiff1d(np.arange(self.model.size), self.constrained_dofs)
 
     @cached_property
     def block_of_dof(self) -> IntArray:
-        """Block of each degree of freedom (size,); n, the ground's number, for those of the ground and of facets."""
+        """Block of each degree of freedom (size,); n for ground and facets."""
         n, mesh = self.model.n_blocks, self.model.mesh
         block = np.full(self.model.size, n, dtype=np.int64)
         block[: 3 * n] = np.repeat(np.arange(n), 3)
@@ -94,10 +80,8 @@ class DiscreteSystem:
 
     @cached_property
     def arms(self) -> FloatArray:
-        """Arm (size,) that makes each degree of freedom a displacement: radii of gyration (m) of rotations, else 1.
-
-        Strain and curvature of an elastic block have that at its ends: b/2 (m) and b^2/12 (m2).
-        """
+        """Arm (size,) that turns each degree of freedom into a displacement (m)."""
+        # displacements 1, rotations the radius of gyration, strains and curvatures the displacement of block ends
         arms = np.ones(self.model.size)
         blocks, elastic = self.model.blocks, self.model.elastic
         arms[2 : 3 * self.model.n_blocks : 3] = np.sqrt(blocks.polar / blocks.area)
@@ -107,7 +91,7 @@ class DiscreteSystem:
 
     @cached_property
     def residual_scale(self) -> FloatArray:
-        """Residual force (size,) (N, N m) that counts as one mean block weight, or its share on an axis of symmetry."""
+        """Residual force (size,) (N, N m) of one mean block weight, or its share on an axis of symmetry."""
         scale = self.model.mean_block_weight * self.arms
         scale[: 3 * self.model.n_blocks] *= np.repeat(self.model.block_share, 3)
         if self.model.elastic is not None:
@@ -116,12 +100,12 @@ class DiscreteSystem:
 
     @property
     def strain_dofs(self) -> slice:
-        """Strain and curvature of all elastic blocks; none where there are zones."""
+        """Strain and curvature of all elastic blocks; empty for deformable blocks."""
         return slice(3 * (self.model.n_blocks + 1) if self.model.mesh is None else self.model.size, None)
 
     @cached_property
     def strain_stiffness(self) -> FloatArray:
-        """Stiffness of elastic blocks against strain, E b h t (N m), and curvature, E b t h^3/12 (N m3), in turn."""
+        """Stiffness of elastic blocks: E b h t of strain (N m) and E b t h^3/12 of curvature (N m3) in turn."""
         model, elastic = self.model, self.model.elastic
         if elastic is None:
             return np.empty(0)
@@ -131,7 +115,7 @@ class DiscreteSystem:
         return np.column_stack((axial, axial * elastic.height**2 / 12.0)).ravel()
 
     def strains(self, displacement: FloatArray) -> FloatArray | None:
-        """Return strain and curvature (1/m) of each block (n, 2), 0 of rigid ones; None if no block is elastic."""
+        """Strain and curvature (1/m) of each block (n, 2), 0 for rigid blocks; None without elastic blocks."""
         if self.model.elastic is None:
             return None
         strain = np.zeros((self.model.n_blocks, 2))
@@ -147,7 +131,7 @@ class DiscreteSystem:
 
     @cached_property
     def live_load(self) -> FloatArray:
-        """Load at full movement that grows with it (size,) (N, N m)."""
+        """Live load at full movement (size,) (N, N m)."""
         return self._load(self.model.supports.live_load, self.model.live_edge_load)
 
     def _load(self, on_blocks: FloatArray, on_gridpoints: FloatArray | None) -> FloatArray:
@@ -155,11 +139,7 @@ class DiscreteSystem:
         return load if on_gridpoints is None else load + on_gridpoints
 
     def distribute(self, load: FloatArray) -> FloatArray:
-        """Distribute loads on blocks (3 n,) (N, N m) over all degrees of freedom (size,).
-
-        The load of a deformable block goes to its gridpoints as if it accelerated a rigid one: forces by their mass,
-        a moment by mass and arm.
-        """
+        """Distribute loads on blocks (3 n,) (N, N m) over all degrees of freedom (size,), over gridpoints by mass."""
         distributed = np.zeros(self.model.size)
         distributed[: load.size] = load
         if self.model.mesh is not None:
@@ -185,7 +165,7 @@ class DiscreteSystem:
         return transformation_matrix(self.model)
 
     def complete(self, displacement: FloatArray) -> FloatArray:
-        """Return displacements (size,) in which facets and deformable blocks as a whole follow from gridpoints."""
+        """Displacements (size,) with facets and mean motion of deformable blocks computed from gridpoints."""
         if self.model.mesh is None:
             return displacement
         completed = np.asarray(self._transformation @ displacement)
@@ -212,7 +192,7 @@ class DiscreteSystem:
 
     @cached_property
     def _factorised_stiffness(self) -> tuple[sparse.csc_array, SuperLU] | None:
-        """Elastic stiffness of the free degrees of freedom, joints with a gap left out, and its factors if regular."""
+        """Elastic stiffness of the free degrees of freedom without open gaps, and its factors; None if singular."""
         gap, free = self.model.properties.gap, self.free_dofs
         closed = self.model.interfaces.contact_area * (gap == 0.0)[:, None]
         whole = self._assemble_stiffness(closed) if gap.any() else self.elastic_stiffness
@@ -226,82 +206,65 @@ class DiscreteSystem:
         return stiffness, factors
 
     def elastic_solutions(self, *loads: FloatArray) -> list[FloatArray] | None:
-        """Solve for the displacements (size,) of the intact wall under each of some loads, nothing moved.
-
-        Parameters
-        ----------
-        *loads : array (size,)
-            On all degrees of freedom (N, N m); those on constrained ones take no part.
-
-        Returns
-        -------
-        list of array (size,) or None
-            0 where constrained, see ``complete``; None if the joints do not hold the wall in place.
-        """
+        """Displacements (size,) of the intact wall under each load without movement; None if singular."""
         if self._factorised_stiffness is None:
             return None
-        (stiffness, factors), free, found = self._factorised_stiffness, self.free_dofs, []
+        (stiffness, factors), free, solutions = self._factorised_stiffness, self.free_dofs, []
         for load in loads:
             displacement = np.zeros(self.model.size)
             displacement[free] = moved = factors.solve(load[free])
-            # a mechanism may be singular but for rounding: its displacements are then so large that nothing balances
+            # rounding may hide the singularity of a mechanism, but its huge displacements leave a residual
             residual = np.abs(stiffness @ moved - load[free]).max(initial=0.0)
             if not residual <= self.options.residual_tolerance * np.abs(load[free]).max(initial=0.0):
                 return None
-            found.append(displacement)
-        return found
+            solutions.append(displacement)
+        return solutions
 
     def elastic_displacement(self) -> FloatArray | None:
-        """Return the displacements (size,) of the intact wall under dead load; None if its joints do not hold it."""
-        found = self.elastic_solutions(self.dead_load)
-        return None if found is None else self.complete(found[0])
+        """Displacements (size,) of the intact wall under dead load; None if the wall is singular."""
+        solutions = self.elastic_solutions(self.dead_load)
+        return None if solutions is None else self.complete(solutions[0])
 
     @cached_property
     def largest_elastic_displacements(self) -> tuple[float, float]:
-        """Largest displacements (m) of a block of the intact wall under dead and under live load; 0 if not known."""
+        """Largest displacements (m) of a block of the intact wall under dead and under live load; 0 if unknown."""
         model = self.model
         if model.jacks is not None or model.sections is not None or model.footing is not None:
-            return 0.0, 0.0  # blocks on a footing move with it, which the limit of detachment allows for
-        found = self.elastic_solutions(self.dead_load, self.live_load)
-        if found is None:
+            return 0.0, 0.0  # the limit of detachment covers blocks that move with a footing
+        solutions = self.elastic_solutions(self.dead_load, self.live_load)
+        if solutions is None:
             return 0.0, 0.0
-        blocks = [u[: 3 * model.n_blocks].reshape(-1, 3)[:, :2] for u in found]
+        blocks = [u[: 3 * model.n_blocks].reshape(-1, 3)[:, :2] for u in solutions]
         dead, live = (float(np.hypot(*u.T).max(initial=0.0)) for u in blocks)
-        # farther than the wall is large: hardly anything holds it
+        # displacements beyond the size of the wall: it is nearly a mechanism
         size = float(np.ptp(model.blocks.vertices, axis=0).max())
         return (dead, live) if max(dead, live) < size else (0.0, 0.0)
 
     # -- reactions ------------------------------------------------------------------------------------------------
 
     def base_reaction(self, force: FloatArray) -> float:
-        """Return the vertical force of ground and supports on the wall (N, upwards), as ``support_force``."""
+        """Vertical force of ground and supports on the wall (N, upwards)."""
         ground = -float(force[3 * self.model.n_blocks + 1])
         return ground + float(self.support_force(force)[:, 1].sum())
 
     def support_force(self, force: FloatArray) -> FloatArray:
-        """Return the force of the supports on each block, array (n, 3): x, y (N) and moment (N m), 0 where it is free.
-
-        Parameters
-        ----------
-        force : array (size,)
-            Of joints, zones and loads on all degrees of freedom, prescribed ones included.
-        """
+        """Force of the supports on each block (n, 3): x, y (N) and moment (N m), 0 where the block is free."""
         model = self.model
-        found = np.zeros(3 * model.n_blocks)
+        reactions = np.zeros(3 * model.n_blocks)
         prescribed = model.supports.prescribed
-        of_blocks = prescribed[prescribed < found.size]
-        found[of_blocks] = -force[of_blocks]
-        by_block = found.reshape(-1, 3)
+        of_blocks = prescribed[prescribed < reactions.size]
+        reactions[of_blocks] = -force[of_blocks]
+        by_block = reactions.reshape(-1, 3)
         if model.mesh is not None and of_blocks.size < prescribed.size:
             reaction = np.zeros(model.size)
-            of_gridpoints = prescribed[prescribed >= found.size]
+            of_gridpoints = prescribed[prescribed >= reactions.size]
             reaction[of_gridpoints] = -force[of_gridpoints]
             by_block += block_resultants(model, reaction)
         return by_block
 
 
 def _joint_stiffness(model: Model, area: FloatArray) -> sparse.csc_array:
-    """Return the stiffness of the intact joints, whose contacts have areas (m, q) (m2), between bodies and strains."""
+    """Stiffness of the intact joints with contact areas (m, q) (m2), between bodies and strains."""
     face, law = model.interfaces, model.properties
     size = 3 * model.n_bodies
     if model.elastic is None:
@@ -309,7 +272,7 @@ def _joint_stiffness(model: Model, area: FloatArray) -> sparse.csc_array:
         dof = np.concatenate((3 * face.body_a[:, None] + np.arange(3), 3 * face.body_b[:, None] + np.arange(3)), axis=1)
     else:
         (dof, rows), size = interface_kinematics(model), model.size
-        dof = np.maximum(dof, 0)  # no row belongs to what is not there
+        dof = np.maximum(dof, 0)  # unused places have no row
     opening = rows[:, None, 0] + face.contact_offset[:, :, None] * rows[:, None, 2]
     shear = np.repeat(rows[:, None, 1], opening.shape[1], axis=1)
     k_n, k_s = law.normal_stiffness[:, None] * area, law.shear_stiffness[:, None] * area

@@ -13,23 +13,16 @@ from damagepred.solvers.system.deformable_blocks import facets_of
 
 
 class InterfaceKinematics(NamedTuple):
-    """For m interfaces, w degrees of freedom each: 6 with rigid blocks, 8 where any is deformable, 10 where elastic.
+    """Kinematics of m interfaces with w degrees of freedom: 6 for rigid blocks, 8 for deformable, 10 for elastic."""
 
-    Attributes
-    ----------
-    dof : array of int (m, w)
-        Degrees of freedom of side a, then of side b: three of a rigid block, strain and curvature of an elastic one; or
-        x and y of the two gridpoints at the ends of a facet; -1 where there are fewer.
-    rows : array (m, 3, w)
-        Opening and shear at the middle, and relative rotation, for unit displacements of each.
-    """
-
+    # (m, w) side a, then side b: three of a rigid block, strain and curvature of an elastic block, or x and y of the
+    # two gridpoints at the ends of a facet; -1 in unused places
     dof: IntArray
-    rows: FloatArray
+    rows: FloatArray  # (m, 3, w) opening and shear at the middle, and relative rotation, per unit displacement
 
 
 def body_kinematics(face: Interfaces) -> FloatArray:
-    """Return opening and shear at the middle, and relative rotation, for unit displacements of two bodies (m, 3, 6)."""
+    """Opening and shear at the middle, and relative rotation, per unit displacement of two bodies (m, 3, 6)."""
     rows = np.zeros((len(face.kind), 3, 2, 3))
     arms = ((face.arm_normal_a, face.arm_shear_a), (face.arm_normal_b, face.arm_shear_b))
     for side, sign, (arm_normal, arm_shear) in zip((0, 1), (-1.0, 1.0), arms):
@@ -40,7 +33,7 @@ def body_kinematics(face: Interfaces) -> FloatArray:
 
 
 def interface_kinematics(model: Model) -> InterfaceKinematics:
-    """Return the kinematics of a model's joints, with facets expressed by their gridpoints."""
+    """Kinematics of a model's joints, with facets expressed by their gridpoints."""
     face = model.interfaces
     body = np.stack((face.body_a, face.body_b), axis=1)  # (m, 2)
     rows, dof = body_kinematics(face).reshape(-1, 3, 2, 3), 3 * body[:, :, None] + np.arange(3)

@@ -12,7 +12,7 @@ from damagepred.enumerations import ContactKind
 
 
 def supported_during_load(model: Model) -> Model:
-    """Return the model without the deferred supports and jacks, which act only after the dead load."""
+    """Model without the deferred supports and jacks, which act only after the dead load."""
     if model.jacks is not None and model.jacks.after_load:
         model = replace(model, jacks=None)
     supports = model.supports
@@ -31,18 +31,15 @@ def supported_during_load(model: Model) -> Model:
 
 
 def unilateral_supports(model: Model) -> IntArray:
-    """Return the interfaces of unilateral supports under a footing on jacks."""
+    """Interfaces of unilateral supports under a footing on jacks."""
     if model.jacks is None or model.jacks.after_load:
         return np.empty(0, dtype=np.int64)
     return np.flatnonzero((model.interfaces.kind == ContactKind.SUPPORT) & (model.properties.tensile_strength == 0.0))
 
 
 def level(model: Model) -> Model:
-    """Return the model with bilateral supports under a footing on jacks, for the level state.
-
-    A wall is built on a level footing. Here the dead load is applied in proportion: a wall with intact bonds spans the
-    footing, and would lift it off unilateral supports.
-    """
+    """Model with bilateral supports under a footing on jacks, for the level state."""
+    # walls are built on a level footing; under proportional dead load intact bonds would lift it off its supports
     law, held = model.properties, unilateral_supports(model)
     if not held.size:
         return model
@@ -52,15 +49,7 @@ def level(model: Model) -> Model:
 
 
 def activate_deferred_supports(model: Model, displacement: FloatArray) -> Model:
-    """Activate deferred supports and jacks; what is prescribed counts from the dead-load displacement.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    displacement : array (size,)
-        Under the dead load.
-    """
+    """Model with deferred supports and jacks, whose prescribed displacements count from the dead-load displacement."""
     supports = model.supports
     start = np.where(supports.after_load, displacement[supports.prescribed], supports.start)
     none, jacks = np.zeros_like(supports.after_load), model.jacks

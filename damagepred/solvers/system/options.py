@@ -10,12 +10,12 @@ from damagepred.scene.quantity import Pure
 
 @described
 class ElasticSolutionOptions:
-    """Elastic solutions of the intact wall: under which residual they count.
+    """Elastic solutions of the intact wall.
 
     Attributes
     ----------
     residual_tolerance : float
-        Residual over the largest load, above which the wall counts as singular: its joints do not hold it (1).
+        Residual over the largest load, above which the wall counts as singular (1).
     """
 
     residual_tolerance: Pure = Field(default=1e-3, gt=0)
@@ -28,8 +28,7 @@ class CreepOptions:
     Attributes
     ----------
     longest_step : float
-        Longest step over the relaxation time (1). Creep is exact at constant opening, and of second order in the step
-        elsewhere.
+        Longest step over the relaxation time (1); exact at constant opening, otherwise of second order.
     """
 
     longest_step: Pure = Field(default=0.1, gt=0)

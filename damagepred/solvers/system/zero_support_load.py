@@ -12,22 +12,7 @@ from damagepred.solvers.system.footing_forces import outer_support_loads
 
 
 def least_support_load(model: Model, jack_load: float, sigma: FloatArray) -> float:
-    """Return the load (N) whose loss ends the path: of a jack, or of the less loaded outer support.
-
-    Parameters
-    ----------
-    model : Model
-        m interfaces with q contacts.
-    jack_load : float
-        Of each jack (N).
-    sigma : array (m, q)
-        Normal stress (Pa), tension positive.
-
-    Returns
-    -------
-    float
-        Infinite if nothing ends the path.
-    """
+    """Load (N) whose loss ends the path: of a jack, or of the less loaded outer support."""
     jacks = model.jacks
     if jacks is None or not jacks.stop:
         return np.inf
@@ -38,23 +23,13 @@ def least_support_load(model: Model, jack_load: float, sigma: FloatArray) -> flo
 
 @dataclass
 class IllinoisRegulaFalsi:
-    """Root of a falling function: regula falsi, Illinois variant (Dowell and Jarratt 1971).
+    """Root of a falling function: regula falsi, Illinois variant (Dowell and Jarratt 1971)."""
 
-    Attributes
-    ----------
-    left, right : (float, float)
-        Ends of the bracket: argument and value, positive on the left. Of two trials in a row on the same side, the
-        second halves the value on the other.
-    tolerance : float
-        Value that counts as zero.
-    bracket : float
-        Length of the bracket that ends the search.
-    """
-
+    # argument and value of both ends, positive on the left; a second trial in a row on one side halves the other value
     left: tuple[float, float]
     right: tuple[float, float]
-    tolerance: float
-    bracket: float
+    tolerance: float  # value that counts as zero
+    bracket: float  # final length of the bracket
     _zero: bool = field(init=False)
     _side: int = 0
 
@@ -67,18 +42,12 @@ class IllinoisRegulaFalsi:
         return self._zero or self.right[0] - self.left[0] < self.bracket
 
     def next_trial(self) -> float:
-        """Return the root of the secant."""
+        """Root of the secant."""
         (a, value_a), (b, value_b) = self.left, self.right
         return a + value_a / (value_a - value_b) * (b - a)
 
     def update(self, trial: float, value: float) -> bool:
-        """Narrow the bracket; return whether the trial is on the left of the root.
-
-        Parameters
-        ----------
-        trial, value : float
-            Argument and value.
-        """
+        """Narrow the bracket; True if the trial is left of the root."""
         if value > self.tolerance:
             if self._side > 0:
                 self.right = self.right[0], 0.5 * self.right[1]
