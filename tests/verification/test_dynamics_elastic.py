@@ -115,7 +115,7 @@ def excited(course: DynamicRun, mode: int, first: float = 0.0, rate: float = 0.0
     inverse, stiffness, dt = strains.inverse_mass[0, mode], strains.stiffness[0, mode], course.time_step
     strains.displacement[0, mode], strains.force[0, mode] = first, -stiffness * first
     strains.velocity[0, mode] = rate + 0.5 * dt * stiffness * first * inverse  # half a step ago
-    course.energy = EnergyBalance(course.model, course.bodies, course.motion, course.damping, dt, course.terms)
+    course.energy = EnergyBalance(course.bodies, course.motion, course.damping, dt, course.terms)
     return course
 
 

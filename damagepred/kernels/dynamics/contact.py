@@ -1,27 +1,23 @@
-"""Forces between bodies that move as far as they like: points on the faces of blocks against the edges of others.
+"""Contact forces of bodies with large displacements: points on the faces of blocks against the edges of others.
 
-A boundary point is a material point on the face of a block with the area it stands for. It is measured in the frame of
-the edge it faces: how far it is from the edge's line is the opening u_n, its way along the edge the shear u_s. With
-tension positive the joint law gives sigma and tau from them; the force sigma A along that edge's normal and tau A along
-the edge acts at the point's present place on the one body, and the opposite one, at the same place, on the other. So
-momentum and angular momentum are kept exactly, and while the joint is elastic the force is the exact gradient of
-A (k_n u_n^2 + k_s u_s^2) / 2 with respect to both poses: whatever turns with both of them costs nothing.
+A boundary point is a material point on the face of a block with a tributary area A. In the frame of the edge it faces,
+its distance from the edge is the opening u_n, its position along the edge the shear u_s. The joint law gives sigma and
+tau, tension positive; the force, sigma A along the normal and tau A along the edge, acts at the present position of the
+point on both bodies in opposite directions. So momentum and angular momentum are conserved, and the force of an elastic
+joint is the exact gradient of A (k_n u_n^2 + k_s u_s^2) / 2 with respect to both poses.
 
-The status of a point is one of three:
+Status of a point:
 
-- BONDED: it faces the edge that it was joined to at first, by mortar or by lying on it. It does so while the bond
-  holds, and after that until it opens by ``release_opening`` or passes the end of the edge.
-- TOUCHING: it faces an edge met later. A point inside a convex block is in contact with the edge of least penetration
-  among those that its face looks at. The penetration d begins at 0, and so does the potential k A d^2 / 2: no rounding
-  of corners is needed. The edge is kept until the point parts from it or passes its end by ``edge_overrun``. Then
-  contact is detected anew, and pressure and friction are carried over to an edge of nearly the same direction. So a
-  block slides over the joints of a course unhindered.
-- FREE: it faces nothing.
+- BONDED: faces its first edge, by mortar or by support, while the bond holds, and then until it opens by
+  ``release_opening`` or passes the end of the edge.
+- TOUCHING: faces an edge met later: the edge of least penetration of a convex block among the edges that face it. The
+  penetration starts at 0, so corners need no rounding. The point keeps its edge until it separates or passes the end by
+  ``edge_overrun``; then contact is detected again, and pressure and friction pass to an edge of nearly the same
+  direction, so that a block slides over the joints of a course.
+- FREE: faces no edge.
 
-A point faces one thing at a time, and only what its own face looks at: a corner has two points, one for each of the
-faces that meet in it, and the one whose face lies across the edge met takes no part. Energy is never created by a
-change of edge: a point that is found behind an edge through which it did not come counts from there (``offset``), and
-what it held is lost where it passes an end with nothing beyond.
+A corner has two points, one per face. A change of edge creates no energy: a point that is already behind its new edge
+starts with an ``offset``, and the energy of a point that passes the last edge is released.
 """
 
 import numpy as np
@@ -33,14 +29,14 @@ from damagepred.kernels.dynamics.strains import (
     push_strains,
     unstrained_place,
 )
-from damagepred.kernels.jit import law, rule
+from damagepred.kernels.jit import kernel, law, rule
 from damagepred.kernels.joint.explicit_update import explicit_update
 from damagepred.kernels.joint.limits import coulomb_limit
 
 FREE, BONDED, TOUCHING = 0, 1, 2
-"""Status of a point: what it faces."""
+"""Status of a point."""
 FRICTION, RELEASED, FRACTURE, DASHPOT, JOINT_TERMS = 0, 1, 2, 3, 4
-"""What is counted while points act (J): work of friction, energy set free, work of softening, of stiffness damping."""
+"""Energy terms of points (J): friction, released energy, softening, stiffness damping."""
 
 POINT = np.dtype(
     [
@@ -69,10 +65,9 @@ POINT = np.dtype(
         ("damping_s", "f8"),
     ]
 )
-"""A boundary point: its body and place there (m), the edge it lies on, its area (m2), how far it may pass an end and
-how far part before it is free (m), its law; what it faces, where shear counts from, what is added to the opening (m),
-whether its neighbours have been searched; history variables of the law; opening and shear (m), stresses, and damping
-stresses (Pa) of the last step."""
+"""Boundary point: body, own edge, position in the body frame (m), area (m2), overrun and release distances (m), joint
+law; target edge, origins of shear and opening (m), whether its neighbours have been searched; history variables;
+opening, shear (m), stresses and damping stresses (Pa) of the last step."""
 
 EDGE = np.dtype(
     [
@@ -86,21 +81,13 @@ EDGE = np.dtype(
         ("length", "f8"),
     ]
 )
-"""An edge of a block: its body and block. In that body's frame the end from which the way along it counts (m), and its
-direction, clockwise round the block: the outward normal is (-along_y, along_x). Then where it ends on the way, low and
-length (m): 0 and its length, except for the ground, which extends to either side."""
+"""Edge of a block: body, block, start in the body frame (m), unit direction clockwise round the block (the outward
+normal is (-along_y, along_x)), and coordinates of both ends along it (m)."""
 
 
 @law
 def _edge_coordinates(points, i, edges, e, pose, strains):
-    """Return the coordinates of point i in the frame of edge e.
-
-    Returns
-    -------
-    tuple of float
-        Lever arms x, y from the centroids of the point's body and of the edge's (m); coordinate along the edge and
-        signed distance from its line, outside positive (m); direction of the edge.
-    """
+    """Arms of point i on both bodies, coordinate and distance from edge e (m), direction of the edge."""
     a, b = points[i].body, edges[e].body
     x, y = place_on_body(points, i, strains)
     ca, sa = pose[a, 2], pose[a, 3]
@@ -118,32 +105,7 @@ def _edge_coordinates(points, i, edges, e, pose, strains):
 
 @rule
 def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose, strains):
-    """Return the signed distances of a place on a face from the edges of one convex block.
-
-    Parameters
-    ----------
-    at_x, at_y : float
-        The place (m).
-    own_x, own_y : float
-        Direction of the face it lies on, a unit vector.
-    bodies : BodyArrays
-        See ``contact_forces``.
-    polygon : int
-        The block.
-    pose : array (bodies, 4)
-        x, y (m), cosine and sine of the rotation of each body.
-    strains : BlockStrains or None
-        See ``contact_forces``.
-
-    Returns
-    -------
-    faced : float
-        Largest signed distance from the edges that the face looks at (m); inside it is minus the least depth.
-    which : int
-        The edge it belongs to, -1 if the face looks at none.
-    others : float
-        Largest signed distance from the other edges (m).
-    """
+    """Largest signed distance (m) from the edges of a convex block facing a point, its edge, and from other edges."""
     edges, last = bodies.edges, bodies.first_edge[polygon + 1]
     faced, others, which = -np.inf, -np.inf, -1
     if strains is not None:  # an elastic block is one body
@@ -166,59 +128,44 @@ def signed_distances(at_x, at_y, own_x, own_y, bodies, polygon, pose, strains):
 
 @law
 def face_frame(points, i, edges, pose, strains):
-    """Return the position x, y of point i (m), and the direction of its face, a unit vector.
-
-    Parameters
-    ----------
-    points, edges : array of record
-        ``POINT``, ``EDGE``.
-    i : int
-        The point.
-    pose : array (bodies, 4)
-        x, y (m), cosine and sine of the rotation of each body.
-    strains : BlockStrains or None
-        See ``contact_forces``.
-    """
-    a, own = points[i].body, points[i].own_edge
+    """Position x, y of point i (m), and the direction of its face, a unit vector."""
+    a, own_edge = points[i].body, points[i].own_edge
     ca, sa = pose[a, 2], pose[a, 3]
     x, y = place_on_body(points, i, strains)
-    t_x, t_y = edges[own].along_x, edges[own].along_y
+    t_x, t_y = edges[own_edge].along_x, edges[own_edge].along_y
     return pose[a, 0] + ca * x - sa * y, pose[a, 1] + sa * x + ca * y, ca * t_x - sa * t_y, sa * t_x + ca * t_y
 
 
 @rule
 def _detect_contact(bodies, i, neighbours, pose, strains, pressed, sheared, old_x, old_y):
-    """Detect contact of a free point with a neighbouring block, and start it; return whether there is one.
-
-    The point touches the edge of least penetration (node-to-segment contact, Wriggers 2006).
-    """
+    """Start contact of a free point with the edge of least penetration (node-to-segment, Wriggers 2006), if any."""
     p = bodies.points[i]
     at_x, at_y, own_x, own_y = face_frame(bodies.points, i, bodies.edges, pose, strains)
-    found, deepest, came_from = -1, np.inf, 0.0
+    target, deepest, came_from = -1, np.inf, 0.0
     for k in range(neighbours.first[i], neighbours.first[i + 1]):
         gap, e, others = signed_distances(at_x, at_y, own_x, own_y, bodies, neighbours.polygon[k], pose, strains)
         before = neighbours.distance[k] if (p.searched != 0) & (neighbours.edge[k] == e) else min(gap, 0.0)
         neighbours.distance[k] = gap
         neighbours.edge[k] = e
-        # half the way of a step ahead: what is met within it presses already, see ``contact_forces``
+        # half a step ahead: an edge met within it presses already, see ``contact_forces``
         if (e < 0) | (gap >= 0.5 * abs(gap - before)) | (gap >= deepest):
             continue
-        # through the face itself, or it was behind its line already and came from the side, and is inside by now
+        # it came through the edge, or from the side behind the edge's line and is inside now
         if (before > 0.0) & (others < p.edge_overrun) | (others < gap):
-            found, deepest, came_from = e, gap, before
+            target, deepest, came_from = e, gap, before
     p.searched = 1
-    if found < 0:
+    if target < 0:
         return False
     if strains is not None:
-        edge = bodies.edges[found]
+        edge = bodies.edges[target]
         b = edge.body
         arm_x, arm_y, c, s = at_x - pose[b, 0], at_y - pose[b, 1], pose[b, 2], pose[b, 3]
         face_place(strains, i, c * arm_x + s * arm_y, c * arm_y - s * arm_x, b, edge.along_x, edge.along_y)
-    _, _, _, _, along, gap, t_x, t_y = _edge_coordinates(bodies.points, i, bodies.edges, found, pose, strains)
+    _, _, _, _, along, gap, t_x, t_y = _edge_coordinates(bodies.points, i, bodies.edges, target, pose, strains)
     p.law = p.law | 1
     joint = bodies.laws[p.law]
     continues = pressed < 0.0 and t_x * old_x + t_y * old_y > bodies.continuation_cosine
-    p.target = found
+    p.target = target
     p.status = TOUCHING
     p.searched = 0
     p.offset = 0.0 if came_from > 0.0 else max(-gap + (pressed if continues else 0.0), 0.0)
@@ -238,10 +185,8 @@ def _detect_contact(bodies, i, neighbours, pose, strains, pressed, sheared, old_
 
 @rule
 def _release_contact(bodies, i, neighbours, pose, strains, joint_terms, along, gap, t_x, t_y, search):
-    """Release a point that passed the end of its edge, and detect its next contact; return whether there is one.
-
-    The elastic energy that the next contact does not take over is counted as released.
-    """
+    """Release a point that passed the end of its edge, and detect its next contact; True if there is one."""
+    # elastic energy that does not pass to the next contact is released
     p = bodies.points[i]
     joint = bodies.laws[p.law]
     u_n, u_s = gap + p.offset, along - p.anchor
@@ -271,7 +216,7 @@ def _release_contact(bodies, i, neighbours, pose, strains, joint_terms, along, g
 
 @law
 def _exceeds_limits(p, joint, sigma, tau, special, softening):
-    """Return whether the elastic predictor of a point needs a correction by limits, softening or a cap."""
+    """Whether the elastic predictor of a point needs a correction by limits, softening or a cap."""
     cracked = p.cracked != 0.0
     f_t = joint.residual_tensile_strength if cracked else joint.tensile_strength
     cohesion = joint.residual_cohesion if cracked else joint.cohesion
@@ -286,15 +231,7 @@ def _exceeds_limits(p, joint, sigma, tau, special, softening):
 
 @law
 def _return_to_limits(p, joint, pressed, u_n, u_s, special, softening):
-    """Return sigma, tau (Pa) of a point by the joint law, and its works per area (J/m2); commit its history.
-
-    Returns
-    -------
-    sigma, tau : float
-        Stress (Pa).
-    friction_work, fracture_work, released_energy : float
-        Of the step (J/m2).
-    """
+    """Stresses (Pa), friction work, softening work and released energy (J/m2) of a point; commit its history."""
     was_cracked, slip, dilatant_opening, kappa = p.cracked != 0.0, p.slip, p.dilatant_opening, p.kappa
     sigma, tau, p.slip, p.dilatant_opening, cracked, p.kappa = explicit_update(
         pressed, u_s, slip, dilatant_opening, was_cracked, kappa, joint, special, softening
@@ -321,10 +258,7 @@ def _return_to_limits(p, joint, pressed, u_n, u_s, special, softening):
 
 @law
 def _damping_stress(p, sigma, tau, rate, newly_cracked, no_tension):
-    """Return the damping stress (Pa), proportional to the rate of the elastic stress.
-
-    It never pulls a joint that carries no tension.
-    """
+    """Damping stress (Pa), proportional to the rate of elastic stress, without tension in a joint that carries none."""
     if newly_cracked or (no_tension and sigma == 0.0):
         return 0.0, 0.0
     damping_n = rate * (sigma - p.sigma)
@@ -350,40 +284,13 @@ def contact_forces(
 ):
     """Compute the forces of all contacts on the bodies (penalty contact with the joint law), and commit their history.
 
-    A point that is pressed in one step and not in the next passes the kink of the law somewhere in between. A force
-    taken at the end of the step misses part of the impulse, or adds to it, at random. So where the point is nearer to
-    the kink than half its way in the last step, the law is given the mean pressure over a step's way about here:
-    -(w - u)^2 / (4 w) in place of min(u, 0), with w half that way. What bounces then keeps its energy far better.
-
-    Parameters
-    ----------
-    bodies : BodyArrays
-        Points, edges, laws and cosines; see ``damagepred.solvers.dynamics.body_arrays``.
-    neighbours : NamedTuple of arrays
-        ``first`` (p + 1,), ``polygon``, ``edge`` and ``distance`` (k,): blocks near each point, and how far the edge
-        that its face looks at was last.
-    pose : array (bodies, 4)
-        x, y (m), cosine and sine of the angle of each body.
-    force : array (bodies, 3)
-        Force x, y (N) and moment (N m) on each body: added to.
-    strains : BlockStrains or None
-        Of elastic blocks, whose ``force`` is added to; None if there are none: left out at compile time.
-    special : bool or None
-        None if no joint dilates, breaks or softens by slip or has a cap: left out at compile time.
-    softening : Softening or None
-        None if no bond softens: left out at compile time.
-    per_step : float
-        Stiffness-proportional damping over the time step (1).
-    pressed_per_step : float
-        The same of contacts without tensile strength, in addition.
-    search : bool
-        Whether points may touch blocks that they were not bonded to.
-    joint_terms : array (JOINT_TERMS,)
-        Added to.
+    The force at the end of a step that passes the kink of the law misses or adds part of the impulse. Within half a
+    step's movement w of the kink, the law therefore gets the mean closing over that movement, -(w - u)^2 / (4 w)
+    rather than min(u, 0): bouncing blocks then conserve their energy far better.
     """
     points, edges = bodies.points, bodies.edges
     friction_work, released_energy, fracture_work, damping_work = 0.0, 0.0, 0.0, 0.0
-    # points of one joint follow each other: their forces on its two bodies are summed before they are added
+    # consecutive points belong to one joint: sum their forces on its two bodies first
     last_a, last_b = 0, 0
     a_x, a_y, a_m, b_m = 0.0, 0.0, 0.0, 0.0
     for i in range(points.size):
@@ -462,3 +369,45 @@ def contact_forces(
     joint_terms[RELEASED] += released_energy
     joint_terms[FRACTURE] += fracture_work
     joint_terms[DASHPOT] += damping_work
+
+
+@rule
+def _append_if_near(bodies, i, other, pose, strains, low, high, margin, polygon, edge, gap, count):
+    """Append a block within the margin to the neighbour list of point i; return the length of the list."""
+    x, y, along_x, along_y = face_frame(bodies.points, i, bodies.edges, pose, strains)
+    own_polygon = bodies.edges[bodies.points[i].own_edge].polygon
+    if (other == own_polygon) | (high[other, 0] < x - margin) | (low[other, 0] > x + margin):
+        return count
+    if (high[other, 1] < y - margin) | (low[other, 1] > y + margin):
+        return count
+    faced, which, others = signed_distances(x, y, along_x, along_y, bodies, other, pose, strains)
+    if (faced >= margin) | (others >= margin):
+        return count
+    if count < polygon.size:
+        polygon[count] = other
+        edge[count] = which
+        gap[count] = faced
+    return count + 1
+
+
+@kernel
+def find_neighbours(
+    bodies, x_points, pose, strains, low, high, narrow, start, widest, wide, margin, first, polygon, edge, gap
+):
+    """Fill the neighbour list (Verlet 1967) of all points with blocks nearer than ``margin``; return its length.
+
+    Narrow blocks are sorted by their left ends for a binary search.
+    """
+    count = 0
+    for i in range(x_points.size):
+        first[i] = count
+        x = x_points[i]
+        begin = np.searchsorted(start, x - margin - widest)
+        for s in range(begin, narrow.size):
+            if start[s] > x + margin:
+                break
+            count = _append_if_near(bodies, i, narrow[s], pose, strains, low, high, margin, polygon, edge, gap, count)
+        for w in range(wide.size):
+            count = _append_if_near(bodies, i, wide[w], pose, strains, low, high, margin, polygon, edge, gap, count)
+    first[x_points.size] = count
+    return count

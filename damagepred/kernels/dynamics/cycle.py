@@ -1,4 +1,4 @@
-"""The cycle of the dynamic solver: law of motion, law of the joints, again and again. Nothing is allocated here."""
+"""Cycle of the dynamic solver: law of motion, joint law. Nothing is allocated here."""
 
 from damagepred.kernels.dynamics.contact import BONDED, contact_forces
 from damagepred.kernels.dynamics.motion import (
@@ -14,7 +14,7 @@ from damagepred.kernels.jit import kernel, law
 
 @law
 def _add_ground_work(points, imposed, change, body_terms):
-    """Add half the work of the ground's movement in a step, by the forces of the bonded points on it."""
+    """Add half the work of the ground movement in a step on the bonded points."""
     for m in range(imposed.point.size):
         p = points[imposed.point[m]]
         if p.status == BONDED:
@@ -50,11 +50,11 @@ def run_steps(
     search_distance,
     counts,
 ):
-    """Integrate in time from step ``first`` to ``last``, or to where neighbours are to be searched; return the step.
+    """Integrate from step ``first`` to ``last``, or until neighbours must be searched; return the step.
 
     ``loading`` (steps + 1, 3): displacement x, y of the base (m) and load factor. ``damping``: local (1),
-    mass-proportional (1/s), stiffness-proportional (s), of pressed contacts (s). ``special``, ``softening``: None where
-    the plain joint law is enough; where no bond softens. ``search_distance``: 0 for no search and no new contacts (m).
+    mass-proportional (1/s), stiffness-proportional (s), of pressed contacts (s). ``search_distance`` (m): 0 without
+    new contacts.
     """
     local, mass_damping, stiffness_damping, contact_damping = damping
     points = body_arrays.points

@@ -1,7 +1,6 @@
-"""Newton's law with physical mass and time for bodies that move and turn as far as they like.
+"""Newton's law with physical mass and time for bodies with large displacements and rotations.
 
-Central differences: velocities live half way between two steps, v(n + 1/2) = v(n - 1/2) + dt F(n) / m, poses at the
-steps. Angles are summed up, and cosine and sine taken of the sum: nothing drifts.
+Central differences, v(n + 1/2) = v(n - 1/2) + dt F(n) / m. Poses follow from the sum of rotations, without drift.
 """
 
 import numpy as np
@@ -10,25 +9,12 @@ from damagepred.kernels.explicit.motion import damped
 from damagepred.kernels.jit import law, rule
 
 DAMPING, BOUNDARY, LIVE, BODY_TERMS = 0, 1, 2, 3
-"""What is counted while bodies move (J): work taken by damping, put in by what is held and by the ground, and by live
-loads."""
+"""Energy terms of bodies (J): work of damping, of supports and ground, and of live loads."""
 
 
 @law
 def advance_free(motion, count, base, time_step, local_damping, mass_damping, body_terms):
-    """Advance the free degrees of freedom by one step: central differences with local damping (Cundall 1987).
-
-    Parameters
-    ----------
-    motion : NamedTuple of arrays
-        See ``damagepred.solvers.dynamics.body_motion``.
-    count : int
-        How many of them, from the first on.
-    base : tuple of float
-        Velocity of the base in each direction (m/s, rad/s).
-    time_step, local_damping, mass_damping, body_terms
-        See ``advance_bodies``.
-    """
+    """Advance the free degrees of freedom by one step: central differences with local damping (Cundall 1987)."""
     half = 0.5 * mass_damping * time_step
     velocity, displacement, force, load = motion.velocity, motion.displacement, motion.force, motion.load
     drags = (local_damping > 0.0) | (mass_damping > 0.0)
@@ -55,15 +41,7 @@ def advance_free(motion, count, base, time_step, local_damping, mass_damping, bo
 
 @law
 def advance_prescribed(motion, loading, k, time_step, body_terms):
-    """Move the prescribed degrees of freedom by one step, and add the first half of the step's work there.
-
-    Parameters
-    ----------
-    motion : NamedTuple of arrays
-        See ``damagepred.solvers.dynamics.body_motion``.
-    loading, k, time_step, body_terms
-        See ``advance_bodies``.
-    """
+    """Move the prescribed degrees of freedom by one step, and add the first half of their work."""
     velocity, displacement = motion.velocity, motion.displacement
     directions = velocity.shape[1]
     for h in range(motion.held.size):
@@ -76,45 +54,9 @@ def advance_prescribed(motion, loading, k, time_step, body_terms):
         body_terms[BOUNDARY] -= 0.5 * time_step * v * (motion.force[j, d] + motion.load[j, d])
 
 
-@law
-def prescribed_power(motion, power):
-    """Return a power and that of the forces at prescribed degrees of freedom (W).
-
-    Parameters
-    ----------
-    motion : NamedTuple of arrays
-        See ``damagepred.solvers.dynamics.body_motion``.
-    power : float
-        To which it is added (W).
-    """
-    directions = motion.velocity.shape[1]
-    for h in range(motion.held.size):
-        j, d = motion.held[h] // directions, motion.held[h] % directions
-        power += motion.velocity[j, d] * (motion.force[j, d] + motion.load[j, d])
-    return power
-
-
 @rule
 def advance_bodies(motion, loading, k, time_step, local_damping, mass_damping, body_terms):
-    """Advance velocities and poses of all blocks by one step.
-
-    Parameters
-    ----------
-    motion : NamedTuple of arrays
-        See ``damagepred.solvers.dynamics.body_motion``: n blocks, then the ground.
-    loading : array (steps + 1, 3)
-        Displacement x, y of the base (m) and load factor, step by step.
-    k : int
-        Step from which to go on.
-    time_step : float
-        dt (s).
-    local_damping : float
-        Share of the residual force that opposes the motion.
-    mass_damping : float
-        Damping force over momentum relative to the base (1/s).
-    body_terms : array (BODY_TERMS,)
-        Added to (J).
-    """
+    """Advance velocities and poses of all blocks by one step."""
     base = ((loading[k + 1, 0] - loading[k, 0]) / time_step, (loading[k + 1, 1] - loading[k, 1]) / time_step, 0.0)
     velocity, displacement, force = motion.velocity, motion.displacement, motion.force
     blocks = velocity.shape[0] - 1
@@ -142,19 +84,7 @@ def _update_pose(motion, j):
 
 @rule
 def ramp_live_load(motion, before, now, time_step, body_terms):
-    """Ramp the live loads from one load factor to the next, and count their work in the step.
-
-    Parameters
-    ----------
-    motion : NamedTuple of arrays
-        With ``live_load``, ``load`` and ``velocity`` of bodies, (n + 1, 3).
-    before, now : float
-        Shares of the movement.
-    time_step : float
-        dt (s).
-    body_terms : array (BODY_TERMS,)
-        Added to.
-    """
+    """Ramp the live loads from one load factor to the next, and count their work in the step."""
     live, load, velocity = motion.live_load, motion.load, motion.velocity
     work = 0.0
     for j in range(live.shape[0]):
@@ -166,36 +96,19 @@ def ramp_live_load(motion, before, now, time_step, body_terms):
 
 @rule
 def add_boundary_work(motion, time_step, body_terms):
-    """Add the second half of a step's work at prescribed degrees of freedom (trapezoidal rule, forces at its end).
-
-    Parameters
-    ----------
-    motion : NamedTuple of arrays
-        See ``advance_bodies``.
-    time_step : float
-        dt (s).
-    body_terms : array (BODY_TERMS,)
-        Added to (J).
-    """
+    """Add the second half of the work at prescribed degrees of freedom (trapezoidal rule)."""
     velocity, force = motion.velocity, motion.force
     ground = velocity.shape[0] - 1
     power = force[ground, 0] * velocity[ground, 0] + force[ground, 1] * velocity[ground, 1]
-    body_terms[BOUNDARY] -= 0.5 * time_step * prescribed_power(motion, power)
+    for h in range(motion.held.size):
+        j, d = motion.held[h] // 3, motion.held[h] % 3
+        power += velocity[j, d] * (force[j, d] + motion.load[j, d])
+    body_terms[BOUNDARY] -= 0.5 * time_step * power
 
 
 @rule
 def largest_movement(motion, searched_at, radius):
-    """Return an upper bound of a block point's displacement relative to the base since the last neighbour search (m).
-
-    Parameters
-    ----------
-    motion : NamedTuple of arrays
-        See ``advance_bodies``.
-    searched_at : array (n + 1, 3)
-        Displacements then.
-    radius : array (n,)
-        Largest distance of a corner from the centroid (m).
-    """
+    """Upper bound of a block point's displacement relative to the base since the last neighbour search (m)."""
     now, largest, ground = motion.displacement, 0.0, radius.size
     base_x, base_y = now[ground, 0] - searched_at[ground, 0], now[ground, 1] - searched_at[ground, 1]
     for j in range(ground):

@@ -12,25 +12,25 @@ from damagepred.errors import InputError
 from damagepred.scene.dynamics import BaseMotion
 
 LARGEST_VALUE, SHORTEST_STEP = 1e6, 1e-6
-"""Bounds of a record: acceleration, velocity or displacement (SI), and time between two points (s)."""
+"""Bounds of a record: acceleration, velocity or displacement (SI), and time step (s)."""
 
 Displacement = Callable[[FloatArray], FloatArray]
 
 
 def base_displacement(motions: Sequence[BaseMotion]) -> Displacement:
-    """Make a function: time (k,) in s -> displacement (k, 2) of the base (m), 0 at time 0; motions add up."""
-    parts = [(0 if motion.direction == "x" else 1, motion.start, _one(motion)) for motion in motions]
+    """Function from time (k,) (s) to displacement (k, 2) of the base (m), 0 at time 0; motions add up."""
+    parts = [(0 if motion.direction == "x" else 1, motion.start, _displacement_of(motion)) for motion in motions]
 
     def displacement(time: FloatArray) -> FloatArray:
         moved = np.zeros((len(time), 2))
-        for axis, start, part in parts:
-            moved[:, axis] += part(np.maximum(time - start, 0.0))
+        for axis, start, share in parts:
+            moved[:, axis] += share(np.maximum(time - start, 0.0))
         return moved
 
     return displacement
 
 
-def _one(motion: BaseMotion) -> Displacement:
+def _displacement_of(motion: BaseMotion) -> Displacement:
     if motion.kind == "record":
         time, values = motion.record()
         with np.errstate(over="ignore"):
@@ -71,7 +71,7 @@ def _sine(peak: float, length: float, half_waves: int) -> Displacement:
 
 
 def from_record(time: FloatArray, values: FloatArray, quantity: str, baseline: str) -> Displacement:
-    """Displacement (m) of a recorded base (s, SI): at rest before the record, at constant velocity or rest after it."""
+    """Displacement (m) of a recorded base, at rest before the record, at constant velocity or rest after it."""
     step = np.diff(time)
     if quantity == "displacement":
         curve = scipy.interpolate.CubicSpline(time, values - values[0])
@@ -88,11 +88,11 @@ def from_record(time: FloatArray, values: FloatArray, quantity: str, baseline: s
         jerk = np.append(np.diff(acceleration) / step, 0.0)
         acceleration = np.append(acceleration[:-1], 0.0)
     way = velocity[:-1] * step + acceleration[:-1] * step**2 / 2 + jerk[:-1] * step**3 / 6
-    place = np.concatenate(([0.0], np.cumsum(way)))
+    position = np.concatenate(([0.0], np.cumsum(way)))
 
     def displacement(t: FloatArray) -> FloatArray:
         i = np.clip(np.searchsorted(time, t, side="right") - 1, 0, len(time) - 1)
         s = np.maximum(t - time[i], 0.0)
-        return np.asarray(place[i] + velocity[i] * s + acceleration[i] * s**2 / 2 + jerk[i] * s**3 / 6)
+        return np.asarray(position[i] + velocity[i] * s + acceleration[i] * s**2 / 2 + jerk[i] * s**3 / 6)
 
     return displacement

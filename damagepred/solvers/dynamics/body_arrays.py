@@ -1,9 +1,8 @@
-"""Edges, boundary points and laws of a model, as the kernels of large movement take them.
+"""Edges, boundary points and laws of a model for the kernels of large displacements.
 
-The contacts of an interface become two points each: one on the face of either block, measured against the face of the
-other, with half the area, the same law and a memory of its own. So their elastic stiffness is that of the contacts of
-small displacements. Faces and parts of faces without a joint get points too, corners included; their law is that of
-the block's longest joint with its bond broken.
+A contact of an interface becomes two points, one on the face of either block against the face of the other, each with
+half the area, the same law and its own history: the elastic stiffness of small displacements. Free parts of faces and
+corners also have points, with the law of the block's longest joint without bond.
 """
 
 from __future__ import annotations
@@ -27,29 +26,13 @@ GROUND_REACH = 1e9
 
 
 class BodyArrays(NamedTuple):
-    """Outlines of bodies for contact detection.
+    """Outlines of bodies for contact detection."""
 
-    Attributes
-    ----------
-    points : array of record (p,)
-        Boundary points; first the 2 m q of the interfaces, (m, 2, q): those of block b, then those of block a.
-    edges : array of record (e,)
-        Edges of the blocks, then those of the ground, its lowest level first.
-    first_edge : array of int (polygons + 1,)
-        Where the edges of each polygon begin: the blocks and, if anything rests on it, the ground at its lowest level.
-    laws : array of record (l,)
-        ``JOINT_PARAMETERS`` of each bond, followed by those without bond, for later contacts.
-    radius : array (n,)
-        Largest distance of a corner from its block's centroid (m).
-    facing_cosine, continuation_cosine : float
-        Of ``DynamicsOptions``.
-    """
-
-    points: NDArray[Any]
-    edges: NDArray[Any]
-    first_edge: IntArray
-    laws: NDArray[Any]
-    radius: FloatArray
+    points: NDArray[Any]  # (p,) first the points of the interfaces (m, 2, q), block b before block a
+    edges: NDArray[Any]  # (e,) of the blocks, then of the ground, its lowest level first
+    first_edge: IntArray  # (polygons + 1,) start of the blocks' edges and, under a wall on ground, of its lowest level
+    laws: NDArray[Any]  # (l,) ``JOINT_PARAMETERS`` of each bond, each followed by the law without bond
+    radius: FloatArray  # (n,) largest distance of a corner from the centroid of its block (m)
     facing_cosine: float
     continuation_cosine: float
 
@@ -65,13 +48,13 @@ def body_arrays(model: Model, origin: FloatArray, options: DynamicsOptions) -> B
     owner = np.repeat(np.arange(model.n_blocks), np.diff(first))
     arm = np.hypot(vertices[:, 0] - model.blocks.x[owner], vertices[:, 1] - model.blocks.y[owner])
     return BodyArrays(
-        points,
-        edges,
-        first_edge,
-        _laws(model),
-        np.maximum.reduceat(arm, first[:-1]),
-        options.facing_cosine,
-        options.continuation_cosine,
+        points=points,
+        edges=edges,
+        first_edge=first_edge,
+        laws=_laws(model),
+        radius=np.maximum.reduceat(arm, first[:-1]),
+        facing_cosine=options.facing_cosine,
+        continuation_cosine=options.continuation_cosine,
     )
 
 
@@ -82,12 +65,12 @@ def _edges(model: Model, origin: FloatArray, centre: FloatArray) -> tuple[NDArra
     following = np.arange(len(blocks.vertices)) + 1
     following[blocks.first_vertex[1:] - 1] = blocks.first_vertex[:-1]
     end, start = blocks.vertices, blocks.vertices[following]  # clockwise: from the later corner to the earlier
-    own = np.zeros(len(start), dtype=EDGE)
-    own["body"] = own["polygon"] = owner
-    own["x"], own["y"] = (start - centre[owner]).T
-    own["length"] = np.hypot(*(end - start).T)
-    own["along_x"], own["along_y"] = (end - start).T / own["length"]
-    # the ground: a line, whose outward normal points up, its lowest level endless
+    of_blocks = np.zeros(len(start), dtype=EDGE)
+    of_blocks["body"] = of_blocks["polygon"] = owner
+    of_blocks["x"], of_blocks["y"] = (start - centre[owner]).T
+    of_blocks["length"] = np.hypot(*(end - start).T)
+    of_blocks["along_x"], of_blocks["along_y"] = (end - start).T / of_blocks["length"]
+    # the ground: lines with an upward normal, the lowest endless
     levels = _ground_levels(model)
     face = model.interfaces
     ground = np.zeros(len(levels), dtype=EDGE)
@@ -99,12 +82,12 @@ def _edges(model: Model, origin: FloatArray, centre: FloatArray) -> tuple[NDArra
             ground["low"][i], ground["length"][i] = -GROUND_REACH, GROUND_REACH
             continue
         on = _on_ground(model) & (face.y == level)
-        left, right = (face.x - face.length / 2)[on].min(), (face.x + face.length / 2)[on].max()
-        ground["x"][i], ground["length"][i] = left - origin[0], right - left
-    first = np.searchsorted(own["polygon"], np.arange(n + 1))
+        low, right = (face.x - face.length / 2)[on].min(), (face.x + face.length / 2)[on].max()
+        ground["x"][i], ground["length"][i] = low - origin[0], right - low
+    first = np.searchsorted(of_blocks["polygon"], np.arange(n + 1))
     if len(levels):
-        first = np.append(first, len(own) + 1)
-    return np.concatenate((own, ground)), first.astype(np.int64)
+        first = np.append(first, len(of_blocks) + 1)
+    return np.concatenate((of_blocks, ground)), first.astype(np.int64)
 
 
 def _on_ground(model: Model) -> BoolArray:
@@ -131,13 +114,13 @@ def _bonded_edges(model: Model, edges: NDArray[Any], first_edge: IntArray) -> _B
     def find(block: int, i: int, sign: float) -> int:
         if block == n:
             return first_ground + levels.index(face.y[i])
-        own = edges[first_edge[block] : first_edge[block + 1]]
-        across = -own["along_y"] * face.normal_x[i] * sign + own["along_x"] * face.normal_y[i] * sign
-        x, y = face.x[i] - model.blocks.x[block] - own["x"], face.y[i] - model.blocks.y[block] - own["y"]
-        along = own["along_x"] * x + own["along_y"] * y
-        off = np.abs(own["along_x"] * y - own["along_y"] * x)
-        outside = np.maximum(-along, along - own["length"]).clip(min=0.0)
-        # of the edges with the right normal, the one nearest to the joint's middle
+        candidates = edges[first_edge[block] : first_edge[block + 1]]
+        across = -candidates["along_y"] * face.normal_x[i] * sign + candidates["along_x"] * face.normal_y[i] * sign
+        x, y = face.x[i] - model.blocks.x[block] - candidates["x"], face.y[i] - model.blocks.y[block] - candidates["y"]
+        along = candidates["along_x"] * x + candidates["along_y"] * y
+        off = np.abs(candidates["along_x"] * y - candidates["along_y"] * x)
+        outside = np.maximum(-along, along - candidates["length"]).clip(min=0.0)
+        # the nearest to the middle of the joint among the edges with its normal
         miss = np.where(across > 1.0 - 1e-6, off + outside, np.inf)
         return int(first_edge[block] + miss.argmin())
 
@@ -154,24 +137,22 @@ def _joint_points(
     x = face.x[:, None] + face.normal_y[:, None] * face.contact_offset
     y = face.y[:, None] - face.normal_x[:, None] * face.contact_offset
     body_a, body_b = face.block_a, face.block_b
-    for side, (own, other, own_home, other_home) in enumerate(
+    for side, (body, other, edge, target) in enumerate(
         ((body_b, body_a, home.b, home.a), (body_a, body_b, home.a, home.b))
     ):
         p = points[:, side]
-        p["body"], p["own_edge"], p["target"] = own[:, None], own_home[:, None], other_home[:, None]
-        p["x"], p["y"] = x - centre[own, 0][:, None], y - centre[own, 1][:, None]
+        p["body"], p["own_edge"], p["target"] = body[:, None], edge[:, None], target[:, None]
+        p["x"], p["y"] = x - centre[body, 0][:, None], y - centre[body, 1][:, None]
         at_x, at_y = x - centre[other, 0][:, None], y - centre[other, 1][:, None]
-        e = edges[other_home]
+        e = edges[target]
         at_x, at_y = at_x - e["x"][:, None], at_y - e["y"][:, None]
         p["anchor"] = e["along_x"][:, None] * at_x + e["along_y"][:, None] * at_y
         p["offset"] = -(e["along_x"][:, None] * at_y - e["along_y"][:, None] * at_x)
     points["area"] = 0.5 * face.contact_area[:, None, :]
     points["law"] = 2 * np.arange(m)[:, None, None]
     length = face.contact_area * (face.length / face.contact_area.sum(axis=1))[:, None]
-    points["edge_overrun"], points["release_opening"] = (
-        options.edge_overrun * length[:, None, :],
-        options.release_opening * length[:, None, :],
-    )
+    points["edge_overrun"] = options.edge_overrun * length[:, None, :]
+    points["release_opening"] = options.release_opening * length[:, None, :]
     points["status"] = BONDED
     return points.ravel()
 
@@ -184,7 +165,7 @@ def _free_points(
     centre: FloatArray,
     options: DynamicsOptions,
 ) -> NDArray[Any]:
-    """Return points on the parts of faces without a joint, corners included."""
+    """Points on the parts of faces without a joint, corners included."""
     law = _default_law(model)
     own_edges = edges[: first_edge[model.n_blocks]]
     stretches = _free_stretches(model, own_edges, home, centre)
@@ -192,14 +173,14 @@ def _free_points(
     on, along, length = [], [], []
     for edge, start, end in stretches:
         whole = float(edges["length"][edge])
-        for place, share in _spread(start, end, cell, start == 0.0, end == whole, options.max_cells):
+        for position, share in _spread(start, end, cell, start == 0.0, end == whole, options.max_cells):
             on.append(edge)
-            along.append(place)
+            along.append(position)
             length.append(share)
-    own, way, stretch = np.array(on, dtype=np.int64), np.array(along), np.array(length)
+    edge_of, way, stretch = np.array(on, dtype=np.int64), np.array(along), np.array(length)
     points = np.zeros(len(on), dtype=POINT)
-    e = edges[own]
-    points["body"], points["own_edge"] = e["body"], own
+    e = edges[edge_of]
+    points["body"], points["own_edge"] = e["body"], edge_of
     points["x"], points["y"] = e["x"] + e["along_x"] * way, e["y"] + e["along_y"] * way
     points["area"] = 0.5 * stretch * model.block_law.thickness[e["polygon"]]
     points["edge_overrun"], points["release_opening"] = (
@@ -215,66 +196,65 @@ def _free_points(
 def _free_stretches(
     model: Model, edges: NDArray[Any], home: _BondedEdges, centre: FloatArray
 ) -> list[tuple[int, float, float]]:
-    """Return edge, start and end (m along it) of the parts of blocks' faces without a joint."""
+    """Edge, start and end (m along it) of the parts of faces without a joint."""
     face, n = model.interfaces, model.n_blocks
     covered: dict[int, list[tuple[float, float]]] = {}
     for block, on in ((face.block_a, home.a), (face.block_b, home.b)):
-        own = block < n
-        e = edges[on[own]]
+        is_block = block < n
+        e = edges[on[is_block]]
         start = centre[e["body"]] + np.column_stack((e["x"], e["y"]))
-        along = e["along_x"] * (face.x[own] - start[:, 0]) + e["along_y"] * (face.y[own] - start[:, 1])
-        for edge, middle, length in zip(on[own].tolist(), along.tolist(), face.length[own].tolist()):
+        along = e["along_x"] * (face.x[is_block] - start[:, 0]) + e["along_y"] * (face.y[is_block] - start[:, 1])
+        for edge, middle, length in zip(on[is_block].tolist(), along.tolist(), face.length[is_block].tolist()):
             covered.setdefault(edge, []).append((middle - length / 2, middle + length / 2))
-    found: list[tuple[int, float, float]] = []
+    stretches: list[tuple[int, float, float]] = []
     for edge in range(len(edges)):
         length, reached = float(edges["length"][edge]), 0.0
         for begin, end in [*sorted(covered.get(edge, [])), (length, length)]:
             if begin - reached > 1e-6 * length:
-                found.append((edge, reached, begin))
+                stretches.append((edge, reached, begin))
             reached = max(reached, end)
-    return found
+    return stretches
 
 
 def _spread(
     start: float, end: float, cell: float, first: bool, last: bool, max_cells: int
 ) -> list[tuple[float, float]]:
-    """Return places (m) and lengths (m) of points on a stretch of a face, cell by cell.
+    """Positions (m) and lengths (m) of points on a stretch of a face, cell by cell.
 
-    A cell has a point at its end where that is a corner of the block, and none where the stretch borders on a joint:
-    quadrature of Lobatto (3 points), Radau or Gauss (2).
+    Cells at both corners of a face have Lobatto points (3), at one corner Radau (2), others Gauss (2).
     """
     count = min(max(1, round((end - start) / cell)), max_cells)
     size = (end - start) / count
-    found = []
+    points = []
     for k in range(count):
-        left, right = first and k == 0, last and k == count - 1
+        corner_first, corner_last = first and k == 0, last and k == count - 1
         rule: tuple[tuple[float, float], ...]
-        if left and right:
+        if corner_first and corner_last:
             rule = ((0.0, 1 / 6), (0.5, 4 / 6), (1.0, 1 / 6))
-        elif left:
+        elif corner_first:
             rule = ((0.0, 1 / 4), (2 / 3, 3 / 4))
-        elif right:
+        elif corner_last:
             rule = ((1 / 3, 3 / 4), (1.0, 1 / 4))
         else:
             rule = ((0.5 - GAUSS_POINT, 1 / 2), (0.5 + GAUSS_POINT, 1 / 2))
-        found += [(start + (k + at) * size, share * size) for at, share in rule]
-    return found
+        points += [(start + (k + position) * size, share * size) for position, share in rule]
+    return points
 
 
 def _default_law(model: Model) -> IntArray:
-    """Return the law of each block where it has no joint: of its longest joint, or that of blocks without any."""
+    """Law of each block on its free faces: of its longest joint, or the law of blocks without joints."""
     face, n = model.interfaces, model.n_blocks
-    usual = np.full(n + 1, len(face.kind), dtype=np.int64)  # the law after those of the interfaces
+    usual = np.full(n + 1, len(face.kind), dtype=np.int64)  # the law after the interfaces'
     for i in np.argsort(face.length, kind="stable").tolist():
         usual[face.block_a[i]] = usual[face.block_b[i]] = i
     return usual[:-1]
 
 
 def _laws(model: Model) -> NDArray[Any]:
-    """Return the laws of the interfaces and, last, of blocks without any, each followed by that with a broken bond."""
-    own = model.properties
-    loose = model.loose_joint or JointProperties._make(values[:1] for values in own)
-    properties = JointProperties._make(np.concatenate(pair) for pair in zip(own, loose))
+    """Laws of the interfaces and, last, of blocks without joints, each followed by the law without bond."""
+    joints = model.properties
+    loose = model.loose_joint or JointProperties._make(values[:1] for values in joints)
+    properties = JointProperties._make(np.concatenate(pair) for pair in zip(joints, loose))
     none = np.zeros_like(properties.friction)
     bare = properties._replace(
         tensile_strength=none,

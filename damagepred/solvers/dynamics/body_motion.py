@@ -14,48 +14,24 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
 class Motion(NamedTuple):
-    """Bodies: n blocks, then the ground.
+    """Bodies: n blocks, then the ground."""
 
-    Attributes
-    ----------
-    reference : array (n + 1, 2)
-        Initial centroids, from the run's origin (m).
-    pose : array (n + 1, 4)
-        x, y (m), cosine and sine of the rotation: all that contacts depend on.
-    force : array (n + 1, 3)
-        Of contacts on each body (N, N, N m).
-    load, live_load : array (n + 1, 3)
-        Load now, dead and live, and live load at full movement (N, N m).
-    inverse_mass : array (n + 1, 3)
-        1 / mass, 0 where prescribed.
-    velocity : array (n + 1, 3)
-        Half a step ago (m/s, rad/s).
-    displacement : array (n + 1, 3)
-        From the reference (m, rad).
-    held : array of int (h,)
-        Prescribed degrees of freedom, 3 block + axis.
-    held_start, held_displacement : array (h,)
-        Their displacement at the start, and its change at full movement (m, rad).
-    strains : BlockStrains or None
-        Strain and curvature of elastic blocks; None if there are none.
-    """
-
-    reference: FloatArray
-    pose: FloatArray
-    force: FloatArray
-    load: FloatArray
-    live_load: FloatArray
-    inverse_mass: FloatArray
-    velocity: FloatArray
-    displacement: FloatArray
-    held: IntArray
-    held_start: FloatArray
-    held_displacement: FloatArray
+    reference: FloatArray  # (n + 1, 2) initial centroids, from the run's origin (m)
+    pose: FloatArray  # (n + 1, 4) x, y (m), cosine and sine of the rotation
+    force: FloatArray  # (n + 1, 3) of contacts (N, N, N m)
+    load: FloatArray  # (n + 1, 3) present dead and live load (N, N m)
+    live_load: FloatArray  # (n + 1, 3) at full movement (N, N m)
+    inverse_mass: FloatArray  # (n + 1, 3) 1 / mass, 0 where prescribed
+    velocity: FloatArray  # (n + 1, 3) half a step ago (m/s, rad/s)
+    displacement: FloatArray  # (n + 1, 3) from the reference (m, rad)
+    held: IntArray  # (h,) prescribed degrees of freedom, 3 block + axis
+    held_start: FloatArray  # (h,) their displacement at the start (m, rad)
+    held_displacement: FloatArray  # (h,) its change at full movement (m, rad)
     strains: BlockStrains | None = None
 
 
 def motion_of(model: Model, origin: FloatArray) -> Motion:
-    """Return the bodies of a model at rest in their initial places."""
+    """Bodies of a model at rest in their initial positions."""
     n = model.n_blocks
     mass = np.column_stack((model.mass, model.mass, model.density * model.blocks.polar * model.block_law.thickness))
     inverse = np.zeros((n + 1, 3))
@@ -73,30 +49,35 @@ def motion_of(model: Model, origin: FloatArray) -> Motion:
             f"{model.describe_block(int(bare[0]))} has no mass, so it cannot move in time: give its material a "
             f"density greater than 0, or hold it."
         )
-    place = np.zeros((n + 1, 2))
-    place[:-1] = np.column_stack((model.blocks.x, model.blocks.y)) - origin
+    reference = np.zeros((n + 1, 2))
+    reference[:-1] = np.column_stack((model.blocks.x, model.blocks.y)) - origin
     pose = np.zeros((n + 1, 4))
-    pose[:, :2], pose[:, 2] = place, 1.0
+    pose[:, :2], pose[:, 2] = reference, 1.0
     return Motion(
-        place,
-        pose,
-        np.zeros((n + 1, 3)),
-        load,
-        live,
-        inverse,
-        np.zeros((n + 1, 3)),
-        np.zeros((n + 1, 3)),
-        held,
-        np.zeros(len(held)),
-        model.supports.prescribed_displacement[whole],
+        reference=reference,
+        pose=pose,
+        force=np.zeros((n + 1, 3)),
+        load=load,
+        live_load=live,
+        inverse_mass=inverse,
+        velocity=np.zeros((n + 1, 3)),
+        displacement=np.zeros((n + 1, 3)),
+        held=held,
+        held_start=np.zeros(len(held)),
+        held_displacement=model.supports.prescribed_displacement[whole],
     )
 
 
-def base_velocity(part: Any, motion: Motion) -> FloatArray:
-    """Return the velocity of the base in the directions of a part: x, y (m/s) and rotation; 0 for strains."""
-    if part is motion.strains:
+def moving_parts(motion: Motion) -> tuple[Motion | BlockStrains, ...]:
+    """Bodies, and strains of elastic blocks."""
+    return (motion,) if motion.strains is None else (motion, motion.strains)
+
+
+def base_velocity(moving: Any, motion: Motion) -> FloatArray:
+    """Velocity of the base in the directions of a part: x, y (m/s) and rotation; 0 for strains."""
+    if moving is motion.strains:
         return np.zeros(2)
-    return np.array([*motion.velocity[-1, :2], 0.0])[: part.velocity.shape[1]]
+    return np.array([*motion.velocity[-1, :2], 0.0])[: moving.velocity.shape[1]]
 
 
 def update_poses(motion: Motion) -> None:

@@ -1,4 +1,4 @@
-"""Neighbour search: the blocks near each boundary point (Verlet list with a skin)."""
+"""Neighbour search: blocks near each boundary point (Verlet list with a skin)."""
 
 from __future__ import annotations
 
@@ -7,54 +7,23 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import FloatArray, IntArray
-from damagepred.kernels.dynamics.detection import find_neighbours
+from damagepred.kernels.dynamics.contact import find_neighbours
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
 from damagepred.solvers.dynamics.body_motion import Motion
 from damagepred.solvers.dynamics.strains import BlockStrains
 
 
 class NeighbourList(NamedTuple):
-    """Blocks near each of p boundary points.
+    """Blocks near each of p boundary points."""
 
-    Attributes
-    ----------
-    first : array of int (p + 1,)
-        Where the list of each point begins.
-    polygon, edge : array of int (k,), distance : array (k,)
-        Neighbouring block, its edge that the point's face looks at, and signed distance to it at the last search (m).
-    """
-
-    first: IntArray
-    polygon: IntArray
-    edge: IntArray
-    distance: FloatArray
+    first: IntArray  # (p + 1,) start of each point's list
+    polygon: IntArray  # (k,) neighbouring block
+    edge: IntArray  # (k,) edge that the point's face looks at
+    distance: FloatArray  # (k,) signed, at the last search (m)
 
 
 class NeighbourSearch:
-    """Search for neighbours, again whenever points have moved far enough since the last.
-
-    Parameters
-    ----------
-    bodies : BodyArrays
-        Points and edges.
-    motion : Motion
-        Their poses and displacements.
-    skin : float
-        Distance within which blocks are neighbours of a point (m).
-    distance : float
-        Movement since the last search that asks for the next (m); 0 for no search and no new contacts.
-    wide_block_ratio : float
-        See ``DynamicsOptions``.
-
-    Attributes
-    ----------
-    neighbours : NeighbourList
-        Found by the last search.
-    searched_at : array (n + 1, 3)
-        Displacements then (m, rad).
-    count : int
-        Searches so far.
-    """
+    """Neighbour search, repeated after points have moved far enough."""
 
     def __init__(
         self, bodies: BodyArrays, motion: Motion, skin: float, distance: float, wide_block_ratio: float
@@ -69,10 +38,8 @@ class NeighbourSearch:
     def update(self) -> None:
         """Search for neighbours at the present displacements."""
         if self.distance > 0.0:
-            motion = self._motion
-            self.neighbours = neighbour_list(
-                self._bodies, motion.pose, self._skin, self._wide_block_ratio, motion.strains
-            )
+            pose, strains = self._motion.pose, self._motion.strains
+            self.neighbours = neighbour_list(self._bodies, pose, self._skin, self._wide_block_ratio, strains)
             self.searched_at[:] = self._motion.displacement
             self.count += 1
 
@@ -82,7 +49,7 @@ class NeighbourSearch:
             self.update()
 
     def _largest_movement(self) -> float:
-        """Return the largest movement of a point since the last search (m); as ``largest_movement`` of the kernels."""
+        """Upper bound of the movement of a point since the last search (m)."""
         moved = self._motion.displacement - self.searched_at
         base = np.array([*moved[-1, :2], 0.0])
         moved = np.abs(moved[:-1] - base)
@@ -92,26 +59,26 @@ class NeighbourSearch:
 def neighbour_list(
     scene: BodyArrays, pose: FloatArray, margin: float, wide: float, strains: BlockStrains | None = None
 ) -> NeighbourList:
-    """Return the blocks nearer to each point than a margin."""
+    """Blocks nearer to each point than a margin."""
     points, edges = scene.points, scene.edges
-    own = edges[: scene.first_edge[-1]]
-    corner = world_coordinates(pose, own["body"], own["x"], own["y"])
+    of_polygons = edges[: scene.first_edge[-1]]
+    corner = world_coordinates(pose, of_polygons["body"], of_polygons["x"], of_polygons["y"])
     corners = np.diff(scene.first_edge)
     low = np.minimum.reduceat(corner, scene.first_edge[:-1])
     high = np.maximum.reduceat(corner, scene.first_edge[:-1])
-    low[corners < 3], high[corners < 3] = -np.inf, np.inf  # the ground: a line without end
+    low[corners < 3], high[corners < 3] = -np.inf, np.inf  # the endless ground
     width = high[:, 0] - low[:, 0]
     is_wide = width > wide * np.median(width)
     narrow = np.flatnonzero(~is_wide)
     narrow = narrow[np.argsort(low[narrow, 0], kind="stable")]
-    left = world_coordinates(pose, points["body"], points["x"], points["y"])[:, 0].copy()
+    x_points = world_coordinates(pose, points["body"], points["x"], points["y"])[:, 0].copy()
     first = np.zeros(len(points) + 1, dtype=np.int64)
     room = 8 * len(points)
     while True:
         polygon, edge, distance = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64), np.empty(room)
         count = find_neighbours(
             scene,
-            left,
+            x_points,
             pose,
             strains,
             low,
@@ -132,6 +99,6 @@ def neighbour_list(
 
 
 def world_coordinates(pose: FloatArray, body: IntArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return the positions of points of bodies, array (p, 2) (m)."""
+    """Positions of points of bodies, array (p, 2) (m)."""
     c, s = pose[body, 2], pose[body, 3]
     return np.column_stack((pose[body, 0] + c * x - s * y, pose[body, 1] + s * x + c * y))

@@ -1,11 +1,11 @@
 """Energy balance of a run in physical time.
 
-Kinetic energy at a step is taken as m v(n - 1/2) v(n + 1/2) / 2. With it, central differences obey exactly
+With the kinetic energy m v(n - 1/2) v(n + 1/2) / 2, central differences obey exactly
 
     change of kinetic energy = sum over the steps of (F(n) + F(n + 1)) (x(n + 1) - x(n)) / 2,
 
-so all works are summed by the trapezoidal rule too, and elastic joints balance to the last digits. The rest is the
-error of the time step: of blocks that rotate, and of contacts that close or open within it.
+so all works use the trapezoidal rule, and elastic joints balance to rounding. The rest is the error of the time step,
+from rotation and from contacts that close or open within a step.
 """
 
 from __future__ import annotations
@@ -15,44 +15,26 @@ from typing import NamedTuple
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.assembly import Model
 from damagepred.diagnostics import Energies
 from damagepred.kernels.dynamics.contact import DASHPOT, FRACTURE, FRICTION, RELEASED
 from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING, LIVE
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
-from damagepred.solvers.dynamics.body_motion import Motion, base_velocity
+from damagepred.solvers.dynamics.body_motion import Motion, base_velocity, moving_parts
 from damagepred.solvers.dynamics.strains import BlockStrains
 
 
 class EnergyTerms(NamedTuple):
-    """Works of contacts and of bodies that kernels sum (J): ``kernels.dynamics``, ``contact`` and ``motion``."""
+    """Energy terms of contacts and bodies summed by kernels (J)."""
 
     joint_terms: FloatArray
     body_terms: FloatArray
 
 
 class EnergyBalance:
-    """Balance of one run.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    scene : BodyArrays
-        Its points.
-    motion : Motion
-        Its bodies.
-    damping : tuple of float
-        Local (1), mass-proportional (1/s), stiffness-proportional (s).
-    time_step : float
-        dt (s).
-    terms : EnergyTerms
-        Works that kernels sum.
-    """
+    """Energy balance of one run."""
 
     def __init__(
         self,
-        model: Model,
         scene: BodyArrays,
         motion: Motion,
         damping: tuple[float, float, float, float],
@@ -61,24 +43,24 @@ class EnergyBalance:
     ) -> None:
         self._scene, self._motion, self._terms = scene, motion, terms
         self._damping, self._step = damping, time_step
-        self._moving: list[Motion | BlockStrains] = [motion] if motion.strains is None else [motion, motion.strains]
-        self._start = [part.displacement.copy() for part in self._moving]
-        self._dead = [part.load.copy() for part in self._moving]
+        self._moving = moving_parts(motion)
+        self._start = [body.displacement.copy() for body in self._moving]
+        self._dead = [body.load.copy() for body in self._moving]
         self._kinetic, self._damped, self._pulled = self._half_steps()
         self._elastic = self.elastic_energy()
         self._input = self._largest = 0.0
 
     def _half_steps(self) -> tuple[float, float, float]:
-        """Return the kinetic energy, and the works of damping and of the base, by damping, in the half step to now."""
-        parts = np.array([self._half_step(part, base_velocity(part, self._motion)) for part in self._moving])
+        """Kinetic energy, and work of damping and of the base by damping in the last half step (J)."""
+        parts = np.array([self._half_step(body, base_velocity(body, self._motion)) for body in self._moving])
         kinetic, damped, pulled = parts.sum(axis=0)
         return float(kinetic), float(damped), float(pulled)
 
-    def _half_step(self, part: Motion | BlockStrains, base: FloatArray) -> tuple[float, float, float]:
+    def _half_step(self, body: Motion | BlockStrains, base: FloatArray) -> tuple[float, float, float]:
         local, viscous, _, _ = self._damping
-        before, inverse = part.velocity, part.inverse_mass
+        before, inverse = body.velocity, body.inverse_mass
         mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
-        force = (part.force + part.load) * (inverse > 0)
+        force = (body.force + body.load) * (inverse > 0)
         drag = local * np.abs(force) * np.sign(before)
         half = 0.5 * viscous * self._step
         push = self._step * (force - drag) * inverse
@@ -90,7 +72,7 @@ class EnergyBalance:
         return kinetic, damped, -half_step * float((dashpot * base).sum())
 
     def elastic_energy(self) -> float:
-        """Return the elastic energy of joints and elastic blocks (J)."""
+        """Elastic energy of joints and elastic blocks (J)."""
         points = self._scene.points
         joint = self._scene.laws[points["law"]]
         sigma = points["sigma"]
@@ -104,12 +86,12 @@ class EnergyBalance:
         return joints if strains is None else joints + 0.5 * float((strains.stiffness * strains.displacement**2).sum())
 
     def balance(self) -> Energies:
-        """Return the balance now."""
+        """Present balance."""
         joint_terms, body_terms = self._terms
         kinetic, damped, pulled = self._half_steps()
         elastic = self.elastic_energy()
         boundary = float(body_terms[BOUNDARY]) + pulled - self._pulled
-        ways = [part.displacement - start for part, start in zip(self._moving, self._start)]
+        ways = [body.displacement - start for body, start in zip(self._moving, self._start)]
         dead = sum(float((load * way).sum()) for load, way in zip(self._dead, ways))
         external = boundary + dead + float(body_terms[LIVE])
         damping = float(body_terms[DAMPING] + joint_terms[DASHPOT]) + damped - self._damped

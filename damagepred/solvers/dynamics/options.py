@@ -17,18 +17,18 @@ class DynamicsOptions:
     skin : float
         Distance within which blocks are neighbours of a point, over the size of the smallest block (1).
     search_distance : float
-        Movement of a point since the last search that asks for the next, over that distance (1). Below one half, two
-        points that approach each other have not met then.
+        Movement of a point that triggers the next search, over that distance (1). Below one half, two points that
+        approach each other have not met before.
     wide_block_ratio : float
-        Width over the median from which a block is tried for every point (1).
+        Width over the median from which a block is a candidate for every point (1).
     edge_overrun : float
-        Length by which a point may pass the end of the edge it faces, over the length it stands for (1).
+        Distance by which a point may pass the end of its edge, over its tributary length (1).
     release_opening : float
-        Opening at which a point with a broken bond leaves its first edge, over the length it stands for (1).
+        Opening at which a point with a broken bond leaves its first edge, over its tributary length (1).
     facing_cosine : float
-        Cosine of the angle between two faces that touch, least to count as facing each other (1). 0.1 is 84 degrees.
+        Least cosine of the angle between two faces in contact (1); 0.1 is 84 degrees.
     continuation_cosine : float
-        Cosine of the angle between two edges from which pressure and friction pass from one to the next (1).
+        Least cosine of the angle between two edges for which pressure and friction pass to the next edge (1).
     max_cells : int
         Cells of points on a stretch of a face without joint.
     eigenvalue_tolerance : float
@@ -40,10 +40,10 @@ class DynamicsOptions:
     outputs_at_rest : int
         Outputs in a row with a speed below ``dynamics.rest_speed`` that end a run.
     divergence_energy_ratio : float
-        Energy over what there was and was put in, from which a run has diverged (1).
+        Energy over initial energy and input from which a run has diverged (1).
     divergence_energy_error : float
-        Created energy over the largest energy so far, from which a run has diverged (1). The longest permitted steps
-        create some where blocks bounce without damping.
+        Created energy over the largest energy from which a run has diverged (1); the longest permitted steps create
+        some where blocks bounce without damping.
     """
 
     skin: Pure = Field(default=0.1, gt=0)

@@ -22,11 +22,11 @@ from damagepred.scene import Solver
 from damagepred.scene.dynamics import Dynamics
 from damagepred.solvers.dynamics.base_motion import base_displacement
 from damagepred.solvers.dynamics.body_arrays import body_arrays
-from damagepred.solvers.dynamics.body_motion import Motion, base_velocity, motion_of, update_poses
+from damagepred.solvers.dynamics.body_motion import base_velocity, motion_of, moving_parts, update_poses
 from damagepred.solvers.dynamics.contact_search import NeighbourSearch, world_coordinates
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance, EnergyTerms
 from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
-from damagepred.solvers.dynamics.strains import BlockStrains, block_strains
+from damagepred.solvers.dynamics.strains import block_strains
 from damagepred.solvers.dynamics.time_step import contact_damping, highest_frequency, time_step
 from damagepred.solvers.explicit.tiles import needs_full_law, softening_of
 from damagepred.solvers.state.increment import Increment
@@ -37,7 +37,7 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
 class Imposed(NamedTuple):
-    """Rate of the ground's movement over the load factor, arrays (i,): points, and displacement under them (m)."""
+    """Points on the ground (i,), and displacement under them per load factor (m)."""
 
     point: IntArray
     normal: FloatArray
@@ -45,35 +45,7 @@ class Imposed(NamedTuple):
 
 
 class DynamicRun:
-    """One run in physical time; iterating over it yields its outputs.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    dynamics : Dynamics
-        Time, damping, base motion.
-    initial : State, optional
-        Static equilibrium from which the run begins; by default the wall is unstressed.
-    options : DynamicsOptions
-        Contact search, time step, divergence.
-
-    Attributes
-    ----------
-    time_step : float
-        dt (s).
-    frequency : HighestFrequency
-        From which the time step follows.
-    steps : int
-        Steps so far.
-    search : NeighbourSearch
-        Neighbours of the boundary points.
-
-    Raises
-    ------
-    InputError
-        If a block has no mass.
-    """
+    """Run in physical time, iterable over its outputs."""
 
     @one_blas_thread()
     def __init__(
@@ -102,7 +74,7 @@ class DynamicRun:
         self.time_step = self.interval / self.steps_each
         local = dynamics.local_damping if dynamics.damping == "local" else 0.0
         self.damping = (local, dynamics.mass_damping, dynamics.stiffness_damping, contacts)
-        # two variants of the joint law are enough, plain and full: each takes a while to compile
+        # only two variants of the joint law, plain and full, because of their compile time
         softening = softening_of(model)
         self.special = True if needs_full_law(model) or softening is not None else None
         self.softening = softening if self.special is None else softening or Softening(None)
@@ -115,11 +87,7 @@ class DynamicRun:
         self.steps = self.output = 0
         self.terms = EnergyTerms(np.zeros(JOINT_TERMS), np.zeros(BODY_TERMS))
         self._begin(initial)
-        self.energy = EnergyBalance(model, self.bodies, self.motion, self.damping, self.time_step, self.terms)
-
-    @property
-    def _moving(self) -> tuple[Motion | BlockStrains, ...]:
-        return (self.motion,) if self.motion.strains is None else (self.motion, self.motion.strains)
+        self.energy = EnergyBalance(self.bodies, self.motion, self.damping, self.time_step, self.terms)
 
     def _begin(self, initial: State | None) -> None:
         motion, points = self.motion, self.bodies.points
@@ -135,7 +103,7 @@ class DynamicRun:
         motion.held_start[:] = motion.displacement.ravel()[motion.held]
         update_poses(motion)
         self.search.update()
-        # opening and shear of the last step: nothing has moved since
+        # opening and shear of the step before
         opening, shear = self._bonded_kinematics()
         points["opening"][: opening.size], points["shear"][: shear.size] = opening.ravel(), shear.ravel()
         search = self.dynamics.new_contacts
@@ -155,7 +123,7 @@ class DynamicRun:
         return self.output * self.interval
 
     def load_factor(self, time: FloatArray) -> FloatArray:
-        """Return the share of the movement that is reached at times (s)."""
+        """Load factor of the movement at times (s)."""
         whole = self.dynamics.movement_time
         return np.zeros_like(time) if whole is None else quintic_step(np.clip(time / whole, 0.0, 1.0))
 
@@ -204,7 +172,7 @@ class DynamicRun:
             )
             self.steps += reached - done
             done = reached
-            if not all(np.isfinite(part.displacement).all() for part in self._moving):
+            if not all(np.isfinite(body.displacement).all() for body in moving_parts(self.motion)):
                 self._diverged(time[done])
             self.search.update_if_moved()
         self.output += 1
@@ -212,7 +180,7 @@ class DynamicRun:
             self._diverged(self.time)
 
     def _next_ground_rate(self, load_factor: FloatArray, first: int) -> tuple[Imposed, int]:
-        """Return the rate of the ground's movement from a step on, and the step up to which it is constant."""
+        """Rate of the ground movement from a step on, and the end of its constant piece."""
         last, ground = len(load_factor) - 1, self.model.ground
         if ground.proportional or load_factor[last] == load_factor[first]:
             return self.ground_rate, last
@@ -223,8 +191,8 @@ class DynamicRun:
         if after == before:
             return self.ground_rate, end
         lines = (
-            np.repeat((there - here)[:, None, :], 2, axis=1).ravel() / (after - before)
-            for here, there in zip(ground.at(before), ground.at(after), strict=True)
+            np.repeat((final - first_state)[:, None, :], 2, axis=1).ravel() / (after - before)
+            for first_state, final in zip(ground.at(before), ground.at(after), strict=True)
         )
         return Imposed(self.ground_rate.point, *lines), end
 
@@ -239,20 +207,20 @@ class DynamicRun:
         )
 
     def speed(self) -> float:
-        """Return the root mean square speed relative to the base, by mass (m/s)."""
+        """Root mean square speed relative to the base, weighted by mass (m/s)."""
         total, energy = 0.0, 0.0
-        for part in self._moving:
-            inverse = part.inverse_mass
+        for body in moving_parts(self.motion):
+            inverse = body.inverse_mass
             mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
-            energy += float((mass * (part.velocity - base_velocity(part, self.motion)) ** 2).sum())
-            total += 0.0 if part is self.motion.strains else float(mass[:, :2].sum())
+            energy += float((mass * (body.velocity - base_velocity(body, self.motion)) ** 2).sum())
+            total += 0.0 if body is self.motion.strains else float(mass[:, :2].sum())
         return float(np.sqrt(energy / total)) if total > 0 else 0.0
 
     def attributes(self) -> dict[str, object]:
-        """Attributes of the run as a whole that archives keep."""
+        """Attributes of the run for archives."""
         run, end = self.dynamics.run_duration, self.dynamics.loading_end
-        left = {"loading_not_run": f"from {run:g} to {end:g} s"} if end > run * (1.0 + 1e-9) else {}
-        return left | {
+        unfinished = {"loading_not_run": f"from {run:g} to {end:g} s"} if end > run * (1.0 + 1e-9) else {}
+        return unfinished | {
             "time_step": self.time_step,
             "highest_frequency": self.frequency.intact,
             "highest_frequency_bound": self.frequency.touched,
@@ -264,18 +232,18 @@ class DynamicRun:
     # -- reports ----------------------------------------------------------------------------------------------------
 
     def _bonded_kinematics(self) -> tuple[FloatArray, FloatArray]:
-        """Return opening and shear (m) of all contacts against their first edges, arrays (m, 2, q)."""
+        """Opening and shear (m) of all contacts against their first edges (m, 2, q)."""
         m, q = self.model.interfaces.contact_area.shape
         home, pose = self.initial_points, self.motion.pose
         home_x, home_y, strains = home["x"], home["y"], self.motion.strains
         if strains is not None:
             now, count = strains.displacement[strains.number], len(home)
-            own = np.einsum("pik,pk->pi", strains.own[:count], now[home["body"]])
-            home_x, home_y = home_x + own[:, 0], home_y + own[:, 1]
-        at = world_coordinates(pose, home["body"], home_x, home_y)
+            strained = np.einsum("pik,pk->pi", strains.own[:count], now[home["body"]])
+            home_x, home_y = home_x + strained[:, 0], home_y + strained[:, 1]
+        position = world_coordinates(pose, home["body"], home_x, home_y)
         edge = self.bodies.edges[home["target"]]
         b = edge["body"]
-        x, y = at[:, 0] - pose[b, 0], at[:, 1] - pose[b, 1]
+        x, y = position[:, 0] - pose[b, 0], position[:, 1] - pose[b, 1]
         local_x = pose[b, 2] * x + pose[b, 3] * y - edge["x"]
         local_y = pose[b, 2] * y - pose[b, 3] * x - edge["y"]
         opening = edge["along_x"] * local_y - edge["along_y"] * local_x + home["offset"]
@@ -286,7 +254,7 @@ class DynamicRun:
         return opening.reshape(m, 2, q), shear.reshape(m, 2, q)
 
     def report(self, steps: int) -> Increment:
-        """Return the present state as an increment that took some steps."""
+        """Present state as an increment."""
         model, motion = self.model, self.motion
         m, q = model.interfaces.contact_area.shape
         points = self.bodies.points[: 2 * m * q].reshape(m, 2, q)
@@ -327,7 +295,7 @@ class DynamicRun:
         )
 
     def _deflection(self) -> float:
-        """Return the deflection (m, upwards) of a modelled footing, NaN without one."""
+        """Deflection (m, upwards) of a modelled footing, NaN without one."""
         if self.model.deflection is None:
             return np.nan
         return float(self.model.deflection @ self._all_displacements())
@@ -337,7 +305,7 @@ class DynamicRun:
         return self._all_dofs(self.motion.displacement, None if strains is None else strains.displacement)
 
     def _total_force(self) -> FloatArray:
-        """Force of contacts, strains and loads on all degrees of freedom (size,) (N, N m)."""
+        """Force of contacts, strains and loads (size,) (N, N m)."""
         strains = self.motion.strains
         return self._all_dofs(self.motion.force + self.motion.load, None if strains is None else strains.force)
 
@@ -350,27 +318,27 @@ class DynamicRun:
         return values
 
     def _unbalanced(self) -> float:
-        """Return the unbalanced force ratio, moments over radii of gyration."""
+        """Unbalanced force ratio, moments over radii of gyration."""
         ratio = np.abs(self._total_force() / self.system.residual_scale)
         return float(ratio[self.system.free_dofs].max(initial=0.0))
 
 
 def impacts(dynamics: Dynamics) -> str:
-    """Describe where the energy of impacts goes."""
+    """Sentence on the energy of impacts."""
     share = dynamics.contact_damping
     if share > 0.0:
         return f"damped: dynamics.contact_damping = {share:g} of critical"
-    more = "" if dynamics.damping == "none" else f", but for damping = '{dynamics.damping}'"
+    more = "" if dynamics.damping == "none" else f", except by damping = '{dynamics.damping}'"
     return f"elastic: no energy is lost where blocks strike (dynamics.contact_damping = 0){more}"
 
 
 def quintic_step(share: FloatArray) -> FloatArray:
-    """Return a quintic rise from 0 to 1 with zero speed and acceleration at both ends."""
+    """Quintic rise from 0 to 1 with zero speed and acceleration at both ends."""
     return np.asarray(share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
 
 
 def _ground_rate(model: Model) -> Imposed:
-    """Return the rate of the ground's movement where it moves."""
+    """Rate of the ground movement under moved points."""
     m, q = model.interfaces.contact_area.shape
     ground = model.ground.full
     first = m - len(ground.normal)

@@ -14,64 +14,36 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 
 class BlockStrains(NamedTuple):
-    """Strain (1) and curvature (1/m) of d elastic blocks; a last row stands for all rigid blocks and stays 0.
+    """Strain (1) and curvature (1/m) of d elastic blocks; a last row stands for all rigid blocks and stays 0."""
 
-    Attributes
-    ----------
-    number : array of int (n + 1,)
-        Row of each body.
-    axis : array (d + 1, 2)
-        Unit vector along the bed, before anything moved.
-    poisson_ratio : array (d + 1,)
-        Of the block (1).
-    bow : array (d + 1, 2)
-        -b^2/24 and -h^2/24 (m2).
-    own : array (p, 2, 2)
-        Displacement x, y of each boundary point in its block's frame, for a unit strain and a unit curvature.
-    target : array (p, 2, 2)
-        Displacement of the place that it faces, along the edge and outwards.
-    displacement, velocity : array (d + 1, 2)
-        Now; half a step ago (1/s).
-    force, load : array (d + 1, 2)
-        Generalised forces (N m, N m2) of contacts and of the block itself, and of loads, which do no work on them.
-    inverse_mass, stiffness : array (d + 1, 2)
-        Generalised: 1 / (rho t h b^3/12) and 1 / (rho t (h b^5/720 + b^3 h^3/144)); E b h t and E b t h^3/12.
-    damping : array (d + 1, 2)
-        Damping force of the last step, proportional to stiffness.
-    work : array (1,)
-        Work of that damping so far (J).
-    """
-
-    number: IntArray
-    axis: FloatArray
-    poisson_ratio: FloatArray
-    bow: FloatArray
-    own: FloatArray
-    target: FloatArray
-    displacement: FloatArray
-    velocity: FloatArray
-    force: FloatArray
-    load: FloatArray
-    inverse_mass: FloatArray
-    stiffness: FloatArray
-    damping: FloatArray
-    work: FloatArray
+    number: IntArray  # (n + 1,) row of each body
+    axis: FloatArray  # (d + 1, 2) unit vector along the bed in the reference state
+    poisson_ratio: FloatArray  # (d + 1,)
+    bow: FloatArray  # (d + 1, 2) -b^2/24 and -h^2/24 (m2)
+    own: FloatArray  # (p, 2, 2) displacement x, y of each boundary point per unit strain and curvature
+    target: FloatArray  # (p, 2, 2) displacement of the position it faces, along the edge and outwards
+    displacement: FloatArray  # (d + 1, 2)
+    velocity: FloatArray  # (d + 1, 2) half a step ago (1/s)
+    force: FloatArray  # (d + 1, 2) generalised, of contacts and the block itself (N m, N m2)
+    load: FloatArray  # (d + 1, 2) 0: loads do no work on strains
+    inverse_mass: FloatArray  # (d + 1, 2) 1 / (rho t h b^3/12) and 1 / (rho t (h b^5/720 + b^3 h^3/144))
+    stiffness: FloatArray  # (d + 1, 2) E b h t and E b t h^3/12
+    damping: FloatArray  # (d + 1, 2) stiffness-proportional damping force of the last step
+    work: FloatArray  # (1,) of that damping (J)
 
 
 def block_strains(model: Model, bodies: BodyArrays) -> BlockStrains | None:
-    """Return strain and curvature of the elastic blocks of a model, unstrained and at rest; None if there are none.
-
-    Along a joint a side moves as in the static solvers: as the straight line that fits the block's field best.
-    """
+    """Strain and curvature of the elastic blocks of a model at rest; None without elastic blocks."""
+    # along a joint a side moves as in the static solvers: as the straight line that fits the block's field best
     elastic, sides = model.elastic, model.interfaces.elastic
     if elastic is None or sides is None:
         return None
     points, face, count = bodies.points, model.interfaces, len(elastic.block)
     number = np.where(elastic.number < 0, count, elastic.number)
-    own, target = np.zeros((2, len(points), 2, 2))
+    own_motion, target = np.zeros((2, len(points), 2, 2))
     free = np.flatnonzero(number[points["body"]] < count)
     arm = np.column_stack((points["x"], points["y"]))
-    own[free] = elastic.unit_displacements(number[points["body"][free]], arm[free])
+    own_motion[free] = elastic.unit_displacements(number[points["body"][free]], arm[free])
     # both sides of the contacts
     normal = np.column_stack((face.normal_x, face.normal_y))
     tangent = np.column_stack((face.normal_y, -face.normal_x))
@@ -80,7 +52,7 @@ def block_strains(model: Model, bodies: BodyArrays) -> BlockStrains | None:
     moved += (tangent[:, None, :, None] * sides.rows[:, :, 1, None, :])[:, :, None]
     moved *= np.array([-1.0, 1.0])[:, None, None, None]
     joined = moved.size // 4
-    own[:joined] = moved[:, ::-1].reshape(-1, 2, 2)  # the points of block b come first
+    own_motion[:joined] = moved[:, ::-1].reshape(-1, 2, 2)  # the points of block b come first
     target[:joined] = along_and_outwards(bodies.edges[points["target"][:joined]]) @ moved.reshape(-1, 2, 2)
     zeros, inverse, stiffness = np.zeros((count + 1, 2)), np.zeros((count + 1, 2)), np.zeros((count + 1, 2))
     mass = strain_mass(model)
@@ -91,7 +63,7 @@ def block_strains(model: Model, bodies: BodyArrays) -> BlockStrains | None:
         axis=np.vstack((elastic.axis, (1.0, 0.0))),
         poisson_ratio=np.append(elastic.poisson_ratio, 0.0),
         bow=-(np.vstack((np.column_stack((elastic.length, elastic.height)), (0.0, 0.0))) ** 2) / 24.0,
-        own=own,
+        own=own_motion,
         target=target,
         displacement=zeros,
         velocity=zeros.copy(),
@@ -105,16 +77,13 @@ def block_strains(model: Model, bodies: BodyArrays) -> BlockStrains | None:
 
 
 def along_and_outwards(edges: NDArray[Any]) -> FloatArray:
-    """Return the directions along edges, records (p,) of ``EDGE``, and out of their blocks, as rows (p, 2, 2)."""
+    """Directions along edges, records (p,) of ``EDGE``, and out of their blocks, as rows (p, 2, 2)."""
     t_x, t_y = edges["along_x"], edges["along_y"]
     return np.stack((np.stack((t_x, t_y), axis=1), np.stack((-t_y, t_x), axis=1)), axis=1)
 
 
 def strain_mass(model: Model) -> FloatArray:
-    """Return the generalised mass of strain (kg m2) and curvature (kg m4) of elastic blocks (d, 2).
-
-    The inertia of the contraction across the axis is left out.
-    """
+    """Generalised mass of strain (kg m2) and curvature (kg m4) of elastic blocks (d, 2), without contraction."""
     elastic = model.elastic
     assert elastic is not None
     b, h = elastic.length, elastic.height
