@@ -39,47 +39,19 @@ FRICTION, RELEASED, FRACTURE, DASHPOT, JOINT_TERMS = 0, 1, 2, 3, 4
 """Energy terms of points (J): friction, released energy, softening, stiffness damping."""
 
 POINT = np.dtype(
-    [
-        ("body", "i8"),
-        ("own_edge", "i8"),
-        ("x", "f8"),
-        ("y", "f8"),
-        ("area", "f8"),
-        ("edge_overrun", "f8"),
-        ("release_opening", "f8"),
-        ("law", "i8"),
-        ("status", "i8"),
-        ("target", "i8"),
-        ("anchor", "f8"),
-        ("offset", "f8"),
-        ("searched", "i8"),
-        ("slip", "f8"),
-        ("dilatant_opening", "f8"),
-        ("cracked", "f8"),
-        ("kappa", "f8"),
-        ("opening", "f8"),
-        ("shear", "f8"),
-        ("sigma", "f8"),
-        ("tau", "f8"),
-        ("damping_n", "f8"),
-        ("damping_s", "f8"),
-    ]
+    [(name, "i8") for name in ("body", "own_edge")]
+    + [(name, "f8") for name in ("x", "y", "area", "edge_overrun", "release_opening")]
+    + [(name, "i8") for name in ("law", "status", "target")]
+    + [("anchor", "f8"), ("offset", "f8"), ("searched", "i8")]
+    + [(name, "f8") for name in ("slip", "dilatant_opening", "cracked", "kappa")]
+    + [(name, "f8") for name in ("opening", "shear", "sigma", "tau", "damping_n", "damping_s")]
 )
 """Boundary point: body, own edge, position in the body frame (m), area (m2), overrun and release distances (m), joint
 law; target edge, origins of shear and opening (m), whether its neighbours have been searched; history variables;
 opening, shear (m), stresses and damping stresses (Pa) of the last step."""
 
 EDGE = np.dtype(
-    [
-        ("body", "i8"),
-        ("polygon", "i8"),
-        ("x", "f8"),
-        ("y", "f8"),
-        ("along_x", "f8"),
-        ("along_y", "f8"),
-        ("low", "f8"),
-        ("length", "f8"),
-    ]
+    [("body", "i8"), ("polygon", "i8")] + [(name, "f8") for name in ("x", "y", "along_x", "along_y", "low", "length")]
 )
 """Edge of a block: body, block, start in the body frame (m), unit direction clockwise round the block (the outward
 normal is (-along_y, along_x)), and coordinates of both ends along it (m)."""

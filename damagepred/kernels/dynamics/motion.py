@@ -112,11 +112,8 @@ def largest_movement(motion, searched_at, radius):
     now, largest, ground = motion.displacement, 0.0, radius.size
     base_x, base_y = now[ground, 0] - searched_at[ground, 0], now[ground, 1] - searched_at[ground, 1]
     for j in range(ground):
-        x, y, turn = (
-            now[j, 0] - searched_at[j, 0] - base_x,
-            now[j, 1] - searched_at[j, 1] - base_y,
-            now[j, 2] - searched_at[j, 2],
-        )
+        x, y = now[j, 0] - searched_at[j, 0] - base_x, now[j, 1] - searched_at[j, 1] - base_y
+        turn = now[j, 2] - searched_at[j, 2]
         moved = abs(x) + abs(y) + radius[j] * abs(turn)
         largest = moved if not moved <= largest else largest
     return largest

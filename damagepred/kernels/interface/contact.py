@@ -40,12 +40,8 @@ def contact_forces(tile, ground, special, softening, elastic, load_factor):
         turn_a, turn_b = tile.turn_a[i], tile.turn_b[i]
         opening, shear = midpoint_displacement((n_x, n_y), arm_a, arm_b, drift, turn_a, turn_b)
         if elastic is not None:
-            strain_a, curvature_a, strain_b, curvature_b = (
-                tile.strain_a[i],
-                tile.curvature_a[i],
-                tile.strain_b[i],
-                tile.curvature_b[i],
-            )
+            strain_a, curvature_a = tile.strain_a[i], tile.curvature_a[i]
+            strain_b, curvature_b = tile.strain_b[i], tile.curvature_b[i]
             opening += tile.rows_a[0, i] * strain_a + tile.rows_a[1, i] * curvature_a
             opening += tile.rows_b[0, i] * strain_b + tile.rows_b[1, i] * curvature_b
             shear += tile.rows_a[2, i] * strain_a + tile.rows_a[3, i] * curvature_a

@@ -119,13 +119,8 @@ def mixed_mode_return(parameters, cracked, kappa, e, shear, crushing, options):
     Where the shear limit L falls faster with slip than k_s, the bond snaps back: its integrity drops to 0.
     """
     p = parameters
-    k_n, k_s, f_t, w_c, beta = (
-        p.normal_stiffness,
-        p.shear_stiffness,
-        p.tensile_strength,
-        p.critical_opening,
-        p.slip_weight,
-    )
+    k_n, k_s, f_t = p.normal_stiffness, p.shear_stiffness, p.tensile_strength
+    w_c, beta = p.critical_opening, p.slip_weight
     start = kappa_before_slip(p, cracked, kappa, e)
     kappa_e = 1.0 if cracked and e >= start else 0.0  # derivative of kappa with the opening
     sign, trial = 1.0 if shear >= 0.0 else -1.0, abs(k_s * shear)

@@ -294,10 +294,17 @@ def _circle(sxx, syy, sxy):
     return mean, radius, (half / radius if turned else 1.0), (sxy / radius if turned else 0.0)
 
 
-@law
-def _rank(mean, radius, szz):
-    """Rank of s_zz among the principal stresses: 0 greatest, 1 middle, 2 least."""
-    return 0 if szz > mean + radius else (1 if szz >= mean - radius else 2)
+@rule
+def _plane_strain_by_rank(s1, s2, szz, nu, strength):
+    """Stresses (1, 2, zz) by return mapping in plane strain, where, and rank of s_zz (0 greatest, 2 least)."""
+    if szz > s1:
+        r3, r1, r2, where = plane_strain_return(szz, s1, s2, nu, strength)
+        return r1, r2, r3, where, 0
+    if szz >= s2:
+        r1, r3, r2, where = plane_strain_return(s1, szz, s2, nu, strength)
+        return r1, r2, r3, where, 1
+    r1, r2, r3, where = plane_strain_return(s1, s2, szz, nu, strength)
+    return r1, r2, r3, where, 2
 
 
 @rule
@@ -313,13 +320,7 @@ def zone_return(sxx, syy, sxy, szz, elasticity, strength):
     czz, nu, compliance = elasticity[4], elasticity[5], elasticity[6]
     s1, s2 = mean + radius, mean - radius
     if czz > 0.0:
-        rank = _rank(mean, radius, szz)
-        if rank == 0:
-            r3, r1, r2, where = plane_strain_return(szz, s1, s2, nu, strength)
-        elif rank == 1:
-            r1, r3, r2, where = plane_strain_return(s1, szz, s2, nu, strength)
-        else:
-            r1, r2, r3, where = plane_strain_return(s1, s2, szz, nu, strength)
+        r1, r2, r3, where, _ = _plane_strain_by_rank(s1, s2, szz, nu, strength)
         x, y, z = s1 - r1, s2 - r2, szz - r3
         contraction = nu * (x + y + z)
         factor = 1.0 + nu
@@ -384,16 +385,14 @@ def zone_tangent(sxx, syy, sxy, szz, elasticity, strength):
     # derivatives of the returned in-plane principal stresses by the trial ones 1, 2 and zz
     s1, s2 = mean + radius, mean - radius
     if czz > 0.0:
-        rank = _rank(mean, radius, szz)
+        r1, r2, _, where, rank = _plane_strain_by_rank(s1, s2, szz, nu, strength)
+        greatest, middle, least = _strain_slopes(where, nu, strength)
         if rank == 0:
-            _, r1, r2, where = plane_strain_return(szz, s1, s2, nu, strength)
-            _, (k1z, k11, k12), (k2z, k21, k22) = _strain_slopes(where, nu, strength)
+            (k1z, k11, k12), (k2z, k21, k22) = middle, least
         elif rank == 1:
-            r1, _, r2, where = plane_strain_return(s1, szz, s2, nu, strength)
-            (k11, k1z, k12), _, (k21, k2z, k22) = _strain_slopes(where, nu, strength)
+            (k11, k1z, k12), (k21, k2z, k22) = greatest, least
         else:
-            r1, r2, _, where = plane_strain_return(s1, s2, szz, nu, strength)
-            (k11, k12, k1z), (k21, k22, k2z), _ = _strain_slopes(where, nu, strength)
+            (k11, k12, k1z), (k21, k22, k2z) = greatest, middle
     else:
         r1, r2, where = _plane_stress_return(s1, s2, nu, strength)
         (k11, k12), (k21, k22) = _stress_slopes(where, nu, strength)

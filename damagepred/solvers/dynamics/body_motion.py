@@ -73,6 +73,12 @@ def moving_parts(motion: Motion) -> tuple[Motion | BlockStrains, ...]:
     return (motion,) if motion.strains is None else (motion, motion.strains)
 
 
+def mass_of(moving: Motion | BlockStrains) -> FloatArray:
+    """Mass of each degree of freedom, 0 where prescribed."""
+    inverse = moving.inverse_mass
+    return np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
+
+
 def base_velocity(moving: Any, motion: Motion) -> FloatArray:
     """Velocity of the base in the directions of a part: x, y (m/s) and rotation; 0 for strains."""
     if moving is motion.strains:

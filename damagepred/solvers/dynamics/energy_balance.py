@@ -19,7 +19,7 @@ from damagepred.diagnostics import Energies
 from damagepred.kernels.dynamics.contact import DASHPOT, FRACTURE, FRICTION, RELEASED
 from damagepred.kernels.dynamics.motion import BOUNDARY, DAMPING, LIVE
 from damagepred.solvers.dynamics.body_arrays import BodyArrays
-from damagepred.solvers.dynamics.body_motion import Motion, base_velocity, moving_parts
+from damagepred.solvers.dynamics.body_motion import Motion, base_velocity, mass_of, moving_parts
 from damagepred.solvers.dynamics.strains import BlockStrains
 
 
@@ -58,8 +58,7 @@ class EnergyBalance:
 
     def _half_step(self, body: Motion | BlockStrains, base: FloatArray) -> tuple[float, float, float]:
         local, viscous, _, _ = self._damping
-        before, inverse = body.velocity, body.inverse_mass
-        mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
+        before, inverse, mass = body.velocity, body.inverse_mass, mass_of(body)
         force = (body.force + body.load) * (inverse > 0)
         drag = local * np.abs(force) * np.sign(before)
         half = 0.5 * viscous * self._step

@@ -22,7 +22,7 @@ from damagepred.scene import Solver
 from damagepred.scene.dynamics import Dynamics
 from damagepred.solvers.dynamics.base_motion import base_displacement
 from damagepred.solvers.dynamics.body_arrays import body_arrays
-from damagepred.solvers.dynamics.body_motion import base_velocity, motion_of, moving_parts, update_poses
+from damagepred.solvers.dynamics.body_motion import base_velocity, mass_of, motion_of, moving_parts, update_poses
 from damagepred.solvers.dynamics.contact_search import NeighbourSearch, world_coordinates
 from damagepred.solvers.dynamics.energy_balance import EnergyBalance, EnergyTerms
 from damagepred.solvers.dynamics.options import DEFAULTS, DynamicsOptions
@@ -210,8 +210,7 @@ class DynamicRun:
         """Root mean square speed relative to the base, weighted by mass (m/s)."""
         total, energy = 0.0, 0.0
         for body in moving_parts(self.motion):
-            inverse = body.inverse_mass
-            mass = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse > 0)
+            mass = mass_of(body)
             energy += float((mass * (body.velocity - base_velocity(body, self.motion)) ** 2).sum())
             total += 0.0 if body is self.motion.strains else float(mass[:, :2].sum())
         return float(np.sqrt(energy / total)) if total > 0 else 0.0
@@ -271,43 +270,31 @@ class DynamicRun:
         moved = motion.displacement.copy()
         moved[:, :2] -= motion.displacement[-1, :2]
         loose = detached_blocks(model, moved.ravel(), load_factor)
-        acting = self._total_force()
+        strains = motion.strains
+        displacement = self._all_dofs(motion.displacement, None if strains is None else strains.displacement)
+        acting = self._all_dofs(motion.force + motion.load, None if strains is None else strains.force)
+        unbalanced = np.abs(acting / self.system.residual_scale)[self.system.free_dofs]
         return Increment(
             number=self.output,
             load_factor=load_factor,
             displacement=moved[:-1],
-            strain=self.system.strains(self._all_displacements()),
+            strain=self.system.strains(displacement),
             base=(float(motion.displacement[-1, 0]), float(motion.displacement[-1, 1])),
             opening=opening.mean(axis=1),
             slip=slip,
             normal_stress=np.where(bonded, points["sigma"], 0.0).mean(axis=1),
             shear_stress=np.where(bonded, points["tau"], 0.0).mean(axis=1),
             state=np.where(cracked, ContactState.CRACKED, slipped).astype(np.int8),
-            unbalanced_force_ratio=self._unbalanced(),
+            unbalanced_force_ratio=float(unbalanced.max(initial=0.0)),
             base_reaction=self.system.base_reaction(acting),
             counters=Counters(cycles=steps),
             support_force=self.system.support_force(acting),
             collapsed=bool(loose.any()),
             time=self.time,
             searches=self.search.count,
-            deflection=self._deflection(),
+            deflection=np.nan if model.deflection is None else float(model.deflection @ displacement),
             energy=self.energy.balance(),
         )
-
-    def _deflection(self) -> float:
-        """Deflection (m, upwards) of a modelled footing, NaN without one."""
-        if self.model.deflection is None:
-            return np.nan
-        return float(self.model.deflection @ self._all_displacements())
-
-    def _all_displacements(self) -> FloatArray:
-        strains = self.motion.strains
-        return self._all_dofs(self.motion.displacement, None if strains is None else strains.displacement)
-
-    def _total_force(self) -> FloatArray:
-        """Force of contacts, strains and loads (size,) (N, N m)."""
-        strains = self.motion.strains
-        return self._all_dofs(self.motion.force + self.motion.load, None if strains is None else strains.force)
 
     def _all_dofs(self, blocks: FloatArray, strains: FloatArray | None) -> FloatArray:
         """Values of blocks (n + 1, 3) and strains (d + 1, 2) as all degrees of freedom."""
@@ -316,11 +303,6 @@ class DynamicRun:
         if strains is not None:
             values[self.system.strain_dofs] = strains[:-1].ravel()
         return values
-
-    def _unbalanced(self) -> float:
-        """Unbalanced force ratio, moments over radii of gyration."""
-        ratio = np.abs(self._total_force() / self.system.residual_scale)
-        return float(ratio[self.system.free_dofs].max(initial=0.0))
 
 
 def impacts(dynamics: Dynamics) -> str:

@@ -56,7 +56,7 @@ class MechanismOptions:
     cycles : int
         Cycles of each half of a round; a mechanism moves farther in the second half.
     speed_factor : float
-        Factor on the speed after such a round (1).
+        Factor on the speed after a round in which the wall moves farther (1).
     max_rounds : int
         Rounds in all; a wall may creep on after a stop.
     max_rounds_near_rest : int
