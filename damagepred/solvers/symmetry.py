@@ -219,7 +219,14 @@ def _supports_of_half(model: Model, geometry: HalfGeometry) -> Supports:
     if (half := geometry.mesh) is not None:  # gridpoints on the axis do not move sideways
         axis = half.mesh.dof_x[half.axis_gridpoints]
         dofs, moves, later = (np.append(v, w) for v, w in ((dofs, axis), (moves, 0.0 * axis), (later, axis < 0)))
-    return Supports(dofs, moves, dead, live, np.zeros(len(dofs)), later)
+    return Supports(
+        prescribed=dofs,
+        prescribed_displacement=moves,
+        load=dead,
+        live_load=live,
+        start=np.zeros(len(dofs)),
+        after_load=later,
+    )
 
 
 def _half_weights(geometry: HalfGeometry, weights: FloatArray) -> FloatArray:
@@ -236,5 +243,6 @@ def _sections_of_half(sections: Sections, geometry: HalfGeometry) -> Sections:
     number = np.full(len(geometry.mirror.interface), -1)
     number[geometry.faces] = np.arange(len(geometry.faces))
     interface = number[sections.interface]
-    half, interface = Sections(*(values[interface >= 0] for values in sections)), interface[interface >= 0]  # type: ignore[arg-type]
+    half = Sections(*(values[interface >= 0] for values in sections))  # type: ignore[arg-type]
+    interface = interface[interface >= 0]
     return half._replace(interface=interface, length=np.where(geometry.on_axis[interface], 0.5, 1.0) * half.length)

@@ -82,8 +82,8 @@ def _edges(model: Model, origin: FloatArray, centre: FloatArray) -> tuple[NDArra
             ground["low"][i], ground["length"][i] = -GROUND_REACH, GROUND_REACH
             continue
         on = _on_ground(model) & (face.y == level)
-        low, right = (face.x - face.length / 2)[on].min(), (face.x + face.length / 2)[on].max()
-        ground["x"][i], ground["length"][i] = low - origin[0], right - low
+        x_low, x_high = (face.x - face.length / 2)[on].min(), (face.x + face.length / 2)[on].max()
+        ground["x"][i], ground["length"][i] = x_low - origin[0], x_high - x_low
     first = np.searchsorted(of_blocks["polygon"], np.arange(n + 1))
     if len(levels):
         first = np.append(first, len(of_blocks) + 1)
@@ -177,16 +177,14 @@ def _free_points(
             on.append(edge)
             along.append(position)
             length.append(share)
-    edge_of, way, stretch = np.array(on, dtype=np.int64), np.array(along), np.array(length)
+    edge_index, way, stretch = np.array(on, dtype=np.int64), np.array(along), np.array(length)
     points = np.zeros(len(on), dtype=POINT)
-    e = edges[edge_of]
-    points["body"], points["own_edge"] = e["body"], edge_of
+    e = edges[edge_index]
+    points["body"], points["own_edge"] = e["body"], edge_index
     points["x"], points["y"] = e["x"] + e["along_x"] * way, e["y"] + e["along_y"] * way
     points["area"] = 0.5 * stretch * model.block_law.thickness[e["polygon"]]
-    points["edge_overrun"], points["release_opening"] = (
-        options.edge_overrun * stretch,
-        options.release_opening * stretch,
-    )
+    points["edge_overrun"] = options.edge_overrun * stretch
+    points["release_opening"] = options.release_opening * stretch
     points["law"] = 2 * law[e["polygon"]] + 1
     points["status"] = FREE
     points["cracked"] = 1.0

@@ -94,7 +94,7 @@ def neighbour_list(
             distance,
         )
         if count <= room:
-            return NeighbourList(first, polygon[:count], edge[:count], distance[:count])
+            return NeighbourList(first=first, polygon=polygon[:count], edge=edge[:count], distance=distance[:count])
         room = count
 
 

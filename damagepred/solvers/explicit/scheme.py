@@ -1,7 +1,7 @@
 """Damped time stepping: central differences with local damping and scaled masses (Cundall 1971, 1987).
 
 The time step is 1 and the masses are scaled to it, each degree of freedom by its own stiffness (density scaling): a
-static run needs no physical time. Displacements are small: geometry is that of the undeformed wall.
+static run needs no physical time. Displacements are small: geometry of the undeformed wall.
 """
 
 from __future__ import annotations
@@ -151,8 +151,15 @@ class DampedTimeStepping:
         """Copy of the present state."""
         plastic = NO_ZONES if self.zones is None else self.zones.plastic()
         sections = SectionMemory.fresh(0) if self.sections is None else self.sections.memory.copy()
-        moved, jack = self.motion.displacement.copy(), 0.0 if self.pump is None else self.pump.load
-        state = State(self.load_share, self.load_factor, moved, self.joint_history(), plastic, jack, sections)
+        state = State(
+            load=self.load_share,
+            load_factor=self.load_factor,
+            displacement=self.motion.displacement.copy(),
+            history=self.joint_history(),
+            plastic=plastic,
+            jack=0.0 if self.pump is None else self.pump.load,
+            sections=sections,
+        )
         return Checkpoint(state, None if self.pump is None else self.pump.checkpoint())
 
     def restore(self, state: State, pump: PumpState | None = None) -> None:

@@ -86,8 +86,16 @@ def pack_joints(model: Model) -> PackedJoints:
         put(tiles["contact_area"], lane[sections], np.zeros((len(sections), points)))
     for name in JointParameters._fields:
         put(tiles[name], lane, model.joint_parameters[name])
-    incidence, elastic = _incidence(model, tiles.dtype, lane), _pack_strains(model, tiles, lane)
-    packed = PackedJoints(tiles, ground, tiles.view(np.float64), *incidence, lane, elastic)
+    first, position = _incidence(model, tiles.dtype, lane)
+    packed = PackedJoints(
+        tiles=tiles,
+        ground=ground,
+        contributions=tiles.view(np.float64),
+        first=first,
+        position=position,
+        lane=lane,
+        elastic=_pack_strains(model, tiles, lane),
+    )
     move_ground(packed, model.ground, 0.0, 1.0)
     if law.gap.any():
         set_history(packed, JointHistory.fresh(model))
