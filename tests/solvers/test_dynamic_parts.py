@@ -85,7 +85,6 @@ def test_forces_are_those_of_small_displacements() -> None:
         course.motion,
         None,
         None,
-        None,
         False,
         EnergyTerms(np.zeros(4), np.zeros(3)),
     )
@@ -97,7 +96,7 @@ def test_forces_are_those_of_small_displacements() -> None:
 def test_neighbours_are_those_of_a_search_of_all_pairs() -> None:
     model = cells().build(STIFF)
     scene = body_arrays(model, ORIGIN, DEFAULTS)
-    motion = motion_of(model, ORIGIN, 0)
+    motion = motion_of(model, ORIGIN)
     random = np.random.default_rng(3)
     motion.displacement[:-1] = 0.2 * random.standard_normal((model.n_blocks, 3))
     from damagepred.solvers.dynamics.body_motion import update_poses

@@ -173,7 +173,7 @@ def test_forces_in_time_are_those_of_small_displacements(angle: float) -> None:
     update_poses(motion)
     counts = EnergyTerms(np.zeros(4), np.zeros(3))
     strains.force[:] = 0.0
-    first_forces(course.bodies, course.search.neighbours, motion, None, None, None, False, counts)
+    first_forces(course.bodies, course.search.neighbours, motion, None, None, False, counts)
     found = np.concatenate((motion.force.ravel(), strains.force[:-1].ravel()))
     expected = -system.elastic_stiffness @ small
     for part in (slice(0, 3 * model.n_blocks), system.strain_dofs):
