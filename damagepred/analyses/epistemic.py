@@ -16,10 +16,10 @@ from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError, nearest
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene.reading import build, plain
+from damagepred.uq.design import density_ratio
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.exceedance import Exceedance, exceedance
 from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
-from damagepred.uq.reweight import density_ratio
 from damagepred.uq.variable import Variable
 
 

@@ -38,8 +38,7 @@ from damagepred.one_wall.judged_path import Step, follow, model_of, without_zone
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
 from damagepred.uq.design import Design
-from damagepred.uq.fields import course_sequences
-from damagepred.uq.wall_fields import JointPlaces
+from damagepred.uq.fields import JointPlaces, course_sequences
 
 NOT_STARTED = -1
 """Status of a sample that was not started because the study is to stop."""

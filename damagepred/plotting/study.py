@@ -30,8 +30,8 @@ from damagepred.plotting.sheet import (
     title_of,
 )
 from damagepred.uq.capacity import sample_weights
+from damagepred.uq.exceedance import running_probability
 from damagepred.uq.intensity import movement_measure, movement_words
-from damagepred.uq.running import running_probability
 
 NOT_KNOWN = -1
 """In place of a category where the wall was not followed as far."""

@@ -1,6 +1,6 @@
 """Capacity: the movement at which a wall reaches a damage category. This is the one definition of it.
 
-- The movement of a state is the largest so far, for a footing may rise again while the ground goes on.
+- The movement of a state is the largest up to then: a footing may rise again while the ground moves further.
 - A wall reaches a category at its first increment in that category or a worse one. Its capacity lies in the interval
   (lower, upper] between the last movement at which the wall is known to be below the category, and that increment's
   (interval censoring). Fragility curves, medians and ranks take the interval as it is.
@@ -39,7 +39,7 @@ class Capacities(NamedTuple):
     Attributes
     ----------
     lower, upper : array (walls,) or (categories, walls)
-        In the unit of the movement.
+        Bounds, in the unit of the movement.
     failed : array of bool, of the same shape
         Walls whose path could not be followed to its end, and had not reached the category before. Their lower bound
         is as far as they were followed.
@@ -54,36 +54,16 @@ class Capacities(NamedTuple):
 
 
 class StudyCapacities(NamedTuple):
-    """Capacities of a study's walls, with the design of the study that fits need.
+    """Capacities of a study's walls, with the design of the study that fits need."""
 
-    Attributes
-    ----------
-    capacities : Capacities
-        On (categories, walls).
-    weight : array (walls,)
-        1, or of importance sampling.
-    single : bool
-        Whether each wall is known at one movement alone.
-    marks : array (increments,) or None
-        Movements of the increments, if all walls have the same.
-    largest : float
-        Largest movement.
-    increments : int
-        Increments of a path after the first state; 1 where each wall is known at one movement alone.
-    sample : array of int (walls,)
-        Numbers of the walls in the study.
-    crossed : bool
-        Whether walls share fields, and fields walls (archives of 0.1).
-    """
-
-    capacities: Capacities
-    weight: FloatArray
-    single: bool
-    marks: FloatArray | None
-    largest: float
-    increments: int
-    sample: IntArray
-    crossed: bool
+    capacities: Capacities  # on (categories, walls)
+    weight: FloatArray  # (walls,): 1, or of importance sampling
+    single: bool  # whether each wall is known at one movement alone
+    marks: FloatArray | None  # (increments,): movements of the increments, if all walls have the same
+    largest: float  # largest movement
+    increments: int  # increments of a path after the first state; 1 where each wall is known at one movement alone
+    sample: IntArray  # (walls,): numbers of the walls in the study
+    crossed: bool  # whether walls share fields, and fields walls (archives of 0.1)
 
 
 def category_number(ds: xr.Dataset, category: int | str) -> int:
@@ -129,14 +109,14 @@ def capacities(ds: xr.Dataset, category: int, intensity: str = "central_deflecti
     Parameters
     ----------
     ds : xarray.Dataset
-        See ``read_capacities``.
+        Study, as for ``read_capacities``.
     category : int
         Category that counts as reached from here upwards.
     intensity : str
         Name of the movement's measure.
     """
-    found = read_capacities(ds, [category], intensity).capacities
-    return Capacities(found.lower[0], found.upper[0], found.failed[0], found.end)
+    read = read_capacities(ds, [category], intensity).capacities
+    return Capacities(read.lower[0], read.upper[0], read.failed[0], read.end)
 
 
 @checked
@@ -169,8 +149,8 @@ def read_capacities(
     if ds["damage_category"].ndim > 1 and between:
         check_states(ds, intensity)
     status = np.asarray(ds["status"].values)
-    known = np.isin(status, (*SOLVED, SampleStatus.FAILED))
-    count, kinds = int(known.sum()), len(categories)
+    counts = np.isin(status, (*SOLVED, SampleStatus.FAILED))
+    count, kinds = int(counts.sum()), len(categories)
     lower, upper = np.empty((kinds, count)), np.empty((kinds, count))
     end = np.empty(count)
     marks: FloatArray | None = None
@@ -178,16 +158,16 @@ def read_capacities(
     single = ds["damage_category"].ndim == 1
     by_sample = ds[[n for n in ds.variables if ds[n].dims[:1] == ("sample",)]]
     for first in range(0, len(status), walls_at_once):
-        here = known[first : first + walls_at_once]
-        if not here.any():
+        chosen = counts[first : first + walls_at_once]
+        if not chosen.any():
             continue
         some = by_sample.isel(sample=slice(first, first + walls_at_once))
-        reached = np.asarray(some["damage_category"].values)[here]
+        reached = np.asarray(some["damage_category"].values)[chosen]
         if not single and "crack_width_max" in some:
-            # a path that ended at the last category of interest says nothing of worse ones
-            stopped = (status[first : first + walls_at_once][here] == SampleStatus.COMPLETE)[:, None]
-            reached = np.where(stopped & np.isnan(some["crack_width_max"].values[here]), -1, reached)
-        movement = intensity_values(some, intensity)[here]
+            # a path that ended at the last category of interest has no information on worse ones
+            stopped = (status[first : first + walls_at_once][chosen] == SampleStatus.COMPLETE)[:, None]
+            reached = np.where(stopped & np.isnan(some["crack_width_max"].values[chosen]), -1, reached)
+        movement = intensity_values(some, intensity)[chosen]
         if single:
             reached, movement = reached[:, None], movement[:, None]
         to = slice(done, done + len(reached))
@@ -199,15 +179,15 @@ def read_capacities(
         alike = alike and not single and bool((movement == marks).all())
         done = to.stop
     end = np.where(end > 0, end, largest)  # a wall without a known state was to be followed as far as any
-    failed = (status[known] == SampleStatus.FAILED)[None, :] & np.isinf(upper)
+    failed = (status[counts] == SampleStatus.FAILED)[None, :] & np.isinf(upper)
     return StudyCapacities(
         Capacities(lower, upper, failed, end),
-        weight=sample_weights(ds)[known],
+        weight=sample_weights(ds)[counts],
         single=single,
         marks=np.fmax.accumulate(marks) if alike and marks is not None else None,
         largest=largest,
         increments=1 if single else ds.sizes["increment"] - 1,
-        sample=np.flatnonzero(known),
+        sample=np.flatnonzero(counts),
         crossed=bool(int(ds.attrs.get("crossed", 0))),
     )
 
@@ -225,34 +205,34 @@ def _capacity_intervals(reached: Int8Array, given: FloatArray, category: int) ->
     return lower, np.where(ever, movement[np.arange(len(first)), first], np.inf)
 
 
-def reached_by(upper: FloatArray, at: float) -> BoolArray:
+def reached_by(upper: FloatArray, movement: float) -> BoolArray:
     """Whether walls are known to have reached the category by a movement, array (walls,)."""
-    return upper <= at * (1 + ROUNDING)
+    return upper <= movement * (1 + ROUNDING)
 
 
-def probability_reached(lower: FloatArray, upper: FloatArray, at: float) -> FloatArray:
+def probability_reached(lower: FloatArray, upper: FloatArray, movement: float) -> FloatArray:
     """Probability that each wall has reached the category, array (walls,); 0 for censored walls."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        inside = (at - lower) / (upper - lower)
-    return np.where(reached_by(upper, at), 1.0, np.where(np.isinf(upper), 0.0, np.clip(inside, 0.0, 1.0)))
+        inside = (movement - lower) / (upper - lower)
+    return np.where(reached_by(upper, movement), 1.0, np.where(np.isinf(upper), 0.0, np.clip(inside, 0.0, 1.0)))
 
 
-def censored_before(lower: FloatArray, upper: FloatArray, at: float) -> BoolArray:
+def censored_before(lower: FloatArray, upper: FloatArray, movement: float) -> BoolArray:
     """Whether walls had not reached the category where they were last followed, short of a movement."""
-    return np.isinf(upper) & (lower < at * (1 - ROUNDING))
+    return np.isinf(upper) & (lower < movement * (1 - ROUNDING))
 
 
 def interpolated_capacity(ends: tuple[float, float], widths: tuple[float, float], limit: float) -> float:
-    """Movement at which the crack width reaches its limit, linear between the ends; else the upper end."""
+    """Movement at which the crack width reaches its limit, linear between the ends; otherwise the upper end."""
     (lower, upper), (before, after) = ends, widths
     share = (limit - before) / (after - before) if after >= limit > before else 1.0
     return lower + share * (upper - lower)
 
 
-def without_damaged_at_start(found: Capacities) -> Capacities:
+def without_damaged_at_start(read: Capacities) -> Capacities:
     """Capacities with walls that are damaged before any movement censored at 0: no information."""
-    before = found.upper <= 0
-    return found._replace(upper=np.where(before, np.inf, found.upper), failed=found.failed & ~before)
+    before = read.upper <= 0
+    return read._replace(upper=np.where(before, np.inf, read.upper), failed=read.failed & ~before)
 
 
 def failure_bounds(

@@ -1,4 +1,4 @@
-"""Comparison of studies: how far a measure, such as a stiffer footing, changes the probability of damage.
+"""Comparison of studies: the change of the probability of damage by a measure, such as a stiffer footing.
 
 Studies with the same seed and the same uncertain quantities run the same samples. Their differences are then paired:
 what two walls have in common, such as weak mortar, cancels (common random numbers: Glasserman and Yao 1992).
@@ -51,7 +51,7 @@ def compare(
     confidence: float = 0.9,
     intensity: str | None = None,
 ) -> xr.Dataset:
-    """Compare the probabilities of damage of several studies with those of the first.
+    """Compare the probabilities of damage of several studies with the first study's.
 
     Parameters
     ----------
@@ -63,9 +63,9 @@ def compare(
         Movements (m, or the unit of the measure), site classes, distributions of the movement, or "site", each wall's
         own ground; the movements of the reference's increments by default.
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     intensity : str, optional
-        Measure of the movement; by default that of the reference.
+        Measure of the movement; by default the reference's.
 
     Returns
     -------
@@ -106,26 +106,26 @@ def compare(
     chosen = [category_number(reference, c) for c in given]
     single = any(ds["damage_category"].ndim == 1 for ds in studies.values())
     movements = (["site"] if single else _increments(reference, measure).tolist()) if at is None else at
-    asked = [wanted_movement(reference, one, measure) for one in movements]
-    if single and not all(one.own for one in asked):
-        raise InputError('compare: a study knows each wall at its own movement alone; compare them at = "site".')
-    shape = (len(names), len(chosen), len(asked))
+    wanted = [wanted_movement(reference, movement, measure) for movement in movements]
+    if single and not all(movement.own for movement in wanted):
+        raise InputError('compare: a study has each wall at its own movement alone; compare them at = "site".')
+    shape = (len(names), len(chosen), len(wanted))
     values = {f"{kind}{end}": np.full(shape, np.nan) for kind in COUNTED for end in ("", "_lower", "_upper")}
     unknown, paired = np.zeros(shape, dtype=np.int64), np.zeros(len(names), dtype=np.int64)
     same = [_same_samples(reference, ds) for ds in studies.values()]
-    for (k, category), own in itertools.product(enumerate(chosen), {one.own for one in asked}):
-        known = [category_capacities(ds, category, measure, SITE if own else None) for ds in studies.values()]
-        for m, movement in enumerate(asked):
-            if movement.own != own:
+    for (k, category), by_site in itertools.product(enumerate(chosen), {movement.own for movement in wanted}):
+        walls = [category_capacities(ds, category, measure, SITE if by_site else None) for ds in studies.values()]
+        for m, movement in enumerate(wanted):
+            if movement.own != by_site:
                 continue
-            answers = [_Answer.of(one, require_followed(one, movement), confidence) for one in known]
+            answers = [_Answer.of(each, require_followed(each, movement), confidence) for each in walls]
             for s, answer in enumerate(answers):
-                unknown[s, k, m] = int(censored_before(known[s].lower, known[s].upper, movement.largest).sum())
+                unknown[s, k, m] = int(censored_before(walls[s].lower, walls[s].upper, movement.largest).sum())
                 difference = _difference(answers[0], answer, confidence, same[s])
                 for kind, estimate in zip(COUNTED, (answer.estimate, difference)):
                     for end, number in zip(("", "_lower", "_upper"), (estimate.value, estimate.lower, estimate.upper)):
                         values[f"{kind}{end}"][s, k, m] = number
-        paired[:] = [len(np.intersect1d(known[0].sample, one.sample)) if s else 0 for one, s in zip(known, same)]
+        paired[:] = [len(np.intersect1d(walls[0].sample, each.sample)) if s else 0 for each, s in zip(walls, same)]
     for end in ("", "_lower", "_upper"):
         values[f"difference{end}"][0] = 0.0
     dims = ("study", "category", "movement")
@@ -144,10 +144,10 @@ def compare(
             "category": ("category", chosen, _category_names(reference)),
             "movement": (
                 "movement",
-                [float(np.mean(own_movements(reference, measure) if one.own else one.points)) for one in asked],
+                [float(np.mean(own_movements(reference, measure) if each.own else each.points)) for each in wanted],
                 attributes(reference, measure) | {"measure": measure},
             ),
-            "movement_name": ("movement", [one.name for one in asked]),
+            "movement_name": ("movement", [movement.name for movement in wanted]),
         },
         {"confidence": confidence, "reference": names[0], "damage_table": _table(reference)},
     )
@@ -155,15 +155,15 @@ def compare(
 
 def most_helpful(comparison: xr.Dataset, category: int, movement: float) -> list[str]:
     """Studies other than the reference, the one with the lowest probability of damage first."""
-    found = comparison["difference"].sel(category=category).sel(movement=movement, method="nearest")[1:]
-    return [str(name) for name in found["study"].values[np.argsort(found.values, kind="stable")]]
+    change = comparison["difference"].sel(category=category).sel(movement=movement, method="nearest")[1:]
+    return [str(name) for name in change["study"].values[np.argsort(change.values, kind="stable")]]
 
 
 def sentences(comparison: xr.Dataset, category: int, movement: float) -> list[str]:
-    """Say what a comparison found for a category at a movement, the most helpful study first."""
-    found = comparison.sel(category=category).sel(movement=movement, method="nearest")
+    """Sentences on the differences for a category at a movement, the most helpful study first."""
+    results = comparison.sel(category=category).sel(movement=movement, method="nearest")
     level = f"{float(comparison.attrs['confidence']):.0%}"
-    first, reference = found.isel(study=0), comparison.attrs["reference"]
+    first, reference = results.isel(study=0), comparison.attrs["reference"]
     if np.isnan(first["probability"]):
         return [f"{reference}: unknown, no sample was followed as far; there is nothing to compare with"]
     said = [
@@ -171,20 +171,20 @@ def sentences(comparison: xr.Dataset, category: int, movement: float) -> list[st
         f"{float(first['probability_lower']):.3g} to {float(first['probability_upper']):.3g} ({level})"
     ]
     for name in most_helpful(comparison, category, movement):
-        one = found.sel(study=name)
-        value, lower, upper = (float(one[f"difference{end}"]) for end in ("", "_lower", "_upper"))
+        row = results.sel(study=name)
+        value, lower, upper = (float(row[f"difference{end}"]) for end in ("", "_lower", "_upper"))
         if np.isnan(value):
             said.append(f"{name}: unknown, no sample was followed as far")
             continue
         clear = "less damage" if upper < 0 else "more damage" if lower > 0 else "may be chance"
-        pairs = int(one["paired_samples"])
+        pairs = int(row["paired_samples"])
         of = f"{pairs} pairs of samples" if pairs else "other samples, so the interval is wide"
         said.append(
-            f"{name}: {float(one['probability']):.3g}; difference {value:+.3g}, {lower:+.3g} to {upper:+.3g} "
+            f"{name}: {float(row['probability']):.3g}; difference {value:+.3g}, {lower:+.3g} to {upper:+.3g} "
             f"({level}): {clear}; {of}"
         )
     order = most_helpful(comparison, category, movement)
-    sure = [name for name in order if float(found["difference_upper"].sel(study=name)) < 0]
+    sure = [name for name in order if float(results["difference_upper"].sel(study=name)) < 0]
     if not sure:
         said.append("no measure is sure to lower it")
     elif sure[0] == order[0]:
@@ -195,7 +195,7 @@ def sentences(comparison: xr.Dataset, category: int, movement: float) -> list[st
 
 
 def _table(ds: xr.Dataset) -> str:
-    """Return how a study was judged: damage table, measure, and whether gaps under the footing count."""
+    """Rules of judgement of a study: damage table, measure, and whether gaps under the footing count."""
     rules = {"damage_table": "{}", "damage_measure": "crack width of a {}", "count_footing_gap": "footing gaps: {}"}
     return ", ".join(text.format(ds.attrs[key]) for key, text in rules.items() if key in ds.attrs)
 
@@ -206,7 +206,7 @@ def _category_names(ds: xr.Dataset) -> dict[str, str]:
 
 
 def _increments(ds: xr.Dataset, measure: str) -> FloatArray:
-    """Return the movements of the increments, of the sample that moves farthest."""
+    """Movements of the increments, of the sample that moves farthest."""
     movement = np.atleast_2d(np.asarray(ds[measure].values, dtype=np.float64))
     farthest = movement[np.nanargmax(np.nanmax(movement, axis=-1, initial=0.0))]
     return np.unique(farthest[np.isfinite(farthest) & (farthest > 0)])
@@ -235,12 +235,12 @@ class _Answer(NamedTuple):
     precision: float
 
     @classmethod
-    def of(cls, known: CategoryCapacities, at: MovementDistribution, confidence: float) -> _Answer:
+    def of(cls, walls: CategoryCapacities, at: MovementDistribution, confidence: float) -> _Answer:
         """Estimate the probability; the contributions add up to 0, and their squares to the error's square."""
-        found, values = estimate_exceedance(known, at, confidence).estimate, pseudo_values(known, at)
-        each = values.hit if known.weight is None else values.hit * known.weight
+        estimate, values = estimate_exceedance(walls, at, confidence).estimate, pseudo_values(walls, at)
+        each = values.hit if walls.weight is None else values.hit * walls.weight
         contribution = (each - each.mean()) / len(each) if len(each) else each
-        return cls(found, known.sample, contribution, known.replicate, values.precision)
+        return cls(estimate, walls.sample, contribution, walls.replicate, values.precision)
 
 
 def _difference(before: _Answer, after: _Answer, confidence: float, paired: bool) -> Estimate:
@@ -250,13 +250,13 @@ def _difference(before: _Answer, after: _Answer, confidence: float, paired: bool
     samples = np.union1d(before.sample, after.sample)
     parts, labels = np.zeros((2, len(samples))), np.zeros(len(samples), dtype=np.int64)
     replicated = paired and np.isfinite(value)
-    for part, answer in zip(parts, (before, after)):
-        place = np.searchsorted(samples, answer.sample)
-        part[place] = answer.contribution
+    for pseudo, answer in zip(parts, (before, after)):
+        index = np.searchsorted(samples, answer.sample)
+        pseudo[index] = answer.contribution
         if answer.replicate is None:
             replicated = False
         else:
-            labels[place] = answer.replicate
+            labels[index] = answer.replicate
     if replicated and len(np.unique(labels)) >= ENOUGH_REPLICATES:
         sums = np.bincount(labels, parts[1] - parts[0])[np.unique(labels)]
         scatter = float((sums**2).sum()) * len(sums) / (len(sums) - 1)

@@ -1,4 +1,4 @@
-"""Correlated variables by the Gaussian copula, with the stated correlation that of the variables (Nataf)."""
+"""Correlated variables by the Gaussian copula; the stated correlation is of the variables themselves (Nataf)."""
 
 from __future__ import annotations
 
@@ -43,17 +43,17 @@ def gaussian_correlation(first: Marginal, second: Marginal, correlation: float) 
 
 
 class NatafCurve:
-    """Correlation of two variables as a function of that of the standard normals behind them.
+    """Correlation of two variables as a function of the correlation of the standard normals behind them.
 
     Parameters
     ----------
     first, second : Marginal
-        Their distributions.
+        Distributions of the variables.
 
     Attributes
     ----------
     low, high : float
-        Correlations that the variables can have: those of their fully dependent normals.
+        Correlations that the variables can have: between fully dependent normals of either sign.
 
     Raises
     ------
@@ -64,7 +64,7 @@ class NatafCurve:
     -----
     Nataf's integral as Mehler's series: with a_k and b_k the coefficients of the variables in normalised Hermite
     polynomials of their normals, the correlation is the sum of a_k b_k rho^k, monotone in rho. It holds for variables
-    that take single values, too: their terms fall off as k^(-3/2) only, so what the sum leaves at either end, where it
+    that take single values, too: their terms fall off as k^(-3/2) only, so the rest of the sum at either end, where it
     is known, is taken to be spread like that.
     """
 
@@ -81,7 +81,7 @@ class NatafCurve:
         self._rest = self.high - self._terms.sum(), self.low - (sign * self._terms).sum()
 
     def __call__(self, rho: ArrayLike) -> FloatArray:
-        """Return the correlation of the variables for that of the normals."""
+        """Correlation of the variables for a correlation of the normals."""
         at = np.asarray(rho, dtype=np.float64)
         with np.errstate(divide="ignore"):
             decay = np.minimum(-(_TERMS + 0.5) * np.log(np.abs(at)), 700.0)
@@ -103,11 +103,11 @@ def _nodes(extra: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _coefficients(z: FloatArray, weighted: FloatArray) -> FloatArray:
     """Return the coefficients of order 1, 2, ... in normalised Hermite polynomials: array (terms,)."""
     before, now = np.zeros_like(z), np.ones_like(z)
-    found = np.empty(_TERMS)
+    terms = np.empty(_TERMS)
     for k in range(_TERMS):
         before, now = now, (z * now - np.sqrt(k) * before) / np.sqrt(k + 1.0)
-        found[k] = now @ weighted
-    return found
+        terms[k] = now @ weighted
+    return terms
 
 
 def _standardised(marginal: Marginal, z: FloatArray) -> FloatArray:
@@ -158,12 +158,12 @@ def varying(factor: FloatArray) -> BoolArray:
 
 def independent_normals(normal: FloatArray, factor: FloatArray) -> FloatArray:
     """Independent normals (n, r) behind correlated ones; ValueError if the other variables do not follow from them."""
-    own = varying(factor)
-    if own.all():
+    varies = varying(factor)
+    if varies.all():
         return np.asarray(normal @ np.linalg.inv(factor).T)
-    independent = np.compress(own, normal, axis=1) @ np.linalg.inv(factor[np.ix_(own, own)]).T
-    following = independent @ factor[np.ix_(~own, own)].T
-    if not np.allclose(following, normal[:, ~own], rtol=0.0, atol=1e-3):
+    independent = np.compress(varies, normal, axis=1) @ np.linalg.inv(factor[np.ix_(varies, varies)]).T
+    following = independent @ factor[np.ix_(~varies, varies)].T
+    if not np.allclose(following, normal[:, ~varies], rtol=0.0, atol=1e-3):
         raise ValueError
     return np.asarray(independent)
 

@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy import special
 
-from damagepred.arrays import FloatArray, IntArray
+from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.errors import InputError
 from damagepred.runtime.one_thread import one_blas_thread
-from damagepred.uq.correlation import cholesky, gaussian_correlation
-from damagepred.uq.fields import course_autoregression, innovation_factor
+from damagepred.uq.correlation import cholesky, gaussian_correlation, independent_normals, varying
+from damagepred.uq.fields import JointPlaces, WallFields, course_autoregression, innovation_factor
 from damagepred.uq.importance import Drawn, Proposal, draw
 from damagepred.uq.marginals import from_normal
 from damagepred.uq.quantile_table import JointQuantile
@@ -20,55 +21,31 @@ from damagepred.uq.random_streams import Stream, generator
 from damagepred.uq.samplers import unit_points
 from damagepred.uq.table import WEIGHT
 from damagepred.uq.variable import Variable
-from damagepred.uq.wall_fields import JointPlaces, WallFields
 
 
 @dataclass(frozen=True)
 class Sampler:
-    """How the values that hold for a whole wall are drawn.
+    """How the values that hold for a whole wall are drawn."""
 
-    Attributes
-    ----------
-    kind : {"sobol", "lhs", "random", "table"}
-        See ``damagepred.uq.samplers.unit_points``; "table": the user brings them.
-    replicates : int
-        Independent scrambles of Sobol points that take turns.
-    proposals : mapping of str to Proposal
-        Where variables are drawn instead, by place (importance sampling).
-    nominal_share : float
-        Share of walls drawn as stated all the same.
-    columns : tuple of str
-        Places in the user's table.
-    read_table : callable or None
-        Returns the table: place -> array (samples,).
-    crossed : bool
-        Samples come in fours: two walls, and two fields, in every combination (archives of 0.1).
-    """
-
-    kind: str = "sobol"
-    replicates: int = 1
+    kind: str = "sobol"  # see ``damagepred.uq.samplers.unit_points``; "table": the user brings them
+    replicates: int = 1  # independent scrambles of Sobol points that take turns
+    # where variables are drawn instead, by place (importance sampling)
     proposals: Mapping[str, Proposal] = field(default_factory=dict)
-    nominal_share: float = 0.0
-    columns: tuple[str, ...] = ()
-    read_table: Callable[[], Mapping[str, FloatArray]] | None = None
-    crossed: bool = False
+    nominal_share: float = 0.0  # share of walls drawn as stated all the same
+    columns: tuple[str, ...] = ()  # places in the user's table
+    read_table: Callable[[], Mapping[str, FloatArray]] | None = None  # returns the table: place -> array (samples,)
+    crossed: bool = False  # samples come in fours: two walls, and two fields, in every combination (archives of 0.1)
 
     def wall_of(self, sample: IntArray) -> IntArray:
-        """Return which drawn wall each sample has."""
+        """Number of the drawn wall of each sample."""
         return 2 * (sample // 4) + sample % 4 // 2 if self.crossed else sample
 
     def field_of(self, sample: int) -> int:
-        """Return which drawn field a sample has."""
+        """Number of the drawn field of a sample."""
         return 2 * (sample // 4) + sample % 2 if self.crossed else sample
 
     def unit_points(self, dimensions: int, samples: int, seed: int) -> FloatArray:
-        """Return the points of the unit cube that the samples' walls are drawn from, array (samples, dimensions).
-
-        Parameters
-        ----------
-        dimensions, samples, seed : int
-            Size and seed.
-        """
+        """Return the points of the unit cube that the samples' walls are drawn from, array (samples, dimensions)."""
         if not self.crossed:
             return unit_points(self.kind, dimensions, samples, seed, self.replicates)
         # both walls of a table come from one point of twice the dimensions: points that follow each other in Sobol's
@@ -79,41 +56,22 @@ class Sampler:
 
 @dataclass(frozen=True)
 class Design:
-    """Distributions made ready to draw from.
+    """Distributions made ready to draw from."""
 
-    Attributes
-    ----------
-    seed : int
-        Of all streams.
-    sampler : Sampler
-        How values are drawn that hold for a whole wall.
-    marginals : mapping of str to frozen distribution
-        By place.
-    wall, joint : tuple of str
-        Places with one value a wall, and with one a joint.
-    wall_factor, joint_factor : array
-        Cholesky factors of their correlation.
-    lag : mapping of str to float
-        For places with one value a joint, the correlation of the underlying normals along a course.
-    innovation_factor : array
-        Cholesky factor of the correlation of the innovations along a course.
-    by_distance : WallFields or None
-        The fields, unless each joint depends on the one before it alone.
-    joint_quantiles : mapping of str to JointQuantile
-        Of places with one value a joint.
-    """
-
-    seed: int
-    sampler: Sampler
-    marginals: Mapping[str, Any]
+    seed: int  # of all streams
+    sampler: Sampler  # how values are drawn that hold for a whole wall
+    marginals: Mapping[str, Any]  # by place
+    # places with one value per wall, and with one per joint
     wall: tuple[str, ...]
     joint: tuple[str, ...]
+    # Cholesky factors of their correlation
     wall_factor: FloatArray
     joint_factor: FloatArray
+    # for places with one value per joint, the correlation of the underlying normals along a course
     lag: Mapping[str, float]
-    innovation_factor: FloatArray
-    by_distance: WallFields | None = None
-    joint_quantiles: Mapping[str, JointQuantile] = field(default_factory=dict)
+    innovation_factor: FloatArray  # Cholesky factor of the correlation of the innovations along a course
+    by_distance: WallFields | None = None  # the fields, unless each joint depends on the one before it alone
+    joint_quantiles: Mapping[str, JointQuantile] = field(default_factory=dict)  # of places with one value per joint
 
     @classmethod
     @one_blas_thread()
@@ -125,26 +83,7 @@ class Design:
         sampler: Sampler | str,
         seed: int,
     ) -> Design:
-        """Check the variables and prepare to draw.
-
-        Parameters
-        ----------
-        variables : mapping of str to Variable
-            By place.
-        units : mapping of str to str
-            SI unit of each place.
-        correlation : mapping of pairs to float
-            Correlation of variables.
-        sampler : Sampler or str
-            How to sample the values a wall, or the kind alone.
-        seed : int
-            Of all streams.
-
-        Raises
-        ------
-        InputError
-            If a distribution or a correlation is not possible.
-        """
+        """Check the variables and prepare to draw."""
         if isinstance(sampler, str):
             sampler = Sampler(sampler)
         marginals = {place: v.frozen(place, units[place]) for place, v in variables.items()}
@@ -156,8 +95,8 @@ class Design:
             if value and len(pair & set(wall)) == 1:
                 a, b = sorted(pair, key=lambda p: p in joint)
                 raise InputError(
-                    f'[correlation] "{a}" with "{b}": one has a value a wall, the other one a joint; give both a field '
-                    "or neither."
+                    f'[correlation] "{a}" with "{b}": one has a value per wall, the other a value per joint; give '
+                    "both a field or neither."
                 )
         fields = {place: f for place in joint if (f := variables[place].field) is not None}
         joint_factor = cholesky(joint, marginals, {p: c for p, c in correlation.items() if p <= set(joint)})
@@ -184,13 +123,7 @@ class Design:
 
     @one_blas_thread()
     def wall_values(self, samples: int) -> dict[str, FloatArray]:
-        """Return the values that hold for a whole wall: place -> array (samples,).
-
-        Raises
-        ------
-        InputError
-            If the user's table has fewer samples.
-        """
+        """Return the values that hold for a whole wall: place -> array (samples,)."""
         if self.sampler.kind == "table":
             rows = _rows(self.sampler, samples)
             return {place: rows[place] for place in self.wall}
@@ -206,7 +139,7 @@ class Design:
 
     @one_blas_thread()
     def weights(self, samples: int) -> FloatArray | None:
-        """Return the weight of each sample, array (samples,), or None where all are drawn as stated."""
+        """Weight of each sample, array (samples,); None without importance sampling."""
         if WEIGHT in self.sampler.columns:
             return _rows(self.sampler, samples)[WEIGHT]
         return self.draw(samples).weight if self.sampler.proposals else None
@@ -230,16 +163,7 @@ class Design:
 
     @one_blas_thread()
     def joint_values(self, sample: int, places: JointPlaces | IntArray) -> dict[str, FloatArray]:
-        """Return the values that vary from joint to joint in one sample: place -> array (joints,).
-
-        Parameters
-        ----------
-        sample : int
-            Number of the sample; the values depend on the seed and on it alone.
-        places : JointPlaces or array of int (joints,)
-            Where the joints are; which are neighbours in a course (see ``course_autoregression``) is enough for fields
-            along courses.
-        """
+        """Return the values that vary from joint to joint in one sample: place -> array (joints,)."""
         if not self.joint:
             return {}
         random = generator(self.seed, Stream.FIELD, self.sampler.field_of(sample))
@@ -248,20 +172,7 @@ class Design:
 
     @one_blas_thread()
     def joint_values_from(self, independent: FloatArray, places: JointPlaces | IntArray) -> dict[str, FloatArray]:
-        """Return the values that vary from joint to joint, from independent standard normals.
-
-        Parameters
-        ----------
-        independent : array (fields, joints)
-            Standard normals.
-        places : JointPlaces or array of int (joints,)
-            See ``joint_values``.
-
-        Raises
-        ------
-        InputError
-            If the fields need the places of the joints, or their correlation is impossible.
-        """
+        """Return the values that vary from joint to joint, from independent standard normals."""
         if self.by_distance is not None:
             if not isinstance(places, JointPlaces):
                 raise InputError("fields with a correlation over a distance need the places of the joints.")
@@ -288,7 +199,7 @@ def _table_places(columns: tuple[str, ...], wall: tuple[str, ...]) -> tuple[str,
             + (
                 "is a column of the table, too; leave one of them out."
                 if place in columns
-                else "the table has no such column; add it, or give the variable a field, for a value a joint."
+                else "the table has no such column; add it, or give the variable a field, for one value per joint."
             )
         )
     return tuple(place for place in columns if place != WEIGHT)
@@ -300,3 +211,40 @@ def _rows(sampler: Sampler, samples: int) -> dict[str, FloatArray]:
     if samples > held:
         raise InputError(f"samples = {samples}: the table has {held}; add rows to it, or ask for fewer with -n.")
     return {place: np.asarray(table[place][:samples]) for place in sampler.columns}
+
+
+@one_blas_thread()
+def density_ratio(stated: Design, other: Design, values: Mapping[str, FloatArray]) -> FloatArray:
+    """Density of other distributions over the stated ones at each wall, array (samples,)."""
+    return np.exp(_log_density(other, values) - _log_density(stated, values))
+
+
+def _log_density(design: Design, values: Mapping[str, FloatArray]) -> FloatArray:
+    total = np.zeros(len(next(iter(values.values()))))
+    normal = np.empty((len(total), len(design.wall)))
+    for k, place in enumerate(design.wall):
+        marginal, x = design.marginals[place], values[place]
+        if not hasattr(marginal, "logpdf"):
+            raise InputError(
+                f'[variables."{place}"]: a distribution without a density cannot be reweighted; run the alternative '
+                "as a study of its own."
+            )
+        low, high = np.asarray(marginal.cdf(x)), np.asarray(marginal.sf(x))
+        normal[:, k] = np.where(low < high, special.ndtri(low), -special.ndtri(high))
+        if varying(design.wall_factor)[k]:
+            with np.errstate(divide="ignore"):
+                total = total + marginal.logpdf(x)
+    # the Gaussian copula: density of correlated standard normals over independent ones
+    inside: BoolArray = np.asarray(np.isfinite(normal).all(axis=1))
+    normal = np.where(inside[:, None], normal, 0.0)
+    varies = varying(design.wall_factor)
+    try:
+        independent = independent_normals(normal, design.wall_factor)
+    except ValueError:
+        raise InputError(
+            "[correlation]: a variable that follows from others (correlation 1 or -1) has other values under the "
+            "alternative, which no wall of this study has; change all of them alike, or run the alternative as a study."
+        ) from None
+    copula = 0.5 * (np.compress(varies, normal, axis=1) ** 2 - independent**2).sum(axis=1)
+    copula = copula - np.log(np.diag(design.wall_factor)[varies]).sum()
+    return np.where(inside, total + copula, -np.inf)

@@ -19,35 +19,20 @@ from damagepred.arrays import BoolArray, FloatArray, IntArray
 from damagepred.runtime.one_thread import one_blas_thread
 
 ENOUGH_REPLICATES = 4
-"""Replicates from which the standard error is that of their means."""
+"""Replicates from which their means give the standard error."""
 
 
 class Estimate(NamedTuple):
-    """A number found by sampling.
+    """A number found by sampling."""
 
-    Attributes
-    ----------
-    value : float
-        Best estimate.
-    error : float
-        Standard error.
-    lower, upper : float
-        Ends of the confidence interval.
-    confidence : float
-        Its level.
-    samples : int
-        Samples that count.
-    effective_samples : float
-        Samples of equal weight with the same variance (Kish 1965): (sum w)^2 / sum w^2.
-    """
-
-    value: float
-    error: float
+    value: float  # best estimate
+    error: float  # standard error
+    # ends of the confidence interval
     lower: float
     upper: float
-    confidence: float
-    samples: int
-    effective_samples: float
+    confidence: float  # its level
+    samples: int  # samples that count
+    effective_samples: float  # samples of equal weight with the same variance (Kish 1965): (sum w)^2 / sum w^2
 
     @property
     def half_width(self) -> float:
@@ -87,19 +72,7 @@ def mean(
     replicate: IntArray | None = None,
     confidence: float = 0.9,
 ) -> Estimate:
-    """Estimate a mean.
-
-    Parameters
-    ----------
-    values : array (samples,)
-        One number a sample.
-    weight : array (samples,), optional
-        Of importance sampling: the estimate is the mean of weight times value, which is unbiased.
-    replicate : array of int (samples,), optional
-        Which independent scramble each sample belongs to.
-    confidence : float
-        Of the interval.
-    """
+    """Estimate a mean."""
     values = np.asarray(values, dtype=np.float64)
     heavy = np.ones_like(values) if weight is None else np.asarray(weight, dtype=np.float64)
     value, error, freedom = _mean_and_error(heavy * values, replicate)
@@ -122,20 +95,6 @@ def probability(
     """Estimate a probability.
 
     The interval is Wilson's, for the number of equally weighted random samples that would have the same standard error.
-
-    Parameters
-    ----------
-    hit : array (samples,)
-        Whether, or with which probability, it happened; or pseudo-values.
-    weight : array (samples,), optional
-        Of importance sampling: the estimate is the mean of weight times hit, which is unbiased.
-    replicate : array of int (samples,), optional
-        Which independent scramble each sample belongs to.
-    confidence : float
-        Of the interval.
-    precision, share : float
-        Effective number of samples over the one of the scatter, and over their number where all agree: less than 1
-        where the outcome of some is unknown (see ``damagepred.uq.exceedance``).
     """
     hit = np.asarray(hit, dtype=np.float64)
     count = len(hit)
@@ -149,7 +108,7 @@ def probability(
         lower, upper = wilson(min(max(value, 0.0), 1.0), share * min(kish, count), normal_factor(confidence))
         return Estimate(value, error, min(lower, value), max(upper, value), confidence, count, kish)
     if weight is not None:
-        # the degrees of freedom of a weighted estimate are those of the effective number of hits
+        # the effective number of hits gives the degrees of freedom of a weighted estimate
         freedom = min(freedom, effective_samples(heavy * np.clip(hit, 0.0, 1.0)) - 1)
     # of whole samples no error is smaller than what half of one makes
     spread = max(error, 0.5 / count) if weight is None else error

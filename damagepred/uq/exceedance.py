@@ -1,6 +1,6 @@
 """The probability that a category is reached by a movement, and a category's median movement, from a study's walls.
 
-One estimate serves every command: redistribution to the right (Efron 1967; without intervals it is that of Kaplan and
+One estimate serves every command: redistribution to the right (Efron 1967; without intervals the estimate of Kaplan and
 Meier). A wall that was not followed as far as the movement, or failed before it, takes the share of those followed
 further. That is right if walls are not followed less far because they are weak or strong.
 
@@ -64,28 +64,15 @@ RESOLUTION = 1e-12
 
 
 class CategoryCapacities(NamedTuple):
-    """Capacities for one category, of walls that were run.
+    """Capacities for one category, of walls that were run."""
 
-    Attributes
-    ----------
-    sample : array of int (walls,)
-        Their numbers.
-    lower, upper : array (walls,)
-        The movement at which the category was reached lies between; see ``damagepred.uq.capacity``.
-    weight : array (walls,) or None
-        Weight in importance sampling.
-    replicate : array of int (walls,) or None
-        Scramble of Sobol points each belongs to.
-    failing : array of bool (walls,)
-        Walls that failed before they reached the category.
-    """
-
-    sample: IntArray
+    sample: IntArray  # (walls,): their numbers
+    # (walls,): the movement at which the category was reached lies between; see ``damagepred.uq.capacity``
     lower: FloatArray
     upper: FloatArray
-    weight: FloatArray | None
-    replicate: IntArray | None
-    failing: BoolArray
+    weight: FloatArray | None  # (walls,): weight in importance sampling
+    replicate: IntArray | None  # (walls,): scramble of Sobol points each belongs to
+    failing: BoolArray  # (walls,): walls that failed before they reached the category
 
     @property
     def followed(self) -> float:
@@ -102,26 +89,16 @@ class CategoryCapacities(NamedTuple):
 
 
 class Exceedance(NamedTuple):
-    """Probability of a category or worse at a movement.
+    """Probability of a category or worse at a movement."""
 
-    Attributes
-    ----------
-    estimate : Estimate
-        Estimate by redistribution to the right; its value is NaN where no wall was followed as far. ``samples`` are
-        walls that did not fail before the movement.
-    failed : int
-        Walls that failed before the movement, and had not reached the category.
-    failed_undamaged, failed_damaged : float
-        Estimate if none of those had reached it by this movement, and if all had.
-    not_followed : int
-        Walls that were not followed as far as this movement, and had not reached the category.
-    """
-
+    # estimate by redistribution to the right; its value is NaN where no wall was followed as far. ``samples`` are walls
+    # that did not fail before the movement
     estimate: Estimate
-    failed: int
+    failed: int  # walls that failed before the movement, and had not reached the category
+    # estimate with all of those undamaged at this movement, and with all damaged
     failed_undamaged: float
     failed_damaged: float
-    not_followed: int
+    not_followed: int  # walls that were not followed as far as this movement, and had not reached the category
 
 
 def category_capacities(
@@ -133,10 +110,10 @@ def category_capacities(
     if "damage_category" not in ds:
         nothing = np.empty(0)
         return CategoryCapacities(np.empty(0, dtype=np.int64), nothing, nothing, None, None, np.empty(0, dtype=bool))
-    own = at is not None and at.own
-    walls = read_capacities(ds, [category], name, between=not own)
+    by_site = at is not None and at.own
+    walls = read_capacities(ds, [category], name, between=not by_site)
     lower, upper, failing = (field[0] for field in walls.capacities[:3])
-    if own:
+    if by_site:
         moved, end = walls.capacities.end > 0, np.where(walls.capacities.end > 0, walls.capacities.end, 1.0)
         upper = np.where(moved | np.isinf(upper), upper / end, 0.0)
         lower = np.minimum(np.where(failing, np.minimum(lower / end, 1.0 - LEAST_MISSING), lower / end + ~moved), upper)
@@ -180,21 +157,13 @@ def own_movements(ds: xr.Dataset, measure: str) -> FloatArray:
 
 
 class PseudoValues(NamedTuple):
-    """Pseudo-values of a probability, and the precision of the interval that their scatter gives.
+    """Pseudo-values of a probability, and the precision of the interval that their scatter gives."""
 
-    Attributes
-    ----------
-    hit : array (walls,)
-        Pseudo-values; their mean, weighted, is the probability. NaN where it is unknown.
-    precision : float
-        Effective number of walls over the one of Greenwood's variance, at most 1: early hits of many walls say less
-        of a movement to which few were followed.
-    share : float
-        Effective number over the number of walls, for the interval where no wall or every wall reached the category.
-    """
-
-    hit: FloatArray
+    hit: FloatArray  # (walls,): pseudo-values; their mean, weighted, is the probability. NaN where it is unknown
+    # effective number of walls over Greenwood's variance, at most 1: early hits of many walls inform less on a
+    # movement to which few were followed
     precision: float = 1.0
+    # effective number over the number of walls, for the interval where no wall or every wall reached the category
     share: float = 1.0
 
 
@@ -227,9 +196,9 @@ class _Redistribution:
         over, fall = total(self.end, "right", slope, slope * self.end)
         return self.weight.sum() - passed + np.maximum(rise - fall - self.ends * (begun - over), 0.0)
 
-    def pseudo_values(self, at: float, prior: float = 0.0) -> tuple[FloatArray, float, FloatArray]:
+    def pseudo_values(self, movement: float, prior: float = 0.0) -> tuple[FloatArray, float, FloatArray]:
         """Pseudo-values at a movement, the probability, and the pseudo-values of two more walls of ``prior``."""
-        count = int(np.searchsorted(self.ends, at * (1 - ROUNDING)))
+        count = int(np.searchsorted(self.ends, movement * (1 - ROUNDING)))
         before = self.at_risk[:count] + 2.0 * prior
         after = before - self.leaving[:count]
         if (after <= ROUNDING * self.weight.sum()).any():
@@ -237,13 +206,13 @@ class _Redistribution:
         step = 1.0 / before - 1.0 / after
         risk, moment = (np.append(0.0, np.cumsum(value)) for value in (step, self.ends[:count] * step))
         first, last = np.minimum(self.first, count), np.minimum(self.last, count)
-        known = risk[first] + (self.end * (risk[last] - risk[first]) - moment[last] + moment[first]) / self.length
+        walls = risk[first] + (self.end * (risk[last] - risk[first]) - moment[last] + moment[first]) / self.length
         short = self.short & (self.first <= count)
-        known[short] += 1.0 / after[first[short] - 1]
-        undamaged = np.where(short, 0.0, 1.0 - probability_reached(self.lower, self.upper, at))
+        walls[short] += 1.0 / after[first[short] - 1]
+        undamaged = np.where(short, 0.0, 1.0 - probability_reached(self.lower, self.upper, movement))
         total, raised = self.weight.sum() + 2.0 * prior, float(np.prod(before / after))
         survival = raised * ((self.weight * undamaged).sum() + prior) / total
-        hit = 1.0 - raised * undamaged - total * survival * known
+        hit = 1.0 - raised * undamaged - total * survival * walls
         added = 1.0 - raised * np.array([0.0, 1.0]) - total * survival * risk[-1]
         for sure in (0.0, 1.0) if count else ():
             hit[np.abs(hit - sure) < RESOLUTION] = sure
@@ -255,17 +224,17 @@ class _Redistribution:
         return np.mean(hit, axis=0), float(np.mean(chance)), np.mean(added, axis=0)
 
 
-def pseudo_values(known: CategoryCapacities, at: MovementDistribution) -> PseudoValues:
+def pseudo_values(known: CategoryCapacities, movement: MovementDistribution) -> PseudoValues:
     """Pseudo-values of the probability of having reached the category; of several movements, their mean."""
     weight = np.ones(len(known.lower)) if known.weight is None else known.weight
     if not weight.any():
         return PseudoValues(np.zeros(len(weight)))
     weight = weight * (effective_samples(weight) / weight.sum())
-    walls, total = _Redistribution(known.lower, known.upper, weight, at.largest), float(weight.sum())
-    hit, chance, _ = walls.mean(at.points)
+    walls, total = _Redistribution(known.lower, known.upper, weight, movement.largest), float(weight.sum())
+    hit, chance, _ = walls.mean(movement.points)
     if not len(walls.ends) or np.isnan(chance):
         return PseudoValues(hit)
-    regular, likely, added = walls.mean(at.points, PRIOR)
+    regular, likely, added = walls.mean(movement.points, PRIOR)
     squares = float(weight @ (regular - likely) ** 2 + PRIOR * ((added - likely) ** 2).sum())
     effective = max(likely * (1.0 - likely) * (total + 2.0 * PRIOR) ** 2 / squares - 2.0 * PRIOR, PRIOR)
     scatter = float(weight @ (hit - chance) ** 2)
@@ -274,13 +243,13 @@ def pseudo_values(known: CategoryCapacities, at: MovementDistribution) -> Pseudo
     return PseudoValues(hit, min(effective / plain, 1.0), min(effective / total, 1.0))
 
 
-def known_hits(known: CategoryCapacities, at: MovementDistribution, unknown: float) -> FloatArray:
+def known_hits(walls: CategoryCapacities, movement: MovementDistribution, unknown: float) -> FloatArray:
     """Probability of each wall to have reached the category; ``unknown``, 0 or 1, for the bound beyond its path."""
     each = [
         np.where(
-            censored_before(known.lower, known.upper, m), unknown, probability_reached(known.lower, known.upper, m)
+            censored_before(walls.lower, walls.upper, m), unknown, probability_reached(walls.lower, walls.upper, m)
         )
-        for m in at.points
+        for m in movement.points
     ]
     return np.asarray(np.mean(each, axis=0))
 
@@ -301,19 +270,19 @@ def exceedance(
     for the share of that step below the movement.
 
     Where a study keeps the end of each wall's own movement alone, no two walls are known at the same one: then the
-    probability at a movement is that of the lognormal curve fitted to all walls, with its band.
+    probability at a movement comes from the lognormal curve fitted to all walls, with its band.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        As ``open_study`` returns it.
+        Study, as ``open_study`` returns it.
     category : int or str
         Number or name of the category.
     at : float, str or MovementDistribution
         Movement (m, or 1 for a deflection ratio), a site class such as "H1", a distribution of the movement, or "site":
         each wall's own ground, to the end of its own movement; see ``damagepred.uq.movement_distribution``.
     confidence : float
-        Of the interval.
+        Confidence level of the interval.
     intensity : str, optional
         Measure of the movement; by default the study's own.
     options : FragilityOptions
@@ -338,26 +307,26 @@ def exceedance(
     wanted = wanted_movement(ds, at, measure)
     if "damage_category" in ds and ds["damage_category"].ndim == 1 and not wanted.own:
         if len(wanted.points) > 1:
-            raise InputError(f"at = {wanted.name}: the study knows each wall at its own movement alone; ask for one.")
+            raise InputError(f"at = {wanted.name}: the study has each wall at its own movement alone; ask for one.")
         return _from_curve(ds, category, wanted.largest, confidence, measure, options)
-    known = category_capacities(ds, category, measure, wanted)
-    return estimate_exceedance(known, require_followed(known, wanted), confidence)
+    walls = category_capacities(ds, category, measure, wanted)
+    return estimate_exceedance(walls, require_followed(walls, wanted), confidence)
 
 
-def require_followed(known: CategoryCapacities, wanted: MovementDistribution) -> MovementDistribution:
+def require_followed(walls: CategoryCapacities, wanted: MovementDistribution) -> MovementDistribution:
     """Refuse a distribution of the movement of which a part lies beyond the study's walls; return the movement."""
-    open_ended = np.isinf(known.upper).any()
-    beyond = float(np.mean(np.asarray(wanted.points) > known.followed * (1 + ROUNDING))) * open_ended
+    open_ended = np.isinf(walls.upper).any()
+    beyond = float(np.mean(np.asarray(wanted.points) > walls.followed * (1 + ROUNDING))) * open_ended
     if len(wanted.points) > 1 and beyond:
         raise InputError(
-            f"at = {wanted.name}: {beyond:.0%} of it lies beyond {known.followed:g}, the largest movement of the "
+            f"at = {wanted.name}: {beyond:.0%} of it lies beyond {walls.followed:g}, the largest movement of the "
             "study's walls; run the study with a larger movement."
         )
     return wanted
 
 
 def estimate_exceedance(
-    known: CategoryCapacities, at: float | MovementDistribution, confidence: float = 0.9
+    walls: CategoryCapacities, at: float | MovementDistribution, confidence: float = 0.9
 ) -> Exceedance:
     """Probability that walls have reached the category by a movement; of several movements, the mean.
 
@@ -365,18 +334,18 @@ def estimate_exceedance(
     wall was followed as far the estimate is NaN.
     """
     at = as_distribution(at)
-    short = censored_before(known.lower, known.upper, at.largest)
-    lost = short & known.failing
-    estimate = estimate_of(known, pseudo_values(known, at), confidence)
+    short = censored_before(walls.lower, walls.upper, at.largest)
+    lost = short & walls.failing
+    estimate = estimate_of(walls, pseudo_values(walls, at), confidence)
     if np.isnan(estimate.value) and len(lost):
-        followed = replace(at, points=tuple(np.minimum(at.points, known.followed)))
-        least = estimate_of(known, pseudo_values(known, followed), confidence).lower
+        followed = replace(at, points=tuple(np.minimum(at.points, walls.followed)))
+        least = estimate_of(walls, pseudo_values(walls, followed), confidence).lower
         estimate = estimate._replace(value=np.nan, error=np.nan, lower=least, upper=1.0)
-        weight = np.ones(len(lost)) if known.weight is None else known.weight
-        bounds = [min(float(np.mean(weight * known_hits(known, at, unknown))), 1.0) for unknown in (0.0, 1.0)]
+        weight = np.ones(len(lost)) if walls.weight is None else walls.weight
+        bounds = [min(float(np.mean(weight * known_hits(walls, at, unknown))), 1.0) for unknown in (0.0, 1.0)]
     elif lost.any():
-        intervals = failure_bounds(known.lower, known.upper, lost, at.largest, known.lower * (1 + 4 * ROUNDING))
-        ends = [known._replace(lower=lower, upper=upper) for lower, upper in intervals]
+        intervals = failure_bounds(walls.lower, walls.upper, lost, at.largest, walls.lower * (1 + 4 * ROUNDING))
+        ends = [walls._replace(lower=lower, upper=upper) for lower, upper in intervals]
         bounds = [min(estimate_of(end, pseudo_values(end, at), confidence).value, 1.0) for end in ends]
     else:
         bounds = [estimate.value, estimate.value] if len(lost) else [0.0, 1.0]
@@ -384,12 +353,12 @@ def estimate_exceedance(
     return Exceedance(estimate, int(lost.sum()), bounds[0], bounds[1], int((short & ~lost).sum()))
 
 
-def estimate_of(known: CategoryCapacities, values: PseudoValues, confidence: float) -> Estimate:
+def estimate_of(walls: CategoryCapacities, values: PseudoValues, confidence: float) -> Estimate:
     """Mean of pseudo-values with its interval."""
     return probability(
         values.hit,
-        weight=known.weight,
-        replicate=known.replicate,
+        weight=walls.weight,
+        replicate=walls.replicate,
         confidence=confidence,
         precision=values.precision,
         share=values.share,
@@ -397,7 +366,7 @@ def estimate_of(known: CategoryCapacities, values: PseudoValues, confidence: flo
 
 
 def _from_curve(
-    ds: xr.Dataset, category: int, at: float, confidence: float, intensity: str, options: FragilityOptions
+    ds: xr.Dataset, category: int, movement: float, confidence: float, intensity: str, options: FragilityOptions
 ) -> Exceedance:
     """Probability at a movement from walls that are each known at their own, by their lognormal curve."""
     curves = fit_fragility(
@@ -408,26 +377,26 @@ def _from_curve(
         bootstrap=options.curve_resamples,
         options=options,
     )
-    one, largest = curves.isel(category=0), float(curves["intensity"][-1])
-    if at > largest * (1 + ROUNDING):
+    curve, largest = curves.isel(category=0), float(curves["intensity"][-1])
+    if movement > largest * (1 + ROUNDING):
         raise InputError(
-            f"at = {at:g}: no wall was moved as far ({largest:g} at most), and a study that keeps each wall's own "
-            "movement alone ([study] movement = 'sampled') tells nothing beyond."
+            f"at = {movement:g}: no wall was moved as far ({largest:g} at most), and a study that keeps each wall's "
+            "own movement alone ([study] movement = 'sampled') has no information beyond."
         )
-    if str(one["fit_status"].values) not in WITH_CURVE:
+    if str(curve["fit_status"].values) not in WITH_CURVE:
         raise InputError(
-            f"P(category >= {category}) at {at:g}: the study knows each wall at its own movement alone, and its walls "
-            f"give no curve to read the probability from: {one['fit_status'].values}."
+            f"P(category >= {category}) at {movement:g}: the study has each wall at its own movement alone, and its "
+            f"walls give no curve to read the probability from: {curve['fit_status'].values}."
         )
-    value, lower, upper = probability_at(curves, category, at)
-    known, failed = category_capacities(ds, category, intensity), int(one["failed"])
-    weight = np.ones(len(known.lower)) if known.weight is None else known.weight
-    kish = effective_samples(weight[~known.failing])
+    value, lower, upper = probability_at(curves, category, movement)
+    walls, failed = category_capacities(ds, category, intensity), int(curve["failed"])
+    weight = np.ones(len(walls.lower)) if walls.weight is None else walls.weight
+    kish = effective_samples(weight[~walls.failing])
     error = (upper - lower) / (2 * normal_factor(confidence))
     bounds = [value, value]
     if failed:
-        ends = (one[f"probability_failed_{end}"].values for end in ("undamaged", "damaged"))
-        bounds = [float(np.interp(at, one["intensity"].values, end)) for end in ends]
+        ends = (curve[f"probability_failed_{end}"].values for end in ("undamaged", "damaged"))
+        bounds = [float(np.interp(movement, curve["intensity"].values, end)) for end in ends]
     return Exceedance(
         Estimate(value, error, lower, upper, confidence, len(weight) - failed, kish), failed, bounds[0], bounds[1], 0
     )
@@ -451,50 +420,35 @@ def median_movement(
     least four, otherwise by resampling walls. Where fewer than 100 walls determine it, error and interval are those of
     the posterior (``damagepred.uq.fragility.posterior``). Where it lies beyond the largest movement to which a wall was
     followed, the value is that movement, a lower bound, and the interval has no upper end.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        As ``open_study`` returns it.
-    category : int
-        The category.
-    confidence : float
-        Of the interval.
-    intensity : str, optional
-        Measure of the movement; by default the study's own.
-    seed : int
-        Of the resampling.
-    options : FragilityOptions
-        Options of the curve's fit.
     """
-    known = category_capacities(ds, category, intensity)
+    walls = category_capacities(ds, category, intensity)
     # walls damaged before any movement are no part of the curve of the others
-    known = known._replace(upper=np.where(known.upper <= 0, np.inf, known.upper))
-    found = _median_of(known, category, confidence, seed, options)
-    if not found.value > known.followed * (1 + ROUNDING):
-        return found
-    return found._replace(value=known.followed, error=np.nan, lower=min(found.lower, known.followed), upper=np.inf)
+    walls = walls._replace(upper=np.where(walls.upper <= 0, np.inf, walls.upper))
+    median = _median_of(walls, category, confidence, seed, options)
+    if not median.value > walls.followed * (1 + ROUNDING):
+        return median
+    return median._replace(value=walls.followed, error=np.nan, lower=min(median.lower, walls.followed), upper=np.inf)
 
 
 def _median_of(
-    known: CategoryCapacities, category: int, confidence: float, seed: int, options: FragilityOptions
+    walls: CategoryCapacities, category: int, confidence: float, seed: int, options: FragilityOptions
 ) -> Estimate:
     """Median of the lognormal curve, wherever it lies."""
-    count = len(known.lower)
-    heavy = np.ones(count) if known.weight is None else known.weight
+    count = len(walls.lower)
+    heavy = np.ones(count) if walls.weight is None else walls.weight
     kish = effective_samples(heavy)
-    fit = _median(known, heavy, options)
+    fit = _median(walls, heavy, options)
     if not np.isfinite(fit):
         return Estimate(np.nan, np.nan, 0.0, np.inf, confidence, count, kish)
-    if known.replicate is not None:
-        labels = np.unique(known.replicate)
-        others = np.log([_median(known, heavy * (known.replicate != label), options) for label in labels])
+    if walls.replicate is not None:
+        labels = np.unique(walls.replicate)
+        others = np.log([_median(walls, heavy * (walls.replicate != label), options) for label in labels])
         groups = len(labels)
         error = float(np.sqrt((groups - 1) / groups * ((others - others.mean()) ** 2).sum()))
         factor = student_factor(confidence, groups - 1)
     else:
-        weight = normalised_weights(heavy, known.upper)
-        (estimator,) = estimators(group_intervals(known.lower[None], known.upper[None], weight), options=options)
+        weight = normalised_weights(heavy, walls.upper)
+        (estimator,) = estimators(group_intervals(walls.lower[None], walls.upper[None], weight), options=options)
         draws = draw_parameters(estimator, options.median_resamples, generator(seed, Stream.BOOTSTRAP, category))
         logarithm = draws.parameters[:, 1] / draws.parameters[:, 0]
         if draws.resampled is None:
@@ -509,7 +463,42 @@ def _median_of(
     )
 
 
-def _median(known: CategoryCapacities, heavy: FloatArray, options: FragilityOptions) -> float:
+def _median(walls: CategoryCapacities, heavy: FloatArray, options: FragilityOptions) -> float:
     used = heavy > 0
-    counts = normalised_weights(heavy[used], known.upper[used])
-    return fit_lognormal(known.lower[used], known.upper[used], counts, options=options).median
+    counts = normalised_weights(heavy[used], walls.upper[used])
+    return fit_lognormal(walls.lower[used], walls.upper[used], counts, options=options).median
+
+
+class Running(NamedTuple):
+    """Running estimate of a probability from the first walls of a study."""
+
+    counted: IntArray  # (points,): walls that count
+    # (points,): estimate and confidence interval from these
+    value: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+
+
+def running_probability(
+    ds: xr.Dataset,
+    category: int,
+    movement: float | str | MovementDistribution,
+    *,
+    confidence: float = 0.9,
+    intensity: str | None = None,
+    points: int = 60,
+) -> Running:
+    """Estimate the probability of a category at a movement from increasing numbers of walls of a study with paths.
+
+    Each interval holds for its number of walls alone, not for a study that stops at a chosen one (see
+    ``damagepred.uq.stopping``). The last one equals ``damagepred.exceedance``.
+    """
+    measure = chosen_intensity(ds, intensity)
+    wanted = wanted_movement(ds, movement, measure)
+    walls = category_capacities(ds, category, measure, wanted)
+    total = len(walls.lower)
+    count = (
+        np.unique(np.geomspace(min(2, total), total, points).round().astype(np.int64)) if total else np.empty(0, int)
+    )
+    rows = [estimate_exceedance(walls.part(slice(n)), wanted, confidence).estimate for n in count]
+    return Running(count, *(np.array([getattr(e, key) for e in rows]) for key in ("value", "lower", "upper")))

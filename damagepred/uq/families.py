@@ -16,22 +16,7 @@ Given = Mapping[str, float]
 
 
 def make(family: str, where: str, given: Given) -> Any:
-    """Return a distribution by its family's name and parameters, in SI.
-
-    Parameters
-    ----------
-    family : str
-        One of ``FORMS``.
-    where : str
-        Place in the study, for messages.
-    given : mapping of str to float
-        The parameters that are given.
-
-    Raises
-    ------
-    InputError
-        If they are not those the family takes, or make no distribution.
-    """
+    """Return a distribution by its family's name and parameters, in SI."""
     forms = FORMS[family]
     for names, build in forms.items():
         if set(names) == set(given):
@@ -52,10 +37,10 @@ def _positive(where: str, given: Given, *names: str) -> None:
 
 def _standard_deviation(where: str, given: Given) -> float:
     """Return the standard deviation from ``std``, or from ``cov`` and ``mean``."""
-    found = given["std"] if "std" in given else abs(given["mean"]) * given["cov"]
-    if not found > 0:
-        raise InputError(f"{where}: its standard deviation is {found:g}; a mean of 0 needs std instead of cov.")
-    return found
+    std = given["std"] if "std" in given else abs(given["mean"]) * given["cov"]
+    if not std > 0:
+        raise InputError(f"{where}: its standard deviation is {std:g}; a mean of 0 needs std instead of cov.")
+    return std
 
 
 def _ordered(where: str, given: Given) -> None:
@@ -90,7 +75,7 @@ def _truncated_normal(where: str, given: Given) -> Any:
     mean, std = given["mean"], _standard_deviation(where, given)
     cut = ((given["lower"] - mean) / std, (given["upper"] - mean) / std)
     if scipy.stats.norm.cdf(cut[1]) - scipy.stats.norm.cdf(cut[0]) < 1e-9:
-        raise InputError(f"{where}: nothing of the distribution lies between lower and upper.")
+        raise InputError(f"{where}: no part of the distribution lies between lower and upper.")
     return scipy.stats.truncnorm(*cut, loc=mean, scale=std)
 
 
@@ -170,30 +155,11 @@ FORMS: dict[str, dict[tuple[str, ...], Form]] = {
 
 
 def scipy_distribution(where: str, name: str, parameters: Given, given: Given, *, max_values: int = 100_000) -> Any:
-    """Return a distribution of scipy.stats by its name.
-
-    Parameters
-    ----------
-    where : str
-        Place in the study, for messages.
-    name : str
-        As in scipy.stats, such as ``"gumbel_r"`` or ``"poisson"``.
-    parameters : mapping of str to float
-        Its own: shapes, loc and scale.
-    given : mapping of str to float
-        Nothing, or mean with cov or std, from which loc and scale follow.
-    max_values : int
-        Values of a discrete distribution beyond which it is refused.
-
-    Raises
-    ------
-    InputError
-        If there is no such distribution, or the parameters make none.
-    """
+    """Return a distribution of scipy.stats by its name."""
     stats = scipy.stats
-    known = [n for n in dir(stats) if isinstance(getattr(stats, n), stats.rv_continuous | stats.rv_discrete)]
-    if name not in known:
-        raise InputError(f"{where} name = {name!r}: scipy.stats has no such distribution." + nearest(name, known))
+    names = [n for n in dir(stats) if isinstance(getattr(stats, n), stats.rv_continuous | stats.rv_discrete)]
+    if name not in names:
+        raise InputError(f"{where} name = {name!r}: scipy.stats has no such distribution." + nearest(name, names))
     family = getattr(stats, name)
     discrete = isinstance(family, stats.rv_discrete)
     shapes = [s.strip() for s in family.shapes.split(",")] if family.shapes else []

@@ -1,10 +1,10 @@
-"""Sensitivity from walls that were run for something else: rank correlation, and shares of variance.
+"""Sensitivity from the walls of any study: rank correlation, and shares of variance.
 
 - Rank correlation (Spearman): whether capacity rises or falls with an input, from -1 to 1; censored capacities have the
-  scores of ``damagepred.uq.ranks.interval_ranks``. Partial: with what the other inputs explain taken out of both, as
-  inputs that are correlated need it.
+  scores of ``interval_ranks``. Partial: of the residuals of both after
+  regression on the other inputs, for correlated inputs.
 - First-order share: the variance of the output's conditional mean given the input, over its variance, also where the
-  mean is not monotone. It comes from slices of equally many walls along the input, corrected for the share that so many
+  mean is not monotone. It comes from slices of equally many walls along the input, corrected for the share that as many
   slices explain by chance.
 """
 
@@ -22,7 +22,6 @@ from damagepred.formatting import options_text
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.estimate import effective_samples, normal_factor
 from damagepred.uq.random_streams import Stream, generator
-from damagepred.uq.ranks import interval_ranks, ranks
 
 
 @dataclass(frozen=True)
@@ -107,23 +106,23 @@ def _checked(
     if not 0 < confidence < 1:
         raise InputError(f"confidence = {confidence!r}: must lie between 0 and 1.")
     y = np.asarray(output, dtype=np.float64)
-    walls, known = y.shape[-1], y if y.ndim == 1 else y[0]
+    walls, finite = y.shape[-1], y if y.ndim == 1 else y[0]
     w = np.ones(walls) if weight is None else np.asarray(weight, dtype=np.float64)
     columns = {name: np.asarray(v, dtype=np.float64) for name, v in inputs.items()}
-    for name, values in {**columns, "the output": known, "weight": w}.items():
-        if values.shape != known.shape:
+    for name, values in {**columns, "the output": finite, "weight": w}.items():
+        if values.shape != finite.shape:
             raise InputError(f"{name}: has {values.size} values for {walls} walls.")
         if unknown := int((~np.isfinite(values)).sum()):
             raise InputError(
-                f"{name}: {unknown} of {walls} values are not finite, and leaving walls out would falsify what the "
-                "others say; choose an output that all walls have."
+                f"{name}: {unknown} of {walls} values are not finite, and leaving walls out would bias the "
+                "result; choose an output that all walls have."
             )
     varying = {name: v for name, v in columns.items() if np.ptp(v) > 0}
     if not varying:
-        raise InputError("inputs: none of them varies.")
+        raise InputError("inputs: all are constant.")
     if walls < fewest or not (scores := _scores(y, w)).size or np.ptp(scores) == 0:
         raise InputError(
-            f"the output: has {walls} values, from {known.min():g} to {known.max():g}; "
+            f"the output: has {walls} values, from {finite.min():g} to {finite.max():g}; "
             f"sensitivity takes at least {fewest} walls that differ."
         )
     return list(varying), np.array(list(varying.values())), y, w
@@ -172,7 +171,7 @@ def _scores(y: FloatArray, w: FloatArray) -> FloatArray:
 
 
 def _slices(walls: int) -> int:
-    """Return in how many slices walls are put along an input: bias by their width and by chance fall alike."""
+    """Number of slices that balances bias and variance."""
     return int(np.clip(round(1.5 * walls ** (1 / 3)), 2, walls // 3))
 
 
@@ -181,7 +180,7 @@ def _sliced_first_order(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArr
     y = _scores(y, w)
     count = _slices(len(y))
     centred = y - w @ y / w.sum()
-    found = []
+    shares = []
     for row in x:
         slot = np.minimum((ranks(row, w) * count).astype(np.int64), count - 1)
         weight = np.bincount(slot, w, count)
@@ -191,5 +190,32 @@ def _sliced_first_order(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArr
         total = w @ centred**2
         within = total - weight[there] @ mean**2
         # the corrected share (epsilon squared): mean squares instead of sums
-        found.append(1.0 - (within / max(alike - groups, 1.0)) / (total / (alike - 1.0)))
-    return np.array([found])
+        shares.append(1.0 - (within / max(alike - groups, 1.0)) / (total / (alike - 1.0)))
+    return np.array([shares])
+
+
+def ranks(values: FloatArray, weight: FloatArray | None = None) -> FloatArray:
+    """Share of samples below each value, equal samples counted half: between 0 and 1."""
+    _, rank = np.unique(values, return_inverse=True)
+    used = np.bincount(rank, weights=weight)
+    upto = np.cumsum(used)
+    return ((upto - 0.5 * used) / upto[-1])[rank]
+
+
+def interval_ranks(lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None) -> FloatArray:
+    """Generalised Wilcoxon scores of interval-censored capacities, between 0 and 1 (Peto and Peto 1972).
+
+    A known capacity has its rank, by the product-limit estimate (Kaplan and Meier 1958) at the middles of intervals. A
+    wall that was not damaged up to its own end has the expected rank of all capacities beyond that end. Where the
+    capacity is independent of the end, the mean score at each end is 1/2: an input that only sets where walls end has
+    no correlation with these scores. Ranks of the scores do not have this property; take them as they are.
+    """
+    heavy = np.ones(len(lower)) if weight is None else weight
+    event = np.isfinite(upper)
+    time = np.where(event, 0.5 * (lower + upper), lower)
+    marks, index = np.unique(time, return_inverse=True)
+    damaged, all_ = (np.bincount(index, w, len(marks)) for w in (np.where(event, heavy, 0.0), heavy))
+    at_risk = np.maximum(np.cumsum(all_[::-1])[::-1], 1e-300)
+    sound = np.cumprod(np.clip(1.0 - damaged / at_risk, 0.0, 1.0))
+    before = np.append(1.0, sound)[:-1]
+    return 1.0 - 0.5 * np.where(event, (before + sound)[index], sound[index])

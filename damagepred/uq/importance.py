@@ -2,11 +2,11 @@
 
 The proposal shifts and stretches the underlying standard normals of named variables, correlation kept. Variables that
 are not named shift along with those they are correlated with, to their conditional mean: held where they were, they
-would be as unlikely beside the shifted ones as these are alone. A share of walls may be drawn as the study says (a
+would be as unlikely beside the shifted ones as these are alone. A share of walls may be drawn as stated (a
 defensive mixture): no weight can then exceed one over that share.
 
-A pilot's walls propose the shift: the mean of those that reached the category, in standard normals, is the proposal of
-least cross-entropy among shifted normals (Rubinstein and Kroese 2004, The Cross-Entropy Method).
+Walls of another study propose the shift: the mean of the likely ones, in standard normals, is the proposal of least
+cross-entropy among shifted normals (Rubinstein and Kroese 2004, The Cross-Entropy Method).
 """
 
 from __future__ import annotations
@@ -42,17 +42,10 @@ class Proposal:
 
 
 class Drawn(NamedTuple):
-    """Standard normals of walls and their weights.
+    """Standard normals of walls and their weights."""
 
-    Attributes
-    ----------
-    normal : array (samples, variables)
-        Correlated standard normals, where drawn.
-    weight : array (samples,)
-        Density of the study's distributions over that of the proposal, 1 where there is none.
-    """
-
-    normal: FloatArray
+    normal: FloatArray  # (samples, variables): correlated standard normals, where drawn
+    # (samples,): density of the study's distributions over that of the proposal, 1 where there is none
     weight: FloatArray
 
 
@@ -64,7 +57,7 @@ def draw(
     nominal_share: float = 0.0,
     turn: FloatArray | None = None,
 ) -> Drawn:
-    """Turn independent standard normals into those of the proposal, with weights."""
+    """Standard normals of the proposal from independent ones, with weights."""
     check(places, proposals)
     normal = independent @ factor.T
     if not proposals:
@@ -108,17 +101,17 @@ class Shift(NamedTuple):
 
 
 def cross_entropy_shift(normal: FloatArray, weight: FloatArray) -> Shift:
-    """Return the shift that walls of a pilot propose."""
+    """Mean and standard error of weighted walls in standard normals."""
     mean = weight @ normal / weight.sum()
     variance = weight @ (normal - mean) ** 2 / weight.sum()
     return Shift(mean, np.sqrt(variance / max(effective_samples(weight) - 1.0, 1.0)))
 
 
 def check(places: Sequence[str], proposals: Mapping[str, Proposal]) -> None:
-    """Check that proposals are for variables with one value a wall."""
+    """Refuse proposals for other variables than those with one value per wall."""
     for place in proposals:
         if place not in places:
             raise InputError(
-                f'[study.importance."{place}"]: is no variable with one value a wall.'
+                f'[study.importance."{place}"]: is no variable with one value per wall.'
                 + (nearest(place, places) or f" There are: {', '.join(places) or 'none'}.")
             )

@@ -35,7 +35,7 @@ MEASURES = (
 - ``footing_curvature``: the largest of the footing, where the archive has its sections (1/m). Where concrete cracks it
   is that of a crack's surroundings, and far larger than the mean;
 - ``load_displacement``: of the loads of a laboratory test (m);
-- ``time``: of a movement in stages, in years; the worst category so far counts;
+- ``time``: of a movement in stages, in years; the worst category up to then counts;
 - ``strain``: of the bricks in a history, growth or shrinkage (1).
 
 Besides these, any variable of the dataset on (sample, increment) that grows with the movement.
@@ -65,7 +65,7 @@ class ShownMeasure(NamedTuple):
 
 
 def shown_measure(words: str, units: str) -> ShownMeasure:
-    """Return how a measure of that name in words and those units is shown."""
+    """Name, unit and factor that show a measure with these words and units."""
     unit = "mm" if units == "m" else "mm/m" if words == "strain" else units
     return ShownMeasure(words, unit, 1e3 if unit.startswith("mm") else 1.0)
 
@@ -90,7 +90,7 @@ def check_states(ds: xr.Dataset, name: str) -> None:
 def movement_measure(ds: xr.Dataset) -> str:
     """Return the measure that drives a study or a wall.
 
-    On a mound ``surface_movement``, in a laboratory test ``load_displacement``, else the deflection.
+    On a mound ``surface_movement``, in a laboratory test ``load_displacement``, otherwise the deflection.
     """
     if "load_displacement" in ds.variables:
         return "load_displacement"
@@ -119,17 +119,17 @@ def chosen_intensity(ds: xr.Dataset, intensity: str | None) -> str:
     name = intensity or movement_measure(ds)
     if _available(ds, name):
         return name
-    known = [m for m in MEASURES if _available(ds, m)]
+    available = [m for m in MEASURES if _available(ds, m)]
     raise InputError(
         f"intensity: the dataset has no variable '{name}' with values; "
-        + (f"it has {', '.join(known)}." if known else "fragility needs a study as open_study returns it.")
-        + nearest(name, known)
+        + (f"it has {', '.join(available)}." if available else "fragility needs a study as open_study returns it.")
+        + nearest(name, available)
     )
 
 
 def _available(ds: xr.Dataset, name: str) -> bool:
     parts = _MADE_OF.get(name, (name,)) if name not in ds.variables else (name,)
-    if not all(part in ds.variables and ds[part].dims[:1] == ("sample",) for part in parts):
+    if not all(name_ in ds.variables and ds[name_].dims[:1] == ("sample",) for name_ in parts):
         return False
     if name == "differential_movement" and name not in ds.variables and _movement_ratio(ds) is None:
         return False
@@ -139,10 +139,10 @@ def _available(ds: xr.Dataset, name: str) -> bool:
 def attributes(ds: xr.Dataset, name: str) -> dict[str, str]:
     """Return unit and name in words of a measure."""
     if name in ds.variables:
-        known = ds[name].attrs
+        stated = ds[name].attrs
         if name == "surface_movement" and (words := movement_words(ds, name)) != OF_SITE:
-            known = {**known, "long_name": words}
-        return {"long_name": str(known.get("long_name", name)), "units": str(known.get("units", "1"))}
+            stated = {**stated, "long_name": words}
+        return {"long_name": str(stated.get("long_name", name)), "units": str(stated.get("units", "1"))}
     units, words = _NAMES[name]
     return {"long_name": words, "units": units}
 
@@ -151,7 +151,7 @@ def intensity_values(ds: xr.Dataset, name: str) -> FloatArray:
     """Return a measure of the movement, array (sample, increment) or (sample,)."""
     if name in ds.variables:
         values = np.asarray(ds[name].values, dtype=np.float64)
-        # a test goes there and back, and bricks grow or shrink
+        # a test reverses, and bricks grow or shrink
         return np.abs(values) if name in ("load_displacement", "strain") else values
     if name == "curvature":
         deflection, ratio = (np.asarray(ds[part].values, dtype=np.float64) for part in _MADE_OF[name])
@@ -167,7 +167,7 @@ def intensity_values(ds: xr.Dataset, name: str) -> FloatArray:
 
 
 def _movement_ratio(ds: xr.Dataset) -> FloatArray | float | None:
-    """Return y_m / y_s of each wall or of all, from the sampled values or the scene; None if neither has it."""
+    """y_m / y_s of each wall or of all, from the sampled values or the scene; None where both lack it."""
     if "mound.movement_ratio" in ds.variables:
         return np.asarray(ds["mound.movement_ratio"].values, dtype=np.float64)
     text = ds.attrs.get("scene")
@@ -177,6 +177,6 @@ def _movement_ratio(ds: xr.Dataset) -> FloatArray | float | None:
     mound, kind = scene.get("mound"), scene.get("movement", {}).get("kind")
     if not mound or kind is None:
         return None
-    known = {key: mound[key] for key in ("shape", "movement_ratio") if key in mound}
-    known |= {"table": mound["table"]} if mound.get("shape") == "table" else {}
-    return float(Mound(surface_movement=1.0, **known).largest(kind))  # type: ignore[arg-type]
+    ratio = {key: mound[key] for key in ("shape", "movement_ratio") if key in mound}
+    ratio |= {"table": mound["table"]} if mound.get("shape") == "table" else {}
+    return float(Mound(surface_movement=1.0, **ratio).largest(kind))  # type: ignore[arg-type]

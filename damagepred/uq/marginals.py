@@ -36,15 +36,7 @@ class Marginal(Protocol):
 
 
 def from_normal(marginal: Marginal, z: FloatArray) -> FloatArray:
-    """Turn standard normals into values of a marginal, without losing the upper tail to rounding.
-
-    Parameters
-    ----------
-    marginal : Marginal
-        The distribution.
-    z : array
-        Standard normals.
-    """
+    """Turn standard normals into values of a marginal, without losing the upper tail to rounding."""
     if isinstance(marginal, Mixture):
         return marginal.quantile(z)
     z = np.asarray(z, dtype=np.float64)
@@ -66,26 +58,13 @@ def _normal_score(below: FloatArray, above: FloatArray) -> FloatArray:
 
 
 class Table:
-    """Finitely many values with their probabilities.
-
-    Parameters
-    ----------
-    values : array (n,)
-        In any order; equal ones are added up.
-    weights : array (n,), optional
-        Positive, of any sum; by default all are equally likely.
-
-    Examples
-    --------
-    >>> Table([2.0, 1.0], [1, 3]).ppf([0.5, 0.75, 0.76]).tolist()
-    [1.0, 1.0, 2.0]
-    """
+    """Finitely many values with their probabilities."""
 
     def __init__(self, values: ArrayLike, weights: ArrayLike | None = None) -> None:
         given = np.asarray(values, dtype=np.float64)
         weight = np.ones_like(given) if weights is None else np.asarray(weights, dtype=np.float64)
-        self.values, place = np.unique(given, return_inverse=True)
-        total = np.bincount(place.ravel(), weights=weight)
+        self.values, index = np.unique(given, return_inverse=True)
+        total = np.bincount(index.ravel(), weights=weight)
         self.probabilities: FloatArray = total / total.sum()
         self._below = np.minimum(np.cumsum(self.probabilities), 1.0)
         self._above = np.append(np.cumsum(self.probabilities[::-1])[::-1][1:], 0.0)
@@ -126,15 +105,7 @@ class Table:
 
 
 class Mixture:
-    """One of several distributions, chosen by chance: sound and weak units of one wall.
-
-    Parameters
-    ----------
-    parts : sequence of Marginal
-        Tables among them are atoms: values that occur with a probability of their own.
-    weights : array (parts,)
-        Positive, of any sum.
-    """
+    """One of several distributions, chosen by chance: sound and weak units of one wall."""
 
     def __init__(self, parts: Sequence[Any], weights: ArrayLike) -> None:
         self.parts = tuple(parts)
@@ -142,9 +113,9 @@ class Mixture:
         self.weights: FloatArray = weight / weight.sum()
         atoms = [p.values for p in self.parts if isinstance(p, Table)]
         self.atoms: FloatArray = np.unique(np.concatenate(atoms)) if atoms else np.empty(0)
-        # where cdf and sf change places as what is exact
-        self._middle = float(np.median([part.ppf(0.5) for part in self.parts]))
-        ends = np.array([end for part in self.parts for end in part.support()])
+        # below it the cdf is exact, above it the sf
+        self._middle = float(np.median([component.ppf(0.5) for component in self.parts]))
+        ends = np.array([end for component in self.parts for end in component.support()])
         marks = np.unique(np.append(ends[np.isfinite(ends)], self.atoms))
         # an atom is taken by all normals between its two scores
         self._atom_from, self._atom_to = self._score(np.nextafter(self.atoms, -np.inf)), self._score(self.atoms)
@@ -156,11 +127,11 @@ class Mixture:
 
     def cdf(self, x: ArrayLike) -> FloatArray:
         """Return the probability of at most x."""
-        return np.asarray(sum(w * part.cdf(x) for w, part in zip(self.weights, self.parts)))
+        return np.asarray(sum(w * component.cdf(x) for w, component in zip(self.weights, self.parts)))
 
     def sf(self, x: ArrayLike) -> FloatArray:
         """Return the probability of more than x."""
-        return np.asarray(sum(w * part.sf(x) for w, part in zip(self.weights, self.parts)))
+        return np.asarray(sum(w * component.sf(x) for w, component in zip(self.weights, self.parts)))
 
     def ppf(self, q: ArrayLike) -> FloatArray:
         """Return the smallest value whose cdf is at least q."""
@@ -172,36 +143,33 @@ class Mixture:
 
     def mean(self) -> float:
         """Return the mean."""
-        return float(sum(w * part.mean() for w, part in zip(self.weights, self.parts)))
+        return float(sum(w * component.mean() for w, component in zip(self.weights, self.parts)))
 
     def std(self) -> float:
         """Return the standard deviation."""
         mean = self.mean()
-        each = (w * (part.std() ** 2 + (part.mean() - mean) ** 2) for w, part in zip(self.weights, self.parts))
+        each = (
+            w * (component.std() ** 2 + (component.mean() - mean) ** 2)
+            for w, component in zip(self.weights, self.parts)
+        )
         return float(np.sqrt(sum(each)))
 
     def support(self) -> tuple[float, float]:
         """Return the smallest and the largest value."""
-        low, high = zip(*(part.support() for part in self.parts))
+        low, high = zip(*(component.support() for component in self.parts))
         return float(min(low)), float(max(high))
 
     def quantile(self, z: ArrayLike) -> FloatArray:
-        """Return the values that standard normals stand for.
-
-        Parameters
-        ----------
-        z : array
-            Standard normals, any shape; infinite ones give the ends of the support.
-        """
+        """Return the values that standard normals stand for."""
         given = np.atleast_1d(np.asarray(z, dtype=np.float64))
         flat = given.ravel()
         cell = np.searchsorted(self._grid_z, flat)
         inside = (cell > 0) & (cell < len(self._grid_z))
-        found = np.empty_like(flat)
+        values = np.empty_like(flat)
         between, wanted = cell[inside], flat[inside]
-        found[inside] = self._quantile(wanted, self._grid_x[between - 1], self._grid_x[between], self._near(wanted))
-        found[~inside] = self._quantile(flat[~inside], *self._bracket(flat[~inside]))
-        return found.reshape(np.shape(z))
+        values[inside] = self._quantile(wanted, self._grid_x[between - 1], self._grid_x[between], self._near(wanted))
+        values[~inside] = self._quantile(flat[~inside], *self._bracket(flat[~inside]))
+        return values.reshape(np.shape(z))
 
     def _score(self, x: FloatArray) -> FloatArray:
         below = x < self._middle
@@ -212,7 +180,7 @@ class Mixture:
 
     def _bracket(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the least and the greatest of the parts' own quantiles, between which the mixture's lies."""
-        each = np.array([from_normal(part, z) for part in self.parts]).reshape(len(self.parts), -1)
+        each = np.array([from_normal(component, z) for component in self.parts]).reshape(len(self.parts), -1)
         return each.min(axis=0), each.max(axis=0)
 
     def _quantile(self, z: FloatArray, low: FloatArray, high: FloatArray, near: FloatArray | None = None) -> FloatArray:
@@ -220,8 +188,8 @@ class Mixture:
         x = np.where(np.isneginf(z), low, high)
         is_atom = np.zeros(len(z), dtype=bool)
         for atom, first, last in zip(self.atoms, self._atom_from, self._atom_to):
-            here = (z > first) & (z <= last)
-            x[here], is_atom[here] = atom, True
+            inside = (z > first) & (z <= last)
+            x[inside], is_atom[inside] = atom, True
         open_ = np.flatnonzero(~is_atom & (low < high) & np.isfinite(z))
         a, b, wanted = low[open_], high[open_], z[open_]
         at_a, at_b = self._score(a) - wanted, self._score(b) - wanted
@@ -239,7 +207,7 @@ class Mixture:
             done = (np.abs(value) <= 1e-12) | (middle <= a) | (middle >= b)
             x[open_] = middle
             above = value >= 0
-            # Illinois: an end that stays twice counts half
+            # illinois: an end that stays twice counts half
             at_a, at_b = np.where(above, 0.5 * at_a, value), np.where(above, value, 0.5 * at_b)
             a, b = np.where(above, a, middle), np.where(above, middle, b)
             open_ = open_[~done]

@@ -31,27 +31,13 @@ POINTS = 64
 
 @dataclass(frozen=True)
 class MovementDistribution:
-    """Movements of equal probability.
+    """Movements of equal probability."""
 
-    Attributes
-    ----------
-    name : str
-        In words, such as "class H1".
-    points : tuple of float
-        In ascending order, in SI units.
-    assumption : str
-        What is assumed, in a sentence; empty for one movement.
-    measure : str
-        Measure of the movement that they are values of; empty where the text does not say.
-    own : bool
-        Whether they are shares of each wall's own movement.
-    """
-
-    name: str
-    points: tuple[float, ...]
-    assumption: str = ""
-    measure: str = ""
-    own: bool = False
+    name: str  # in words, such as "class H1"
+    points: tuple[float, ...]  # in ascending order, in SI units
+    assumption: str = ""  # assumption, in a sentence; empty for one movement
+    measure: str = ""  # measure of the movement that they are values of; empty where the text does not say
+    own: bool = False  # whether they are shares of each wall's own movement
 
     def __post_init__(self) -> None:
         """Refuse movements that are not positive."""
@@ -59,7 +45,7 @@ class MovementDistribution:
             raise InputError(f"at = {self.name}: must be greater than 0.")
 
     def require_measure(self, ds: xr.Dataset, measure: str) -> None:
-        """Refuse another measure of a study's movement than that of a site class, and ground that has none."""
+        """Refuse studies whose measure of the movement differs from the site class's, and ground without one."""
         if self.measure and self.measure == measure and (words := movement_words(ds, measure)) != OF_SITE:
             raise InputError(
                 f"at = {self.name}: classes are of the movement y_s of reactive clay, and the {words} has none; "

@@ -1,4 +1,4 @@
-"""Observations on a damaged wall, and how likely the states of solved walls make them.
+"""Observations on a damaged wall, and their likelihood for the states of solved walls.
 
 A measured value is normal about the wall's own, with the survey's error and the model's discrepancy added in squares
 (Kennedy and O'Hagan 2001). What is only known to lie beyond a limit is censored: its likelihood is the probability that
@@ -75,9 +75,9 @@ class Discrepancy:
     width, width_share : float
         Of a crack width: absolute (m), and as a share of it.
     level : float
-        Of a difference of levels (m).
+        Standard deviation of a difference of levels (m).
     slope : float
-        Of a slope or tilt.
+        Standard deviation of a slope or tilt.
     distortion_share : float
         Of the distortion of an opening, as a share of it.
     direction : float
@@ -92,13 +92,13 @@ class Discrepancy:
     direction: Pure = Field(default_factory=_shipped("direction"), gt=0, lt=1)
 
     def origins(self) -> dict[str, tuple[str, str]]:
-        """Return interval (90 %) and level of confidence of each term; what the user gave has neither."""
-        found = {}
-        for name, one in _shipped_terms().items():
-            interval = f"{one['low']:g} to {one['high']:g}" if "low" in one else "-"
-            shipped = getattr(self, name) == one["value"]
-            found[name] = (interval, str(one["confidence"])) if shipped else ("-", "given")
-        return found
+        """Interval (90 %) and level of confidence of each term; values that the user gave have neither."""
+        terms = {}
+        for name, term in _shipped_terms().items():
+            interval = f"{term['low']:g} to {term['high']:g}" if "low" in term else "-"
+            shipped = getattr(self, name) == term["value"]
+            terms[name] = (interval, str(term["confidence"])) if shipped else ("-", "given")
+        return terms
 
     @property
     def uncertain(self) -> list[str]:
@@ -109,8 +109,8 @@ class Discrepancy:
         """Discrepancy at independent standard normals, one per uncertain term: correlated lognormal terms."""
         names, terms = self.uncertain, _shipped_terms()
         fitted = [terms[name] for name in names]
-        deviation = [np.log(one["high"] / one["low"]) / (2.0 * special.ndtri(0.95)) for one in fitted]
-        below = np.array([[one.get("correlation", {}).get(name, 0.0) for name in names] for one in fitted])
+        deviation = [np.log(term["high"] / term["low"]) / (2.0 * special.ndtri(0.95)) for term in fitted]
+        below = np.array([[term.get("correlation", {}).get(name, 0.0) for name in names] for term in fitted])
         root = np.linalg.cholesky(np.eye(len(names)) + below + below.T)
         factors = np.exp(deviation * (root @ normal))
         return replace(self, **{name: getattr(self, name) * float(f) for name, f in zip(names, factors)})
@@ -121,9 +121,11 @@ class Discrepancy:
             return [(1.0, self)]
         places, weights = np.polynomial.hermite_e.hermegauss(points)
         product = itertools.product(range(points), repeat=len(self.uncertain))
-        chosen = [list(one) for one in product]
+        chosen = [list(chosen_nodes) for chosen_nodes in product]
         total = float(weights.sum() ** len(self.uncertain))
-        return [(float(np.prod(weights[one])) / total, self.at(places[one])) for one in chosen]
+        return [
+            (float(np.prod(weights[chosen_nodes])) / total, self.at(places[chosen_nodes])) for chosen_nodes in chosen
+        ]
 
 
 @described
@@ -141,7 +143,7 @@ class CrackObservation:
     wider_than, narrower_than : float, optional
         Instead of a width: limits (m).
     none : bool
-        No crack is seen here: none is wider than ``visible``.
+        No crack is seen here: all are narrower than ``visible``.
     visible : float
         Width from which a crack is seen (m).
     direction : str, optional
@@ -250,7 +252,7 @@ class Observations:
     crack, level, slope, tilt, window : tuple
         Observations of each kind.
     discrepancy : Discrepancy
-        Of the model.
+        Discrepancy of the model.
     movement : str, optional
         Prior of the movement: a site class or a distribution; by default all movements up to the study's are alike.
     prior_odds : dict of str to float
@@ -280,7 +282,7 @@ class Observations:
             if (crack.wider_than or 0.0) >= (crack.narrower_than or np.inf):
                 raise InputError(f"{where}: wider_than must be less than narrower_than.")
             if crack.direction is not None and crack.none:
-                raise InputError(f"{where}: what is not there has no direction; leave it out.")
+                raise InputError(f"{where}: an absent crack has no direction; leave it out.")
         for number, window in enumerate(self.window, 1):
             if (window.sticks is None) == (window.width_change is None):
                 raise InputError(f"window {number}: give one of sticks and width_change.")
@@ -322,15 +324,15 @@ class Observations:
         """Refuse differences of levels whose loops do not close (least squares adjustment of the survey)."""
         if not self.level:
             return
-        ends = [((one.x, one.y), (one.to_x, one.to_y)) for one in self.level]
+        ends = [((level.x, level.y), (level.to_x, level.to_y)) for level in self.level]
         if same := [k for k, (start, end) in enumerate(ends, 1) if start == end]:
             raise InputError(f"level {same[0]}: both points are one; give two points.")
         points = {point: k for k, point in enumerate(dict.fromkeys(itertools.chain(*ends)))}
-        error = np.maximum([one.error for one in self.level], 1e-6)
+        error = np.maximum([level.error for level in self.level], 1e-6)
         rows = np.zeros((len(ends), len(points)))
         for row, (start, end) in zip(rows, ends):
             row[points[start]], row[points[end]] = -1.0, 1.0
-        rows, rise = rows / error[:, None], np.array([one.difference for one in self.level]) / error
+        rows, rise = rows / error[:, None], np.array([level.difference for level in self.level]) / error
         heights, _, rank, _ = np.linalg.lstsq(rows, rise)
         gap = rise - rows @ heights
         if rank < len(ends) and special.chdtrc(len(ends) - rank, gap @ gap) < special.chdtrc(1, CONTRADICTION**2):
@@ -341,13 +343,7 @@ class Observations:
             )
 
     def require_on(self, scene: Scene, source: str) -> None:
-        """Check that a wall has the places, parts and openings that the survey names.
-
-        Raises
-        ------
-        InputError
-            With the dimensions of the wall, if it has not.
-        """
+        """Check that a wall has the places, parts and openings that the survey names."""
         wall = scene.wall
         size = f"the wall of {source}, {wall.length:g} m long and {wall.height:g} m high"
         under = -scene.footing.depth if scene.footing_model != "none" else 0.0
@@ -384,7 +380,7 @@ class Observations:
 
     def vague_log_likelihood(self) -> float:
         """Log likelihood under another cause: each observation for itself, as vague as what surveys find."""
-        model, found = self.discrepancy, []
+        model, total = self.discrepancy, []
         middle, deviation = VAGUE_WIDTH
         for crack in self.crack:
             if crack.width is not None:
@@ -398,19 +394,19 @@ class Observations:
                 below = [0.5 * (x > 0) + 0.5 * special.ndtr(np.log(max(x, 1e-300) / middle) / deviation) for x in ends]
                 chance = float(below[1] - below[0])
             other = 1.0 - model.direction  # one of four directions, or the model's runs otherwise
-            found.append(math.log(chance * (1.0 if crack.direction is None else 1.0 - 0.75 * other)))
+            total.append(math.log(chance * (1.0 if crack.direction is None else 1.0 - 0.75 * other)))
         for level in self.level:
             distance = math.hypot(level.to_x - level.x, level.to_y - level.y)
             spread = np.sqrt((VAGUE_SLOPE * distance) ** 2 + level.error**2 + model.level**2)
-            found.append(float(measured(np.zeros(1), level.difference, spread).log_likelihood[0]))
-        found += [-slope.value / VAGUE_SLOPE - math.log(VAGUE_SLOPE) for slope in (*self.slope, *self.tilt)]
+            total.append(float(measured(np.zeros(1), level.difference, spread).log_likelihood[0]))
+        total += [-slope.value / VAGUE_SLOPE - math.log(VAGUE_SLOPE) for slope in (*self.slope, *self.tilt)]
         for window in self.window:
             if window.width_change is None:
-                found.append(math.log(0.5))
+                total.append(math.log(0.5))
             else:
                 spread = np.hypot(VAGUE_CHANGE, window.error)
-                found.append(float(measured(np.zeros(1), window.width_change, spread).log_likelihood[0]))
-        return sum(found)
+                total.append(float(measured(np.zeros(1), window.width_change, spread).log_likelihood[0]))
+        return sum(total)
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Observations:

@@ -66,15 +66,7 @@ CLOSED = frozenset(
 
 
 class JointQuantile:
-    """Turns standard normals into values of a distribution, like ``from_normal``.
-
-    Parameters
-    ----------
-    marginal : Marginal
-        The distribution.
-    options : QuantileTableOptions
-        Of the table.
-    """
+    """Turns standard normals into values of a distribution, like ``from_normal``."""
 
     def __init__(self, marginal: Marginal, options: QuantileTableOptions = DEFAULT) -> None:
         self.marginal, self.options = marginal, options
@@ -100,13 +92,13 @@ class JointQuantile:
         cell = np.clip(np.searchsorted(edges, z, side="left") - 1, 0, len(edges) - 2)
         low, high = edges[cell], edges[cell + 1]
         at = ((z - low) - (high - z)) / (high - low)
-        found = coefficients[-1, cell]
+        values = coefficients[-1, cell]
         for power in range(len(coefficients) - 2, -1, -1):
-            found = found * at + coefficients[power, cell]
-        outside = np.isnan(found) | (np.abs(z) > self.options.largest_normal)
+            values = values * at + coefficients[power, cell]
+        outside = np.isnan(values) | (np.abs(z) > self.options.largest_normal)
         if outside.any():
-            found[outside] = from_normal(self.marginal, z[outside])
-        return np.asarray(found)
+            values[outside] = from_normal(self.marginal, z[outside])
+        return np.asarray(values)
 
 
 def _table(marginal: Marginal, options: QuantileTableOptions) -> tuple[FloatArray, FloatArray]:
@@ -117,13 +109,13 @@ def _table(marginal: Marginal, options: QuantileTableOptions) -> tuple[FloatArra
     given, reach, degree = breaks(marginal), options.largest_normal, options.degree
     steps = round(2 * reach / options.initial_cell)
     edges = np.union1d(np.linspace(-reach, reach, steps + 1), given[np.abs(given) < reach])
-    left, right = edges[:-1], edges[1:]
+    remaining, right = edges[:-1], edges[1:]
     node, between = chebyshev.chebpts1(degree + 1), np.append(chebyshev.chebpts1(degree + 3), (-0.9999, 0.9999))
     to_powers = np.linalg.inv(np.vander(node, increasing=True))
     least = 1e-6 * float(marginal.std())
     done_left, done_right, done = [], [], []
-    while left.size:
-        middle, half = (left + right) / 2, (right - left) / 2
+    while remaining.size:
+        middle, half = (remaining + right) / 2, (right - remaining) / 2
         x, between_x = (
             from_normal(marginal, (middle + np.outer(places, half)).ravel()).reshape(len(places), -1)
             for places in (node, between)
@@ -137,10 +129,13 @@ def _table(marginal: Marginal, options: QuantileTableOptions) -> tuple[FloatArra
         given_up = ~good & (half < options.smallest_cell)
         powers[:, given_up] = np.nan
         settled = good | given_up
-        done_left.append(left[settled])
+        done_left.append(remaining[settled])
         done_right.append(right[settled])
         done.append(powers[:, settled])
-        left, right = np.append(left[~settled], middle[~settled]), np.append(middle[~settled], right[~settled])
+        remaining, right = (
+            np.append(remaining[~settled], middle[~settled]),
+            np.append(middle[~settled], right[~settled]),
+        )
     order = np.argsort(np.concatenate(done_left))
     return (
         np.append(np.concatenate(done_left)[order], np.concatenate(done_right)[order[-1]]),

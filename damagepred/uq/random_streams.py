@@ -20,15 +20,5 @@ class Stream(IntEnum):
 
 
 def generator(seed: int, stream: Stream, number: int) -> np.random.Generator:
-    """Return the random numbers that belong to one sample and purpose.
-
-    Parameters
-    ----------
-    seed : int
-        Of the study.
-    stream : Stream
-        Purpose.
-    number : int
-        Of the sample.
-    """
+    """Return the random numbers that belong to one sample and purpose."""
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(int(stream), number))))

@@ -1,4 +1,4 @@
-"""Points in the unit cube, one row a sample. Sample i depends on the seed and i alone, except in a Latin hypercube."""
+"""Points in the unit cube, one row per sample, which depends on the seed and its number (not in a Latin hypercube)."""
 
 from __future__ import annotations
 
@@ -10,22 +10,7 @@ from damagepred.uq.random_streams import Stream, generator
 
 
 def unit_points(sampler: str, dimensions: int, samples: int, seed: int, replicates: int = 1) -> FloatArray:
-    """Return points in the open unit cube.
-
-    Parameters
-    ----------
-    sampler : {"sobol", "lhs", "random"}
-        Scrambled Sobol and random points extend: more samples keep the first ones. A Latin hypercube does not.
-    dimensions, samples, seed : int
-        Size and seed.
-    replicates : int
-        Number of independent scrambles of Sobol points that take turns: sample i is the next point of scramble i modulo
-        ``replicates``. The variance of their means gives the error of the whole.
-
-    Returns
-    -------
-    array (samples, dimensions)
-    """
+    """Return points in the open unit cube."""
     if sampler not in ("sobol", "lhs", "random"):
         raise InputError(f"study.sampler = {sampler!r}: must be 'sobol', 'lhs' or 'random'.")
     if dimensions == 0:
@@ -47,6 +32,6 @@ def unit_points(sampler: str, dimensions: int, samples: int, seed: int, replicat
 def _sobol(dimensions: int, samples: int, scramble: np.random.Generator) -> FloatArray:
     from scipy.stats import qmc
 
-    # a power of two at a time is what the sequence is made for; the first points stay the same
+    # the sequence is made for powers of two; the first points stay the same
     whole = 1 << max(samples - 1, 1).bit_length()
     return np.asarray(qmc.Sobol(dimensions, scramble=True, rng=scramble).random(whole)[:samples])

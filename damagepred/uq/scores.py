@@ -24,19 +24,6 @@ def crps(ensemble: ArrayLike, observed: ArrayLike) -> FloatArray:
 
     It is E|X - y| - E|X - X'| / 2 with independent members X and X' of the ensemble (Gneiting and Raftery 2007), in the
     form that is unbiased for the distribution that the members are drawn from.
-
-    Parameters
-    ----------
-    ensemble : array (n,)
-        Predicted values.
-    observed : array (m,)
-        Observations.
-
-    Examples
-    --------
-    >>> from damagepred.uq.scores import crps
-    >>> crps([1.0, 3.0], [2.0]).tolist()
-    [0.0]
     """
     x, y = _ensemble(ensemble), np.atleast_1d(np.asarray(observed, dtype=np.float64))
     n = x.size
@@ -45,20 +32,9 @@ def crps(ensemble: ArrayLike, observed: ArrayLike) -> FloatArray:
 
 
 def pit(ensemble: ArrayLike, observed: ArrayLike) -> FloatArray:
-    """Return where each observation lies in the predicted distribution: uniform from 0 to 1 if that is right.
+    """Probability integral transform of each observation: uniform from 0 to 1 if the prediction is right.
 
     Members that equal the observation count half.
-
-    Parameters
-    ----------
-    ensemble, observed
-        As ``crps``.
-
-    Examples
-    --------
-    >>> from damagepred.uq.scores import pit
-    >>> pit([1.0, 2.0, 3.0, 4.0], [2.5, 2.0]).tolist()
-    [0.5, 0.375]
     """
     x, y = _ensemble(ensemble), np.atleast_1d(np.asarray(observed, dtype=np.float64))
     sides = (np.searchsorted(x, y, side=side) for side in ("left", "right"))
@@ -66,21 +42,7 @@ def pit(ensemble: ArrayLike, observed: ArrayLike) -> FloatArray:
 
 
 def coverage(ensemble: ArrayLike, observed: ArrayLike, share: float) -> float:
-    """Return the share of observations within the central interval of the predicted distribution.
-
-    Parameters
-    ----------
-    ensemble, observed
-        As ``crps``.
-    share : float
-        Probability of the interval, such as 0.9.
-
-    Examples
-    --------
-    >>> from damagepred.uq.scores import coverage
-    >>> coverage(range(101), [3, 50, 90, 99], 0.9)
-    0.5
-    """
+    """Return the share of observations within the central interval of the predicted distribution."""
     if not 0.0 < share < 1.0:
         raise InputError(f"share = {share:g}: must be between 0 and 1.")
     low, high = np.quantile(_ensemble(ensemble), [0.5 - 0.5 * share, 0.5 + 0.5 * share])
@@ -92,21 +54,6 @@ def cov_interval(cov: float, count: int, confidence: float = 0.95) -> tuple[floa
     """Return the interval of a coefficient of variation that was estimated from a sample of lognormal values.
 
     The variance of the logarithms has a chi-square interval, and ln(1 + cov^2) is that variance.
-
-    Parameters
-    ----------
-    cov : float
-        Of the sample.
-    count : int
-        Size of the sample.
-    confidence : float
-        Of the interval.
-
-    Examples
-    --------
-    >>> from damagepred.uq.scores import cov_interval
-    >>> [round(end, 2) for end in cov_interval(0.22, 27)]
-    [0.17, 0.3]
     """
     from scipy.stats import chi2
 

@@ -1,10 +1,10 @@
-"""Selection of an alternative by successive elimination: the cheapest safe one, or that of least expected cost.
+"""Selection of an alternative by successive elimination: the cheapest safe one, or the one of least expected cost.
 
 **The cheapest whose probability of damage is low enough.** In each round every alternative that may still be the answer
 gets more samples. One whose upper bound lies below the limit meets the target; then all dearer ones are eliminated. One
 whose lower bound lies above it does not meet it.
 
-Its bounds are those of Hoeffding (1963, theorem 1), n KL(mean, p) <= ln(1/alpha), which hold for the mean of
+Its bounds are Hoeffding's (1963, theorem 1), n KL(mean, p) <= ln(1/alpha), which hold for the mean of
 independent values from 0 to 1. Each alternative and round has an equal part of the probability of error (Bonferroni).
 So all decisions are right with the stated probability, whether or not the alternatives share random numbers.
 
@@ -65,33 +65,20 @@ DEFAULT = SelectionOptions()
 
 
 class Selection(NamedTuple):
-    """Outcome of a search.
+    """Outcome of a search."""
 
-    Attributes
-    ----------
-    chosen : int or None
-        The cheapest alternative that meets the target; None if none is known to.
-    sure : bool
-        Whether no cheaper alternative is undecided.
-    meets, fails : array of bool (alternatives,)
-        Decisions; neither where undecided or eliminated.
-    mean, lower, upper : array (alternatives,)
-        Estimate and one-sided bounds.
-    samples : array of int (alternatives,)
-        Samples.
-    regret : float
-        Upper bound of the expected cost by which the chosen alternative exceeds the best one; NaN where costs were not
-        compared.
-    """
-
-    chosen: int | None
-    sure: bool
+    chosen: int | None  # the cheapest alternative that meets the target; None if there is no such alternative
+    sure: bool  # whether no cheaper alternative is undecided
+    # (alternatives,): decisions; neither where undecided or eliminated
     meets: BoolArray
     fails: BoolArray
+    # (alternatives,): estimate and one-sided bounds
     mean: FloatArray
     lower: FloatArray
     upper: FloatArray
-    samples: IntArray
+    samples: IntArray  # (alternatives,): samples
+    # upper bound of the expected cost by which the chosen alternative exceeds the best one; NaN where costs were not
+    # compared
     regret: float = np.nan
 
 

@@ -16,39 +16,13 @@ from damagepred.uq.samplers import unit_points
 
 
 def saltelli_points(variables: int, size: int, seed: int) -> FloatArray:
-    """Return the points at which a function is evaluated for Sobol's indices.
-
-    Parameters
-    ----------
-    variables : int
-        Number k of independent inputs.
-    size : int
-        Points of either base sample; a power of 2 is best.
-    seed : int
-        Of the scrambled Sobol points behind both.
-
-    Returns
-    -------
-    array (size * (k + 2), k)
-        In the open unit cube, in the order of ``saltelli_rows``.
-    """
+    """Return the points at which a function is evaluated for Sobol's indices."""
     both = unit_points("sobol", 2 * variables, size, seed)
     return saltelli_rows(both[:, :variables], both[:, variables:])
 
 
 def saltelli_rows(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Put two base samples together as Sobol's indices need them.
-
-    Parameters
-    ----------
-    first, second : array (size, k)
-        A and B, independent of each other.
-
-    Returns
-    -------
-    array (size * (k + 2), k)
-        For each of the base points: A; A with the first, second, ... input from B; B. SALib has the same order.
-    """
+    """Put two base samples together as Sobol's indices need them."""
     size, k = first.shape
     rows = np.repeat(first[:, None, :], k + 2, axis=1)
     rows[:, np.arange(1, k + 1), np.arange(k)] = second
@@ -66,33 +40,6 @@ def sobol_indices(
 ) -> xr.Dataset:
     """Return Sobol's first and total indices of an output.
 
-    Parameters
-    ----------
-    values : array (size * (k + 2),)
-        Output at the points of ``saltelli_points``.
-    variables : sequence of str
-        Names of the k inputs.
-    confidence : float
-        Of the intervals.
-    resamples : int
-        Bootstrap resamples of the base points for the intervals; 0 for none.
-    seed : int
-        Of the bootstrap.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``first_order`` (share of the variance that one input brings about by itself) and ``total`` (with all its
-        interactions), each with ``_error``, ``_lower`` and ``_upper``, on (variable,). Intervals treat the points as
-        random, so they err to the wide side.
-
-    Raises
-    ------
-    InputError
-        If a value is not finite, the output does not vary, or there are not k + 2 values for each base point.
-
-    Notes
-    -----
     First order: Saltelli and others (2010), Computer Physics Communications 181, table 2 (b); total: Jansen (1999),
     (f) there. Values are centred first, which takes most of the error from the former.
     """
@@ -122,7 +69,7 @@ def sobol_indices(
         again = [_indices(table[random.integers(len(table), size=len(table))]) for _ in range(resamples)]
         reach = special.ndtri(0.5 * (1 + confidence))
         for k, (name, value) in enumerate((("first_order", first), ("total", total))):
-            error = np.std([found[k] for found in again], axis=0, ddof=1)
+            error = np.std([indices[k] for indices in again], axis=0, ddof=1)
             columns |= {
                 f"{name}_error": error,
                 f"{name}_lower": value - reach * error,

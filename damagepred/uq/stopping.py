@@ -48,7 +48,7 @@ class StopWhen:
     relative_half_width : float or None
         The same over the estimate.
     confidence : float
-        Of all intervals together.
+        Confidence level of all intervals together.
     first : int
         Walls at the first interim analysis; each further one is at twice as many.
     """
@@ -62,39 +62,25 @@ class StopWhen:
     first: Count = Field(default=64, ge=8)
 
     def check(self) -> None:
-        """Check the combination of fields.
-
-        Raises
-        ------
-        InputError
-            If fields are missing or contradict each other.
-        """
+        """Check the combination of fields."""
         if (self.half_width is None) == (self.relative_half_width is None):
             raise InputError("[study.stop_when]: takes half_width or relative_half_width, one of them.")
         if (self.at is None) != (self.quantity == "median"):
             raise InputError('[study.stop_when]: quantity = "probability" takes at, a movement; "median" takes none.')
 
     def estimate(self, ds: xr.Dataset, confidence: float) -> Estimate:
-        """Return the named quantity from a study.
-
-        Parameters
-        ----------
-        ds : xarray.Dataset
-            As ``open_study`` returns it.
-        confidence : float
-            Of the interval.
-        """
+        """Return the named quantity from a study."""
         if self.quantity == "median":
             return median_movement(ds, self.category, confidence=confidence)
         return exceedance(ds, self.category, float(self.at or 0.0), confidence=confidence).estimate
 
-    def met(self, found: Estimate) -> bool:
+    def met(self, estimate: Estimate) -> bool:
         """Whether the interval is narrow enough."""
-        if not np.isfinite(found.half_width):
+        if not np.isfinite(estimate.half_width):
             return False
         if self.half_width is not None:
-            return found.half_width <= self.half_width
-        return found.half_width <= float(self.relative_half_width or 0.0) * found.value
+            return estimate.half_width <= self.half_width
+        return estimate.half_width <= float(self.relative_half_width or 0.0) * estimate.value
 
     def name(self) -> str:
         """Return the quantity in words."""
@@ -104,32 +90,16 @@ class StopWhen:
 
 
 def interim_sizes(first: int, most: int) -> list[int]:
-    """Return the numbers of walls of the interim analyses: doubled from the first up to the most that are allowed.
-
-    Parameters
-    ----------
-    first, most : int
-        Walls at the first analysis, and the most that are allowed.
-    """
-    found = [min(first, most)]
-    while found[-1] < most:
-        found.append(min(2 * found[-1], most))
-    return found
+    """Return the numbers of walls of the interim analyses: doubled from the first up to the most that are allowed."""
+    sizes = [min(first, most)]
+    while sizes[-1] < most:
+        sizes.append(min(2 * sizes[-1], most))
+    return sizes
 
 
 @one_blas_thread()
 def interim_confidence(at: list[int], confidence: float, replicated: bool) -> float:
-    """Return the confidence of each interval, so that all hold at once with the confidence wanted.
-
-    Parameters
-    ----------
-    at : list of int
-        Walls at each interim analysis.
-    confidence : float
-        Wanted for all intervals together.
-    replicated : bool
-        Whether errors come from replicates of Sobol points.
-    """
+    """Return the confidence of each interval, so that all hold at once with the confidence wanted."""
     if len(at) == 1:
         return confidence
     if replicated:

@@ -6,7 +6,7 @@ use conditional sampling (Papaioannou, Betz, Zwirglmaier and Straub 2015): the c
 standard normal like z, in any number of dimensions, so a random field counts like single variables. The step s is
 adapted to the acceptance rate, whose optimum is near 0.44.
 
-The innovation xi of evaluation e depends on (seed, e) alone, and all else on the results of evaluations. So a run whose
+The innovation xi of evaluation e depends on (seed, e) alone, the rest on the results of evaluations. So a run whose
 evaluations were stored can be repeated without them.
 """
 
@@ -54,64 +54,30 @@ DEFAULT = SubsetOptions()
 
 
 class Level(NamedTuple):
-    """One level.
+    """One level."""
 
-    Attributes
-    ----------
-    limit : float
-        Largest margin that counts as reached; 0 at the last level.
-    share : float
-        Of the level's samples that reached it.
-    variation : float
-        Coefficient of variation of that share, dependence along the chains counted.
-    acceptance : float
-        Share of the chains' proposals that were accepted; NaN at the first level, which has no chains.
-    """
-
-    limit: float
-    share: float
-    variation: float
-    acceptance: float
+    limit: float  # largest margin that counts as reached; 0 at the last level
+    share: float  # of the level's samples that reached it
+    variation: float  # coefficient of variation of that share, dependence along the chains counted
+    acceptance: float  # share of the chains' proposals that were accepted; NaN at the first level, which has no chains
 
 
 class SubsetEstimate(NamedTuple):
-    """Result of subset simulation.
+    """Result of subset simulation."""
 
-    Attributes
-    ----------
-    probability : float
-        Of a margin of 0 or less.
-    variation : float
-        Its coefficient of variation, the levels taken as independent (Au and Beck 2001): low where they are not.
-    lower, upper, confidence : float
-        Confidence interval, lognormal, and its level.
-    levels : tuple of Level
-        From the first to the last.
-    evaluations : int
-        Of the limit state.
-    reached : bool
-        Whether the last level got to failure; if not, ``probability`` is an upper estimate.
-    samples : array (samples, dimensions)
-        Of the last level, standard normals.
-    margins : array (samples,)
-        Theirs.
-    failed : int
-        Evaluations that were NaN.
-    runs : tuple of float
-        Probabilities that the independent runs found; ``levels``, ``samples`` and ``margins`` are those of the last.
-    """
-
-    probability: float
+    probability: float  # of a margin of 0 or less
+    # its coefficient of variation, the levels taken as independent (Au and Beck 2001): low where they are not
     variation: float
+    # confidence interval, lognormal, and its level
     lower: float
     upper: float
     confidence: float
-    levels: tuple[Level, ...]
-    evaluations: int
-    reached: bool
-    samples: FloatArray
-    margins: FloatArray
-    failed: int = 0
+    levels: tuple[Level, ...]  # from the first to the last
+    evaluations: int  # of the limit state
+    reached: bool  # whether the last level got to failure; if not, ``probability`` is an upper estimate
+    samples: FloatArray  # (samples, dimensions): of the last level, standard normals
+    margins: FloatArray  # (samples,): theirs
+    # probabilities that the independent runs found; ``levels``, ``samples`` and ``margins`` are of the last run
     runs: tuple[float, ...] = ()
 
 
@@ -126,7 +92,6 @@ def subset_simulation(
     seed: int = 0,
     max_levels: int = 10,
     confidence: float = 0.9,
-    failed_reached: bool = False,
     runs: int = 1,
     on_level: Callable[[Level], None] | None = None,
     options: SubsetOptions = DEFAULT,
@@ -137,7 +102,8 @@ def subset_simulation(
     ----------
     limit_state : callable
         Given independent standard normals, array (n, dimensions), and the numbers of these evaluations, array of int
-        (n,), returns margins, array (n,): 0 or less is reached, and the smaller the nearer to it. NaN: it is not known.
+        (n,), returns margins, array (n,): 0 or less is reached, and the smaller the nearer to it. Where it is
+        unknown, run once with 0 and once with infinity: the probability lies between both.
     dimensions : int
         Number of standard normals.
     samples : int
@@ -145,14 +111,11 @@ def subset_simulation(
     level_share : float
         Share of a level's samples that the next starts from.
     seed : int
-        Of all random numbers.
+        Seed of all random numbers.
     max_levels : int
         Levels after which it gives up.
     confidence : float
-        Of the interval.
-    failed_reached : bool
-        Whether NaN counts as reached. The probability lies between those of two runs, one each way, whatever the
-        region of NaN looks like.
+        Confidence level of the interval.
     runs : int
         Independent runs whose mean is taken. Levels of one run are correlated, and a run without initial samples in
         one of several failure regions may never find it: the interval of a single run covers the truth less often than
@@ -170,8 +133,8 @@ def subset_simulation(
     Raises
     ------
     InputError
-        If ``samples * level_share`` or ``1 / level_share`` is no whole number, or either is too small; if there are no
-        runs.
+        If ``samples * level_share`` or ``1 / level_share`` is no whole number, or either is too small; if a margin is
+        NaN; if there are no runs.
 
     Examples
     --------
@@ -186,7 +149,7 @@ def subset_simulation(
     require_count("seed", seed, 0)
     require_number("samples x dimensions", samples * dimensions, 1, options.max_normals)
     require_number("confidence", confidence, 0.0, 0.9999, open_low=True)
-    margin = _NumberedLimitState(limit_state, failed_reached)
+    margin = _NumberedLimitState(limit_state)
 
     def one_run(run: int) -> SubsetEstimate:
         """Carry out one run of subset simulation."""
@@ -212,43 +175,32 @@ def subset_simulation(
             z, g, acceptance, step = _sample_level(margin, z[start], g[start], limit, length, step, seed, options)
             chained = True
 
-    found = [one_run(run) for run in range(runs)]
-    return found[0] if runs == 1 else _mean_of_runs(found)
+    estimates = [one_run(run) for run in range(runs)]
+    return estimates[0] if runs == 1 else _mean_of_runs(estimates)
 
 
-def _mean_of_runs(found: list[SubsetEstimate]) -> SubsetEstimate:
+def _mean_of_runs(estimates: list[SubsetEstimate]) -> SubsetEstimate:
     """Return the mean of independent runs, with a lognormal interval."""
-    each, last = np.array([one.probability for one in found]), found[-1]
-    mean, count = float(each.mean()), len(found)
-    stated = np.array([one.variation for one in found]) * each
+    each, last = np.array([estimate.probability for estimate in estimates]), estimates[-1]
+    mean, count = float(each.mean()), len(estimates)
+    stated = np.array([estimate.variation for estimate in estimates]) * each
     error = max(float(each.std(ddof=1)) / np.sqrt(count), float(np.sqrt((stated**2).sum())) / count)
     variation = error / mean if mean > 0 else np.inf
-    reached = all(one.reached for one in found)
+    reached = all(estimate.reached for estimate in estimates)
     spread = student_factor(last.confidence, count - 1) * np.sqrt(np.log1p(variation**2))
-    known = reached and np.isfinite(spread)
+    bounded = reached and np.isfinite(spread)
     return last._replace(
         probability=mean,
         variation=variation,
         reached=reached,
         runs=tuple(each.tolist()),
-        lower=mean * float(np.exp(-spread)) if known else 0.0,
-        upper=min(mean * float(np.exp(spread)), 1.0) if known else max(one.upper for one in found),
+        lower=mean * float(np.exp(-spread)) if bounded else 0.0,
+        upper=min(mean * float(np.exp(spread)), 1.0) if bounded else max(estimate.upper for estimate in estimates),
     )
 
 
 def check_sizes(samples: int, level_share: float) -> tuple[int, int]:
-    """Return the number of chains of a level and their length.
-
-    Parameters
-    ----------
-    samples, level_share : int, float
-        See ``subset_simulation``.
-
-    Raises
-    ------
-    InputError
-        If they are no whole numbers, or too small.
-    """
+    """Return the number of chains of a level and their length."""
     possible = 0 < level_share < 1
     chains, length = (round(samples * level_share), round(1 / level_share)) if possible else (0, 0)
     if chains * length != samples or chains < 5 or length < 2:
@@ -262,9 +214,8 @@ def check_sizes(samples: int, level_share: float) -> tuple[int, int]:
 class _NumberedLimitState:
     """A limit state whose evaluations are numbered."""
 
-    def __init__(self, limit_state: LimitState, failed_reached: bool) -> None:
-        self.limit_state, self.count, self.failed = limit_state, 0, 0
-        self.instead = 0.0 if failed_reached else np.inf
+    def __init__(self, limit_state: LimitState) -> None:
+        self.limit_state, self.count = limit_state, 0
 
     def __call__(self, z: FloatArray) -> FloatArray:
         try:
@@ -272,10 +223,13 @@ class _NumberedLimitState:
         except (TypeError, ValueError) as error:
             raise InputError(f"limit_state: gives no numbers ({error}).") from error
         if g.shape != (len(z),):
-            raise InputError(f"limit_state: must give one number a sample, shape {(len(z),)}; it gives {g.shape}.")
+            raise InputError(f"limit_state: must give one number per sample, shape {(len(z),)}; it gives {g.shape}.")
+        if unknown := int(np.isnan(g).sum()):
+            raise InputError(
+                f"limit_state: is NaN for {unknown} of {len(z)} samples; give 0 (reached) or infinity (not reached)."
+            )
         self.count += len(z)
-        self.failed += int(np.isnan(g).sum())
-        return np.where(np.isnan(g), self.instead, g)
+        return g
 
 
 def _sample_level(
@@ -296,9 +250,9 @@ def _sample_level(
         first = margin.count
         xi = np.array([generator(seed, Stream.SUBSET, first + i).standard_normal(z.shape[1]) for i in range(chains)])
         proposed = np.sqrt(1.0 - step**2) * z + step * xi
-        found = margin(proposed)
-        take = found <= limit
-        z, g = np.where(take[:, None], proposed, z), np.where(take, found, g)
+        margins = margin(proposed)
+        take = margins <= limit
+        z, g = np.where(take[:, None], proposed, z), np.where(take, margins, g)
         all_z.append(z)
         all_g.append(g)
         accepted += int(take.sum())
@@ -346,5 +300,4 @@ def _estimate(
         reached,
         z,
         g,
-        margin.failed,
     )

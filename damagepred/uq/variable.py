@@ -51,12 +51,12 @@ T = TypeVar("T", bound="Distribution")
 class JointField:
     """One value for each joint instead of one for the wall (``field = { ... }``).
 
-    Beds, perpends and the dpc are independent of each other. The correlations are those of the variable itself.
+    Beds, perpends and the dpc are independent of each other. The correlations are of the variable itself.
 
     Attributes
     ----------
     course_correlation : float
-        Correlation of the value with that of the next unit's joint in the same course; courses are independent. With
+        Correlation of the values of two neighbouring units' joints in a course; courses are independent. With
         ``over = "wall"`` the same correlation at the distance of a unit's length in any direction. Along a course it is
         solved for neighbours (Nataf). k joints apart the underlying normals have the k-th power of their correlation.
         Skewed values have a slightly different power: lognormal ones (exp(rho^k s^2) - 1) / (exp(s^2) - 1), with s the
@@ -144,7 +144,7 @@ class Distribution:
     unit : str or None
         Unit of that column (SI if left out).
     name : str or None
-        Of a distribution of scipy.stats.
+        Name and parameters of a distribution of scipy.stats.
     parameters : dict of str to float or str, or None
         As scipy.stats calls them; loc and scale in the number's unit.
     source : str or None
@@ -173,37 +173,11 @@ class Distribution:
     source: str | None = None
 
     def frozen(self, place: str, unit: str) -> Any:
-        """Return the distribution in SI, as scipy.stats freezes them.
-
-        Parameters
-        ----------
-        place : str
-            The number's place, for messages.
-        unit : str
-            Its SI unit.
-
-        Raises
-        ------
-        InputError
-            If the parameters given are not those the distribution takes, or make no sense.
-        """
+        """Return the distribution in SI, as scipy.stats freezes them."""
         return self._made(f'[variables."{place}"]', unit)
 
     def with_values(self: T, place: str, unit: str, folder: Path) -> T:
-        """Return the same with measured values in it instead of the name of the file that holds them.
-
-        Parameters
-        ----------
-        place, unit : str
-            As of ``frozen``.
-        folder : Path
-            Where files are looked for.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be read.
-        """
+        """Return the same with measured values in it instead of the name of the file that holds them."""
         return self._read(f'[variables."{place}"]', unit, folder)
 
     def _read(self: T, where: str, unit: str, folder: Path) -> T:
@@ -306,7 +280,7 @@ class Variable(Distribution):
     Attributes
     ----------
     components : sequence of Component
-        Of a mixture.
+        Components of a mixture.
     field : JointField or None
         If given, the number varies from joint to joint; only for numbers of ``joint`` and ``dpc``.
     """

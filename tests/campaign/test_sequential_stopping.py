@@ -67,7 +67,7 @@ def test_a_latin_hypercube_cannot_be_stopped(tmp_path: Path) -> None:
         ({"replicates": 5, "stop_when": {"category": 1, "at": 0.006, "half_width": 0.1}}, "multiple of replicates"),
         ({"replicates": 2, "sampler": "random"}, "replicates"),
         ({"importance": {"joint.fricton": {"shift": -1}}}, "Did you mean 'joint.friction'"),
-        ({"importance": {"joint.cohesion": {"shift": -1}}}, "no variable with one value a wall"),
+        ({"importance": {"joint.cohesion": {"shift": -1}}}, "no variable with one value per wall"),
         ({"nominal_share": 0.1}, "goes with"),
         ({"sampler": "table"}, "needs it"),
     ],

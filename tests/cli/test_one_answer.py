@@ -12,10 +12,9 @@ from damagepred.analyses.design_search import damaged
 from damagepred.archive.folder import open_study
 from damagepred.report.quality import common_movement, telling_movement
 from damagepred.report.summary import answers
-from damagepred.uq.exceedance import exceedance
+from damagepred.uq.exceedance import exceedance, running_probability
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.describe import probability_at
-from damagepred.uq.running import running_probability
 from damagepred.uq.stopping import StopWhen
 from tests.cli.conftest import Run
 from tests.synthetic_studies import synthetic_study

@@ -8,7 +8,7 @@ from damagepred.errors import InputError
 from damagepred.plotting import draw, draw_category_shares, draw_convergence, draw_fragility
 from damagepred.plotting.study import common_paths, quantile
 from damagepred.scene.site import site_classes
-from damagepred.uq.running import running_probability
+from damagepred.uq.exceedance import running_probability
 
 
 def band(ax, label):

@@ -12,13 +12,13 @@ from damagepred.errors import InputError
 from damagepred.uq.design import Sampler
 from damagepred.uq.estimate import Estimate
 from damagepred.uq.exceedance import exceedance
+from damagepred.uq.fields import JointPlaces, WallFields, stated_correlation
 from damagepred.uq.fragility import stripes_from_counts
 from damagepred.uq.fragility.turnbull import Npmle
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_measure
 from damagepred.uq.marginals import Table
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 from damagepred.uq.variable import JointField, Variable
-from damagepred.uq.wall_fields import JointPlaces, WallFields, stated_correlation
 from tests.synthetic_studies import synthetic_study
 
 

@@ -12,10 +12,9 @@ from damagepred.analyses.limit_state import Question, margin
 from damagepred.analyses.variance_shares import _output_of
 from damagepred.enumerations import SampleStatus
 from damagepred.uq.capacity import capacities, censored_before, interpolated_capacity, probability_reached, reached_by
-from damagepred.uq.exceedance import category_capacities, exceedance, known_hits, pseudo_values
+from damagepred.uq.exceedance import category_capacities, exceedance, known_hits, pseudo_values, running_probability
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.movement_distribution import as_distribution
-from damagepred.uq.running import running_probability
 from damagepred.uq.stopping import StopWhen
 from tests.analyses.test_rare import settings
 from tests.uq.test_fragility import study

@@ -13,9 +13,9 @@ from scipy import stats
 from damagepred.errors import InputError
 from damagepred.uq.correlation import cholesky, gaussian_correlation, lower_factor
 from damagepred.uq.design import Design, Sampler
+from damagepred.uq.fields import JointPlaces
 from damagepred.uq.marginals import from_normal
 from damagepred.uq.variable import JointField, Variable
-from damagepred.uq.wall_fields import JointPlaces
 
 
 def lognormal(cov: float, mean: float = 1.0):
@@ -215,7 +215,7 @@ def test_importance_of_fully_correlated_variables():
 
 
 def test_reweighting_of_fully_correlated_variables():
-    from damagepred.uq.reweight import density_ratio
+    from damagepred.uq.design import density_ratio
 
     variables, units, pairs = normals(ab=1.0)
     stated = Design.make(variables, units, pairs, "random", 2)
@@ -232,7 +232,7 @@ def test_a_wall_s_value_and_a_joint_s_cannot_be_correlated():
     variables = VARIABLES | {
         "joint.cohesion": Variable(distribution="lognormal", mean=0.375e6, cov=0.35, field=JointField())
     }
-    with pytest.raises(InputError, match=r'"joint.tensile_strength" with "joint.cohesion": one has a value a wall'):
+    with pytest.raises(InputError, match=r'"joint.tensile_strength" with "joint.cohesion": one has a value per wall'):
         Design.make(variables, UNITS, {frozenset(("joint.tensile_strength", "joint.cohesion")): 0.7}, "random", 1)
 
 

@@ -5,8 +5,7 @@ import pytest
 from scipy import stats
 
 from damagepred.errors import InputError
-from damagepred.uq.given_data import DEFAULT, first_order, rank_correlation
-from damagepred.uq.ranks import interval_ranks, ranks
+from damagepred.uq.given_data import DEFAULT, first_order, interval_ranks, rank_correlation, ranks
 from tests.uq.test_fragility import brackets
 from tests.uq.test_sensitivity import closed_form, ishigami
 
@@ -177,7 +176,7 @@ def test_intervals_of_first_order_shares_cover_about_nine_times_in_ten() -> None
         ({"x": np.append(np.arange(19.0), np.nan)}, np.arange(20.0), "x: 1 of 20 values are not finite"),
         ({"x": np.arange(20.0)}, np.append(np.arange(19.0), np.nan), "the output: 1 of 20 values"),
         ({"x": np.arange(20.0)}, np.ones(20), "from 1 to 1"),
-        ({"x": np.ones(20)}, np.arange(20.0), "none of them varies"),
+        ({"x": np.ones(20)}, np.arange(20.0), "all are constant"),
         ({"x": np.arange(5.0)}, np.arange(5.0), "at least 10 walls"),
         ({"x": np.arange(5.0)}, np.arange(20.0), "x: has 5 values for 20 walls"),
     ],

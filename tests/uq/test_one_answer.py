@@ -12,10 +12,15 @@ from scipy import special
 
 from damagepred.errors import InputError
 from damagepred.uq.comparison import compare, sentences
-from damagepred.uq.exceedance import CategoryCapacities, estimate_exceedance, exceedance, pseudo_values
+from damagepred.uq.exceedance import (
+    CategoryCapacities,
+    estimate_exceedance,
+    exceedance,
+    pseudo_values,
+    running_probability,
+)
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.movement_distribution import SITE, as_distribution
-from damagepred.uq.running import running_probability
 from damagepred.uq.samplers import unit_points
 
 SCATTER, GROUND, SCATTER_OF_GROUND = 0.4, 0.045, 0.25

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from damagepred.errors import InputError
-from damagepred.uq.design import Design
-from damagepred.uq.reweight import density_ratio
+from damagepred.uq.design import Design, density_ratio
 from damagepred.uq.variable import Variable
 
 UNITS = {"joint.friction": "1", "dpc.friction": "1"}

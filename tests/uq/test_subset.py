@@ -92,18 +92,18 @@ def test_unbiased_with_the_stated_coverage(name: str) -> None:
 def test_unknown_samples_give_bounds(unknown_from: Callable[[Array], Array], lower: float, upper: float | None) -> None:
     """Failures injected into a problem with a known answer: one run each way is unbiased for its bound."""
 
-    def g(z: Array, _: Array) -> Array:
-        return np.where(unknown_from(z), np.nan, 3.0 - z[:, 0])
-
     if upper is None:
         edge = 0.43 if lower < 0.001 else 2.0
         upper = lower + special.ndtr(-edge)
-    for reached, exact in ((False, lower), (True, upper)):
-        found = [subset_simulation(g, 2, samples=400, seed=s, failed_reached=reached) for s in range(24)]
+    for instead, exact in ((np.inf, lower), (0.0, upper)):
+
+        def g(z: Array, _: Array, instead: float = instead) -> Array:
+            return np.where(unknown_from(z), instead, 3.0 - z[:, 0])
+
+        found = [subset_simulation(g, 2, samples=400, seed=s) for s in range(24)]
         values = np.array([f.probability for f in found])
         assert abs(values.mean() - exact) < 3.5 * values.std(ddof=1) / np.sqrt(24) + 0.3 * values.var() / exact
         assert stats.binom.cdf(sum(f.lower <= exact <= f.upper for f in found), 24, 0.8) > 1e-3
-        assert all(f.failed > 0 for f in found)
 
 
 def test_the_variation_is_that_of_the_formula_by_hand() -> None:
@@ -166,8 +166,10 @@ def test_a_plateau_is_reported() -> None:
     found = subset_simulation(lambda z, n: np.where(z[:, 0] > 6, -1.0, 1.0), 2, samples=100)
     assert not found.reached
     assert found.lower == 0
-    nothing = subset_simulation(lambda z, n: np.full(len(z), np.nan), 2, samples=100)
+    nothing = subset_simulation(lambda z, n: np.full(len(z), np.inf), 2, samples=100)
     assert not nothing.reached
+    with pytest.raises(InputError, match="is NaN for 100 of 100 samples; give 0"):
+        subset_simulation(lambda z, n: np.full(len(z), np.nan), 2, samples=100)
 
 
 @pytest.mark.parametrize(("samples", "share"), [(500, 0.3), (505, 0.1), (20, 0.1), (100, 0.0), (100, 1.0)])

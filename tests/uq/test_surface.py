@@ -141,7 +141,7 @@ def test_failed_walls_count_as_far_as_they_were_followed() -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("joint.tensile", "no such variable with one number a wall; sampled inputs are joint.tensile_strength"),
+        ("joint.tensile", "no such variable with one number per wall; sampled inputs are joint.tensile_strength"),
         ("damage_category", "no such variable"),
         ("same", "does not vary"),
     ],

@@ -9,9 +9,8 @@ from damagepred.errors import InputError
 from damagepred.plotting.study import quantile
 from damagepred.report.typical import typical_and_worst
 from damagepred.results.rejudge import shares as category_shares
-from damagepred.uq.exceedance import exceedance, median_movement
+from damagepred.uq.exceedance import exceedance, median_movement, running_probability
 from damagepred.uq.fragility import fit_surface, stripes
-from damagepred.uq.running import running_probability
 from tests.uq.test_stopping import study
 
 CAPACITY = np.array([0.0035, 0.0065, 0.0125, 0.03])

@@ -169,7 +169,7 @@ WRONG: dict[str, tuple[dict, list[str]]] = {
     "bounds equal": ({"distribution": "uniform", "lower": 2.0, "upper": 2.0}, ["lower = 2", "below upper = 2"]),
     "bounds far off": (
         {"distribution": "truncated_normal", "mean": 0.0, "std": 1.0, "lower": 9.0, "upper": 10.0},
-        ["nothing of the distribution lies between"],
+        ["no part of the distribution lies between"],
     ),
     "wrong unit": ({"distribution": "normal", "mean": "8 mm", "cov": 0.1}, ["mean = '8 mm'", "'0.453 MPa'"]),
     "wrong unit of cov": ({"distribution": "normal", "mean": 1.0, "std": "8 mm"}, ["std = '8 mm'", "'0.453 MPa'"]),

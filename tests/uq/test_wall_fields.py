@@ -13,8 +13,8 @@ from damagepred.errors import InputError
 from damagepred.scene import Dpc, Opening, Scene, Wall
 from damagepred.study import Study
 from damagepred.uq.design import Design
+from damagepred.uq.fields import stated_correlation
 from damagepred.uq.variable import JointField, Variable
-from damagepred.uq.wall_fields import stated_correlation
 
 TENSION, COHESION = "joint.tensile_strength", "joint.cohesion"
 SCENE = Scene(wall=Wall(length=3.6, height=1.2), dpc=Dpc())

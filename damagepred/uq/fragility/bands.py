@@ -34,21 +34,11 @@ def unknown_band(points: int) -> Band:
 
 
 class ParameterDraws(NamedTuple):
-    """Sampled parameters of a fit.
+    """Sampled parameters of a fit."""
 
-    Attributes
-    ----------
-    parameters : array (draws, parameters)
-        1/dispersion and the coefficients of ln(median)/dispersion.
-    resampled : Resampled or None
-        The fits of resampled walls; None if the parameters are drawn from the posterior.
-    share : float
-        Share of the resamples that could be fitted; NaN if no walls were resampled.
-    """
-
-    parameters: FloatArray
-    resampled: Resampled | None
-    share: float
+    parameters: FloatArray  # (draws, parameters): 1/dispersion and the coefficients of ln(median)/dispersion
+    resampled: Resampled | None  # fits of resampled walls; None: drawn from the posterior
+    share: float  # share of the resamples that could be fitted; NaN if no walls were resampled
 
 
 def draw_parameters(estimator: Estimator, resamples: int, random: np.random.Generator) -> ParameterDraws:

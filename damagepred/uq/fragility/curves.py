@@ -105,7 +105,7 @@ def fit_fragility(
     goodness : int
         Simulated studies of the fitted curve, for the p-value of its misfit to the empirical one; 0: not judged.
     seed : int
-        Of the resampling.
+        Seed of the resampling.
     points : int
         Number of points of the curves.
     options : FragilityOptions

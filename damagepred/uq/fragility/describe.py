@@ -53,22 +53,13 @@ def curves_dataset(
 
 
 class Lognormal(NamedTuple):
-    """What curves are made of, arrays (categories,): probability p0 + (1 - p0) Phi(ln(x / median) / dispersion).
+    """What curves are made of, arrays (categories,): probability p0 + (1 - p0) Phi(ln(x / median) / dispersion)."""
 
-    Attributes
-    ----------
-    median, dispersion : array
-        Of the walls that the movement damages, as fitted; NaN where there is no curve.
-    start : array
-        Share p0 of the walls that are damaged before any movement.
-    extrapolated : array of bool
-        Whether the median lies beyond the largest movement to which a wall was followed.
-    """
-
+    # of the walls that the movement damages, as fitted; NaN where there is no curve
     median: FloatArray
     dispersion: FloatArray
-    start: FloatArray
-    extrapolated: BoolArray
+    start: FloatArray  # share p0 of the walls that are damaged before any movement
+    extrapolated: BoolArray  # whether the median lies beyond the largest movement to which a wall was followed
 
     def probability(self, intensity: FloatArray) -> FloatArray:
         """Return the probability of each category or worse, array (categories, n), at n intensities."""
@@ -79,7 +70,7 @@ class Lognormal(NamedTuple):
 
 
 def lognormal_of(curves: xr.Dataset) -> Lognormal:
-    """Median, dispersion and share at the start of the curves, also of those of older versions."""
+    """Median, dispersion and share at the start of the curves, also of curves of older versions."""
     median, dispersion = (np.asarray(curves[name].values, dtype=np.float64) for name in ("median", "dispersion"))
     if "median_extrapolated" in curves:
         beyond = curves["median_extrapolated"].values
@@ -88,19 +79,19 @@ def lognormal_of(curves: xr.Dataset) -> Lognormal:
     return Lognormal(median, dispersion, start, median > float(curves["intensity"].values.max()) * (1 + 1e-9))
 
 
-def median_lower_bound(one: xr.Dataset) -> float:
+def median_lower_bound(curve: xr.Dataset) -> float:
     """Movement that the median of a curve lies beyond, NaN if it does not; older curves have it as the median."""
-    if "median_lower_bound" in one:
-        return float(one["median_lower_bound"])
-    return float(one["median"]) if str(one["fit_status"].item()) == EXTRAPOLATED else np.nan
+    if "median_lower_bound" in curve:
+        return float(curve["median_lower_bound"])
+    return float(curve["median"]) if str(curve["fit_status"].item()) == EXTRAPOLATED else np.nan
 
 
-def probability_at(curves: xr.Dataset, category: int, at: float) -> tuple[float, float, float]:
+def probability_at(curves: xr.Dataset, category: int, movement: float) -> tuple[float, float, float]:
     """Probability of a category or worse at a movement from its lognormal curve, and its band (NaN if it has none)."""
-    one = curves.sel(category=category)
-    value = float(lognormal_of(curves.sel(category=[category])).probability(np.array([at]))[0, 0])
+    curve = curves.sel(category=category)
+    value = float(lognormal_of(curves.sel(category=[category])).probability(np.array([movement]))[0, 0])
     lower, upper = (
-        float(np.interp(at, one["intensity"].values, one[f"probability_{end}"].values, right=np.nan))
+        float(np.interp(movement, curve["intensity"].values, curve[f"probability_{end}"].values, right=np.nan))
         for end in ("lower", "upper")
     )
     return value, lower, upper
@@ -115,7 +106,7 @@ _COPIED = (
     "damage_measure",
     "count_footing_gap",
 )
-"""Attributes of a study that its curves bear, too."""
+"""Attributes of a study that its curves have, too."""
 
 
 def _describe(variable: xr.DataArray, units: str) -> None:

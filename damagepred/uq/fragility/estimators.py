@@ -27,15 +27,6 @@ class Estimator(ABC):
     """Maximum likelihood estimate of lognormal curves that are fitted together.
 
     Parameters are 1/dispersion, and for each category ln(median)/dispersion.
-
-    Parameters
-    ----------
-    categories : list of int
-        Places of the categories among all.
-    cells : GroupedIntervals
-        Walls, with these categories alone.
-    options : FragilityOptions
-        Options of the likelihood and its maximum.
     """
 
     rows: LinearBounds | CategoryIntervals
@@ -44,15 +35,7 @@ class Estimator(ABC):
         self.categories, self.cells, self.options = categories, cells, options
 
     def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
-        """Return the parameters of largest likelihood for weights of the groups, array (resamples, parameters).
-
-        Parameters
-        ----------
-        weight : array (resamples, groups)
-            Number of walls of each group, weighted.
-        start : array (parameters,), optional
-            Initial parameters.
-        """
+        """Return the parameters of largest likelihood for weights of the groups, array (resamples, parameters)."""
         return self._maximise(weight, start)
 
     @abstractmethod
@@ -67,20 +50,20 @@ class Estimator(ABC):
         """The parameters for the walls as they are, array (parameters,)."""
         return self.maximise(self.cells.total[None])[0]
 
-    def scores(self, at: FloatArray) -> FloatArray:
+    def scores(self, parameters: FloatArray) -> FloatArray:
         """Return the gradient of the log-likelihood of one wall of each group, array (groups, parameters)."""
-        return scores(at, self.rows, len(self.cells.number), self.options)
+        return scores(parameters, self.rows, len(self.cells.number), self.options)
 
-    def hessian(self, at: FloatArray) -> FloatArray:
+    def hessian(self, parameters: FloatArray) -> FloatArray:
         """Return the second derivatives of the log-likelihood, array (parameters, parameters)."""
-        return self._likelihood(at).hessian[0]
+        return self._likelihood(parameters).hessian[0]
 
-    def value(self, at: FloatArray) -> float:
+    def value(self, parameters: FloatArray) -> float:
         """Return the log-likelihood."""
-        return float(self._likelihood(at).value[0])
+        return float(self._likelihood(parameters).value[0])
 
-    def _likelihood(self, at: FloatArray) -> Likelihood:
-        return likelihood(at[None], self.rows, self.row_weight(self.cells.total[None]), self.options)
+    def _likelihood(self, parameters: FloatArray) -> Likelihood:
+        return likelihood(parameters[None], self.rows, self.row_weight(self.cells.total[None]), self.options)
 
     def no_dispersion(self) -> str:
         """Return why the likelihood has no maximum at a finite dispersion; empty if it has."""
@@ -93,26 +76,14 @@ class Estimator(ABC):
         """Return the curves of the categories."""
         if why := self.no_dispersion():
             return [Fit(np.nan, np.nan, why)] * len(self.categories)
-        at = self.estimate
-        return [Fit(float(np.exp(h / at[0])), float(1.0 / at[0]), FITTED) for h in at[1:]]
+        parameters = self.estimate
+        return [Fit(float(np.exp(h / parameters[0])), float(1.0 / parameters[0]), FITTED) for h in parameters[1:]]
 
 
 def estimators(
     cells: GroupedIntervals, common: bool = False, single: bool = False, options: FragilityOptions = DEFAULT
 ) -> list[Estimator]:
-    """Return the estimators of the categories that can be fitted: one for each, or one for all.
-
-    Parameters
-    ----------
-    cells : GroupedIntervals
-        Walls.
-    common : bool
-        One dispersion for all categories.
-    single : bool
-        Each wall is known at one movement alone.
-    options : FragilityOptions
-        Options of the fits.
-    """
+    """Return the estimators of the categories that can be fitted: one for each, or one for all."""
     good = [k for k, why in enumerate(reasons_not_fitted(cells, common, options)) if not why]
     if not common:
         return [CompositeLikelihood([k], cells.of(k), options) for k in good]
@@ -134,14 +105,14 @@ class CompositeLikelihood(Estimator):
             self.rows = linear_bounds(lower, upper, np.ones((count, 1)))
         else:
             # groups that differ only in other categories share a row of this one
-            found = [group_equal(np.stack((cells.lower[k], cells.upper[k]))) for k in range(size)]
-            ends = np.cumsum([len(first) for first, _ in found])
-            lower = np.concatenate([cells.lower[k][first] for k, (first, _) in enumerate(found)])
-            upper = np.concatenate([cells.upper[k][first] for k, (first, _) in enumerate(found)])
-            kind = np.repeat(np.arange(size, dtype=np.int8), [len(first) for first, _ in found])
-            place = np.column_stack([which + end - len(first) for (first, which), end in zip(found, ends)]).ravel()
+            equal = [group_equal(np.stack((cells.lower[k], cells.upper[k]))) for k in range(size)]
+            ends = np.cumsum([len(first) for first, _ in equal])
+            lower = np.concatenate([cells.lower[k][first] for k, (first, _) in enumerate(equal)])
+            upper = np.concatenate([cells.upper[k][first] for k, (first, _) in enumerate(equal)])
+            kind = np.repeat(np.arange(size, dtype=np.int8), [len(first) for first, _ in equal])
+            row = np.column_stack([which + end - len(first) for (first, which), end in zip(equal, ends)]).ravel()
             each = np.arange(0, size * count + 1, size)
-            self._sum = sparse.csr_array((np.ones(size * count), place, each), shape=(count, int(ends[-1])))
+            self._sum = sparse.csr_array((np.ones(size * count), row, each), shape=(count, int(ends[-1])))
             self.rows = CategoryIntervals(lower, upper, kind, size)
         self._start = _start(lower, upper, kind, size)
 
@@ -153,10 +124,10 @@ class CompositeLikelihood(Estimator):
         begin = self._start if start is None else start
         return maximise_likelihood(self.rows, self.row_weight(weight), begin, self.options)
 
-    def scores(self, at: FloatArray) -> FloatArray:
+    def scores(self, parameters: FloatArray) -> FloatArray:
         """Return the gradient of one wall of each group: the sum over its rows, one for each category."""
         count = len(self.cells.number) if self._sum is None else self._sum.shape[1]
-        found = scores(at, self.rows, count, self.options)
+        found = scores(parameters, self.rows, count, self.options)
         return found if self._sum is None else np.asarray(self._sum @ found)
 
 
@@ -165,8 +136,8 @@ def _start(lower: FloatArray, upper: FloatArray, kind: Int8Array, kinds: int) ->
     with np.errstate(divide="ignore", invalid="ignore"):
         low, high = np.log(lower), np.log(upper)
         middle = np.where(np.isinf(high), low, np.where(np.isinf(low), high - 0.7, (low + high) / 2))
-    known = np.isfinite(middle)
-    middle, kind = middle[known], kind[known]
+    bounded = np.isfinite(middle)
+    middle, kind = middle[bounded], kind[bounded]
     mean = np.bincount(kind, middle, kinds) / np.maximum(np.bincount(kind, minlength=kinds), 1)
     spread = np.clip(np.sqrt(np.mean((middle - mean[kind]) ** 2)), 0.05, 3.0)
     return np.append(1.0, mean) / spread
@@ -196,7 +167,7 @@ class OrdinalProbit(Estimator):
     def _maximise(self, weight: FloatArray, start: FloatArray | None) -> FloatArray:
         size = len(self.categories)
         begin = self._composite.maximise(weight, start)
-        at = np.empty_like(begin)
+        parameters = np.empty_like(begin)
         there = np.column_stack([(weight[:, self._level == level] > 0).any(axis=1) for level in range(size + 1)])
         patterns, which = np.unique(there, axis=0, return_inverse=True)
         for n, present in enumerate(patterns):
@@ -206,6 +177,6 @@ class OrdinalProbit(Estimator):
             kept = np.append(0, 1 + np.unique(merged, return_index=True)[1])
             level = np.append(0, merged + 1)[self._level]
             rows = self._rows(level, int(merged[-1]) + 1)
-            found = maximise_likelihood(rows, weight[who], begin[who][:, kept], self.options)
-            at[who, 0], at[who, 1:] = found[:, 0], found[:, 1 + merged]
-        return at
+            merged_parameters = maximise_likelihood(rows, weight[who], begin[who][:, kept], self.options)
+            parameters[who, 0], parameters[who, 1:] = merged_parameters[:, 0], merged_parameters[:, 1 + merged]
+        return parameters

@@ -68,23 +68,15 @@ class StartShare(NamedTuple):
 
 
 class BoundedMedian(NamedTuple):
-    """Median with its interval, arrays; NaN beyond the movements to which walls were followed.
+    """Median with its interval, arrays; NaN beyond the movements to which walls were followed."""
 
-    Attributes
-    ----------
-    median, lower, upper : array
-        NaN, and an infinite upper end, where the median lies beyond.
-    lower_bound : array
-        Largest movement to which a wall was followed where the median lies beyond it, NaN elsewhere.
-    extrapolated : array
-        The fitted median where it lies beyond, NaN elsewhere.
-    """
-
+    # NaN, and an infinite upper end, where the median lies beyond
     median: FloatArray
     lower: FloatArray
     upper: FloatArray
+    # largest movement to which a wall was followed where the median lies beyond it, NaN elsewhere
     lower_bound: FloatArray
-    extrapolated: FloatArray
+    extrapolated: FloatArray  # the fitted median where it lies beyond, NaN elsewhere
 
     @classmethod
     def of(cls, median: FloatArray, lower: FloatArray, upper: FloatArray, largest: float) -> BoundedMedian:
@@ -104,12 +96,12 @@ def reasons_not_fitted(cells: GroupedIntervals, common: bool = False, options: F
     """Reason why each category has no curve, "" if it can be fitted; with ``common`` dispersion one is enough."""
     if common and all(alone := reasons_not_fitted(cells, options=options)):
         return alone
-    found = []
+    reasons = []
     for lower, upper in zip(cells.lower, cells.upper):
         used = (cells.total > 0) & ((lower > 0) | np.isfinite(upper))
         walls = np.maximum(cells.total, cells.number)[used]
-        found.append(_reason(lower[used], upper[used], walls, common, options.fewest_reached))
-    return found
+        reasons.append(_reason(lower[used], upper[used], walls, common, options.fewest_reached))
+    return reasons
 
 
 def _reason(lower: FloatArray, upper: FloatArray, walls: FloatArray, common: bool, fewest: int) -> str:
@@ -125,6 +117,6 @@ def _reason(lower: FloatArray, upper: FloatArray, walls: FloatArray, common: boo
             return ""
         if (lower[reached] == 0).all() and not reached.all():
             return "damaged and undamaged walls are parted by the movement alone: sample more walls"
-        # every capacity could be one and the same number: the scatter is below what the increments resolve
+        # every capacity could be one and the same number: the increments do not resolve the scatter
         return "all walls within one increment: refine the increments"
     return ""

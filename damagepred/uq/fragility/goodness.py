@@ -16,20 +16,12 @@ from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.turnbull import Npmle, turnbull
 
 
-def distance(fit: Fit, found: Npmle) -> float:
-    """Return the largest distance of a curve from the empirical one, where the latter is determined (Kolmogorov).
-
-    Parameters
-    ----------
-    fit : Fit
-        Curve.
-    found : Npmle
-        Empirical curve.
-    """
-    reached = np.append(0.0, np.cumsum(found.mass))
-    gaps = [np.abs(fit.probability(found.left) - reached[:-1])]
-    finite = np.isfinite(found.right)
-    gaps.append(np.abs(fit.probability(found.right[finite]) - reached[1:][finite]))
+def distance(fit: Fit, empirical: Npmle) -> float:
+    """Return the largest distance of a curve from the empirical one, where the latter is determined (Kolmogorov)."""
+    reached = np.append(0.0, np.cumsum(empirical.mass))
+    gaps = [np.abs(fit.probability(empirical.left) - reached[:-1])]
+    finite = np.isfinite(empirical.right)
+    gaps.append(np.abs(fit.probability(empirical.right[finite]) - reached[1:][finite]))
     return float(np.concatenate(gaps).max())
 
 
@@ -90,8 +82,8 @@ def _grouped_by_increments(
         return np.where(hit, 0.0, movement), np.where(hit, movement, np.inf)
     if walls.marks is not None and np.isfinite(walls.marks).all():
         marks = np.maximum.accumulate(walls.marks)
-        place = np.searchsorted(marks, capacity)
-        low, high = np.append(marks, marks[-1])[place - 1], np.append(marks, np.inf)[place]
+        step_number = np.searchsorted(marks, capacity)
+        low, high = np.append(marks, marks[-1])[step_number - 1], np.append(marks, np.inf)[step_number]
     else:
         step = walls.capacities.end / walls.increments
         low = np.minimum(np.floor(capacity / step), walls.increments) * step
@@ -105,15 +97,6 @@ def akaike_criterion(cells: GroupedIntervals, common: bool, options: FragilityOp
 
     A wall's categories depend on each other, so the number of parameters is replaced by Takeuchi's trace, which is that
     number where the likelihood is right (Varin and Vidoni 2005, Biometrika 92).
-
-    Parameters
-    ----------
-    cells : GroupedIntervals
-        Walls, with the categories of the criterion.
-    common : bool
-        Whether they share a dispersion.
-    options : FragilityOptions
-        Options of the fits.
     """
     places = list(range(len(cells.lower)))
     parts: list[Estimator] = (
@@ -122,11 +105,13 @@ def akaike_criterion(cells: GroupedIntervals, common: bool, options: FragilityOp
         else [CompositeLikelihood([k], cells.of(k), options) for k in places]
     )
     total = 0.0
-    for part in parts:
-        if part.no_dispersion():
+    for estimator in parts:
+        if estimator.no_dispersion():
             return np.nan
-        at = part.estimate
-        each = part.scores(at) * part.cells.weight[:, None]
-        spread = (each * part.cells.number[:, None]).T @ each
-        total += 2.0 * float(np.trace(np.linalg.pinv(-part.hessian(at), hermitian=True) @ spread)) - 2 * part.value(at)
+        parameters = estimator.estimate
+        each = estimator.scores(parameters) * estimator.cells.weight[:, None]
+        spread = (each * estimator.cells.number[:, None]).T @ each
+        total += 2.0 * float(
+            np.trace(np.linalg.pinv(-estimator.hessian(parameters), hermitian=True) @ spread)
+        ) - 2 * estimator.value(parameters)
     return total

@@ -12,22 +12,13 @@ from damagepred.inputs.arguments import checked, require_alike
 
 
 class GroupedIntervals(NamedTuple):
-    """Groups (cells) of walls with equal intervals and weights.
+    """Groups (cells) of walls with equal intervals and weights."""
 
-    Attributes
-    ----------
-    lower, upper : array (categories, cells)
-        Their intervals.
-    weight : array (cells,)
-        Weight of one of their walls.
-    number : array of int (cells,)
-        Number of walls.
-    """
-
+    # (categories, cells): their intervals
     lower: FloatArray
     upper: FloatArray
-    weight: FloatArray
-    number: IntArray
+    weight: FloatArray  # (cells,): weight of one of their walls
+    number: IntArray  # (cells,): number of walls
 
     @property
     def total(self) -> FloatArray:
@@ -46,22 +37,7 @@ class GroupedIntervals(NamedTuple):
 def group_intervals(
     lower: FloatArray, upper: FloatArray, weight: FloatArray, count: IntArray | None = None
 ) -> GroupedIntervals:
-    """Group walls of equal intervals and weights.
-
-    Parameters
-    ----------
-    lower, upper : array (categories, walls)
-        Intervals.
-    weight : array (walls,)
-        Weight of each.
-    count : array of int (walls,), optional
-        Number of walls of each column.
-
-    Raises
-    ------
-    InputError
-        If a bound is NaN or an interval is empty.
-    """
+    """Group walls of equal intervals and weights."""
     if np.isnan(lower).any() or np.isnan(upper).any() or (lower > upper).any():
         raise InputError("capacities must be intervals lower <= upper without NaN.")
     first, which = group_equal(np.vstack((lower, upper, weight)))
@@ -70,30 +46,17 @@ def group_intervals(
 
 
 def group_equal(columns: FloatArray) -> tuple[IntArray, IntArray]:
-    """Find the groups of equal columns.
-
-    Parameters
-    ----------
-    columns : array (columns, n)
-        Values.
-
-    Returns
-    -------
-    first : array of int (groups,)
-        Place of the first of each group.
-    which : array of int (n,)
-        Group of each.
-    """
+    """Find the groups of equal columns."""
     key = np.zeros(columns.shape[1], dtype=np.int64)
     many = 1
     for column in columns:
         if not column.size or (column == column[0]).all():
             continue
-        values, place = np.unique(column, return_inverse=True)
-        if many > 1 and many * len(values) > 2**62:  # numbered anew before the product overflows
+        values, rank = np.unique(column, return_inverse=True)
+        if many > 1 and many * len(values) > 2**62:  # renumbered before the product overflows
             kinds, key = np.unique(key, return_inverse=True)
             many = len(kinds)
-        key = key * len(values) + place
+        key = key * len(values) + rank
         many *= len(values)
     _, first, which = np.unique(key, return_index=True, return_inverse=True)
     return first, which
@@ -101,7 +64,7 @@ def group_equal(columns: FloatArray) -> tuple[IntArray, IntArray]:
 
 @checked
 def normalised_weights(weight: FloatArray, upper: FloatArray, good: BoolArray | None = None) -> FloatArray:
-    """Scale weights so that those of the walls which reached a category add up to their number.
+    """Scale weights so that the walls which reached a category have weights that add up to their number.
 
     Parameters
     ----------

@@ -23,23 +23,15 @@ ROUNDING = 1e-14
 
 
 class LinearBounds(NamedTuple):
-    """Bounds of one standard normal a row.
+    """Bounds of one standard normal a row."""
 
-    Attributes
-    ----------
-    below, above : array (rows, parameters)
-        The normal lies above ``below @ p`` and not above ``above @ p``.
-    no_below, no_above : array of bool (rows,)
-        Where there is no such bound; the row of ``below`` or ``above`` is 0 then.
-    exact : array of bool (rows,)
-        Where it is ``above @ p`` itself: of a capacity known exactly.
-    """
-
+    # (rows, parameters): the normal lies above ``below @ p`` and not above ``above @ p``
     below: FloatArray
     above: FloatArray
+    # (rows,): where there is no such bound; the row of ``below`` or ``above`` is 0 then
     no_below: BoolArray
     no_above: BoolArray
-    exact: BoolArray
+    exact: BoolArray  # (rows,): where it is ``above @ p`` itself: of a capacity known exactly
 
     def part(self, which: slice) -> LinearBounds:
         """Return some of the rows."""
@@ -54,22 +46,13 @@ class LinearBounds(NamedTuple):
 
 
 class CategoryIntervals(NamedTuple):
-    """Intervals of capacities of several kinds: one dispersion, and a mean for each; rows are written out when needed.
+    """Intervals of capacities of several kinds with one dispersion and a mean each; rows are expanded when needed."""
 
-    Attributes
-    ----------
-    lower, upper : array (rows,)
-        The capacity lies in (lower, upper].
-    kind : array of int (rows,)
-        Which mean it has.
-    kinds : int
-        How many there are.
-    """
-
+    # (rows,): the capacity lies in (lower, upper]
     lower: FloatArray
     upper: FloatArray
-    kind: Int8Array
-    kinds: int
+    kind: Int8Array  # (rows,): which mean it has
+    kinds: int  # number of kinds
 
     def part(self, which: slice) -> LinearBounds:
         """Return some of the rows."""
@@ -82,15 +65,7 @@ class CategoryIntervals(NamedTuple):
 
 
 def linear_bounds(lower: FloatArray, upper: FloatArray, regressors: FloatArray) -> LinearBounds:
-    """Return intervals of capacities as linear bounds: g ln(lower) - h . x < e <= g ln(upper) - h . x.
-
-    Parameters
-    ----------
-    lower, upper : array (rows,)
-        The capacity lies in (lower, upper]; 0 and infinity: no such bound.
-    regressors : array (rows, parameters - 1)
-        x: what the mean of the capacity's logarithm, h . x / g, depends on.
-    """
+    """Return intervals of capacities as linear bounds: g ln(lower) - h . x < e <= g ln(upper) - h . x."""
     no_below, no_above, exact = lower <= 0, np.isinf(upper), lower == upper
     with np.errstate(divide="ignore"):
         low, high = np.where(no_below, 0.0, np.log(lower)), np.where(no_above, 0.0, np.log(upper))
@@ -112,63 +87,42 @@ class Likelihood(NamedTuple):
 
 
 def likelihood(
-    at: FloatArray, rows: LinearBounds | CategoryIntervals, weight: FloatArray, options: FragilityOptions = DEFAULT
+    parameters: FloatArray,
+    rows: LinearBounds | CategoryIntervals,
+    weight: FloatArray,
+    options: FragilityOptions = DEFAULT,
 ) -> Likelihood:
-    """Return the log-likelihood of several sets of parameters, each for its own weights, with its derivatives.
-
-    Parameters
-    ----------
-    at : array (resamples, parameters)
-        Parameters.
-    rows : LinearBounds or CategoryIntervals
-        Observations.
-    weight : array (resamples, rows)
-        Weight of each row.
-    options : FragilityOptions
-        Its ``likelihood_rows``.
-    """
-    resamples, size = at.shape
+    """Return the log-likelihood of several sets of parameters, each for its own weights, with its derivatives."""
+    resamples, size = parameters.shape
     value, gradient = np.zeros(resamples), np.zeros((resamples, size))
     hessian = np.zeros((resamples, size, size))
     step = max(1, options.likelihood_rows // resamples)
     for first in range(0, weight.shape[1], step):
-        part = slice(first, first + step)
-        some, w = rows.part(part), weight[:, part]
-        term, by_low, by_high, low_low, low_high, high_high = _row_log_likelihood(at, some)
+        chunk = slice(first, first + step)
+        some, w = rows.part(chunk), weight[:, chunk]
+        term, by_low, by_high, low_low, low_high, high_high = _row_log_likelihood(parameters, some)
         value += (w * term).sum(axis=1)
         gradient += (w * by_high) @ some.above + (w * by_low) @ some.below
         hessian += _hessian(some, w * low_low, w * low_high, w * high_high)
         if some.exact.any():
-            known = w @ some.exact
-            gradient[:, 0] += known / at[:, 0]
-            hessian[:, 0, 0] -= known / at[:, 0] ** 2
+            exact = w @ some.exact
+            gradient[:, 0] += exact / parameters[:, 0]
+            hessian[:, 0, 0] -= exact / parameters[:, 0] ** 2
     return Likelihood(value, gradient, hessian)
 
 
 def scores(
-    at: FloatArray, rows: LinearBounds | CategoryIntervals, count: int, options: FragilityOptions = DEFAULT
+    parameters: FloatArray, rows: LinearBounds | CategoryIntervals, count: int, options: FragilityOptions = DEFAULT
 ) -> FloatArray:
-    """Return the gradient of the log-likelihood of each of ``count`` rows, array (rows, parameters).
-
-    Parameters
-    ----------
-    at : array (parameters,)
-        Parameters.
-    rows : LinearBounds or CategoryIntervals
-        Observations.
-    count : int
-        Number of rows.
-    options : FragilityOptions
-        Its ``likelihood_rows``.
-    """
-    found = np.empty((count, rows.parameters))
+    """Return the gradient of the log-likelihood of each of ``count`` rows, array (rows, parameters)."""
+    gradients = np.empty((count, rows.parameters))
     for first in range(0, count, options.likelihood_rows):
-        part = slice(first, first + options.likelihood_rows)
-        some = rows.part(part)
-        _, by_low, by_high, *_ = _row_log_likelihood(at[None], some)
-        found[part] = by_high[0][:, None] * some.above + by_low[0][:, None] * some.below
-        found[part, 0] += some.exact / at[0]
-    return found
+        chunk = slice(first, first + options.likelihood_rows)
+        some = rows.part(chunk)
+        _, by_low, by_high, *_ = _row_log_likelihood(parameters[None], some)
+        gradients[chunk] = by_high[0][:, None] * some.above + by_low[0][:, None] * some.below
+        gradients[chunk, 0] += some.exact / parameters[0]
+    return gradients
 
 
 def _hessian(rows: LinearBounds, low_low: FloatArray, low_high: FloatArray, high_high: FloatArray) -> FloatArray:
@@ -185,8 +139,8 @@ def _hessian(rows: LinearBounds, low_low: FloatArray, low_high: FloatArray, high
     return alike.reshape(-1, size, size) + mixed + mixed.swapaxes(1, 2)
 
 
-def _products(one: FloatArray, other: FloatArray) -> FloatArray:
-    return (one[:, :, None] * other[:, None, :]).reshape(len(one), -1)
+def _products(first: FloatArray, second: FloatArray) -> FloatArray:
+    return (first[:, :, None] * second[:, None, :]).reshape(len(first), -1)
 
 
 class _RowLogLikelihood(NamedTuple):
@@ -203,8 +157,8 @@ class _RowLogLikelihood(NamedTuple):
     upper_upper: FloatArray
 
 
-def _row_log_likelihood(at: FloatArray, rows: LinearBounds) -> _RowLogLikelihood:
-    a, b = at @ rows.below.T, at @ rows.above.T
+def _row_log_likelihood(parameters: FloatArray, rows: LinearBounds) -> _RowLogLikelihood:
+    a, b = parameters @ rows.below.T, parameters @ rows.above.T
     low, high = np.where(rows.no_below, -np.inf, a), np.where(rows.no_above, np.inf, b)
     exact = rows.exact[None, :]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -212,7 +166,7 @@ def _row_log_likelihood(at: FloatArray, rows: LinearBounds) -> _RowLogLikelihood
         # density at either end over the probability between, 0 at an infinite end
         p, q = (np.exp(np.minimum(-0.5 * z**2 - 0.5 * np.log(2 * np.pi) - between, 700.0)) for z in (low, high))
     p, q = np.where(exact, 0.0, p), np.where(exact, 0.0, q)
-    term = np.where(exact, np.log(at[:, :1]) - 0.5 * b**2 - 0.5 * np.log(2 * np.pi), between)
+    term = np.where(exact, np.log(parameters[:, :1]) - 0.5 * b**2 - 0.5 * np.log(2 * np.pi), between)
     return _RowLogLikelihood(
         term,
         -p,
@@ -239,41 +193,30 @@ def maximise_likelihood(
     """Return the parameters of the largest likelihood, array (resamples, parameters), by Newton's method.
 
     Where the dispersion 1/p[0] is not between the smallest and the largest of the options, it has no finite estimate.
-
-    Parameters
-    ----------
-    rows : LinearBounds or CategoryIntervals
-        Observations.
-    weight : array (resamples, rows)
-        Weight of each row in each resample of the walls.
-    start : array (parameters,) or (resamples, parameters)
-        Initial parameters; the first must be positive, and the likelihood not 0.
-    options : FragilityOptions
-        Bounds of the dispersion, and rows.
     """
     resamples, count = weight.shape
     smallest, largest = options.smallest_dispersion, options.largest_dispersion
-    at = np.array(np.broadcast_to(start, (resamples, rows.parameters)), dtype=np.float64)
+    parameters = np.array(np.broadcast_to(start, (resamples, rows.parameters)), dtype=np.float64)
     if count > options.coarse_start_rows and resamples == 1:
         stride = count // (options.coarse_start_rows // 5)
-        at = maximise_likelihood(rows.part(slice(None, None, stride)), weight[:, ::stride], at, options)
-        at[:, 0] = np.clip(at[:, 0], 1.0 / largest, 1.0 / smallest)
+        parameters = maximise_likelihood(rows.part(slice(None, None, stride)), weight[:, ::stride], parameters, options)
+        parameters[:, 0] = np.clip(parameters[:, 0], 1.0 / largest, 1.0 / smallest)
     total = weight.sum(axis=1)
-    here = likelihood(at, rows, weight, options)
+    current = likelihood(parameters, rows, weight, options)
     active = np.arange(resamples)
     for _ in range(200):
-        now = here.of(active)
+        now = current.of(active)
         step = _newton_step(now)
-        too_far = at[active, 0] + step[:, 0] <= 0  # the dispersion is positive; it may well grow tenfold
-        step[too_far] *= (0.9 * at[active, 0] / np.where(too_far, -step[:, 0], 1.0))[too_far, None]
-        moved, fraction = _line_search(at, here, step, active, rows, weight, options)
+        too_far = parameters[active, 0] + step[:, 0] <= 0  # the dispersion is positive; it may well grow tenfold
+        step[too_far] *= (0.9 * parameters[active, 0] / np.where(too_far, -step[:, 0], 1.0))[too_far, None]
+        moved, fraction = _line_search(parameters, current, step, active, rows, weight, options)
         predicted = fraction * (now.gradient * step).sum(axis=1)
-        dispersion = 1.0 / at[active, 0]
+        dispersion = 1.0 / parameters[active, 0]
         done = ~moved | (predicted <= ROUNDING * total[active]) | (dispersion <= smallest) | (dispersion >= largest)
         active = active[~done]
         if not active.size:
             break
-    return at
+    return parameters
 
 
 def _newton_step(now: Likelihood) -> FloatArray:
@@ -282,28 +225,28 @@ def _newton_step(now: Likelihood) -> FloatArray:
 
 
 def _line_search(
-    at: FloatArray,
-    here: Likelihood,
+    parameters: FloatArray,
+    current: Likelihood,
     step: FloatArray,
     active: IntArray,
     rows: LinearBounds | CategoryIntervals,
     weight: FloatArray,
     options: FragilityOptions,
 ) -> tuple[BoolArray, FloatArray]:
-    """Halve the steps until the likelihood is no smaller, but for rounding; return which were taken and fractions."""
+    """Halve the steps until the likelihood is no smaller; return whether each was taken, and its fraction."""
     moved, fraction = np.zeros(len(active), dtype=bool), np.ones(len(active))
-    left = np.arange(len(active))
+    open_ = np.arange(len(active))
     for _ in range(60):
-        who = active[left]
-        to = at[who] + fraction[left, None] * step[left]
+        who = active[open_]
+        to = parameters[who] + fraction[open_, None] * step[open_]
         new = likelihood(to, rows, weight[who], options)
-        good = new.value >= here.value[who] - ROUNDING * weight[who].sum(axis=1)
-        at[who[good]] = to[good]
-        for mine, theirs in zip(here, new):
+        good = new.value >= current.value[who] - ROUNDING * weight[who].sum(axis=1)
+        parameters[who[good]] = to[good]
+        for mine, theirs in zip(current, new):
             mine[who[good]] = theirs[good]
-        moved[left[good]] = True
-        left = left[~good]
-        if not left.size:
+        moved[open_[good]] = True
+        open_ = open_[~good]
+        if not open_.size:
             break
-        fraction[left] /= 2
+        fraction[open_] /= 2
     return moved, fraction

@@ -54,21 +54,9 @@ def fit_lognormal(
 def fit_grouped(
     cells: GroupedIntervals, common: bool = False, single: bool = False, options: FragilityOptions = DEFAULT
 ) -> list[Fit]:
-    """Fit a curve to each category of counted walls; see ``estimators``.
-
-    Parameters
-    ----------
-    cells : GroupedIntervals
-        Walls.
-    common : bool
-        Whether all categories share a dispersion.
-    single : bool
-        Whether each wall is known at one movement alone.
-    options : FragilityOptions
-        Options of the fits.
-    """
-    found = [Fit(np.nan, np.nan, why) for why in reasons_not_fitted(cells, common, options)]
+    """Fit a curve to each category of counted walls; see ``estimators``."""
+    fits = [Fit(np.nan, np.nan, why) for why in reasons_not_fitted(cells, common, options)]
     for estimator in estimators(cells, common, single, options):
         for k, fit in zip(estimator.categories, estimator.fits()):
-            found[k] = fit
-    return found
+            fits[k] = fit
+    return fits

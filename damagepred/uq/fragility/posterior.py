@@ -6,7 +6,7 @@ of the dispersion (chi-squared) and of each probability, however few walls there
 Biometrika 89). Likelihood ratios and resamples of a few walls are not: studies/coverage.
 
 Where each wall is known at one movement alone, that prior would let the dispersion run away, and Jeffreys' takes its
-place: the root of the determinant of the information, which is that of Firth's (1993, Biometrika 80) penalty.
+place: the root of the determinant of the information, as in Firth's penalty (1993, Biometrika 80).
 
 For each dispersion the likelihood is close to a normal density in ln(median)/dispersion. The dispersion is drawn from
 its density by Laplace's approximation, the others from those normals; importance weights correct the draws.
@@ -30,15 +30,6 @@ from damagepred.uq.fragility.options import FragilityOptions
 def sample_posterior(estimator: Estimator, random: np.random.Generator) -> FloatArray:
     """Draw from the posterior of the parameters, array (draws, parameters).
 
-    Parameters
-    ----------
-    estimator : Estimator
-        With the walls and the options; its likelihood must not be a product of the categories' likelihoods.
-    random : Generator
-        Source of the draws.
-
-    Notes
-    -----
     Weighted walls count by their effective sample size (Kish).
     """
     best, options = estimator.estimate, estimator.options
@@ -97,18 +88,18 @@ def sample_posterior(estimator: Estimator, random: np.random.Generator) -> Float
 def effective_reached(estimator: Estimator) -> float:
     """Return the smallest effective number of walls (Kish) that determine a category's curve.
 
-    These are the walls that reached it. Where each wall is known at one movement, they are the fewer of those that did
-    and that did not; of several categories fitted together, half of all walls.
+    These are the walls that reached it. Where each wall is known at one movement, they are the smaller group of damaged
+    and undamaged walls; of several categories fitted together, half of all walls.
     """
     cells = estimator.cells
     if _is_current_status(cells) and len(cells.lower) > 1:
         return 0.5 * _kish(cells.weight, cells.number)
-    found = []
+    counts = []
     for lower, upper in zip(cells.lower, cells.upper):
         reached = np.isfinite(upper)
         kinds = [reached, (lower > 0) & ~reached] if _is_current_status(cells) else [reached]
-        found += [_kish(cells.weight[kind], cells.number[kind]) for kind in kinds]
-    return min(found, default=0.0)
+        counts += [_kish(cells.weight[kind], cells.number[kind]) for kind in kinds]
+    return min(counts, default=0.0)
 
 
 def _kish(weight: FloatArray, number: IntArray) -> float:

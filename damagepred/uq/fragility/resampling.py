@@ -19,44 +19,23 @@ from damagepred.uq.fragility.options import FragilityOptions
 
 
 class Resampled(NamedTuple):
-    """Bootstrap replicates of the parameters.
+    """Bootstrap replicates of the parameters."""
 
-    Attributes
-    ----------
-    estimate : array (parameters,)
-        Of the walls themselves: 1/dispersion, and for each category ln(median)/dispersion.
-    replicates : array (resamples, parameters)
-        Of those resamples that can be fitted.
-    influence : array (groups, parameters)
-        Influence of one wall of a group on the parameters.
-    cells : GroupedIntervals
-        The walls.
-    """
-
+    # (parameters,): of the walls themselves: 1/dispersion, and for each category ln(median)/dispersion
     estimate: FloatArray
-    replicates: FloatArray
-    influence: FloatArray
-    cells: GroupedIntervals
+    replicates: FloatArray  # (resamples, parameters): of those resamples that can be fitted
+    influence: FloatArray  # (groups, parameters): influence of one wall of a group on the parameters
+    cells: GroupedIntervals  # the walls
 
 
 def resample(estimator: Estimator, resamples: int, random: np.random.Generator) -> Resampled:
-    """Fit resamples of the walls.
-
-    Parameters
-    ----------
-    estimator : Estimator
-        With the walls and the options.
-    resamples : int
-        Number of resamples.
-    random : Generator
-        Source of the draws.
-    """
+    """Fit resamples of the walls."""
     cells, best, options = estimator.cells, estimator.estimate, estimator.options
     influence = estimator.scores(best) @ np.linalg.pinv(-estimator.hessian(best), hermitian=True)
     if len(cells.number) > options.one_step_groups:
         again = best + _one_step_estimates(influence * cells.weight[:, None], cells.number, resamples, random, options)
         return Resampled(best, again[again[:, 0] > 1.0 / options.largest_dispersion], influence, cells)
-    found = []
+    fitted = []
     each = max(1, options.stored_draws // len(cells.number))
     fewest = options.fewest_reached if len(estimator.categories) == 1 else 1
     for first in range(0, resamples, each):
@@ -66,8 +45,8 @@ def resample(estimator: Estimator, resamples: int, random: np.random.Generator) 
             enough &= drawn @ np.isfinite(upper) >= fewest
             enough &= drawn @ (lower > 0) > 0
         if enough.any():
-            found.append(estimator.maximise(drawn[enough] * cells.weight, best))
-    again = np.concatenate(found) if found else np.empty((0, len(best)))
+            fitted.append(estimator.maximise(drawn[enough] * cells.weight, best))
+    again = np.concatenate(fitted) if fitted else np.empty((0, len(best)))
     with np.errstate(divide="ignore"):
         dispersion = 1.0 / again[:, 0]
     good = (dispersion > options.smallest_dispersion) & (dispersion < options.largest_dispersion)
@@ -82,24 +61,14 @@ def _one_step_estimates(
     size = min(walls, options.one_step_walls)
     mean = number @ each / walls
     ends = np.cumsum(number)
-    found = np.empty((resamples, each.shape[1]))
-    for row in found:
+    means = np.empty((resamples, each.shape[1]))
+    for row in means:
         drawn = random.integers(walls, size=size)
         row[:] = each[drawn if walls == len(number) else np.searchsorted(ends, drawn, side="right")].mean(axis=0)
-    return (found - mean) * walls * np.sqrt(size / walls)
+    return (means - mean) * walls * np.sqrt(size / walls)
 
 
 def draw(cells: GroupedIntervals, resamples: int, random: np.random.Generator) -> FloatArray:
-    """Return the number of walls of each group in each resample, array (resamples, groups).
-
-    Parameters
-    ----------
-    cells : GroupedIntervals
-        Walls.
-    resamples : int
-        Number of resamples.
-    random : Generator
-        Source of the draws.
-    """
+    """Return the number of walls of each group in each resample, array (resamples, groups)."""
     walls = int(cells.number.sum())
     return random.multinomial(walls, cells.number / walls, size=resamples).astype(np.float64)

@@ -40,30 +40,35 @@ def stripes_from_counts(
     intensity, units : str
         What the movement is measured by.
     title : str
-        Of the study.
+        Title of the study.
 
     Raises
     ------
     InputError
         If there is not one row of counts for each movement, or a count is negative or not whole.
     """
-    at, walls = np.asarray(movement, dtype=np.float64), np.asarray(counts)
-    if at.ndim != 1 or walls.ndim != 2 or len(at) != len(walls):
+    movements, walls = np.asarray(movement, dtype=np.float64), np.asarray(counts)
+    if movements.ndim != 1 or walls.ndim != 2 or len(movements) != len(walls):
         raise InputError(
-            f"counts: has shape {walls.shape} for {at.size} movements; there must be one row each, of the walls in "
-            "category 0, 1, ..."
+            f"counts: has shape {walls.shape} for {movements.size} movements; there must be one row each, of the walls "
+            "in category 0, 1, ..."
         )
-    if (walls < 0).any() or (walls != np.round(walls)).any() or not np.isfinite(at).all() or (at < 0).any():
+    if (
+        (walls < 0).any()
+        or (walls != np.round(walls)).any()
+        or not np.isfinite(movements).all()
+        or (movements < 0).any()
+    ):
         raise InputError("movement, counts: must be finite and not negative, and counts whole numbers.")
     walls = walls.astype(np.int64)
     categories = walls.shape[1]
-    category = np.tile(np.arange(categories, dtype=np.int8), len(at))
+    category = np.tile(np.arange(categories, dtype=np.int8), len(movements))
     words = {"units": units, "long_name": intensity.replace("_", " ")}
     return xr.Dataset(
         {
             "damage_category": ("sample", np.repeat(category, walls.ravel())),
             "status": ("sample", np.full(walls.sum(), SampleStatus.COMPLETE, dtype=np.int8)),
-            intensity: ("sample", np.repeat(at, walls.sum(axis=1)), words),
+            intensity: ("sample", np.repeat(movements, walls.sum(axis=1)), words),
         },
         attrs={"title": title, "highest_category": categories - 1},
     )
@@ -96,12 +101,12 @@ def stripes(studies: Mapping[float, xr.Dataset], intensity: str | None = None) -
         category = ds["damage_category"]
         ended = category.isel(increment=-1) if "increment" in category.dims else category
         attrs = dict(ds[name].attrs) if name in ds else {"units": "m"}
-        part = {
+        stripe = {
             "damage_category": ("sample", ended.values, category.attrs),
             "status": ("sample", ds["status"].values, ds["status"].attrs),
             name: ("sample", np.full(ds.sizes["sample"], float(movement)), attrs),
         }
         if weighted:
-            part["weight"] = ("sample", sample_weights(ds), {"units": "1"})
-        parts.append(xr.Dataset(part))
+            stripe["weight"] = ("sample", sample_weights(ds), {"units": "1"})
+        parts.append(xr.Dataset(stripe))
     return xr.concat(parts, "sample").assign_attrs(first.attrs)

@@ -2,7 +2,7 @@
 
 The median of the capacity is exp(a + b x), x the second variable or its logarithm, and the dispersion the same
 everywhere: a regression of censored capacities. With the logarithm, b is an exponent: twice the strength, 2^b times the
-capacity. Any variable of the study with one number a wall can be the second one. Walls that reach the category before
+capacity. Any variable of the study with one number per wall can be the second one. Walls that reach the category before
 any movement are a share p0, the same for every value of the second variable; the regression is of the others.
 """
 
@@ -58,13 +58,13 @@ def fit_surface(
     Parameters
     ----------
     ds : xarray.Dataset
-        See ``fit_fragility``.
+        As for ``fit_fragility``.
     category : int or str
         Number or name of the category.
     second : str
         Variable of the dataset on (sample,), such as ``wall.length`` or ``joint.friction``.
     intensity : str, optional
-        See ``fit_fragility``.
+        As for ``fit_fragility``.
     scale : {"log", "linear"}, optional
         Whether the logarithm of the median is linear in the variable's logarithm or in the variable; by default in the
         logarithm where all values are positive.
@@ -75,7 +75,7 @@ def fit_surface(
     points : tuple of int
         Points of the movement and of the second variable.
     options : FragilityOptions
-        See ``fit_fragility``.
+        As for ``fit_fragility``.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def fit_surface(
     Raises
     ------
     InputError
-        If the dataset has no such variable with one number a wall, or it does not vary.
+        If the dataset has no such variable with one number per wall, or it does not vary.
 
     Examples
     --------
@@ -104,31 +104,33 @@ def fit_surface(
     require_categories(ds, [category])
     walls = read_capacities(ds, [category], name)
     z = _second(ds, second)[walls.sample]
-    known = np.isfinite(z)
-    if not known.any() or np.ptp(z[known]) == 0:
+    finite = np.isfinite(z)
+    if not finite.any() or np.ptp(z[finite]) == 0:
         raise InputError(f"second = '{second}': does not vary in this study; a curve is all there is (fit_fragility).")
-    logarithmic = bool((z[known] > 0).all()) if scale is None else scale == "log"
-    if logarithmic and (z[known] <= 0).any():
+    logarithmic = bool((z[finite] > 0).all()) if scale is None else scale == "log"
+    if logarithmic and (z[finite] <= 0).any():
         raise InputError(f"second = '{second}': has values that are not positive; take scale = 'linear'.")
     before = walls.capacities.upper[0] <= 0
-    found = without_damaged_at_start(walls.capacities)
+    capacities = without_damaged_at_start(walls.capacities)
     cells = group_intervals(
-        np.vstack((found.lower[:, known], z[known])), np.vstack((found.upper[:, known], z[known])), walls.weight[known]
+        np.vstack((capacities.lower[:, finite], z[finite])),
+        np.vstack((capacities.upper[:, finite], z[finite])),
+        walls.weight[finite],
     )
     grid_z = (
-        np.geomspace(z[known].min(), z[known].max(), points[1])
+        np.geomspace(z[finite].min(), z[finite].max(), points[1])
         if logarithmic
-        else (np.linspace(z[known].min(), z[known].max(), points[1]))
+        else (np.linspace(z[finite].min(), z[finite].max(), points[1]))
     )
     grid = np.linspace(0.0, walls.largest, points[0])
     model = _Regression(cells, logarithmic, options)
     columns, attrs = _fitted(model, grid, grid_z, confidence, bootstrap, generator(seed, Stream.BOOTSTRAP, category))
-    _bound_by_walls(columns, StartShare.of(before[known], walls.weight[known], confidence), walls.largest)
+    _bound_by_walls(columns, StartShare.of(before[finite], walls.weight[finite], confidence), walls.largest)
     reached = np.isfinite(walls.capacities.upper)
     columns |= {
         "reached": ((), int(reached.sum())),
-        "not_reached": ((), int((~reached & ~found.failed).sum())),
-        "failed": ((), int(found.failed.sum())),
+        "not_reached": ((), int((~reached & ~capacities.failed).sum())),
+        "failed": ((), int(capacities.failed.sum())),
     }
     measured = attributes(ds, name)
     for end in ("", "_lower", "_upper", "_lower_bound", "_extrapolated"):
@@ -150,8 +152,8 @@ def fit_surface(
             "bootstrap_samples": bootstrap,
             "bootstrap_seed": seed,
             "fragility_options": options_text(options),
-            "samples": int(known.sum()),
-            "samples_failed": int(found.failed.sum()),
+            "samples": int(finite.sum()),
+            "samples_failed": int(capacities.failed.sum()),
             **attrs,
         },
     )
@@ -165,21 +167,22 @@ def _bound_by_walls(columns: dict[str, Any], start: StartShare, largest: float) 
     for end, value in zip(("", "_lower", "_upper"), start):
         words = {"units": "1", "long_name": "share of walls in the category or worse before any movement"}
         columns[f"share_at_start{end}"] = ((), value, words)
-    found = BoundedMedian.of(columns["median"][1], columns["median_lower"][1], columns["median_upper"][1], largest)
-    for part, value in found._asdict().items():
-        name = "median" if part == "median" else f"median_{part}"
+    bounded = BoundedMedian.of(columns["median"][1], columns["median_lower"][1], columns["median_upper"][1], largest)
+    for column, value in bounded._asdict().items():
+        name = "median" if column == "median" else f"median_{column}"
         columns[name] = ("second", value, dict(columns.get(name, columns["median"])[2]))
-    if columns["fit_status"][1] == FITTED and np.isfinite(found.extrapolated).all():
+    if columns["fit_status"][1] == FITTED and np.isfinite(bounded.extrapolated).all():
         columns["fit_status"] = ((), EXTRAPOLATED)
 
 
 def _second(ds: xr.Dataset, name: str) -> FloatArray:
-    known = [str(n) for n in ds.data_vars if ds[n].dims == ("sample",) and np.issubdtype(ds[n].dtype, np.number)]
+    numeric = [str(n) for n in ds.data_vars if ds[n].dims == ("sample",) and np.issubdtype(ds[n].dtype, np.number)]
     if name not in ds.variables or ds[name].dims != ("sample",) or not np.issubdtype(ds[name].dtype, np.number):
-        inputs = [n for n in known if ds[n].attrs.get("role") == "input"]
+        inputs = [n for n in numeric if ds[n].attrs.get("role") == "input"]
         what = f"; sampled inputs are {', '.join(inputs)}" if inputs else ""
         raise InputError(
-            f"second = '{name}': the study has no such variable with one number a wall{what}." + nearest(name, known)
+            f"second = '{name}': the study has no such variable with one number per wall{what}."
+            + nearest(name, numeric)
         )
     return np.asarray(ds[name].values, dtype=np.float64)
 

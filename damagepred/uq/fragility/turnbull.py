@@ -19,19 +19,12 @@ from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 
 
 class Npmle(NamedTuple):
-    """Probability of each innermost interval.
+    """Probability of each innermost interval."""
 
-    Attributes
-    ----------
-    left, right : array (intervals,)
-        The intervals (left, right]; ``right`` is infinite beyond all movements.
-    mass : array (intervals,)
-        Their probabilities; the sum is 1.
-    """
-
+    # (intervals,): the intervals (left, right]; ``right`` is infinite beyond all movements
     left: FloatArray
     right: FloatArray
-    mass: FloatArray
+    mass: FloatArray  # (intervals,): their probabilities; the sum is 1
 
     def probability(self, intensity: FloatArray) -> FloatArray:
         """Return the probability of having reached the category, counted at the right end of each interval."""
@@ -39,9 +32,9 @@ class Npmle(NamedTuple):
         return np.minimum(steps[np.searchsorted(self.right, np.asarray(intensity) * (1 + 1e-9), side="right")], 1.0)
 
     def quantile(self, share: float) -> float:
-        """Return the movement by which this share of walls has reached the category, infinite if none is known."""
-        place = int(np.searchsorted(np.cumsum(self.mass), share * (1 - 1e-9)))
-        return float(self.right[min(place, len(self.right) - 1)]) if len(self.right) else np.inf
+        """Movement by which this share of walls has reached the category, infinite where the walls do not reach it."""
+        index = int(np.searchsorted(np.cumsum(self.mass), share * (1 - 1e-9)))
+        return float(self.right[min(index, len(self.right) - 1)]) if len(self.right) else np.inf
 
 
 @checked
@@ -57,7 +50,7 @@ def turnbull(
     weight : array (walls,), optional
         Weight of each wall.
     options : FragilityOptions
-        Its ``empirical_...`` fields.
+        Options ``empirical_...``.
     """
     require_alike(lower=lower, upper=upper, weight=weight)
     lower, upper = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
@@ -67,14 +60,14 @@ def turnbull(
     lower, upper, weight = _rounded(lower[keep], most), _rounded(upper[keep], most), weight[keep]
     if not len(lower):
         return Npmle(np.zeros(1), np.full(1, np.inf), np.ones(1))
-    left, right = _innermost(lower, upper)
+    low_ends, right = _innermost(lower, upper)
     # an interval spans those innermost ones that lie in it, from the first to before the last
     first = np.searchsorted(right, lower, side="right")
     first -= (lower == upper) & (first > 0) & (right[first - 1] == lower)
     last = np.searchsorted(right, upper, side="right")
     span, group = np.unique(np.column_stack((first, last)), axis=0, return_inverse=True)
     total = np.bincount(group.ravel(), weights=weight)
-    return Npmle(left, right, _maximise(span[:, 0], span[:, 1], total / total.sum(), len(left), options))
+    return Npmle(low_ends, right, _maximise(span[:, 0], span[:, 1], total / total.sum(), len(low_ends), options))
 
 
 def _rounded(bound: FloatArray, most: int) -> FloatArray:
@@ -91,13 +84,13 @@ def _innermost(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatA
     exact = np.unique(upper[lower == upper])
     low, high = np.unique(lower[lower < upper]), np.unique(upper)
     # at one place: the lower end of an exact capacity, then upper ends, then the lower ends of what begins beyond
-    place = np.concatenate((exact, high, low))
+    bounds = np.concatenate((exact, high, low))
     order = np.concatenate((np.zeros(len(exact)), np.ones(len(high)), np.full(len(low), 2.0)))
     is_upper = order == 1
-    by = np.lexsort((order, place))
-    place, is_upper = place[by], is_upper[by]
-    here = np.flatnonzero(~is_upper[:-1] & is_upper[1:])
-    return place[here], place[here + 1]
+    by = np.lexsort((order, bounds))
+    bounds, is_upper = bounds[by], is_upper[by]
+    first = np.flatnonzero(~is_upper[:-1] & is_upper[1:])
+    return bounds[first], bounds[first + 1]
 
 
 def _maximise(first: IntArray, last: IntArray, weight: FloatArray, size: int, options: FragilityOptions) -> FloatArray:
@@ -162,22 +155,17 @@ def isotonic(lower: FloatArray, upper: FloatArray, weight: FloatArray) -> Npmle:
     """Return the empirical curve of walls that are each known at one movement (current status data).
 
     Pooled adjacent violators (Ayer and others 1955) are its maximum likelihood estimate.
-
-    Parameters
-    ----------
-    lower, upper, weight : array (walls,)
-        Either lower is 0 or upper infinite.
     """
     from scipy.optimize import isotonic_regression
 
     informative = (weight > 0) & ((lower > 0) | np.isfinite(upper))
     lower, upper, weight = lower[informative], upper[informative], weight[informative]
     reached = np.isfinite(upper)
-    movement, place = np.unique(np.where(reached, upper, lower), return_inverse=True)
+    movement, index = np.unique(np.where(reached, upper, lower), return_inverse=True)
     if not len(movement):
         return Npmle(np.zeros(1), np.full(1, np.inf), np.ones(1))
-    count = np.bincount(place.ravel(), weights=weight)
-    share = np.bincount(place.ravel(), weights=weight * reached) / count
+    count = np.bincount(index.ravel(), weights=weight)
+    share = np.bincount(index.ravel(), weights=weight * reached) / count
     steps = isotonic_regression(share, weights=count).x
     right = np.append(movement, np.inf)
     return Npmle(np.append(0.0, movement), right, np.diff(np.concatenate(([0.0], steps, [1.0]))))
