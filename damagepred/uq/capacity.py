@@ -193,7 +193,7 @@ def read_capacities(
 
 
 def _capacity_intervals(reached: Int8Array, given: FloatArray, category: int) -> tuple[FloatArray, FloatArray]:
-    """Return the intervals (lower, upper] from categories (-1: unknown) and movements (NaN) of (walls, increments)."""
+    """Intervals (lower, upper] from categories (-1: unknown) and movements (NaN) of (walls, increments)."""
     movement = np.where(np.isfinite(given), np.fmax.accumulate(given, axis=1), np.nan)
     hit = reached >= category
     ever = hit.any(axis=1)

@@ -28,7 +28,7 @@ _NO_VARIANCE = 1e-8
 
 @one_blas_thread()
 def gaussian_correlation(first: Marginal, second: Marginal, correlation: float) -> float:
-    """Return the correlation of the standard normals that gives two variables their stated correlation."""
+    """Correlation of the standard normals that gives two variables their stated correlation."""
     if correlation == 0.0:
         return 0.0
     reached = NatafCurve(first, second)
@@ -92,7 +92,7 @@ class NatafCurve:
 
 
 def _nodes(extra: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return points and weights for integrals over a standard normal: Gauss-Legendre in panels between breaks."""
+    """Points and weights for integrals over a standard normal: Gauss-Legendre in panels between breaks."""
     edges = np.union1d(np.linspace(-_LARGEST_NORMAL, _LARGEST_NORMAL, 241), extra[np.abs(extra) < _LARGEST_NORMAL])
     point, weight = np.polynomial.legendre.leggauss(8)
     half = 0.5 * np.diff(edges)[:, None]
@@ -101,7 +101,7 @@ def _nodes(extra: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _coefficients(z: FloatArray, weighted: FloatArray) -> FloatArray:
-    """Return the coefficients of order 1, 2, ... in normalised Hermite polynomials: array (terms,)."""
+    """Coefficients of order 1, 2, ... in normalised Hermite polynomials: array (terms,)."""
     before, now = np.zeros_like(z), np.ones_like(z)
     terms = np.empty(_TERMS)
     for k in range(_TERMS):

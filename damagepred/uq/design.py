@@ -45,7 +45,7 @@ class Sampler:
         return 2 * (sample // 4) + sample % 2 if self.crossed else sample
 
     def unit_points(self, dimensions: int, samples: int, seed: int) -> FloatArray:
-        """Return the points of the unit cube that the samples' walls are drawn from, array (samples, dimensions)."""
+        """Points of the unit cube that the samples' walls are drawn from, array (samples, dimensions)."""
         if not self.crossed:
             return unit_points(self.kind, dimensions, samples, seed, self.replicates)
         # both walls of a table come from one point of twice the dimensions: points that follow each other in Sobol's
@@ -123,7 +123,7 @@ class Design:
 
     @one_blas_thread()
     def wall_values(self, samples: int) -> dict[str, FloatArray]:
-        """Return the values that hold for a whole wall: place -> array (samples,)."""
+        """Values that hold for a whole wall: place -> array (samples,)."""
         if self.sampler.kind == "table":
             rows = _rows(self.sampler, samples)
             return {place: rows[place] for place in self.wall}
@@ -131,7 +131,7 @@ class Design:
 
     @one_blas_thread()
     def wall_values_from(self, independent: FloatArray) -> dict[str, FloatArray]:
-        """Return the values that hold for a whole wall, from independent standard normals (samples, variables)."""
+        """Values that hold for a whole wall, from independent standard normals (samples, variables)."""
         return self._from_normal(independent @ self.wall_factor.T)
 
     def _from_normal(self, normal: FloatArray) -> dict[str, FloatArray]:
@@ -163,7 +163,7 @@ class Design:
 
     @one_blas_thread()
     def joint_values(self, sample: int, places: JointPlaces | IntArray) -> dict[str, FloatArray]:
-        """Return the values that vary from joint to joint in one sample: place -> array (joints,)."""
+        """Values that vary from joint to joint in one sample: place -> array (joints,)."""
         if not self.joint:
             return {}
         random = generator(self.seed, Stream.FIELD, self.sampler.field_of(sample))
@@ -172,7 +172,7 @@ class Design:
 
     @one_blas_thread()
     def joint_values_from(self, independent: FloatArray, places: JointPlaces | IntArray) -> dict[str, FloatArray]:
-        """Return the values that vary from joint to joint, from independent standard normals."""
+        """Values that vary from joint to joint, from independent standard normals."""
         if self.by_distance is not None:
             if not isinstance(places, JointPlaces):
                 raise InputError("fields with a correlation over a distance need the places of the joints.")

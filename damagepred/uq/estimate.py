@@ -121,7 +121,7 @@ def probability(
 
 
 def _mean_and_error(values: FloatArray, replicate: IntArray | None) -> tuple[float, float, float]:
-    """Return mean, its standard error and the degrees of freedom of that."""
+    """Mean, its standard error and the degrees of freedom of that."""
     count = len(values)
     if replicate is not None:
         labels, which = np.unique(replicate, return_inverse=True)

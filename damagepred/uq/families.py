@@ -16,7 +16,7 @@ Given = Mapping[str, float]
 
 
 def make(family: str, where: str, given: Given) -> Any:
-    """Return a distribution by its family's name and parameters, in SI."""
+    """Distribution by its family's name and parameters, in SI."""
     forms = FORMS[family]
     for names, build in forms.items():
         if set(names) == set(given):
@@ -49,7 +49,7 @@ def _ordered(where: str, given: Given) -> None:
 
 
 def _above(where: str, given: Given) -> tuple[float, float, float]:
-    """Return lower, mean above lower, and coefficient of variation above lower."""
+    """Lower, mean above lower, and coefficient of variation above lower."""
     lower = given.get("lower", 0.0)
     if not given["mean"] > lower:
         raise InputError(f"{where} mean = {given['mean']:g}: must be greater than {lower:g}.")
@@ -137,7 +137,7 @@ _SCATTER: tuple[tuple[str, ...], ...] = (("mean", "cov"), ("mean", "std"))
 
 
 def _forms(build: Form, native: tuple[str, ...], *, lower: bool = False) -> dict[tuple[str, ...], Form]:
-    """Return a family's parameters: mean with cov or std, or its own; with a lower end where it may be shifted."""
+    """Family's parameters: mean with cov or std, or its own; with a lower end where it may be shifted."""
     ways = (*_SCATTER, native)
     return {names: build for way in ways for names in ((way, (*way, "lower")) if lower else (way,))}
 
@@ -155,7 +155,7 @@ FORMS: dict[str, dict[tuple[str, ...], Form]] = {
 
 
 def scipy_distribution(where: str, name: str, parameters: Given, given: Given, *, max_values: int = 100_000) -> Any:
-    """Return a distribution of scipy.stats by its name."""
+    """Distribution of scipy.stats by its name."""
     stats = scipy.stats
     names = [n for n in dir(stats) if isinstance(getattr(stats, n), stats.rv_continuous | stats.rv_discrete)]
     if name not in names:

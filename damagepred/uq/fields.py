@@ -76,7 +76,7 @@ class JointPlaces(NamedTuple):
     unit: float  # distance from one unit to the next (m)
 
     def digest(self) -> str:
-        """Return a short name for these places."""
+        """Short name for these places."""
         digest_ = hashlib.sha256(repr(self.unit).encode())
         for values in (self.sequence, self.kind, self.x, self.y):
             digest_.update(np.ascontiguousarray(values).tobytes())
@@ -116,7 +116,7 @@ class WallFields:
 
     @one_blas_thread()
     def draw(self, independent: FloatArray, places: JointPlaces) -> FloatArray:
-        """Return correlated standard normals."""
+        """Correlated standard normals."""
         values = np.empty_like(independent)
         for kind in self._kinds(places):
             for k, triangle in enumerate(kind.triangles):
@@ -174,7 +174,7 @@ def _impossible(name: str, correlated: bool) -> str:
 
 
 def stated_correlation(field: JointField, places: JointPlaces, here: IntArray) -> FloatArray:
-    """Return the correlation that a field states between joints of one kind: array (n, n), 1 on the diagonal."""
+    """Correlation that a field states between joints of one kind: array (n, n), 1 on the diagonal."""
     sequence = places.sequence[here]
     if field.by_course:
         same = sequence[:, None] == sequence
@@ -212,7 +212,7 @@ class _ToNormals:
 
 
 def _cholesky(matrix: FloatArray, tolerance: float) -> FloatArray:
-    """Return the lower factor of a correlation matrix; negative eigenvalues are raised if that changes it little."""
+    """Lower factor of a correlation matrix; negative eigenvalues are raised if that changes it little."""
     try:
         return np.asfortranarray(linalg.cholesky(matrix, lower=True))
     except linalg.LinAlgError:

@@ -137,7 +137,7 @@ def _bootstrap_errors(
     seed: int,
     options: GivenDataOptions,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return a statistic of all walls and its bootstrap standard error."""
+    """Statistic of all walls and its bootstrap standard error."""
     best = of(x, y, w)
     if resamples < 2:
         return best, np.full_like(best, np.nan)
@@ -176,7 +176,7 @@ def _slices(walls: int) -> int:
 
 
 def _sliced_first_order(x: FloatArray, y: FloatArray, w: FloatArray) -> FloatArray:
-    """Return the share of variance between slices along each input, array (1, inputs), corrected for chance."""
+    """Share of variance between slices along each input, array (1, inputs), corrected for chance."""
     y = _scores(y, w)
     count = _slices(len(y))
     centred = y - w @ y / w.sum()

@@ -88,7 +88,7 @@ def check_states(ds: xr.Dataset, name: str) -> None:
 
 
 def movement_measure(ds: xr.Dataset) -> str:
-    """Return the measure that drives a study or a wall.
+    """Measure that drives a study or a wall.
 
     On a mound ``surface_movement``, in a laboratory test ``load_displacement``, otherwise the deflection.
     """
@@ -115,7 +115,7 @@ def _ground_words(scene: str) -> str:
 
 
 def chosen_intensity(ds: xr.Dataset, intensity: str | None) -> str:
-    """Return the name of the measure of the movement, by default the study's own."""
+    """Name of the measure of the movement, by default the study's own."""
     name = intensity or movement_measure(ds)
     if _available(ds, name):
         return name
@@ -148,7 +148,7 @@ def attributes(ds: xr.Dataset, name: str) -> dict[str, str]:
 
 
 def intensity_values(ds: xr.Dataset, name: str) -> FloatArray:
-    """Return a measure of the movement, array (sample, increment) or (sample,)."""
+    """Measure of the movement, array (sample, increment) or (sample,)."""
     if name in ds.variables:
         values = np.asarray(ds[name].values, dtype=np.float64)
         # a test reverses, and bricks grow or shrink

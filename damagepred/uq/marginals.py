@@ -17,19 +17,19 @@ class Marginal(Protocol):
     """Interface of a distribution that can be sampled and correlated; every frozen scipy.stats distribution has it."""
 
     def cdf(self, x: ArrayLike) -> Any:
-        """Return the probability of at most x."""
+        """Probability of at most x."""
 
     def sf(self, x: ArrayLike) -> Any:
-        """Return the probability of more than x."""
+        """Probability of more than x."""
 
     def ppf(self, q: ArrayLike) -> Any:
-        """Return the smallest value whose cdf is at least q."""
+        """Smallest value whose cdf is at least q."""
 
     def isf(self, q: ArrayLike) -> Any:
-        """Return the smallest value whose sf is at most q."""
+        """Smallest value whose sf is at most q."""
 
     def mean(self) -> Any:
-        """Return the mean."""
+        """Mean."""
 
     def std(self) -> Any:
         """Return the standard deviation."""
@@ -53,7 +53,7 @@ def breaks(marginal: Marginal) -> FloatArray:
 
 
 def _normal_score(below: FloatArray, above: FloatArray) -> FloatArray:
-    """Return z with Phi(z) = below = 1 - above, from whichever of the two is exact."""
+    """Z with Phi(z) = below = 1 - above, from whichever of the two is exact."""
     return np.where(below < 0.5, special.ndtri(below), -special.ndtri(above))
 
 
@@ -76,23 +76,23 @@ class Table:
         return _normal_score(self._below[:-1], self._above[:-1])
 
     def cdf(self, x: ArrayLike) -> FloatArray:
-        """Return the probability of at most x."""
+        """Probability of at most x."""
         return np.append(0.0, self._below)[np.searchsorted(self.values, x, side="right")]
 
     def sf(self, x: ArrayLike) -> FloatArray:
-        """Return the probability of more than x."""
+        """Probability of more than x."""
         return np.append(1.0, self._above)[np.searchsorted(self.values, x, side="right")]
 
     def ppf(self, q: ArrayLike) -> FloatArray:
-        """Return the smallest value whose cdf is at least q."""
+        """Smallest value whose cdf is at least q."""
         return self.values[np.minimum(np.searchsorted(self._below, q, side="left"), len(self.values) - 1)]
 
     def isf(self, q: ArrayLike) -> FloatArray:
-        """Return the smallest value whose sf is at most q."""
+        """Smallest value whose sf is at most q."""
         return self.values[len(self.values) - np.searchsorted(self._above[::-1], q, side="right")]
 
     def mean(self) -> float:
-        """Return the mean."""
+        """Mean."""
         return float(self.probabilities @ self.values)
 
     def std(self) -> float:
@@ -100,7 +100,7 @@ class Table:
         return float(np.sqrt(self.probabilities @ (self.values - self.mean()) ** 2))
 
     def support(self) -> tuple[float, float]:
-        """Return the smallest and the largest value."""
+        """Smallest and the largest value."""
         return float(self.values[0]), float(self.values[-1])
 
 
@@ -126,23 +126,23 @@ class Mixture:
         self._near = scipy.interpolate.PchipInterpolator(self._grid_z, self._grid_x)
 
     def cdf(self, x: ArrayLike) -> FloatArray:
-        """Return the probability of at most x."""
+        """Probability of at most x."""
         return np.asarray(sum(w * component.cdf(x) for w, component in zip(self.weights, self.parts)))
 
     def sf(self, x: ArrayLike) -> FloatArray:
-        """Return the probability of more than x."""
+        """Probability of more than x."""
         return np.asarray(sum(w * component.sf(x) for w, component in zip(self.weights, self.parts)))
 
     def ppf(self, q: ArrayLike) -> FloatArray:
-        """Return the smallest value whose cdf is at least q."""
+        """Smallest value whose cdf is at least q."""
         return self.quantile(special.ndtri(q))
 
     def isf(self, q: ArrayLike) -> FloatArray:
-        """Return the smallest value whose sf is at most q."""
+        """Smallest value whose sf is at most q."""
         return self.quantile(-special.ndtri(q))
 
     def mean(self) -> float:
-        """Return the mean."""
+        """Mean."""
         return float(sum(w * component.mean() for w, component in zip(self.weights, self.parts)))
 
     def std(self) -> float:
@@ -155,12 +155,12 @@ class Mixture:
         return float(np.sqrt(sum(each)))
 
     def support(self) -> tuple[float, float]:
-        """Return the smallest and the largest value."""
+        """Smallest and the largest value."""
         low, high = zip(*(component.support() for component in self.parts))
         return float(min(low)), float(max(high))
 
     def quantile(self, z: ArrayLike) -> FloatArray:
-        """Return the values that standard normals stand for."""
+        """Values that standard normals stand for."""
         given = np.atleast_1d(np.asarray(z, dtype=np.float64))
         flat = given.ravel()
         cell = np.searchsorted(self._grid_z, flat)
@@ -179,12 +179,12 @@ class Mixture:
         return score
 
     def _bracket(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the least and the greatest of the parts' own quantiles, between which the mixture's lies."""
+        """Least and the greatest of the parts' own quantiles, between which the mixture's lies."""
         each = np.array([from_normal(component, z) for component in self.parts]).reshape(len(self.parts), -1)
         return each.min(axis=0), each.max(axis=0)
 
     def _quantile(self, z: FloatArray, low: FloatArray, high: FloatArray, near: FloatArray | None = None) -> FloatArray:
-        """Return the values with normal scores z between bounds, by the Illinois method safeguarded by bisection."""
+        """Values with normal scores z between bounds, by the Illinois method safeguarded by bisection."""
         x = np.where(np.isneginf(z), low, high)
         is_atom = np.zeros(len(z), dtype=bool)
         for atom, first, last in zip(self.atoms, self._atom_from, self._atom_to):

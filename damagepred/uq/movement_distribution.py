@@ -102,7 +102,7 @@ def _is_number(text: str) -> bool:
 
 
 def as_distribution(at: float | str | MovementDistribution, unit: str = "m") -> MovementDistribution:
-    """Return a movement, its text or a distribution as a distribution."""
+    """Movement, its text or a distribution as a distribution."""
     if isinstance(at, MovementDistribution):
         return at
     return movement_distribution(at, unit) if isinstance(at, str) else MovementDistribution(f"{at:g}", (float(at),))

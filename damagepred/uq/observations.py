@@ -424,7 +424,7 @@ class Fit(NamedTuple):
     misfit: FloatArray
 
     def __add__(self, other: object) -> Fit:
-        """Return the fit of two independent observations."""
+        """Fit of two independent observations."""
         if not isinstance(other, Fit):
             return NotImplemented
         return Fit(self.log_likelihood + other.log_likelihood, self.misfit + other.misfit)

@@ -77,7 +77,7 @@ class JointQuantile:
         self._table: tuple[FloatArray, FloatArray] | None = None
 
     def __call__(self, z: ArrayLike) -> FloatArray:
-        """Return the values that standard normals z (n,) stand for, array (n,)."""
+        """Values that standard normals z (n,) stand for, array (n,)."""
         z = np.asarray(z, dtype=np.float64)
         if self._lognormal is not None:
             # through the probability of the nearer tail, as in from_normal: the very same values
@@ -102,7 +102,7 @@ class JointQuantile:
 
 
 def _table(marginal: Marginal, options: QuantileTableOptions) -> tuple[FloatArray, FloatArray]:
-    """Return the edges of cells (n + 1,) and the coefficients of powers of the place in each from -1 to 1.
+    """Edges of cells (n + 1,) and the coefficients of powers of the place in each from -1 to 1.
 
     Cells are bisected until their polynomials meet the tolerance; coefficients are NaN where they never do.
     """

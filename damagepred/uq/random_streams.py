@@ -16,9 +16,9 @@ class Stream(IntEnum):
     BOOTSTRAP = 3
     SUBSET = 4
     SUBSET_START = 5
-    GOODNESS = 7
+    GOODNESS = 7  # 6 was used by versions before 0.2.0
 
 
 def generator(seed: int, stream: Stream, number: int) -> np.random.Generator:
-    """Return the random numbers that belong to one sample and purpose."""
+    """Random numbers that belong to one sample and purpose."""
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(int(stream), number))))

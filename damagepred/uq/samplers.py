@@ -10,7 +10,7 @@ from damagepred.uq.random_streams import Stream, generator
 
 
 def unit_points(sampler: str, dimensions: int, samples: int, seed: int, replicates: int = 1) -> FloatArray:
-    """Return points in the open unit cube."""
+    """Points in the open unit cube."""
     if sampler not in ("sobol", "lhs", "random"):
         raise InputError(f"study.sampler = {sampler!r}: must be 'sobol', 'lhs' or 'random'.")
     if dimensions == 0:

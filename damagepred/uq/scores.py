@@ -20,7 +20,7 @@ def _ensemble(ensemble: ArrayLike) -> FloatArray:
 
 
 def crps(ensemble: ArrayLike, observed: ArrayLike) -> FloatArray:
-    """Return the continuous ranked probability score of each observation, in its unit; 0 is perfect.
+    """Continuous ranked probability score of each observation, in its unit; 0 is perfect.
 
     It is E|X - y| - E|X - X'| / 2 with independent members X and X' of the ensemble (Gneiting and Raftery 2007), in the
     form that is unbiased for the distribution that the members are drawn from.
@@ -42,7 +42,7 @@ def pit(ensemble: ArrayLike, observed: ArrayLike) -> FloatArray:
 
 
 def coverage(ensemble: ArrayLike, observed: ArrayLike, share: float) -> float:
-    """Return the share of observations within the central interval of the predicted distribution."""
+    """Share of observations within the central interval of the predicted distribution."""
     if not 0.0 < share < 1.0:
         raise InputError(f"share = {share:g}: must be between 0 and 1.")
     low, high = np.quantile(_ensemble(ensemble), [0.5 - 0.5 * share, 0.5 + 0.5 * share])
@@ -51,7 +51,7 @@ def coverage(ensemble: ArrayLike, observed: ArrayLike, share: float) -> float:
 
 
 def cov_interval(cov: float, count: int, confidence: float = 0.95) -> tuple[float, float]:
-    """Return the interval of a coefficient of variation that was estimated from a sample of lognormal values.
+    """Interval of a coefficient of variation that was estimated from a sample of lognormal values.
 
     The variance of the logarithms has a chi-square interval, and ln(1 + cov^2) is that variance.
     """

@@ -16,7 +16,7 @@ from damagepred.uq.samplers import unit_points
 
 
 def saltelli_points(variables: int, size: int, seed: int) -> FloatArray:
-    """Return the points at which a function is evaluated for Sobol's indices."""
+    """Points at which a function is evaluated for Sobol's indices."""
     both = unit_points("sobol", 2 * variables, size, seed)
     return saltelli_rows(both[:, :variables], both[:, variables:])
 
@@ -38,7 +38,7 @@ def sobol_indices(
     resamples: int = 500,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Return Sobol's first and total indices of an output.
+    """Sobol's first and total indices of an output.
 
     First order: Saltelli and others (2010), Computer Physics Communications 181, table 2 (b); total: Jansen (1999),
     (f) there. Values are centred first, which takes most of the error from the former.
@@ -83,7 +83,7 @@ def sobol_indices(
 
 
 def _indices(table: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return first and total indices from values (base points, k + 2)."""
+    """First and total indices from values (base points, k + 2)."""
     a, mixed, b = table[:, :1], table[:, 1:-1], table[:, -1:]
     variance = np.var(np.concatenate((a, b)))
     if variance == 0:  # a resample of few points

@@ -69,7 +69,7 @@ class StopWhen:
             raise InputError('[study.stop_when]: quantity = "probability" takes at, a movement; "median" takes none.')
 
     def estimate(self, ds: xr.Dataset, confidence: float) -> Estimate:
-        """Return the named quantity from a study."""
+        """Named quantity from a study."""
         if self.quantity == "median":
             return median_movement(ds, self.category, confidence=confidence)
         return exceedance(ds, self.category, float(self.at or 0.0), confidence=confidence).estimate
@@ -83,14 +83,14 @@ class StopWhen:
         return estimate.half_width <= float(self.relative_half_width or 0.0) * estimate.value
 
     def name(self) -> str:
-        """Return the quantity in words."""
+        """Quantity in words."""
         if self.quantity == "median":
             return f"median movement of category {self.category}"
         return f"P(category >= {self.category} at {1e3 * float(self.at or 0):g} mm)"
 
 
 def interim_sizes(first: int, most: int) -> list[int]:
-    """Return the numbers of walls of the interim analyses: doubled from the first up to the most that are allowed."""
+    """Numbers of walls of the interim analyses: doubled from the first up to the most that are allowed."""
     sizes = [min(first, most)]
     while sizes[-1] < most:
         sizes.append(min(2 * sizes[-1], most))
@@ -99,7 +99,7 @@ def interim_sizes(first: int, most: int) -> list[int]:
 
 @one_blas_thread()
 def interim_confidence(at: list[int], confidence: float, replicated: bool) -> float:
-    """Return the confidence of each interval, so that all hold at once with the confidence wanted."""
+    """Confidence of each interval, so that all hold at once with the confidence wanted."""
     if len(at) == 1:
         return confidence
     if replicated:
@@ -110,7 +110,7 @@ def interim_confidence(at: list[int], confidence: float, replicated: bool) -> fl
 
 
 def _simultaneous_coverage(factor: float, sizes: FloatArray) -> float:
-    """Return the probability that the means of a growing sample all lie within ``factor`` standard errors."""
+    """Probability that the means of a growing sample all lie within ``factor`` standard errors."""
     z, dz = factor * _NODES, factor * _WEIGHTS
     density = np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi)
     for before, now in itertools.pairwise(sizes):

@@ -180,7 +180,7 @@ def subset_simulation(
 
 
 def _mean_of_runs(estimates: list[SubsetEstimate]) -> SubsetEstimate:
-    """Return the mean of independent runs, with a lognormal interval."""
+    """Mean of independent runs, with a lognormal interval."""
     each, last = np.array([estimate.probability for estimate in estimates]), estimates[-1]
     mean, count = float(each.mean()), len(estimates)
     stated = np.array([estimate.variation for estimate in estimates]) * each
@@ -242,7 +242,7 @@ def _sample_level(
     seed: int,
     options: SubsetOptions,
 ) -> tuple[FloatArray, FloatArray, float, float]:
-    """Return the next level's samples and margins, the acceptance rate and the last step, all chains side by side."""
+    """Next level's samples and margins, the acceptance rate and the last step, all chains side by side."""
     chains = len(z)
     all_z, all_g = [z], [g]
     accepted = 0
@@ -262,7 +262,7 @@ def _sample_level(
 
 
 def _variation(reached: BoolArray, share: float, chains: int) -> float:
-    """Return the coefficient of variation of a share, with the correlation along chains (Au and Beck 2001, eq. 29)."""
+    """Coefficient of variation of a share, with the correlation along chains (Au and Beck 2001, eq. 29)."""
     if share in (0.0, 1.0):
         return np.inf if share == 0.0 else 0.0
     hits = reached.reshape(-1, chains).astype(np.float64)

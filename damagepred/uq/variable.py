@@ -173,7 +173,7 @@ class Distribution:
     source: str | None = None
 
     def frozen(self, place: str, unit: str) -> Any:
-        """Return the distribution in SI, as scipy.stats freezes them."""
+        """Distribution in SI, as scipy.stats freezes them."""
         return self._made(f'[variables."{place}"]', unit)
 
     def with_values(self: T, place: str, unit: str, folder: Path) -> T:

@@ -62,7 +62,7 @@ class Lognormal(NamedTuple):
     extrapolated: BoolArray  # whether the median lies beyond the largest movement to which a wall was followed
 
     def probability(self, intensity: FloatArray) -> FloatArray:
-        """Return the probability of each category or worse, array (categories, n), at n intensities."""
+        """Probability of each category or worse, array (categories, n), at n intensities."""
         with np.errstate(divide="ignore"):
             distance = np.log(np.asarray(intensity, dtype=np.float64)) - np.log(self.median)[:, None]
         start = self.start[:, None]

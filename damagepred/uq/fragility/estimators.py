@@ -35,14 +35,14 @@ class Estimator(ABC):
         self.categories, self.cells, self.options = categories, cells, options
 
     def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
-        """Return the parameters of largest likelihood for weights of the groups, array (resamples, parameters)."""
+        """Parameters of largest likelihood for weights of the groups, array (resamples, parameters)."""
         return self._maximise(weight, start)
 
     @abstractmethod
     def _maximise(self, weight: FloatArray, start: FloatArray | None) -> FloatArray: ...
 
     def row_weight(self, weight: FloatArray) -> FloatArray:
-        """Return the weights of the likelihood's rows for weights of the groups."""
+        """Weights of the likelihood's rows for weights of the groups."""
         return weight
 
     @cached_property
@@ -51,29 +51,29 @@ class Estimator(ABC):
         return self.maximise(self.cells.total[None])[0]
 
     def scores(self, parameters: FloatArray) -> FloatArray:
-        """Return the gradient of the log-likelihood of one wall of each group, array (groups, parameters)."""
+        """Gradient of the log-likelihood of one wall of each group, array (groups, parameters)."""
         return scores(parameters, self.rows, len(self.cells.number), self.options)
 
     def hessian(self, parameters: FloatArray) -> FloatArray:
-        """Return the second derivatives of the log-likelihood, array (parameters, parameters)."""
+        """Second derivatives of the log-likelihood, array (parameters, parameters)."""
         return self._likelihood(parameters).hessian[0]
 
     def value(self, parameters: FloatArray) -> float:
-        """Return the log-likelihood."""
+        """Log-likelihood."""
         return float(self._likelihood(parameters).value[0])
 
     def _likelihood(self, parameters: FloatArray) -> Likelihood:
         return likelihood(parameters[None], self.rows, self.row_weight(self.cells.total[None]), self.options)
 
     def no_dispersion(self) -> str:
-        """Return why the likelihood has no maximum at a finite dispersion; empty if it has."""
+        """Why the likelihood has no maximum at a finite dispersion; empty if it has."""
         dispersion = 1.0 / self.estimate[0]
         if self.options.smallest_dispersion < dispersion < self.options.largest_dispersion:
             return ""
         return f"no finite dispersion explains the walls (it runs to {dispersion:.2g})"
 
     def fits(self) -> list[Fit]:
-        """Return the curves of the categories."""
+        """Curves of the categories."""
         if why := self.no_dispersion():
             return [Fit(np.nan, np.nan, why)] * len(self.categories)
         parameters = self.estimate
@@ -83,7 +83,7 @@ class Estimator(ABC):
 def estimators(
     cells: GroupedIntervals, common: bool = False, single: bool = False, options: FragilityOptions = DEFAULT
 ) -> list[Estimator]:
-    """Return the estimators of the categories that can be fitted: one for each, or one for all."""
+    """Estimators of the categories that can be fitted: one for each, or one for all."""
     good = [k for k, why in enumerate(reasons_not_fitted(cells, common, options)) if not why]
     if not common:
         return [CompositeLikelihood([k], cells.of(k), options) for k in good]
@@ -117,7 +117,7 @@ class CompositeLikelihood(Estimator):
         self._start = _start(lower, upper, kind, size)
 
     def row_weight(self, weight: FloatArray) -> FloatArray:
-        """Return the weights of the rows: groups that differ only in other categories share a row."""
+        """Weights of the rows: groups that differ only in other categories share a row."""
         return weight if self._sum is None else np.asarray(weight @ self._sum)
 
     def _maximise(self, weight: FloatArray, start: FloatArray | None) -> FloatArray:
@@ -125,7 +125,7 @@ class CompositeLikelihood(Estimator):
         return maximise_likelihood(self.rows, self.row_weight(weight), begin, self.options)
 
     def scores(self, parameters: FloatArray) -> FloatArray:
-        """Return the gradient of one wall of each group: the sum over its rows, one for each category."""
+        """Gradient of one wall of each group: the sum over its rows, one for each category."""
         count = len(self.cells.number) if self._sum is None else self._sum.shape[1]
         found = scores(parameters, self.rows, count, self.options)
         return found if self._sum is None else np.asarray(self._sum @ found)

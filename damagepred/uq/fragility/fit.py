@@ -41,7 +41,7 @@ class Fit(NamedTuple):
     status: str
 
     def probability(self, intensity: FloatArray) -> FloatArray:
-        """Return the probability of having reached the category, NaN if not fitted."""
+        """Probability of having reached the category, NaN if not fitted."""
         with np.errstate(divide="ignore"):
             return special.ndtr(np.log(np.asarray(intensity) / self.median) / self.dispersion)
 

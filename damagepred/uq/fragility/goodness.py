@@ -17,7 +17,7 @@ from damagepred.uq.fragility.turnbull import Npmle, turnbull
 
 
 def distance(fit: Fit, empirical: Npmle) -> float:
-    """Return the largest distance of a curve from the empirical one, where the latter is determined (Kolmogorov)."""
+    """Largest distance of a curve from the empirical one, where the latter is determined (Kolmogorov)."""
     reached = np.append(0.0, np.cumsum(empirical.mass))
     gaps = [np.abs(fit.probability(empirical.left) - reached[:-1])]
     finite = np.isfinite(empirical.right)
@@ -26,7 +26,7 @@ def distance(fit: Fit, empirical: Npmle) -> float:
 
 
 def _likelihood_ratio_statistic(fit: Fit, intervals: GroupedIntervals, options: FragilityOptions) -> float:
-    """Return twice the log-likelihood ratio of the empirical curve over a fitted one, of one category.
+    """Twice the log-likelihood ratio of the empirical curve over a fitted one, of one category.
 
     It detects a wrong form in current-status data, too (each wall judged at one movement), where the largest distance
     is that of a single step.
@@ -75,7 +75,7 @@ def p_value(
 def _grouped_by_increments(
     capacity: FloatArray, followed: FloatArray, walls: StudyCapacities, upper: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the intervals that the study's increments would give simulated capacities."""
+    """Intervals that the study's increments would give simulated capacities."""
     if walls.single:
         movement = np.where(np.isfinite(upper), upper, followed)
         hit = capacity <= movement
@@ -93,7 +93,7 @@ def _grouped_by_increments(
 
 
 def akaike_criterion(cells: GroupedIntervals, common: bool, options: FragilityOptions = DEFAULT) -> float:
-    """Return Akaike's criterion of the product of the categories' likelihoods; a smaller one is better.
+    """Akaike's criterion of the product of the categories' likelihoods; a smaller one is better.
 
     A wall's categories depend on each other, so the number of parameters is replaced by Takeuchi's trace, which is that
     number where the likelihood is right (Varin and Vidoni 2005, Biometrika 92).

@@ -26,7 +26,7 @@ class GroupedIntervals(NamedTuple):
         return self.weight * self.number
 
     def of(self, category: int) -> GroupedIntervals:
-        """Return the cells of one category alone, by its place."""
+        """Cells of one category alone, by its place."""
         if len(self.lower) == 1:
             return self
         return group_intervals(

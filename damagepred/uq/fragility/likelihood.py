@@ -65,7 +65,7 @@ class CategoryIntervals(NamedTuple):
 
 
 def linear_bounds(lower: FloatArray, upper: FloatArray, regressors: FloatArray) -> LinearBounds:
-    """Return intervals of capacities as linear bounds: g ln(lower) - h . x < e <= g ln(upper) - h . x."""
+    """Intervals of capacities as linear bounds: g ln(lower) - h . x < e <= g ln(upper) - h . x."""
     no_below, no_above, exact = lower <= 0, np.isinf(upper), lower == upper
     with np.errstate(divide="ignore"):
         low, high = np.where(no_below, 0.0, np.log(lower)), np.where(no_above, 0.0, np.log(upper))
@@ -92,7 +92,7 @@ def likelihood(
     weight: FloatArray,
     options: FragilityOptions = DEFAULT,
 ) -> Likelihood:
-    """Return the log-likelihood of several sets of parameters, each for its own weights, with its derivatives."""
+    """Log-likelihood of several sets of parameters, each for its own weights, with its derivatives."""
     resamples, size = parameters.shape
     value, gradient = np.zeros(resamples), np.zeros((resamples, size))
     hessian = np.zeros((resamples, size, size))
@@ -114,7 +114,7 @@ def likelihood(
 def scores(
     parameters: FloatArray, rows: LinearBounds | CategoryIntervals, count: int, options: FragilityOptions = DEFAULT
 ) -> FloatArray:
-    """Return the gradient of the log-likelihood of each of ``count`` rows, array (rows, parameters)."""
+    """Gradient of the log-likelihood of each of ``count`` rows, array (rows, parameters)."""
     gradients = np.empty((count, rows.parameters))
     for first in range(0, count, options.likelihood_rows):
         chunk = slice(first, first + options.likelihood_rows)
@@ -178,7 +178,7 @@ def _row_log_likelihood(parameters: FloatArray, rows: LinearBounds) -> _RowLogLi
 
 
 def _log_interval_probability(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return log(Phi(b) - Phi(a)) without cancellation in either tail."""
+    """Log(Phi(b) - Phi(a)) without cancellation in either tail."""
     flip = a > 0
     low, high = np.where(flip, -b, a), np.where(flip, -a, b)
     log_high, log_low = special.log_ndtr(high), special.log_ndtr(low)
@@ -190,7 +190,7 @@ def _log_interval_probability(a: FloatArray, b: FloatArray) -> FloatArray:
 def maximise_likelihood(
     rows: LinearBounds | CategoryIntervals, weight: FloatArray, start: FloatArray, options: FragilityOptions = DEFAULT
 ) -> FloatArray:
-    """Return the parameters of the largest likelihood, array (resamples, parameters), by Newton's method.
+    """Parameters of the largest likelihood, array (resamples, parameters), by Newton's method.
 
     Where the dispersion 1/p[0] is not between the smallest and the largest of the options, it has no finite estimate.
     """

@@ -86,7 +86,7 @@ def sample_posterior(estimator: Estimator, random: np.random.Generator) -> Float
 
 
 def effective_reached(estimator: Estimator) -> float:
-    """Return the smallest effective number of walls (Kish) that determine a category's curve.
+    """Smallest effective number of walls (Kish) that determine a category's curve.
 
     These are the walls that reached it. Where each wall is known at one movement, they are the smaller group of damaged
     and undamaged walls; of several categories fitted together, half of all walls.

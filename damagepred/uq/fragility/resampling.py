@@ -56,7 +56,7 @@ def resample(estimator: Estimator, resamples: int, random: np.random.Generator) 
 def _one_step_estimates(
     each: FloatArray, number: IntArray, resamples: int, random: np.random.Generator, options: FragilityOptions
 ) -> FloatArray:
-    """Return the Newton steps of resamples, (resamples, parameters), from the influence of one wall of each group."""
+    """Newton steps of resamples, (resamples, parameters), from the influence of one wall of each group."""
     walls = int(number.sum())
     size = min(walls, options.one_step_walls)
     mean = number @ each / walls

@@ -202,7 +202,7 @@ class _Regression(Estimator):
         return np.log(z) if self.logarithmic else z
 
     def regressors(self, z: FloatArray) -> FloatArray:
-        """Return the regressors of the mean of the capacity's logarithm, array (n, 2)."""
+        """Regressors of the mean of the capacity's logarithm, array (n, 2)."""
         return np.column_stack((np.ones(len(z)), self._scaled(z) - self._middle))
 
     def _maximise(self, weight: FloatArray, start: FloatArray | None) -> FloatArray:

@@ -27,7 +27,7 @@ class Npmle(NamedTuple):
     mass: FloatArray  # (intervals,): their probabilities; the sum is 1
 
     def probability(self, intensity: FloatArray) -> FloatArray:
-        """Return the probability of having reached the category, counted at the right end of each interval."""
+        """Probability of having reached the category, counted at the right end of each interval."""
         steps = np.append(0.0, np.cumsum(self.mass))
         return np.minimum(steps[np.searchsorted(self.right, np.asarray(intensity) * (1 + 1e-9), side="right")], 1.0)
 
@@ -41,7 +41,7 @@ class Npmle(NamedTuple):
 def turnbull(
     lower: FloatArray, upper: FloatArray, weight: FloatArray | None = None, *, options: FragilityOptions = DEFAULT
 ) -> Npmle:
-    """Return the nonparametric maximum likelihood estimate of the capacity's distribution.
+    """Nonparametric maximum likelihood estimate of the capacity's distribution.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def _rounded(bound: FloatArray, most: int) -> FloatArray:
 
 
 def _innermost(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the intervals from a lower bound to the next upper one with no bound between."""
+    """Intervals from a lower bound to the next upper one with no bound between."""
     exact = np.unique(upper[lower == upper])
     low, high = np.unique(lower[lower < upper]), np.unique(upper)
     # at one place: the lower end of an exact capacity, then upper ends, then the lower ends of what begins beyond
@@ -94,7 +94,7 @@ def _innermost(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatA
 
 
 def _maximise(first: IntArray, last: IntArray, weight: FloatArray, size: int, options: FragilityOptions) -> FloatArray:
-    """Return the masses of largest likelihood; each row spans the intervals first <= j < last, weights add up to 1."""
+    """Masses of largest likelihood; each row spans the intervals first <= j < last, weights add up to 1."""
     mass = np.full(size, 1.0 / size)
     for _ in range(options.empirical_iterations):
         mass = _em_step(mass, first, last, weight)
@@ -152,7 +152,7 @@ def _icm_step(mass: FloatArray, first: IntArray, last: IntArray, weight: FloatAr
 
 
 def isotonic(lower: FloatArray, upper: FloatArray, weight: FloatArray) -> Npmle:
-    """Return the empirical curve of walls that are each known at one movement (current status data).
+    """Empirical curve of walls that are each known at one movement (current status data).
 
     Pooled adjacent violators (Ayer and others 1955) are its maximum likelihood estimate.
     """
