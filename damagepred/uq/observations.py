@@ -306,10 +306,10 @@ class Observations:
         alike = [("slope", "", [(s.value, s.error) for s in self.slope])]
         alike.append(("tilt", "", [(t.value, t.error) for t in self.tilt]))
         for number in sorted({window.opening for window in self.window}):
-            own = [window for window in self.window if window.opening == number]
-            if {window.sticks for window in own} >= {True, False}:
+            windows = [window for window in self.window if window.opening == number]
+            if {window.sticks for window in windows} >= {True, False}:
                 raise InputError(f"window: opening {number} sticks and does not; remove one of the two.")
-            changes = [(w.width_change, w.error) for w in own if w.width_change is not None]
+            changes = [(w.width_change, w.error) for w in windows if w.width_change is not None]
             alike.append(("window", f" opening {number}:", changes))
         for kind, which, values in alike:
             for (first, error), (second, other) in itertools.combinations(values, 2):
@@ -379,8 +379,8 @@ class Observations:
         return len(self.crack) + len(self.level) + len(self.slope) + len(self.tilt) + len(self.window)
 
     def vague_log_likelihood(self) -> float:
-        """Log likelihood under another cause: each observation for itself, as vague as what surveys find."""
-        model, total = self.discrepancy, []
+        """Log likelihood under another cause: each observation for itself, as vague as surveys are."""
+        model, terms = self.discrepancy, []
         middle, deviation = VAGUE_WIDTH
         for crack in self.crack:
             if crack.width is not None:
@@ -394,19 +394,19 @@ class Observations:
                 below = [0.5 * (x > 0) + 0.5 * special.ndtr(np.log(max(x, 1e-300) / middle) / deviation) for x in ends]
                 chance = float(below[1] - below[0])
             other = 1.0 - model.direction  # one of four directions, or the model's runs otherwise
-            total.append(math.log(chance * (1.0 if crack.direction is None else 1.0 - 0.75 * other)))
+            terms.append(math.log(chance * (1.0 if crack.direction is None else 1.0 - 0.75 * other)))
         for level in self.level:
             distance = math.hypot(level.to_x - level.x, level.to_y - level.y)
             spread = np.sqrt((VAGUE_SLOPE * distance) ** 2 + level.error**2 + model.level**2)
-            total.append(float(measured(np.zeros(1), level.difference, spread).log_likelihood[0]))
-        total += [-slope.value / VAGUE_SLOPE - math.log(VAGUE_SLOPE) for slope in (*self.slope, *self.tilt)]
+            terms.append(float(measured(np.zeros(1), level.difference, spread).log_likelihood[0]))
+        terms += [-slope.value / VAGUE_SLOPE - math.log(VAGUE_SLOPE) for slope in (*self.slope, *self.tilt)]
         for window in self.window:
             if window.width_change is None:
-                total.append(math.log(0.5))
+                terms.append(math.log(0.5))
             else:
                 spread = np.hypot(VAGUE_CHANGE, window.error)
-                total.append(float(measured(np.zeros(1), window.width_change, spread).log_likelihood[0]))
-        return sum(total)
+                terms.append(float(measured(np.zeros(1), window.width_change, spread).log_likelihood[0]))
+        return sum(terms)
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Observations:

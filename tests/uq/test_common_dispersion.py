@@ -22,8 +22,8 @@ from damagepred.uq.fragility import (
     stripes,
     stripes_from_counts,
 )
+from damagepred.uq.fragility.estimators import fit_grouped
 from damagepred.uq.fragility.grouped_data import group_intervals
-from damagepred.uq.fragility.models import fit_grouped
 from tests.uq.test_fragility import BETA, NAMES, RATE, WIDTHS, fail, known, lognormal, study
 from tests.uq.test_fragility_single import study as single_study
 

@@ -29,7 +29,7 @@ from damagepred.uq.estimate import effective_samples, normal_factor, wilson
 from damagepred.uq.fragility import goodness
 from damagepred.uq.fragility.bands import Band, confidence_band, draw_parameters, unknown_band
 from damagepred.uq.fragility.describe import curves_dataset
-from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator, estimators
+from damagepred.uq.fragility.estimators import CompositeLikelihood, Estimator, estimators, fit_grouped
 from damagepred.uq.fragility.fit import (
     AT_START,
     EXTRAPOLATED,
@@ -42,7 +42,6 @@ from damagepred.uq.fragility.fit import (
     reasons_not_fitted,
 )
 from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_intervals
-from damagepred.uq.fragility.models import fit_grouped
 from damagepred.uq.fragility.options import DEFAULT, FragilityOptions
 from damagepred.uq.fragility.posterior import effective_reached
 from damagepred.uq.fragility.resampling import draw

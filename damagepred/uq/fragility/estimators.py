@@ -1,4 +1,13 @@
-"""Estimators of lognormal curves by maximum likelihood: category by category, or together."""
+"""Lognormal curves by maximum likelihood: each category for itself, or with one dispersion for all.
+
+With one dispersion for all categories curves cannot cross. Where each wall is known at one movement alone, this is the
+ordinal probit (cumulative link) model, and the likelihood is of the category each wall is in. Where each wall is known
+along its path, the dependence between its capacities for several categories is not modelled: the product of the
+categories' likelihoods is maximised (a composite likelihood: Varin, Reid and Firth 2011, Statistica Sinica 21). Each
+curve is as consistent as a fit of its own, and the medians stand in the categories' order: for a given dispersion the
+score of a median is the mean of E[e | wall] over the walls, which grows with the bounds of the intervals, and no wall
+reaches a worse category before a lesser one.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +18,8 @@ import numpy as np
 from scipy import sparse
 
 from damagepred.arrays import FloatArray, Int8Array, IntArray
+from damagepred.inputs.arguments import checked, require_alike
+from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.uq.fragility.fit import FITTED, Fit, reasons_not_fitted
 from damagepred.uq.fragility.grouped_data import GroupedIntervals, group_equal, group_intervals
 from damagepred.uq.fragility.likelihood import (
@@ -34,12 +45,9 @@ class Estimator(ABC):
     def __init__(self, categories: list[int], cells: GroupedIntervals, options: FragilityOptions = DEFAULT) -> None:
         self.categories, self.cells, self.options = categories, cells, options
 
+    @abstractmethod
     def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         """Parameters of largest likelihood for weights of the groups, array (resamples, parameters)."""
-        return self._maximise(weight, start)
-
-    @abstractmethod
-    def _maximise(self, weight: FloatArray, start: FloatArray | None) -> FloatArray: ...
 
     def row_weight(self, weight: FloatArray) -> FloatArray:
         """Weights of the likelihood's rows for weights of the groups."""
@@ -120,7 +128,8 @@ class CompositeLikelihood(Estimator):
         """Weights of the rows: groups that differ only in other categories share a row."""
         return weight if self._sum is None else np.asarray(weight @ self._sum)
 
-    def _maximise(self, weight: FloatArray, start: FloatArray | None) -> FloatArray:
+    def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
+        """Newton's method from the middles of the intervals."""
         begin = self._start if start is None else start
         return maximise_likelihood(self.rows, self.row_weight(weight), begin, self.options)
 
@@ -164,7 +173,8 @@ class OrdinalProbit(Estimator):
         below[no_below], above[no_above] = 0.0, 0.0
         return LinearBounds(below, above, no_below, no_above, np.zeros(len(level), dtype=bool))
 
-    def _maximise(self, weight: FloatArray, start: FloatArray | None) -> FloatArray:
+    def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
+        """Newton's method from the composite likelihood, without empty categories."""
         size = len(self.categories)
         begin = self._composite.maximise(weight, start)
         parameters = np.empty_like(begin)
@@ -180,3 +190,43 @@ class OrdinalProbit(Estimator):
             merged_parameters = maximise_likelihood(rows, weight[who], begin[who][:, kept], self.options)
             parameters[who, 0], parameters[who, 1:] = merged_parameters[:, 0], merged_parameters[:, 1 + merged]
         return parameters
+
+
+@checked
+@one_blas_thread()
+def fit_lognormal(
+    lower: FloatArray, upper: FloatArray, count: FloatArray | None = None, *, options: FragilityOptions = DEFAULT
+) -> Fit:
+    """Fit a lognormal capacity to intervals by maximum likelihood.
+
+    Parameters
+    ----------
+    lower, upper : array (n,)
+        The capacity lies in (lower, upper]; upper infinite: censored; equal: known exactly.
+    count : array (n,), optional
+        Number of walls of each interval.
+    options : FragilityOptions
+        Options of the fit.
+
+    Raises
+    ------
+    InputError
+        If a bound is NaN or an interval is empty.
+    """
+    require_alike(lower=lower, upper=upper, count=count)
+    low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
+    weight = np.ones(len(low)) if count is None else np.asarray(count, dtype=np.float64)
+    weight = np.where((low <= 0) & np.isinf(high), 0.0, weight)  # (0, inf] is no information
+    kept = (weight > 0) | np.isnan(low + high)
+    return fit_grouped(group_intervals(low[None, kept], high[None, kept], weight[kept]), options=options)[0]
+
+
+def fit_grouped(
+    cells: GroupedIntervals, common: bool = False, single: bool = False, options: FragilityOptions = DEFAULT
+) -> list[Fit]:
+    """Fit a curve to each category of counted walls; see ``estimators``."""
+    fits = [Fit(np.nan, np.nan, why) for why in reasons_not_fitted(cells, common, options)]
+    for estimator in estimators(cells, common, single, options):
+        for k, fit in zip(estimator.categories, estimator.fits()):
+            fits[k] = fit
+    return fits

@@ -205,7 +205,7 @@ class _Regression(Estimator):
         """Regressors of the mean of the capacity's logarithm, array (n, 2)."""
         return np.column_stack((np.ones(len(z)), self._scaled(z) - self._middle))
 
-    def _maximise(self, weight: FloatArray, start: FloatArray | None) -> FloatArray:
+    def maximise(self, weight: FloatArray, start: FloatArray | None = None) -> FloatArray:
         if start is None:
             start = np.append(CompositeLikelihood([0], self.cells, self.options).estimate, 0.0)
         return maximise_likelihood(self.rows, weight, start, self.options)
