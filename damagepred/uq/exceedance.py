@@ -416,9 +416,9 @@ def median_movement(
 
     Failed walls count as far as they were followed, as in ``damagepred.fit_fragility``.
 
-    Its error is that of the logarithm: by leaving out one replicate of Sobol points after the other where there are at
-    least four, otherwise by resampling walls. Where fewer than 100 walls determine it, error and interval are those of
-    the posterior (``damagepred.uq.fragility.posterior``). Where it lies beyond the largest movement to which a wall was
+    Its error is the error of the logarithm: a jackknife over the replicates of Sobol points where there are at least
+    four, otherwise by resampling walls. Where fewer than 100 walls determine it, error and interval come from the
+    posterior (``damagepred.uq.fragility.posterior``). Where it lies beyond the largest movement to which a wall was
     followed, the value is that movement, a lower bound, and the interval has no upper end.
     """
     walls = category_capacities(ds, category, intensity)

@@ -29,7 +29,7 @@ def course_autoregression(innovation: FloatArray, sequence: IntArray, correlatio
     normals = np.sqrt(1.0 - correlation**2) * innovation
     starts = np.flatnonzero(np.diff(sequence, prepend=sequence[0] - 1))
     lengths = np.diff(np.append(starts, len(sequence)))
-    # the first joint has the full variance, not that of an innovation
+    # the first joint has the full variance
     normals[..., starts] = innovation[..., starts]
     for step in range(1, lengths.max()):  # all sequences at once, one joint after the other
         chain = starts[lengths > step] + step

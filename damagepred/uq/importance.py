@@ -45,7 +45,7 @@ class Drawn(NamedTuple):
     """Standard normals of walls and their weights."""
 
     normal: FloatArray  # (samples, variables): correlated standard normals, where drawn
-    # (samples,): density of the study's distributions over that of the proposal, 1 where there is none
+    # (samples,): density of the study's distributions over the proposal's, 1 without a proposal
     weight: FloatArray
 
 

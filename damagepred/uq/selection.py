@@ -67,7 +67,7 @@ DEFAULT = SelectionOptions()
 class Selection(NamedTuple):
     """Outcome of a search."""
 
-    chosen: int | None  # the cheapest alternative that meets the target; None if there is no such alternative
+    chosen: int | None  # the cheapest alternative that meets the target, or None
     sure: bool  # whether no cheaper alternative is undecided
     # (alternatives,): decisions; neither where undecided or eliminated
     meets: BoolArray

@@ -136,7 +136,7 @@ class Distribution:
     values : sequence of float or str
         Of discrete and empirical, in the number's unit.
     weights : sequence of float
-        Of discrete, positive, of any sum.
+        Weights of discrete values, positive, of any sum.
     file : str or None
         CSV file beside the study file.
     column : str or None

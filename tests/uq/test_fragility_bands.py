@@ -102,7 +102,7 @@ def test_one_rule_for_bands() -> None:
     never = FragilityOptions(fitted_share=1.0, smallest_dispersion=0.49)
     curve = fit_fragility(ds, categories=[1], bootstrap=200, options=never).isel(category=0)
     assert 0.0 < float(curve["resamples_fitted"]) < 1.0
-    assert "could be fitted: its band is that of the posterior" in str(curve["fit_note"].values)
+    assert "could be fitted: its band comes from the posterior" in str(curve["fit_note"].values)
 
 
 def test_a_band_of_three_walls_is_that_of_the_posterior() -> None:

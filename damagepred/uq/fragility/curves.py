@@ -87,7 +87,7 @@ def fit_fragility(
     ----------
     ds : xarray.Dataset
         As ``open_study`` returns it: ``damage_category`` and the intensity on (sample, increment), or on (sample,)
-        where each wall is known at its own movement alone, or at those of ``stripes``; ``status`` on (sample,).
+        where each wall is known at its own movement alone, or at the movements of ``stripes``; ``status`` on (sample,).
     model : {"separate", "common", "empirical"}
         Lognormal curves, each fitted for itself; with a dispersion that all share, so that they never cross (where each
         wall is known at one movement, the ordinal probit model); or no form at all (Turnbull).
@@ -447,7 +447,7 @@ def _note(fit: Fit, cells: GroupedIntervals, walls: StudyCapacities, share: floa
     if not walls.single and at_once > 0.5 * count:
         notes.append(f"{at_once} of {count} walls reached it in the first increment: refine the increments")
     if share < options.fitted_share:
-        band = "is too narrow" if common and not walls.single else "is that of the posterior"
+        band = "is too narrow" if common and not walls.single else "comes from the posterior"
         notes.append(f"only {share:.0%} of the resamples could be fitted: its band {band}")
     return "; ".join(notes)
 

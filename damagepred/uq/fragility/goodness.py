@@ -28,7 +28,7 @@ def _likelihood_ratio_statistic(fit: Fit, intervals: GroupedIntervals, options: 
     """Twice the log-likelihood ratio of the empirical curve over a fitted one, of one category.
 
     It detects a wrong form in current-status data, too (each wall judged at one movement), where the largest distance
-    is that of a single step.
+    is a single step.
     """
     lower, upper, weight = intervals.lower[0], intervals.upper[0], intervals.total
     empirical = turnbull(lower, upper, weight, options=options)

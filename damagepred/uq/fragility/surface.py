@@ -58,13 +58,13 @@ def fit_surface(
     Parameters
     ----------
     ds : xarray.Dataset
-        As for ``fit_fragility``.
+        The same argument as of ``fit_fragility``.
     category : int or str
         Number or name of the category.
     second : str
         Variable of the dataset on (sample,), such as ``wall.length`` or ``joint.friction``.
     intensity : str, optional
-        As for ``fit_fragility``.
+        The same argument as of ``fit_fragility``.
     scale : {"log", "linear"}, optional
         Whether the logarithm of the median is linear in the variable's logarithm or in the variable; by default in the
         logarithm where all values are positive.
@@ -75,7 +75,7 @@ def fit_surface(
     points : tuple of int
         Points of the movement and of the second variable.
     options : FragilityOptions
-        As for ``fit_fragility``.
+        The same argument as of ``fit_fragility``.
 
     Returns
     -------
