@@ -114,9 +114,9 @@ def _place(location: list[str]) -> str:
         return location[0]
     if location[-1].isdigit() and len(location) > 2:  # a number in a list, such as movement.table
         return f"{_place(location[:-1])}, item {int(location[-1]) + 1}"
-    if location[1].isdigit():
-        rest = ".".join(location[2:])
-        return f"[[{location[0]}]] number {int(location[1]) + 1}" + (f", {rest}" if rest else "")
+    if at := next((i for i, step in enumerate(location) if step.isdigit()), 0):
+        rest = ".".join(location[at + 1 :])
+        return f"[[{'.'.join(location[:at])}]] number {int(location[at]) + 1}" + (f", {rest}" if rest else "")
     return f"[{'.'.join(location[:-1])}] {location[-1]}"
 
 

@@ -163,7 +163,7 @@ def test_the_largest_of_the_stages_is_the_movement_where_nothing_else_is_said(sh
     assert full == 0.012
     python = Scene(movement=Movement(shape=shape, stage=[Stage(**one) for one in stages]))
     assert python == scene
-    with pytest.raises(InputError, match="wrong kind of unit"):
+    with pytest.raises(InputError, match=r"\[\[movement.stage\]\] number 1, .* wrong kind of unit"):
         Scene.from_dict({"movement": {"shape": shape, "stage": [{size: "3 kg"}]}})
 
 
