@@ -52,6 +52,7 @@ def on_files(files: Any, config: Any) -> Any:
         files.remove(file)
     pages = [p for p in _tracked() if p.startswith(PAGES) and p.endswith((".md", ".ipynb"))]
     linked = {target for page in pages if page.endswith(".md") for target in _targets(page)}
+    linked |= {target for page in linked if page.endswith(".md") for target in _targets(page)}
     for path in sorted({*pages, *linked}):
         files.append(File(path, str(ROOT), config["site_dir"], config["use_directory_urls"]))
     for name, text in _reference_pages().items():

@@ -35,23 +35,7 @@ TOPICS = (
 
 
 def page(topic: str) -> str:
-    """Page of the guide as Markdown.
-
-    Parameters
-    ----------
-    topic : str
-        One of ``TOPICS``.
-
-    Raises
-    ------
-    InputError
-        If there is no such page.
-
-    Examples
-    --------
-    >>> page("glossary").splitlines()[0]
-    '# Glossary'
-    """
+    """Text of a page of the guide (Markdown), one of ``TOPICS``."""
     if topic not in TOPICS:
         raise InputError(f"{topic}: the guide has no such topic; it has {', '.join(TOPICS)}.{nearest(topic, TOPICS)}")
     return (Path(__file__).parent / f"{topic}.md").read_text(encoding="utf-8")
