@@ -29,7 +29,7 @@ HAIRLINE = 1e-4
 """Width (m) below which a crack is negligible (AS 2870)."""
 CHANGE = 1e-12
 """Largest relative change of a stiffness."""
-SECONDS = 240.0
+SECONDS = 420.0
 """Rough time of the whole study on one core, said before it begins."""
 SMALL = {"length": 1.2, "height": 0.45}
 MOVED = {"kind": "dishing", "central_deflection": 8e-3, "increments": 20}
