@@ -320,6 +320,8 @@ def damaged(ds: xr.Dataset, category: int, movement: str, unfollowed: float = 1.
 def _settings_of(base: StudySettings, chosen: tuple[Option, ...], most: int, name: str) -> StudySettings:
     tables = base.scene.free_tables()
     for option in chosen:
+        if "length" in option.scene.get("wall", {}):
+            base.scene.require_own_length(f"option {option.name}")
         tables = merged(tables, option.scene)
     scene = Scene.from_dict(tables)
     how = replace(base.study, samples=most, sampler="random", replicates=1, stop_when=None, title=None)

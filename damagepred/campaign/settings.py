@@ -282,6 +282,8 @@ class StudySettings:
                 f"{source}: [scene.dynamics]: a study follows the movement of the ground without time, to find the "
                 "movement at which each wall reaches a category; leave this table out, or run the walls one by one."
             )
+        if "wall.length" in (*self.variables, *self.study.table_columns):
+            self.scene.require_own_length(f'{source}: [variables."wall.length"]')
         for key, variable in self.variables.items():
             if variable.field is not None and key.split(".")[0] not in ("joint", "head_joint", "dpc"):
                 raise InputError(

@@ -20,6 +20,8 @@ SIZE_TOLERANCE = 0.01
 """Relative tolerance between a given movement and the profile's: figures are rounded."""
 SIDES = {"doming": 1.0, "hogging": 1.0, "heave": 1.0, "dishing": -1.0, "sagging": -1.0, "settle": -1.0}
 """Sign of the deflection of each kind of movement."""
+FRACTIONS = ("1", "-", "%")
+"""Units of a column of fractions."""
 SI_UNIT = {"acceleration": "m/s**2", "velocity": "m/s", "displacement": "m"}
 
 
@@ -42,6 +44,18 @@ def with_input_tables(tables: Any, folder: Path) -> Any:
     if isinstance(dynamics, dict) and isinstance(motions := dynamics.get("base"), list):
         dynamics["base"] = [_with_record(m, folder) if isinstance(m, Mapping) else m for m in motions]
     return merged
+
+
+def profiles_in_metres(tables: Any, folder: Path) -> tuple[str, ...]:
+    """Profiles of a scene that are files with positions in metres."""
+    if not isinstance(tables, Mapping):
+        return ()
+    files = ((key, tables[key].get("table")) for key in ("movement", "mound") if isinstance(tables.get(key), Mapping))
+    return tuple(
+        f"{key}.table = '{name}'"
+        for key, name in files
+        if isinstance(name, str) and read_number_table(folder / name, columns=2, header=False).units[0] not in FRACTIONS
+    )
 
 
 def _take_profile(tables: dict[str, Any], key: str, size: str, path: Path) -> None:
@@ -107,7 +121,7 @@ def _length(tables: Mapping[str, Any]) -> float:
 def _profile(path: Path, length: float, ends: Any) -> tuple[list[list[float]], bool]:
     """Points of a profile, as fractions of the wall's length and values, and whether the values (m) have a unit."""
     table = read_number_table(path, columns=2, header=False)
-    position, level = ("1" if unit in ("1", "-", "%") else "m" for unit in table.units)
+    position, level = ("1" if unit in FRACTIONS else "m" for unit in table.units)
     x, value, measured = (
         table.numbers(0, position),
         table.numbers(1, level),

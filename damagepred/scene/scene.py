@@ -21,7 +21,7 @@ from damagepred.inputs.input_files import parse_toml, read_toml
 from damagepred.inputs.text import check_title
 from damagepred.scene.described import described
 from damagepred.scene.dynamics import Dynamics
-from damagepred.scene.input_tables import with_input_tables
+from damagepred.scene.input_tables import profiles_in_metres, with_input_tables
 from damagepred.scene.loading import Load, Loading, Support, check_loading
 from damagepred.scene.material_library import with_material
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, Joint, Loads
@@ -100,6 +100,8 @@ class Scene:
 
     given: ClassVar[frozenset[str] | None] = None
     """Keys given in the file, such as "joint.cohesion"; None for a scene without a file."""
+    in_metres: ClassVar[tuple[str, ...]] = ()
+    """Profiles that are read from a file with positions in metres."""
 
     @model_validator(mode="before")
     @classmethod
@@ -391,8 +393,9 @@ class Scene:
         source : str
             Name of the file, for messages.
         """
-        tables = with_input_tables(tables, folder)
+        in_metres, tables = profiles_in_metres(tables, folder), with_input_tables(tables, folder)
         scene = cls.from_dict(tables, source=source)
+        object.__setattr__(scene, "in_metres", in_metres)
         if scene.dynamics is not None:
             scene.dynamics.check_base()
         object.__setattr__(scene, "given", frozenset(_places(tables, "")))
@@ -435,6 +438,20 @@ class Scene:
                     f"{source}: {path} = {given}: follows from {'[[soil_layer]]' if log else '[movement.seasons]'} "
                     f"({1e3 * value:.3g} mm); {'give swing_share' if path.endswith('swing') else 'leave it out'}."
                 )
+
+    def require_own_length(self, where: str) -> None:
+        """Refuse another length of the wall, which would stretch a profile in metres.
+
+        Parameters
+        ----------
+        where : str
+            Place of the other length, for the message.
+        """
+        if self.in_metres:
+            raise InputError(
+                f"{where}: wall.length must stay as it is, because {self.in_metres[0]} has positions in metres, which "
+                "another length would stretch. Give fractions, in a column 'x (1)', to scale the profile with the wall."
+            )
 
     def to_dict(self) -> dict[str, Any]:
         """Nested dicts of plain values in SI, without None and empty values."""

@@ -95,6 +95,30 @@ def test_the_ends_of_a_survey_are_cut_or_continued_as_a_key_asks(tmp_path: Path)
     np.testing.assert_allclose(cut.profile(at, 4.0), [-4e-3, -2e-3, 0, -2e-3, -4e-3], atol=1e-15)
 
 
+@pytest.mark.parametrize("table", ["movement", "mound"])
+@pytest.mark.parametrize(("head", "refused"), [("x (m)", True), ("x (mm)", True), ("x", True), ("x (1)", False)])
+def test_a_profile_in_metres_keeps_the_length_of_the_wall(tmp_path: Path, table: str, head: str, refused: bool) -> None:
+    """Another length would stretch it."""
+    unit = {"x (mm)": 1e3, "x (1)": 0.25}.get(head, 1.0)
+    (tmp_path / "levels.csv").write_text(f"{head},level (mm)\n0,0\n{2 * unit},-8\n{4 * unit},0\n")
+    shape = "table" if table == "movement" else "mound"
+    mound = '[scene.mound]\nshape = "table"\ntable = "levels.csv"\n' if table == "mound" else ""
+    (tmp_path / "study.toml").write_text(
+        "[scene.wall]\nlength = 4.0\nheight = 0.9\n"
+        f'[scene.movement]\nshape = "{shape}"\n'
+        + ('table = "levels.csv"\n' if table == "movement" else "")
+        + mound
+        + '[variables."wall.length"]\ndistribution = "uniform"\nlower = 3.9\nupper = 4.1\n'
+    )
+    if refused:
+        with pytest.raises(
+            InputError, match=rf"must stay as it is, because {table}.table = 'levels.csv' has"
+        ):
+            Study.from_toml(tmp_path / "study.toml")
+    else:
+        assert Study.from_toml(tmp_path / "study.toml").settings.scene.in_metres == ()
+
+
 def test_a_form_without_unit_takes_kind_and_size_of_the_scene(tmp_path: Path) -> None:
     form = scene(tmp_path, FORM, 'kind = "doming"\ncentral_deflection = "11.7 mm"').movement
     np.testing.assert_allclose(form.profile(np.array([2.0, 4.0]), 4.0), [-8.2e-3, -39.8e-3])
