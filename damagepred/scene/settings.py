@@ -209,7 +209,7 @@ class Damage:
         also have the category by the band, as ``damage_category_band``.
     band_gauge : float
         Length of the gauge across a crack band (m); see ``damagepred.damage.bands``. The default spans three bricks of
-        240 mm and their four head joints: solvers agree in this reading where single joints differ
+        240 mm and their four head joints, whose sum depends less on solver and rate than the widest of them
         (``studies/quasi_static_agreement``). Take about three units if they are longer. It is less than
         ``group_distance``: cracks of a group are separate cracks, which ``count_rule`` counts.
     band_threshold : float
