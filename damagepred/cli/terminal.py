@@ -69,18 +69,18 @@ class _Stream:
 class Wait:
     """Says on the error stream what a command does while it prints nothing.
 
-    On a terminal one line counts the seconds and goes when something else is printed. Elsewhere there are few lines.
+    On a terminal one line counts the seconds and goes when something else is printed. Elsewhere dots follow the line.
     """
 
-    FIRST, LATER, TICK = 0.8, 15.0, 0.2
-    """Silence before the first line on an activity, and before each later one; interval of the thread (s)."""
+    FIRST, DOT, TICK = 0.8, 1.5, 0.2
+    """Silence before the line on an activity, and before each dot; interval of the thread (s)."""
 
     def __init__(self) -> None:
         self.activities: list[list[Any]] = []
         self.bars = 0
         self._printed = time.monotonic()
         self._said = ""
-        self._line_shown = False
+        self._line_shown = self._dotted = False
         self._lock = threading.RLock()
         self._thread: threading.Thread | None = None
 
@@ -107,6 +107,10 @@ class Wait:
                 self._line_shown = False
                 with contextlib.suppress(OSError):
                     sys.stderr.write("\r\x1b[K")
+            if self._dotted:
+                self._dotted = False
+                with contextlib.suppress(OSError):
+                    sys.stderr.write("\n")
             yield
             self._printed = time.monotonic()
 
@@ -121,20 +125,23 @@ class Wait:
         if _is_compiling():
             activity = "compiling the kernels, once per version"
         silence = time.monotonic() - max(self._printed, began if activity != self._said else 0.0)
-        repeated = activity == self._said
-        if FORM.quiet or not activity or (self.bars and (repeated or not activity.startswith("compiling"))):
+        again = activity == self._said or bool(self.bars and not activity.startswith("compiling"))
+        if FORM.quiet or not activity or (self.bars and again and _err.is_terminal):
             return
         on_a_terminal = _err.is_terminal and not self.bars
-        if silence < (self.LATER if repeated and not on_a_terminal else self.FIRST) and not self._line_shown:
+        if silence < (self.DOT if again and not on_a_terminal else self.FIRST) and not self._line_shown:
             return
         text = f"{activity}, {time.monotonic() - began:.0f} s so far"
-        self._said = activity
         if on_a_terminal:
             sys.stderr.write(f"\r{text[: _err.width - 1]}\x1b[K")
-            sys.stderr.flush()
             self._line_shown = True
+        elif again:
+            sys.stderr.write(".")
+            self._dotted, self._printed = True, time.monotonic()
         else:
             _err.print(escaped(text))
+        sys.stderr.flush()
+        self._said = self._said if again and self.bars else activity
 
 
 def _is_compiling() -> bool:

@@ -21,7 +21,7 @@ Run = Callable[..., Result]
 
 def messages(run: subprocess.CompletedProcess[str]) -> str:
     """Error stream of a process without the lines that a slow machine adds while the process works."""
-    return re.sub(r"^.+, \d+ s so far\n", "", run.stderr, flags=re.MULTILINE)
+    return re.sub(r"^(?:.+, \d+ s so far|\.+)\n", "", run.stderr, flags=re.MULTILINE)
 
 
 @pytest.fixture
@@ -31,7 +31,8 @@ def command(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) 
     def run(*arguments: object) -> Result:
         monkeypatch.setattr(sys, "argv", ["damagepred", *map(str, arguments)])
         monkeypatch.setattr(terminal, "FORM", terminal.Form())
-        monkeypatch.setattr(terminal.Wait, "FIRST", math.inf)  # no line that a slow machine alone would print
+        for silence in ("FIRST", "DOT"):  # nothing that a slow machine alone would print
+            monkeypatch.setattr(terminal.Wait, silence, math.inf)
         capfd.readouterr()
         try:
             main()

@@ -34,10 +34,10 @@ def slow(seconds: float, *arguments: str) -> list[str]:
     return [sys.executable, "-c", SLOW.format(seconds=seconds, arguments=list(arguments))]
 
 
-def test_a_pipe_has_one_line_on_the_error_stream() -> None:
-    run = subprocess.run(slow(2.5, "fragility", "a.dp"), capture_output=True, text=True, check=False)
+def test_a_pipe_has_one_line_and_dots_on_the_error_stream() -> None:
+    run = subprocess.run(slow(4.5, "fragility", "a.dp"), capture_output=True, text=True, check=False)
     assert run.stdout == "a result\n"
-    assert re.fullmatch(r"fitting curves, their bands and their goodness, \d+ s so far\n", run.stderr)
+    assert re.fullmatch(r"fitting curves, their bands and their goodness, \d+ s so far\n\.{1,3}\n", run.stderr)
 
 
 def test_nothing_is_said_where_output_is_quiet() -> None:

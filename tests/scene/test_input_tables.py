@@ -111,9 +111,7 @@ def test_a_profile_in_metres_keeps_the_length_of_the_wall(tmp_path: Path, table:
         + '[variables."wall.length"]\ndistribution = "uniform"\nlower = 3.9\nupper = 4.1\n'
     )
     if refused:
-        with pytest.raises(
-            InputError, match=rf"must stay as it is, because {table}.table = 'levels.csv' has"
-        ):
+        with pytest.raises(InputError, match=rf"must stay as it is, because {table}.table = 'levels.csv' has"):
             Study.from_toml(tmp_path / "study.toml")
     else:
         assert Study.from_toml(tmp_path / "study.toml").settings.scene.in_metres == ()
