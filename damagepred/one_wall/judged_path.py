@@ -19,7 +19,6 @@ from damagepred.damage import (
     judge,
 )
 from damagepred.enumerations import ContactState
-from damagepred.errors import InputError
 from damagepred.kernels.jit import CACHE
 from damagepred.runtime.one_thread import each_with_one_blas_thread, one_blas_thread
 from damagepred.scene import Damage, Dynamics, Scene, Solver
@@ -143,12 +142,7 @@ def dynamic_run(model: Model, settings: Solver, dynamics: Dynamics) -> DynamicRu
 
 def whole_interfaces(settings: Solver) -> Solver:
     """Return the settings of a dynamic run: contacts at corners alone, on which blocks rock, and no zones."""
-    for key in ("blocks", "above_dpc", "below_dpc", "footing"):
-        if getattr(settings, key) == "deformable":
-            instead = "beam" if key == "footing" else "elastic"
-            raise InputError(
-                f"solver.{key} = 'deformable': a run in time has no zones; take '{instead}', or leave out [dynamics]."
-            )
+    settings.require_no_zones()
     blocks = "elastic" if settings.blocks == "auto" else settings.blocks
     return replace(settings, blocks=blocks, no_tension_subdivisions=settings.no_tension_subdivisions or 1)
 

@@ -398,6 +398,7 @@ class Scene:
         object.__setattr__(scene, "in_metres", in_metres)
         if scene.dynamics is not None:
             scene.dynamics.check_base()
+            scene.solver.require_no_zones()
         object.__setattr__(scene, "given", frozenset(_places(tables, "")))
         return scene
 

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 from pydantic_core import ArgsKwargs
 
+from damagepred.errors import InputError
 from damagepred.scene.accuracy import Accuracy, filled_in, preset
 from damagepred.scene.described import described
 from damagepred.scene.quantity import Count, Length, Pure
@@ -177,6 +178,15 @@ class Solver:
         if self.tolerance is not None:
             return self.tolerance
         return 1e-6 if self.method == "quasi_static" else 1e-3
+
+    def require_no_zones(self) -> None:
+        """Refuse deformable blocks and footings, for runs in time."""
+        for key in ("blocks", "above_dpc", "below_dpc", "footing"):
+            if getattr(self, key) == "deformable":
+                raise InputError(
+                    f"solver.{key} = 'deformable': a run in time has no zones; take "
+                    f"'{'beam' if key == 'footing' else 'elastic'}', or leave out [dynamics]."
+                )
 
     @model_validator(mode="after")
     def _quadrature_exists(self) -> Solver:

@@ -36,15 +36,17 @@ def sample_posterior(estimator: Estimator, random: np.random.Generator) -> Float
     cells, single = estimator.cells, _is_current_status(estimator.cells)
     weight = cells.total * (_kish(cells.weight, cells.number) / cells.total.sum())
 
-    def weighted_likelihood(at: FloatArray) -> Likelihood:
+    def weighted_likelihood(parameters: FloatArray) -> Likelihood:
         with np.errstate(over="ignore", invalid="ignore"):
-            return likelihood(at, estimator.rows, np.broadcast_to(weight, (len(at), len(weight))), options)
+            return likelihood(
+                parameters, estimator.rows, np.broadcast_to(weight, (len(parameters), len(weight))), options
+            )
 
-    def log_prior(at: FloatArray, here: Likelihood) -> FloatArray:
+    def log_prior(parameters: FloatArray, terms: Likelihood) -> FloatArray:
         if single:
             with np.errstate(invalid="ignore"):
-                return np.asarray(0.5 * np.linalg.slogdet(-here.hessian)[1])
-        return np.asarray(-(others + 1.0) * np.log(at[:, 0]))
+                return np.asarray(0.5 * np.linalg.slogdet(-terms.hessian)[1])
+        return np.asarray(-(others + 1.0) * np.log(parameters[:, 0]))
 
     others = len(best) - 1
     spread = (
@@ -55,9 +57,12 @@ def sample_posterior(estimator: Estimator, random: np.random.Generator) -> Float
         list(_profile_points(best, direction * step, weighted_likelihood, log_prior, options))
         for direction in (1.0, -1.0)
     )
-    found = [*downwards[:0:-1], *upwards]
-    log_g, density = np.array([np.log(one.at[0]) for one in found]), np.array([one.density for one in found])
-    at, precision = np.array([one.at for one in found]), np.array([one.precision for one in found])
+    points = [*downwards[:0:-1], *upwards]
+    log_g, density = (
+        np.array([np.log(point.parameters[0]) for point in points]),
+        np.array([point.density for point in points]),
+    )
+    modes, precision = np.array([point.parameters for point in points]), np.array([point.precision for point in points])
     density = np.exp(density - density.max())
     share = 0.5 * (density[1:] + density[:-1]) * np.diff(log_g)
     cumulative = np.append(0.0, np.cumsum(share)) / share.sum()
@@ -67,7 +72,7 @@ def sample_posterior(estimator: Estimator, random: np.random.Generator) -> Float
     panel = np.clip(np.searchsorted(cumulative, uniform, side="right") - 1, 0, len(share) - 1)
     inside = (uniform - cumulative[panel]) / np.maximum(np.diff(cumulative)[panel], 1e-300)
     drawn_g = log_g[panel] + inside * np.diff(log_g)[panel]
-    middle = at[panel, 1:] + inside[:, None] * (at[panel + 1, 1:] - at[panel, 1:])
+    middle = modes[panel, 1:] + inside[:, None] * (modes[panel + 1, 1:] - modes[panel, 1:])
     factor = np.linalg.cholesky(np.linalg.inv(precision))[panel]
     normal = random.standard_normal((count, others))
     draws = np.column_stack((np.exp(drawn_g), middle + np.einsum("nij,nj->ni", factor, normal)))
@@ -76,8 +81,8 @@ def sample_posterior(estimator: Estimator, random: np.random.Generator) -> Float
         - 0.5 * (normal**2).sum(axis=1)
         - np.log(np.einsum("nii->ni", factor)).sum(axis=1)
     )
-    here = weighted_likelihood(draws)
-    log_weight = here.value + log_prior(draws, here) + drawn_g - proposed
+    drawn = weighted_likelihood(draws)
+    log_weight = drawn.value + log_prior(draws, drawn) + drawn_g - proposed
     log_weight = np.where(np.isfinite(log_weight), log_weight, -np.inf)
     importance = np.exp(log_weight - log_weight.max())
     # systematic resampling: the expected number of copies of a draw is in proportion to its weight
@@ -114,8 +119,8 @@ def _is_current_status(cells: GroupedIntervals) -> bool:
 class _Point(NamedTuple):
     """Maximum of the likelihood for one dispersion."""
 
-    at: FloatArray
-    density: float  # logarithm of the posterior density of ln(at[0]), up to a constant
+    parameters: FloatArray
+    density: float  # logarithm of the posterior density of ln(parameters[0]), up to a constant
     precision: FloatArray  # negative second derivatives of the log-likelihood by the other parameters
 
 
@@ -127,27 +132,27 @@ def _profile_points(
     options: FragilityOptions,
 ) -> Iterator[_Point]:
     """Follow the profile likelihood from its maximum to larger or smaller dispersions, until the density is small."""
-    at, most = best.copy(), -np.inf
-    while 1.0 / options.largest_dispersion <= at[0] <= 1.0 / options.smallest_dispersion:
-        here = of(at[None])
+    parameters, most = best.copy(), -np.inf
+    while 1.0 / options.largest_dispersion <= parameters[0] <= 1.0 / options.smallest_dispersion:
+        current = of(parameters[None])
         for _ in range(50):
-            way = np.linalg.pinv(-here.hessian[0, 1:, 1:], hermitian=True) @ here.gradient[0, 1:]
-            if here.gradient[0, 1:] @ way <= 1e-8:
+            way = np.linalg.pinv(-current.hessian[0, 1:, 1:], hermitian=True) @ current.gradient[0, 1:]
+            if current.gradient[0, 1:] @ way <= 1e-8:
                 break
             for _ in range(40):
-                to = at + np.append(0.0, way)
+                to = parameters + np.append(0.0, way)
                 new = of(to[None])
-                if new.value[0] >= here.value[0] - 1e-12:
+                if new.value[0] >= current.value[0] - 1e-12:
                     break
                 way = way / 2
-            at, here = to, new
-        precision = -here.hessian[0, 1:, 1:]
+            parameters, current = to, new
+        precision = -current.hessian[0, 1:, 1:]
         if not np.isfinite(precision).all() or np.linalg.eigvalsh(precision).min() <= 0:
             return
-        density = float((here.value + log_prior(at[None], here))[0] + np.log(at[0]))
+        density = float((current.value + log_prior(parameters[None], current))[0] + np.log(parameters[0]))
         density -= 0.5 * float(np.linalg.slogdet(precision)[1])
         most = max(most, density)
         if not density >= most - options.posterior_drop:
             return
-        yield _Point(at, density, precision)
-        at = at * np.exp(step)  # the medians stay
+        yield _Point(parameters, density, precision)
+        parameters = parameters * np.exp(step)  # the medians stay
