@@ -44,7 +44,9 @@ class _Stream:
 
     def write(self, text: str) -> int:
         """Write text, as a file does."""
-        self._try("write", text)
+        encoding = getattr(sys, self.name).encoding or "utf-8"
+        plain = text if encoding.lower() in ("utf-8", "utf8") else text.replace("\N{MINUS SIGN}", "-")
+        self._try("write", plain.encode(encoding, "replace").decode(encoding))
         return len(text)
 
     def flush(self) -> None:

@@ -40,6 +40,15 @@ def test_a_pipe_has_one_line_and_dots_on_the_error_stream() -> None:
     assert re.fullmatch(r"fitting curves, their bands and their goodness, \d+ s so far\n\.{1,3}\n", run.stderr)
 
 
+@pytest.mark.parametrize("encoding", ["latin-1", "ascii", "utf-8"])
+def test_streams_of_other_encodings_take_all_text(encoding: str) -> None:
+    code = "from damagepred.cli import terminal; terminal.say('\u22123 mm \u2192 Ä')"
+    environment = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"}
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, env=environment)
+    expected = {"latin-1": "-3 mm ? Ä", "ascii": "-3 mm ? ?", "utf-8": "\u22123 mm \u2192 Ä"}[encoding]
+    assert run.stdout.decode(encoding).strip() == expected
+
+
 def test_nothing_is_said_where_output_is_quiet() -> None:
     run = subprocess.run(slow(2.0, "fragility", "a.dp", "--quiet"), capture_output=True, text=True, check=False)
     assert (run.stdout, run.stderr) == ("a result\n", "")
