@@ -168,7 +168,6 @@ def beam_on_bed(
     [
         (BRICKWORK, 0.1, 2e-2, 0.025),
         pytest.param(BRICKWORK, 0.1, 2e-3, 0.025, marks=pytest.mark.slow),
-        pytest.param(BRICKWORK, 0.1, 2e-3, 0.0125, marks=pytest.mark.slow),
         pytest.param(CONCRETE, 0.2, 1e-2, 0.025, marks=pytest.mark.slow),
     ],
 )
