@@ -309,7 +309,7 @@ def _draw_over_movement(ds: xr.Dataset, variable: str, ax: Axes | None, against:
         ax.plot(x[moving], row[moving], **style)
         if not moving.any():
             ax.lines[-1].set_label(f"{text}: unknown")
-    if "limit_deflection" in ds.attrs and variable in ("jack_load", "support_load") and by == "central_deflection":
+    if "limit_deflection" in ds.attrs and variable == "jack_load" and by == "central_deflection":
         # in a rig that cannot pull, the footing goes no further
         _mark_limit(ax, float(ds.attrs["limit_deflection"]) * MM, ax.lines[-1].get_color())
     if handles := [line for line in ax.lines if not str(line.get_label()).startswith("_")]:
@@ -340,5 +340,5 @@ def _mark_limit(ax: Axes, limit: float, colour: Any) -> None:
     style: dict[str, Any] = {"markersize": 7, "markerfacecolor": "white", "markeredgecolor": colour, "zorder": 5}
     ax.plot([limit], [0.0], marker="o", linestyle="none", label="_limit", **style)
     earlier = sum(line.get_label() == "_limit" for line in ax.lines) - 1
-    words = f"{plain_number(limit)} mm, no load"
-    ax.annotate(words, (limit, 0.0), (4, 5 + 11 * earlier), textcoords="offset points", fontsize=small(ax))
+    words, above = f"no load at {plain_number(limit)} mm", (0, 10 + 14 * earlier)
+    ax.annotate(words, (limit, 0.0), above, textcoords="offset points", ha="right", fontsize=small(ax))

@@ -29,7 +29,7 @@ from damagepred.plotting.footing import draw_dpc_opening, draw_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.geometry import has_zones
 from damagepred.plotting.history import draw_history
-from damagepred.plotting.sheet import DPI, figure_of, new_figure
+from damagepred.plotting.sheet import DPI, figure_of, new_figure, set_title, title_of
 from damagepred.plotting.stress import stress_levels
 from damagepred.plotting.study import draw_category_shares
 from damagepred.plotting.wall import draw_wall
@@ -89,7 +89,10 @@ def save_wall_pictures(ds: xr.Dataset, folder: str | Path) -> list[Path]:
     if "section_moment" in ds.variables:
         sheets["footing.png"] = figure_of(draw_footing(ds)[0])
     if "jack_load" in ds.variables:
-        sheets["jack_load.png"] = figure_of(draw(ds, "support_load", draw(ds, "jack_load", label="each jack")))
+        ax = draw(ds, "support_load", draw(ds, "jack_load", label="each jack"))
+        ax.set_ylabel("load, upwards positive (kN)")
+        set_title(ax, title_of(ds, "wall"), "circle: jacks or a support carry no load any more" * ("limit" in ds.attrs))
+        sheets["jack_load.png"] = figure_of(ax)
     return _save_all(sheets | stress_sheets(ds), folder)
 
 

@@ -117,7 +117,7 @@ def test_load_of_the_jacks_and_where_it_ends(on_jacks):
     assert jacks.get_ydata() == pytest.approx(1e-3 * on_jacks.jack_load.values)
     limit = on_jacks.attrs["limit_deflection"]
     assert any(list(x.get_xdata()) == pytest.approx([1e3 * limit]) for x in ax.lines if x.get_marker() == "o")
-    assert f"{1e3 * limit:.3g} mm, no load" in words(ax)
+    assert f"no load at {1e3 * limit:.3g} mm" in words(ax)
     draw(on_jacks, "support_load", ax)
     for number in range(on_jacks.sizes["support"]):
         (support,) = (line for line in ax.lines if line.get_label() == f"support {number + 1}")
