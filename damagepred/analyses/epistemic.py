@@ -19,7 +19,7 @@ from damagepred.scene.reading import build, plain
 from damagepred.uq.design import density_ratio
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.exceedance import Exceedance, exceedance
-from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
+from damagepred.uq.movement_distribution import MovementDistribution
 from damagepred.uq.variable import Variable
 
 
@@ -87,46 +87,3 @@ def _estimate(
     found = exceedance(ds, category, at, confidence=confidence)
     count = effective_samples(ds["weight"].values) if "weight" in ds else float(found.estimate.samples)
     return Alternative(name, found, count)
-
-
-def lines(found: list[Alternative], category: int, at: float | MovementDistribution) -> list[str]:
-    """Alternatives in words, the study's own distributions first."""
-    base, sentences = found[0].found, []
-    e = base.estimate
-    movement = as_distribution(at)
-    question = f"P(category >= {category} at {f'{1e3 * at:g} mm' if isinstance(at, float) else movement.words})"
-    if np.isnan(e.value):
-        return [
-            f"{question} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no wall without "
-            f"this category has a result there; walls, all: {e.samples + base.failed}, failed: {base.failed}, without "
-            f"result there: {base.not_followed}"
-        ]
-    sentences.append(
-        f"{question} = {e.value:.4g}, Monte Carlo error {e.error:.2g}: {e.lower:.4g} to {e.upper:.4g} "
-        f"({e.confidence:.0%}), {e.samples} walls"
-    )
-    if movement.assumption:
-        sentences.append(movement.assumption)
-    if base.failed:
-        sentences.append(
-            f"{base.failed} failed walls: {base.failed_undamaged:.4g} if none had reached it, "
-            f"{base.failed_damaged:.4g} if all had"
-        )
-    if base.not_followed:
-        sentences.append(
-            f"{base.not_followed} walls were not followed that far; they count as those followed further, which is "
-            "right if their movement does not end there because they are weak or strong"
-        )
-    for other in found[1:]:
-        o = other.found.estimate
-        few = ", too few: run it as a study" if other.effective_samples < 0.2 * o.samples else ""
-        sentences.append(
-            f"  {other.name}: {o.value:.4g}, {o.lower:.4g} to {o.upper:.4g} "
-            f"({other.effective_samples:.0f} effective walls{few})"
-        )
-    if len(found) > 1:
-        values = [a.found.estimate.value for a in found]
-        sentences.append(
-            f"epistemic range of the inputs: {min(values):.4g} to {max(values):.4g}, without the Monte Carlo error"
-        )
-    return sentences

@@ -30,41 +30,6 @@ def measures(ds: xr.Dataset) -> list[ShownMeasure]:
     return [shown_measure(str(w).replace("_", " "), str(u)) for w, u in zip(words, ds["movement_units"].values)]
 
 
-def sentences(ds: xr.Dataset) -> list[str]:
-    """Cautions of a back-analysis: resemblance, effective samples, other causes, ends of paths."""
-    texts, least = [], ds.attrs["least_resemblance"]
-    measure = f"probability of a larger misfit, at least {least:g} is needed"
-    if not ds["resembles"].values.any():
-        texts.append(
-            f"NO STORED WALL RESEMBLES THE OBSERVATIONS: the best misfit is {float(ds['least_misfit'].min()):.3g} "
-            f"for {ds.attrs['observations']} observations, resemblance {chance(float(ds['resemblance'].max()))} "
-            f"({measure}). No odds are given. Do not use this posterior; widen the study, or check the survey."
-        )
-    for name in ds["study"].values:
-        cause = ds.sel(study=name)
-        if not cause["resembles"]:
-            if ds["resembles"].values.any():
-                texts.append(
-                    f"{name}: no stored wall resembles the observations, resemblance "
-                    f"{chance(float(cause['resemblance']))} ({measure}); it has no odds."
-                )
-            continue
-        if (effective := float(cause["effective_samples"])) < (fewest := ds.attrs["fewest_effective"]):
-            texts.append(
-                f"{name}: only {effective:.1f} effective samples, fewer than {fewest:g}, so it has no odds; a larger "
-                "study, --new-walls 100 or more replays make the posterior surer."
-            )
-        if advice := str(cause["advice"].values):
-            cut = float(cause["movement_cut"])
-            where = f"{cut:.0%} of the posterior lies at the end of the paths, which cut the movement's interval there"
-            if not cut > UNCERTAIN:
-                where = "paths end before the further movements"
-            texts.append(f"{name}: {where}; damage beyond is unknown. To know it, {advice}.")
-    if float(ds["another_cause_odds"]) > 1:
-        texts.append("A cause without a study is more probable than all studies together.")
-    return texts
-
-
 def odds_in_words(value: float) -> str:
     """Odds with three digits; beyond 100 to 1 a bound, "–" if unknown."""
     if not np.isfinite(value):

@@ -13,8 +13,6 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from damagepred.analyses.limit_state import Question, study_for_limit_state
 from damagepred.analyses.rare_event_samples import Walls, WorkerPool, question_file
 from damagepred.archive.digest import read_signed_json, signed_json
@@ -62,44 +60,6 @@ class RareEvent(NamedTuple):
     def interval(self) -> tuple[float, float]:
         """Interval of the probability for any outcome of the failed walls: lower end if undamaged, upper if damaged."""
         return self.estimate.lower, self.failed_damaged.upper
-
-    def lines(self, question: Question) -> list[str]:
-        """Result in words."""
-        e, all_damaged = self.estimate, self.failed_damaged
-        sentences = [f"run {k}: {p:.3g}" for k, p in enumerate(e.runs, start=1)]
-        if not e.runs:
-            sentences.append(
-                "the interval is from a single run, and covers the true value less often than stated: take --runs 4 or "
-                "more"
-            )
-        sentences += [
-            f"level {k}: margin {level.limit:.4g} or less for {level.share:.3g} of the walls"
-            + ("" if np.isnan(level.acceptance) else f", {level.acceptance:.0%} of proposals accepted")
-            for k, level in enumerate(e.levels, start=1)
-        ]
-        sentences.append(f"P(category >= {question.category} at {1e3 * question.at:g} mm) {_in_words(e)}")
-        if self.failed:
-            low, high = self.interval
-            sentences += [
-                f"{self.failed} walls failed before {1e3 * question.at:g} mm. Above, they count as not having reached "
-                "the category",
-                f"if all of them had reached it: {_in_words(all_damaged)}",
-                f"so it is between {low:.3g} and {high:.3g} ({e.confidence:.0%}) for any outcome of these walls",
-            ]
-        if len(self.programs) > 1:
-            sentences.append(
-                f"caution: walls were solved by several programs, which may differ: {'; '.join(self.programs)}"
-            )
-        return sentences
-
-
-def _in_words(e: SubsetEstimate) -> str:
-    if not e.reached:
-        return f"is below {e.probability:.3g}: after {e.evaluations} walls no level reached it"
-    return (
-        f"= {e.probability:.3g}, {e.lower:.3g} to {e.upper:.3g} ({e.confidence:.0%}), coefficient of variation "
-        f"{e.variation:.2f}, {e.evaluations} walls"
-    )
 
 
 @checked

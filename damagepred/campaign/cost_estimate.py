@@ -20,7 +20,6 @@ from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.site_classes import site_line
 from damagepred.campaign.warm_up import warm_up
 from damagepred.errors import InputError, require_number
-from damagepred.formatting import duration
 from damagepred.inputs.arguments import checked
 from damagepred.inputs.input_files import read_toml
 from damagepred.one_wall.judged_path import Step, matrix_bytes, model_of
@@ -77,39 +76,6 @@ class CostEstimate:
     ground: str | None = None  # assumed properties of the ground
     site: str | None = None  # surface movement and site class of a soil log
     timed: tuple[float, ...] = ()  # times of all timed walls (s); walls of histories differ
-
-    def lines(self) -> list[str]:
-        """Estimate in words."""
-        lines = [
-            f"{self.title}: valid",
-            f"  {self.blocks} blocks, {self.contacts} contacts, {self.joints} joints, {self.increments} increments",
-            f"  one wall: {duration(self.wall_seconds)} ({self.status}{self._spread}); kernels made ready in "
-            f"{duration(self.compile_seconds)}",
-            f"  solver: {self.method}"
-            + (f", {self.matrix_bytes / 1e6:.2g} MB of matrices" if self.matrix_bytes else ""),
-        ]
-        if self.zones:
-            results = "" if self.variables else f", {self.zone_bytes / 1e6:.2g} MB of results (none with --no-zones)"
-            peak = f"; at most {self.peak_bytes / 1e6:.0f} MB of memory in all" if self.peak_bytes else ""
-            lines.append(
-                f"  {self.deformable_blocks} deformable blocks: {self.zones} zones, {self.gridpoints} gridpoints"
-                f"{results}{peak}"
-            )
-        if self.variables:
-            total = self.samples * self.wall_seconds
-            lines.append(
-                f"  {self.samples} walls with {self.variables} uncertain numbers: about {duration(total)} with -j 1, "
-                f"{duration(total / 2)} with -j 2"
-            )
-        lines += [f"  {line}" for line in (self.site, self.ground) if line]
-        return [*lines, *(f"  caution: {sentence}" for sentence in self.cautions), *self.accuracy]
-
-    @property
-    def _spread(self) -> str:
-        """Spread of the times of several walls, in words."""
-        if len(self.timed) < 2:
-            return ""
-        return f"; on average of {len(self.timed)} walls, {duration(min(self.timed))} to {duration(max(self.timed))}"
 
 
 class _TimingLimit(Exception):

@@ -14,9 +14,7 @@ import xarray as xr
 from damagepred.archive.cautions import STUDIED, study_cautions
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.provenance import mixture
-from damagepred.archive.schema import CATEGORIES
 from damagepred.enumerations import SOLVED, SampleStatus
-from damagepred.formatting import duration
 from damagepred.uq.estimate import effective_samples
 from damagepred.uq.exceedance import category_capacities, estimate_exceedance
 from damagepred.uq.movement_distribution import SITE
@@ -45,34 +43,39 @@ class CategoryShare(NamedTuple):
 
 @dataclass(frozen=True)
 class StudyStatus:
-    """Status of a study, ready to print."""
+    """Status of a study.
 
-    total: int  # walls
+    Attributes
+    ----------
+    title : str
+        Title of the study.
+    total, done, failed, remaining : int
+        Numbers of walls.
+    wall_seconds : float
+        Mean time of a wall (s); NaN where unknown.
+    effective_walls : float
+        Equally weighted walls of importance sampling; NaN without weights.
+    limits : list of float
+        Deflections (m) at which jacks or supports carried no load any more, of the walls whose path ended there.
+    failures : list of (int, str, str)
+        Sample, reason and message of the first failed walls.
+    categories : list of CategoryShare
+        Shares of the categories in their order; empty where unknown.
+    cautions : list of str
+        Cautions on the solution of the walls.
+    """
+
+    title: str
+    total: int
     done: int
     failed: int
     remaining: int
-    lines: list[str]  # in words
-    categories: list[CategoryShare]  # empty without results
-
-    @property
-    def columns(self) -> list[str]:
-        """Headings of the table of categories."""
-        return ["category", "walls", "share", "or worse", "90 % interval", "failed counted"]
-
-    @property
-    def rows(self) -> list[list[str]]:
-        """Cells of the table of categories."""
-        return [
-            [
-                f"{c.category} {CATEGORIES[c.category].replace('_', ' ')}",
-                str(c.walls),
-                f"{c.share:.3f}",
-                f"{c.or_worse:.3f}",
-                f"{c.lower:.3f} - {c.upper:.3f}",
-                f"{c.failed_undamaged:.3f} - {c.failed_damaged:.3f}" if self.failed else "-",
-            ]
-            for c in self.categories
-        ]
+    wall_seconds: float
+    effective_walls: float
+    limits: list[float]
+    failures: list[tuple[int, str, str]]
+    categories: list[CategoryShare]
+    cautions: list[str]
 
 
 def study_status(path: str | Path) -> StudyStatus:
@@ -82,22 +85,27 @@ def study_status(path: str | Path) -> StudyStatus:
     state = ds["status"].values
     total, failed = len(state), int((state == SampleStatus.FAILED).sum())
     remaining = int((state == SampleStatus.MISSING).sum())
-    lines = [
-        f"{ds.attrs['title']}: {total - remaining} of {total} walls done, {failed} failed, {remaining} remaining",
-    ]
+    each, weighted, limits = np.nan, np.nan, np.empty(0)
     if "run_time" in ds and np.isfinite(ds["run_time"].values).any():
         each = float(np.nanmean(ds["run_time"].values))
-        lines.append(
-            f"{duration(each)} a wall" + (f", about {duration(each * remaining)} of work left" if remaining else "")
-        )
     if "weight" in ds and total > remaining:
-        weight = np.asarray(ds["weight"].values, dtype=np.float64)[state != SampleStatus.MISSING]
-        lines.append(f"importance sampling: {effective_samples(weight):.0f} effective walls; shares are weighted")
-    lines += _limits(ds)
-    lines += [f"caution: {sentence}" for sentence in (*study_cautions(ds), *mixture(ds))]
-    for sample, record in ((i, folder.failure(i)) for i in sorted(folder.failed_samples())[:5]):
-        lines.append(f"failed sample {sample}: {record['reason']}: {record['message']}")
-    return StudyStatus(total, total - remaining, failed, remaining, lines, _category_shares(ds))
+        weighted = effective_samples(np.asarray(ds["weight"].values, dtype=np.float64)[state != SampleStatus.MISSING])
+    if "limit_deflection" in ds:
+        limits = ds["limit_deflection"].values[np.isfinite(ds["limit_deflection"].values)]
+    records = ((sample, folder.failure(sample)) for sample in sorted(folder.failed_samples())[:5])
+    return StudyStatus(
+        title=str(ds.attrs["title"]),
+        total=total,
+        done=total - remaining,
+        failed=failed,
+        remaining=remaining,
+        wall_seconds=each,
+        effective_walls=weighted,
+        limits=limits.tolist(),
+        failures=[(sample, str(record["reason"]), str(record["message"])) for sample, record in records],
+        categories=_category_shares(ds),
+        cautions=[*study_cautions(ds), *mixture(ds)],
+    )
 
 
 def watching(path: str | Path, every: float) -> Iterator[StudyStatus]:
@@ -108,20 +116,6 @@ def watching(path: str | Path, every: float) -> Iterator[StudyStatus]:
         if not status.remaining:
             return
         time.sleep(every)
-
-
-def _limits(ds: xr.Dataset) -> list[str]:
-    """Line on walls whose path ended at the limit of the rig."""
-    if "limit_deflection" not in ds:
-        return []
-    ends = 1e3 * ds["limit_deflection"].values
-    ends = ends[np.isfinite(ends)]
-    if not ends.size:
-        return []
-    return [
-        f"{ends.size} walls ended before the full movement, at {ends.min():.3g} to {ends.max():.3g} mm, where the "
-        "jacks or supports carry no load any more; fits treat categories not reached there as censored"
-    ]
 
 
 def _category_shares(ds: xr.Dataset) -> list[CategoryShare]:

@@ -33,25 +33,6 @@ class Ending(NamedTuple):
     looks: list[InterimAnalysis]
     reason: str  # {"enough", "samples", "time", "interrupted"}
 
-    def lines(self, rule: StopWhen | None) -> list[str]:
-        """Estimates at the looks and the reason of the end, in words."""
-        sentences = []
-        for look in self.looks:
-            if rule is not None and look.estimate is not None:
-                e, unit = look.estimate, (1e3, " mm") if rule.quantity == "median" else (1.0, "")
-                low, value, high = (f"{unit[0] * v:.4g}" for v in (e.lower, e.value, e.upper))
-                sentences.append(
-                    f"look at {look.samples} walls: {rule.name()} = {value}{unit[1]}, {low} to {high} "
-                    f"({rule.confidence:.0%} over all looks)"
-                )
-        reasons = {
-            "enough": "narrow enough: no further walls are run",
-            "samples": "all walls allowed are run, and the interval is not narrow enough yet",
-            "time": "the time is up; the same command resumes the study",
-            "interrupted": "",
-        }
-        return [*sentences, *filter(None, [reasons[self.reason]])]
-
 
 def run_until(
     study: Campaign,

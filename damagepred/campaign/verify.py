@@ -51,12 +51,6 @@ class Verification:
                 self.damaged.append(str(error))
         self.damaged += [str(w.message) for w in caught if issubclass(w.category, ArchiveWarning)]
 
-    @property
-    def lines(self) -> list[str]:
-        """Findings in words."""
-        findings = [*self.damaged, *self.differing, *self.notes]
-        return [*findings, f"files checked: {self.files}; damaged: {len(self.damaged) or 'none'}"]
-
 
 def verify(path: str | Path, samples: int = 0, on_plan: Callable[[str], None] | None = None) -> Verification:
     """Check digests, variables, flags and ranges of a study folder or a file; solve some samples again.

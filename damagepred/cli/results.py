@@ -48,17 +48,21 @@ def estimate(
     quiet: Quiet = False,
 ) -> None:
     """Estimate a probability from a study: Monte Carlo error, failed walls and what the inputs leave open, apart."""
-    from damagepred.analyses.epistemic import alternatives, lines
+    from damagepred.analyses.epistemic import alternatives
     from damagepred.campaign.settings import StudySettings
+    from damagepred.cli.sentences import estimate_lines
     from damagepred.uq.movement_distribution import movement_distribution
 
     movement = movement_distribution(at, option="--at")
     others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
     found = alternatives(folder, category, movement, others=others, confidence=confidence)
     if json:
-        terminal.print_json({"category": category, "movement": movement.name, "alternatives": found})
+        points = () if movement.own else movement.points  # shares of each wall's own movement
+        values = [{**one._asdict(), "name": one.name or None} for one in found]
+        asked = {"category": category, "at": movement.name, "movement": points[0] if len(points) == 1 else points}
+        terminal.print_json({**asked, "alternatives": values})
         return
-    for line in lines(found, category, movement):
+    for line in estimate_lines(found, category, movement):
         terminal.say(line)
 
 
@@ -75,9 +79,9 @@ def compare(
 ) -> None:
     """Compare studies: how far each measure changes a probability of damage, the same samples under each."""
     from damagepred.archive.folder import open_study
+    from damagepred.cli.sentences import comparison_lines
     from damagepred.errors import InputError
     from damagepred.uq.comparison import compare as compare_studies
-    from damagepred.uq.comparison import sentences
     from damagepred.uq.movement_distribution import movement_distribution
 
     movement = movement_distribution(at, option="--at")
@@ -91,7 +95,7 @@ def compare(
     if json:
         terminal.print_json(found)
     terminal.say(f"P(category >= {category} at {movement.words})")
-    for line in sentences(found, category, float(found["movement"][0])):
+    for line in comparison_lines(found, category, float(found["movement"][0])):
         terminal.say(line)
     if movement.assumption:
         terminal.note(movement.assumption)
@@ -122,8 +126,9 @@ def infer_command(
 ) -> None:
     """Infer movement and cause from observed cracks, levels and windows, and what further movement would bring."""
     from damagepred.analyses.back_analysis import InferenceOptions, infer, prices
-    from damagepred.analyses.posterior_tables import reported, sentences
+    from damagepred.analyses.posterior_tables import reported
     from damagepred.errors import InputError
+    from damagepred.report.back_analysis import posterior_cautions
 
     if len(files) < 2 or files[-1].suffix != ".toml":
         raise InputError("infer: give one study folder or more, and then the file of the observations (*.toml).")
@@ -133,10 +138,9 @@ def infer_command(
     with terminal.ReplayBar() as bar:
         found = infer(files[:-1], files[-1], workers=workers, options=options, on_replay=bar.update, on_walls=bar.walls)
     keep_curves(found, output, plot)
-    said = sentences(found)
-    terminal.cautions(said)
+    terminal.cautions(posterior_cautions(found))
     if json:
-        terminal.print_json({"cautions": said, **reported(found).to_dict("list")})
+        terminal.print_json(reported(found))
         return
     terminal.back_analysis(found)
 
@@ -425,6 +429,7 @@ def _fragility_surface(
     plot: Path | None,
     json: bool,
 ) -> None:
+    from damagepred.cli.sentences import surface_lines
     from damagepred.errors import InputError
     from damagepred.uq.fragility import fit_surface
 
@@ -443,5 +448,5 @@ def _fragility_surface(
     if json:
         terminal.print_json(surface)
         return
-    for line in terminal.surface_lines(surface):
+    for line in surface_lines(surface):
         terminal.say(line)

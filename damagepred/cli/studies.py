@@ -63,6 +63,7 @@ def study(
     from damagepred.campaign.dispatch import connect_dask_scheduler
     from damagepred.campaign.settings import StudySettings
     from damagepred.campaign.stopping import run_until
+    from damagepred.cli.sentences import ending_lines
     from damagepred.study import Study
 
     settings = StudySettings.from_toml(file).with_samples(samples, seed)
@@ -85,7 +86,7 @@ def study(
         )
     summary = ending.summary
     if settings.study.stop_when is not None or ending.reason == "time":
-        for line in ending.lines(settings.study.stop_when):
+        for line in ending_lines(ending, settings.study.stop_when):
             terminal.say(line)
     if ending.reason == "time":
         summary = replace(summary, total=summary.done, interrupted=False)
@@ -115,18 +116,15 @@ def status(
     """Show what is done, failed and left, and the estimate so far; the study may be running."""
     from damagepred.campaign.status import study_status, watching
 
-    title = "Share of walls by category reached by the end of the movement"
     if watch:
         terminal.silent()
     for report in watching(folder, every) if watch else (study_status(folder),):
         if json:
-            terminal.print_json(report)
+            terminal.print_json(report, without=["cautions"])
             continue
         if watch:
             terminal.clear()
-        for line in report.lines:
-            terminal.say(line)
-        terminal.table(title, report.columns, report.rows)
+        terminal.status(report)
 
 
 @app.command()
@@ -140,7 +138,8 @@ def verify(
     from damagepred.campaign.verify import verify as verify_archive
 
     found = verify_archive(path, samples, terminal.say)
-    for line in found.lines:
+    said = [*found.damaged, *found.differing, *found.notes]
+    for line in (*said, f"files checked: {found.files}; damaged: {len(found.damaged) or 'none'}"):
         terminal.say(line)
     if found.damaged:
         if path.is_dir():
@@ -188,6 +187,7 @@ def rare(
     from damagepred.analyses.rare_event import kept_sizes, rare_event
     from damagepred.assembly import Limits
     from damagepred.campaign.settings import StudySettings
+    from damagepred.cli.sentences import rare_lines
 
     question = Question(category, terminal.quantity("--at", at, "m"), reach)
     settings = StudySettings.from_toml(file).with_samples(None, seed)
@@ -208,7 +208,7 @@ def rare(
     )
     if json:
         terminal.print_json(found)
-    for line in found.lines(question):
+    for line in rare_lines(found, question):
         terminal.say(line)
     if found.failed:
         raise typer.Exit(SOME_FAILED)

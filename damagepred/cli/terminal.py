@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from damagepred.campaign.status import StudyStatus
     from damagepred.one_wall.judged_path import Step
     from damagepred.results.tables import Column
     from damagepred.study import Progress as StudyProgress
@@ -240,9 +241,12 @@ def note(message: str) -> None:
         say(message)
 
 
-def print_json(result: Any) -> None:
-    """Print a result as JSON, its numbers not rounded; NaN and infinity are null."""
-    _OUTPUT.write(json.dumps(_plain(result), indent=1, allow_nan=False) + "\n")
+def print_json(result: Any, without: Sequence[str] = ()) -> None:
+    """Print a result as JSON in SI units, its numbers not rounded; NaN and infinity are null."""
+    values = _plain(result)
+    for name in without:
+        del values[name]
+    _OUTPUT.write(json.dumps(values, indent=1, allow_nan=False) + "\n")
 
 
 def _plain(value: Any) -> Any:
@@ -476,6 +480,30 @@ class ReplayBar(_Progress):
         self._progress.update(self._task, completed=state.done, total=state.total, left="new walls")
 
 
+def status(report: StudyStatus) -> None:
+    """Print the status of a study, and the shares of its categories."""
+    from damagepred.cli.sentences import status_lines
+
+    for line in status_lines(report):
+        say(line)
+    title = "Share of walls by category reached by the end of the movement"
+    table(title, ["category", "walls", "share", "or worse", "90 % interval", "failed counted"], share_rows(report))
+
+
+def share_rows(report: StudyStatus) -> list[list[str]]:
+    """Rows of the table of categories of a status."""
+    from damagepred.archive.schema import CATEGORIES
+
+    return [
+        [
+            f"{c.category} {CATEGORIES[c.category].replace('_', ' ')}",
+            *(str(c.walls), f"{c.share:.3f}", f"{c.or_worse:.3f}", f"{c.lower:.3f} - {c.upper:.3f}"),
+            f"{c.failed_undamaged:.3f} - {c.failed_damaged:.3f}" if report.failed else "-",
+        ]
+        for c in report.categories
+    ]
+
+
 def back_analysis(found: xr.Dataset) -> None:
     """Print the posterior of causes, movement and future damage, and the discrepancy of the model."""
     from damagepred.analyses.posterior_tables import posterior_tables
@@ -537,11 +565,12 @@ def design_search(found: xr.Dataset) -> None:
 def wall_table(ds: xr.Dataset) -> None:
     """Print the path of a wall, a line an increment."""
     from damagepred.archive.cautions import wall_cautions
+    from damagepred.cli.sentences import zones_lines
     from damagepred.results.rejudge import footing_gap_note
     from damagepred.results.tables import energy_rows, path_columns, quality_rows
 
     table_of(ds.attrs["title"], path_columns(ds))
-    for line in zones_in_words(ds):
+    for line in zones_lines(ds):
         say(line)
     say("; ".join(" ".join(filter(None, row)) for row in quality_rows(ds)))
     if energy := energy_rows(ds):
@@ -635,19 +664,6 @@ def _levels(ds: xr.Dataset) -> list[str]:
     return said
 
 
-def zones_in_words(ds: xr.Dataset) -> list[str]:
-    """Return the numbers of deformable blocks, zones and yielding zones, in words; empty if all blocks are rigid."""
-    if "zones" not in ds.attrs:
-        return []
-    shear, tension, before = (ds[f"zones_{how}"].values for how in ("in_shear", "in_tension", "yielded_before"))
-    if (shear + tension + before).any():
-        yielding = f"at the end {shear[-1]} yield in shear, {tension[-1]} in tension, {before[-1]} have yielded before"
-    else:
-        yielding = "none of them yields"
-    size = f"{ds.attrs['deformable_blocks']} of {ds.sizes['block']} blocks deformable, {ds.attrs['zones']} zones"
-    return [f"{size} in plane {ds.attrs['plane']}; {yielding}"]
-
-
 def fragility_table(curves: xr.Dataset) -> None:
     """Print medians and dispersions of fragility curves with their bands, and how well they fit."""
     from damagepred.results.rejudge import measure_in_words
@@ -671,33 +687,6 @@ def year_table(ds: xr.Dataset, confidence: float) -> None:
     from damagepred.results.year_tables import year_columns
 
     table_of(f"{ds.attrs['title']}: share of walls by year", year_columns(ds, confidence))
-
-
-def surface_lines(surface: xr.Dataset) -> list[str]:
-    """Return slope, dispersion and information criteria of a fragility surface, in words."""
-    from damagepred.results.tables import banded
-    from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
-    from damagepred.uq.intensity import movement_words
-
-    what = f"category {surface.attrs['category']} against the {movement_words(surface)} and "
-    what += str(surface.attrs["second_variable"])
-    if (status := str(surface["fit_status"].values)) not in WITH_CURVE:
-        return [f"{what}: no surface, {status}"]
-    slope, dispersion = banded(surface, "slope", ".3g"), banded(surface, "dispersion")
-    power = "its power" if surface.attrs["scale"] == "log" else "exp of it times"
-    better = "with" if surface.attrs["aic_with"] < surface.attrs["aic_without"] else "without"
-    said = []
-    if status == EXTRAPOLATED:
-        said.append("the medians lie beyond the largest movement of the walls: lower bounds, the surface ends there")
-    if "share_at_start" in surface and (start := float(surface["share_at_start"])) > 0:
-        said.append(f"{start:.2g} of the walls reached it before any movement; medians are of the others")
-    return [
-        *said,
-        f"{what}: the median goes with {power} {slope}; dispersion {dispersion}, without it "
-        f"{float(surface['dispersion_alone']):.2f}",
-        f"Akaike's criterion: {surface.attrs['aic_with']:.1f} with it, {surface.attrs['aic_without']:.1f} without; it "
-        f"speaks for the curve {better} it",
-    ]
 
 
 def sensitivity_tables(found: xr.Dataset) -> None:

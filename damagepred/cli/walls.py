@@ -60,14 +60,15 @@ def check(
     """Validate a file, solve one wall of it and say what the whole run will cost."""
     from damagepred.assembly import Limits
     from damagepred.campaign.cost_estimate import estimate_cost
+    from damagepred.cli.sentences import cost_lines
 
     _ask_back(*_described(file))
     with terminal.Bar("solving one wall to price the run") as bar:
         estimate = estimate_cost(file, on_step=bar.step, limits=Limits.asked(yes))
     if json:
-        terminal.print_json(estimate)
+        terminal.print_json(estimate, without=["cautions", "accuracy", "ground", "site"])
         return
-    for line in estimate.lines():
+    for line in cost_lines(estimate):
         terminal.say(line)
 
 

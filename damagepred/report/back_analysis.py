@@ -5,11 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
-from damagepred.analyses.posterior_tables import odds_in_words, posterior_tables, sentences
+from damagepred.analyses.back_analysis import UNCERTAIN
+from damagepred.analyses.posterior_tables import odds_in_words, posterior_tables
 from damagepred.analyses.stored_walls import study_name
 from damagepred.archive.files import read_dataset
 from damagepred.errors import InputError, nearest
+from damagepred.formatting import chance
 from damagepred.report.parts import Part, Section, Table, Text, drawing
 from damagepred.uq.observations import ANOTHER
 
@@ -34,7 +37,7 @@ def back_analysis_section(file: Path, study: Path) -> Section:
     if np.isfinite(odds).any():
         best = int(np.nanargmax(odds))
         intro += f" The likeliest is {[*names, ANOTHER][best]}, odds {odds_in_words(odds[best])}."
-    parts: list[Part] = [Text([], sentences(found)), Text([intro])]
+    parts: list[Part] = [Text([], posterior_cautions(found)), Text([intro])]
     parts += [Table(title, columns, rows) for title, columns, rows in posterior_tables(found)]
     caption = "Distribution of the movement under each cause, given the observations."
     if "crack_probability" in found:
@@ -42,3 +45,38 @@ def back_analysis_section(file: Path, study: Path) -> Section:
     label = "Posterior distribution of the movement, and map of probable cracks"
     parts.append(drawing("posterior", caption, label, draw_back_analysis(found)[0]))
     return Section("posterior", "What the observed cracks say", parts)
+
+
+def posterior_cautions(found: xr.Dataset) -> list[str]:
+    """Cautions of a back-analysis: resemblance, effective samples, other causes, ends of paths."""
+    said, least = [], found.attrs["least_resemblance"]
+    measure = f"probability of a larger misfit, at least {least:g} is needed"
+    if not found["resembles"].values.any():
+        said.append(
+            f"NO STORED WALL RESEMBLES THE OBSERVATIONS: the best misfit is {float(found['least_misfit'].min()):.3g} "
+            f"for {found.attrs['observations']} observations, resemblance {chance(float(found['resemblance'].max()))} "
+            f"({measure}). No odds are given. Do not use this posterior; widen the study, or check the survey."
+        )
+    for name in found["study"].values:
+        cause = found.sel(study=name)
+        if not cause["resembles"]:
+            if found["resembles"].values.any():
+                said.append(
+                    f"{name}: no stored wall resembles the observations, resemblance "
+                    f"{chance(float(cause['resemblance']))} ({measure}); it has no odds."
+                )
+            continue
+        if (effective := float(cause["effective_samples"])) < (fewest := found.attrs["fewest_effective"]):
+            said.append(
+                f"{name}: only {effective:.1f} effective samples, fewer than {fewest:g}, so it has no odds; a larger "
+                "study, --new-walls 100 or more replays make the posterior surer."
+            )
+        if advice := str(cause["advice"].values):
+            cut = float(cause["movement_cut"])
+            where = f"{cut:.0%} of the posterior lies at the end of the paths, which cut the movement's interval there"
+            if not cut > UNCERTAIN:
+                where = "paths end before the further movements"
+            said.append(f"{name}: {where}; damage beyond is unknown. To know it, {advice}.")
+    if float(found["another_cause_odds"]) > 1:
+        said.append("Another cause than those of the studies is more probable than all of them together.")
+    return said

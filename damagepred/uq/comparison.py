@@ -159,41 +159,6 @@ def most_helpful(comparison: xr.Dataset, category: int, movement: float) -> list
     return [str(name) for name in change["study"].values[np.argsort(change.values, kind="stable")]]
 
 
-def sentences(comparison: xr.Dataset, category: int, movement: float) -> list[str]:
-    """Sentences on the differences for a category at a movement, the most helpful study first."""
-    results = comparison.sel(category=category).sel(movement=movement, method="nearest")
-    level = f"{float(comparison.attrs['confidence']):.0%}"
-    first, reference = results.isel(study=0), comparison.attrs["reference"]
-    if np.isnan(first["probability"]):
-        return [f"{reference}: unknown, no sample was followed as far; there is nothing to compare with"]
-    said = [
-        f"{reference}: {float(first['probability']):.3g}, "
-        f"{float(first['probability_lower']):.3g} to {float(first['probability_upper']):.3g} ({level})"
-    ]
-    for name in most_helpful(comparison, category, movement):
-        row = results.sel(study=name)
-        value, lower, upper = (float(row[f"difference{end}"]) for end in ("", "_lower", "_upper"))
-        if np.isnan(value):
-            said.append(f"{name}: unknown, no sample was followed as far")
-            continue
-        clear = "less damage" if upper < 0 else "more damage" if lower > 0 else "may be chance"
-        pairs = int(row["paired_samples"])
-        of = f"{pairs} pairs of samples" if pairs else "other samples, so the interval is wide"
-        said.append(
-            f"{name}: {float(row['probability']):.3g}; difference {value:+.3g}, {lower:+.3g} to {upper:+.3g} "
-            f"({level}): {clear}; {of}"
-        )
-    order = most_helpful(comparison, category, movement)
-    sure = [name for name in order if float(results["difference_upper"].sel(study=name)) < 0]
-    if not sure:
-        said.append("no measure is sure to lower it")
-    elif sure[0] == order[0]:
-        said.append(f"{sure[0]} lowers it most")
-    else:
-        said.append(f"of the measures that are sure to lower it, {sure[0]} lowers it most")
-    return said
-
-
 def _table(ds: xr.Dataset) -> str:
     """Rules of judgement of a study: damage table, measure, and whether gaps under the footing count."""
     rules = {"damage_table": "{}", "damage_measure": "crack width of a {}", "count_footing_gap": "footing gaps: {}"}

@@ -25,10 +25,11 @@ from cases import bent_before, further, on_jacks, read_case, results_of_the_test
 from judging import write_page  # noqa: E402
 
 from damagepred import infer, plotting  # noqa: E402
-from damagepred.analyses.posterior_tables import posterior_tables, sentences  # noqa: E402
+from damagepred.analyses.posterior_tables import posterior_tables  # noqa: E402
 from damagepred.campaign.settings import StudySettings  # noqa: E402
 from damagepred.inputs.input_files import read_toml  # noqa: E402
 from damagepred.plotting.sheet import figure_of  # noqa: E402
+from damagepred.report.back_analysis import posterior_cautions  # noqa: E402
 from damagepred.study import Study  # noqa: E402
 from damagepred.uq.observations import CrackObservation, Observations, WindowObservation  # noqa: E402
 
@@ -115,7 +116,7 @@ def main() -> None:
         share = np.bincount(found["study_of_sample"].values, found["posterior"].values.sum(axis=1))
         for (one, moved, _, _, count, _), odds in zip(posterior_tables(found)[0].rows, share / (1.0 - share)):
             lines.append(f"| {name} | {one} | {odds:.3g} | {moved.partition(',')[0]} | {count} |")
-        print("\n".join([name, *sentences(found)]), flush=True)
+        print("\n".join([name, *posterior_cautions(found)]), flush=True)
         picture(found, name)
     print("\n".join(lines))
     if given.folder == HERE / "results" / "bryant":

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from damagepred.analyses.epistemic import _changed, alternatives, lines
+from damagepred.analyses.epistemic import _changed, alternatives
 from damagepred.campaign.settings import StudySettings
+from damagepred.cli.sentences import estimate_lines
 from damagepred.errors import InputError
 from damagepred.study import Study
 from tests.conftest import SMALL_STUDY
@@ -25,7 +26,7 @@ def test_alternatives_are_estimated_beside_the_study(tmp_path: Path) -> None:
     assert same.found.estimate.value == pytest.approx(own.found.estimate.value)
     assert same.effective_samples == pytest.approx(16)
     assert 4 < rougher.effective_samples < 16
-    said = "\n".join(lines([own, rougher, same], 1, 6e-3))
+    said = "\n".join(estimate_lines([own, rougher, same], 1, 6e-3))
     assert "Monte Carlo error" in said
     assert "epistemic range of the inputs" in said
 

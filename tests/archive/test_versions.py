@@ -79,14 +79,14 @@ def test_the_widest_crack_so_far_of_version_6_has_its_name_of_today(dims: tuple[
 
 def test_an_old_study_is_extended_and_its_parts_are_left(old: Path) -> None:
     before = {p.name: p.read_bytes() for p in (old / "parts").iterdir()}
-    archived, mixed = open_study(old), study_status(old).lines
+    archived, mixed = open_study(old), study_status(old).cautions
     study = Study.from_folder(old)
     with ThreadPoolExecutor(1) as executor:
         with pytest.raises(StudyError, match=r"were solved by an older version .* with --mix-versions"):
             study.run(old, samples=4, executor=executor)
-        assert study_status(old).lines == mixed
+        assert study_status(old).cautions == mixed
         summary = study.run(old, samples=4, executor=executor, mix_versions=True)
-    assert any("walls were solved by 2 programs" in line for line in study_status(old).lines)
+    assert any("walls were solved by 2 programs" in line for line in study_status(old).cautions)
     assert (summary.done, summary.failed) == (4, 1)
     for name, content in before.items():
         assert (old / "parts" / name).read_bytes() == content

@@ -26,6 +26,8 @@ from damagepred.campaign.sample import _kept_of_movement
 from damagepred.campaign.settings import StudySettings, differing_keys, read_frozen
 from damagepred.campaign.status import study_status
 from damagepred.campaign.stopping import Ending, InterimAnalysis
+from damagepred.cli.sentences import cost_lines, ending_lines, status_lines
+from damagepred.cli.terminal import share_rows
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import ConvergenceError, DivergenceError, InputError, StudyError
 from damagepred.formatting import duration
@@ -71,17 +73,17 @@ def test_every_number_of_a_standing(tmp_path: Path, replicates: int) -> None:
         ds.attrs["replicates"] = replicates
     found = standing_of(folder, ds)
     assert (found.total, found.done, found.failed, found.remaining) == (40, 35, 3, 5)
-    assert found.lines[:2] == [
+    assert status_lines(found)[:2] == [
         "small wall that cracks: 35 of 40 walls done, 3 failed, 5 remaining",
-        "9.8 s a wall, about 49 s of work left",
+        "9.8 s per wall, about 49 s of work left",
     ]
-    said = [line for line in found.lines if line.startswith("failed sample")]
+    said = [line for line in status_lines(found) if line.startswith("failed sample")]
     assert said == [f"failed sample {i}: not_converged: no equilibrium in increment 1" for i in failed]
     good = np.setdiff1d(np.arange(40), (*failed, *missing))
     worst = ds["damage_category"].values[good].max(axis=1)
     assert len(set(worst.tolist())) == 3
     label = good % replicates if replicates > 1 else None
-    for category, row in enumerate(found.rows):
+    for category, row in enumerate(share_rows(found)):
         number, worse = int((worst == category).sum()), int((worst >= category).sum())
         interval = estimate.probability(worst >= category, replicate=label)
         assert row[1:4] == [str(number), f"{number / 32:.3f}", f"{interval.value:.3f}"]
@@ -95,8 +97,13 @@ def test_every_number_of_a_standing(tmp_path: Path, replicates: int) -> None:
             middle, reach = share + z**2 / 64, z * math.sqrt(share * (1 - share) / 32 + z**2 / 64**2)
             ends = [float(end) for end in row[4].split(" - ")]
             assert ends == pytest.approx([(middle + way * reach) / (1 + z**2 / 32) for way in (-1, 1)], abs=6e-4)
-    assert found.columns == ["category", "walls", "share", "or worse", "90 % interval", "failed counted"]
-    assert [row[0] for row in found.rows] == ["0 negligible", "1 very slight", "2 slight", "3 moderate", "4 severe"]
+    assert [row[0] for row in share_rows(found)] == [
+        "0 negligible",
+        "1 very slight",
+        "2 slight",
+        "3 moderate",
+        "4 severe",
+    ]
 
 
 def standing_of(folder: StudyFolder, ds: Any) -> Any:
@@ -111,21 +118,21 @@ def test_a_standing_of_weighted_walls_and_of_none_left(tmp_path: Path) -> None:
     weight = np.array([0.5, 3.0, 1.5, 0.25, 0.75, 1.0, 1.25, 2.0])
     ds = folder.results().assign(weight=("sample", weight))
     at = [np.nan, 3e-3, 5.5e-3, np.nan, 2e-3, np.nan, np.nan, 4e-3]
-    ended = standing_of(folder, ds.assign(limit_deflection=("sample", at))).lines[3]
+    ended = status_lines(standing_of(folder, ds.assign(limit_deflection=("sample", at))))[3]
     assert ended.startswith("4 walls ended before the full movement, at 2 to 5.5 mm, where")
     found = standing_of(folder, ds.assign(limit_deflection=("sample", np.full(8, np.nan))))
-    assert found.lines[3].startswith("failed sample 2")
-    assert found.lines[1:3] == [
-        "0.2 s a wall",
+    assert status_lines(found)[3].startswith("failed sample 2")
+    assert status_lines(found)[1:3] == [
+        "0.2 s per wall",
         f"importance sampling: {weight.sum() ** 2 / (weight**2).sum():.0f} effective walls; shares are weighted",
     ]
     good = np.delete(np.arange(8), 2)
     worst = ds["damage_category"].values.max(axis=1)
     low = weight[good] @ (worst[good] >= 1) / 8
-    assert found.rows[1][5] == f"{min(low, 1):.3f} - {min(low + 1.5 / 8, 1):.3f}"
+    assert share_rows(found)[1][5] == f"{min(low, 1):.3f} - {min(low + 1.5 / 8, 1):.3f}"
     # the failed wall takes the share of the others
     share = weight[good] @ (worst[good] == 1) / weight[good].sum() * weight.mean()
-    assert found.rows[1][2] == f"{share:.3f}"
+    assert share_rows(found)[1][2] == f"{share:.3f}"
 
 
 def test_a_cost_estimate_in_words() -> None:
@@ -162,9 +169,9 @@ def test_a_cost_estimate_in_words() -> None:
         "  caution: steps too long",
         "accuracy",
     ]
-    assert cost.lines() == lines
+    assert cost_lines(cost) == lines
     one = CostEstimate(**{**vars(cost), "variables": 0, "ground": None, "peak_bytes": 0, "matrix_bytes": 0})
-    assert one.lines()[3:5] == [
+    assert cost_lines(one)[3:5] == [
         "  solver: quasi_static",
         "  11 deformable blocks: 128 zones, 90 gridpoints, 5.6 MB of results (none with --no-zones)",
     ]
@@ -178,18 +185,18 @@ def test_looks_and_endings_in_words(tmp_path: Path) -> None:
     seen = [InterimAnalysis(8, None, False), InterimAnalysis(16, found, True)]
     summary = RunSummary(tmp_path, 16, 16, 1, False, 3.0)
     rule = StopWhen(category=2, at="6.5 mm", half_width=0.07, confidence=0.95)
-    assert Ending(summary, seen, "enough").lines(rule) == [
+    assert ending_lines(Ending(summary, seen, "enough"), rule) == [
         "look at 16 walls: P(category >= 2 at 6.5 mm) = 0.4123, 0.35 to 0.47 (95% over all looks)",
         "narrow enough: no further walls are run",
     ]
     median = StopWhen(category=3, quantity="median", half_width="1 mm")
     moved = found._replace(value=4.5e-3, lower=4e-3, upper=5.25e-3)
-    assert Ending(summary, [InterimAnalysis(16, moved, False)], "samples").lines(median) == [
+    assert ending_lines(Ending(summary, [InterimAnalysis(16, moved, False)], "samples"), median) == [
         "look at 16 walls: median movement of category 3 = 4.5 mm, 4 to 5.25 (90% over all looks)",
         "all walls allowed are run, and the interval is not narrow enough yet",
     ]
-    assert Ending(summary, seen, "time").lines(None) == ["the time is up; the same command resumes the study"]
-    assert Ending(summary, [], "interrupted").lines(rule) == []
+    assert ending_lines(Ending(summary, seen, "time"), None) == ["the time is up; the same command goes on"]
+    assert ending_lines(Ending(summary, [], "interrupted"), rule) == []
     running._record(tmp_path, rule, seen, "enough")
     kept = json.loads((tmp_path / "stopping.json").read_text())
     assert kept == {

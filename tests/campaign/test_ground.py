@@ -12,6 +12,7 @@ import xarray as xr
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.status import study_status
 from damagepred.cli import main
+from damagepred.cli.sentences import status_lines
 from damagepred.errors import InputError
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.study import common_paths, draw_category_shares
@@ -153,7 +154,7 @@ def test_fits_take_a_wall_at_the_limit_of_its_rig_as_censored_there(jacks: Path)
 
 def test_status_and_pictures_report_the_limit(jacks: Path) -> None:
     ds = open_study(jacks)
-    line = next(text for text in study_status(jacks).lines if "ended before the full movement" in text)
+    line = next(text for text in status_lines(study_status(jacks)) if "ended before the full movement" in text)
     assert line.startswith("4 walls ended")
     assert "censored" in line
     paths = common_paths(ds, points=7)

@@ -50,7 +50,7 @@ def test_the_end_is_the_last_increment_of_the_path(folders: dict[str, Path]) -> 
 
 
 def test_studies_of_ends_are_read_everywhere(folders: dict[str, Path]) -> None:
-    assert study_status(folders["sampled"]).rows == study_status(folders["path"]).rows
+    assert study_status(folders["sampled"]).categories == study_status(folders["path"]).categories
     for kind in ("sampled", "both"):
         assert replay(folders[kind], 4)[1] == "bit for bit equal to sample 4 of the archive"
     end = open_study(folders["sampled"])

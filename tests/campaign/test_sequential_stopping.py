@@ -10,6 +10,7 @@ import pytest
 
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.stopping import run_until
+from damagepred.cli.sentences import ending_lines
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study, open_study
 from tests.conftest import SMALL_STUDY
@@ -41,7 +42,7 @@ def test_a_study_stops_when_the_interval_is_small_enough(tmp_path: Path) -> None
     kept = json.loads((tmp_path / "s.dp" / "stopping.json").read_text())
     assert kept["reason"] == "enough"
     assert kept["looks"][-1]["samples"] == counts[-1]
-    assert "narrow enough" in " ".join(ending.lines(study.settings.study.stop_when))
+    assert "narrow enough" in " ".join(ending_lines(ending, study.settings.study.stop_when))
 
 
 def test_a_study_stops_when_its_time_is_up(tmp_path: Path) -> None:

@@ -167,7 +167,7 @@ def test_damage_is_reported_and_repaired(
         folder.results_file.unlink()
     found = verify(folder.path)
     assert found.damaged, "verify sees it"
-    assert all("\n" not in line for line in found.lines)
+    assert all("\n" not in line for line in (*found.damaged, *found.differing, *found.notes))
     values, said = read_or_refused(folder.path)
     assert said, "so does whatever reads it"
     honest = open_study(done)
@@ -271,7 +271,7 @@ def test_versions_mix_only_when_asked_to(done: Path, tmp_path: Path, monkeypatch
     assert {file: file.read_bytes() for file in files(folder)} == before
     run(folder)  # nothing is left to run
     run(folder, samples=SAMPLES + 1, mix_versions=True)
-    assert any("walls were solved by 2 programs" in line for line in study_status(folder).lines)
+    assert any("walls were solved by 2 programs" in line for line in study_status(folder).cautions)
 
 
 @pytest.mark.filterwarnings("ignore::damagepred.errors.ArchiveWarning")

@@ -59,8 +59,10 @@ def test_json_of_a_study_is_what_python_returns(command: Run, tmp_path: Path) ->
     status = json.loads(command("status", house, "--json").out)
     shares = study_status(house).categories
     assert status["total"] == status["done"] == 40
+    assert not {"lines", "cautions"} & set(status)
     assert [c["or_worse"] for c in status["categories"]] == [c.or_worse for c in shares]
     estimate = json.loads(command("estimate", house, "--category", 1, "--at", "3 mm", "--json").out)
+    assert (estimate["movement"], estimate["at"], estimate["alternatives"][0]["name"]) == (3e-3, "3 mm", None)
     known = alternatives(house, 1, 3e-3)[0].found.estimate
     assert estimate["alternatives"][0]["found"]["estimate"]["value"] == known.value
     said = command("fragility", house, "--bootstrap", 20, "--goodness", 0, "--json", "-o", tmp_path / "curves.nc")
@@ -73,7 +75,9 @@ def test_json_of_a_study_is_what_python_returns(command: Run, tmp_path: Path) ->
 
 def test_json_of_a_wall_and_of_its_cost(command: Run, tmp_path: Path) -> None:
     (tmp_path / "wall.toml").write_text(SMALL_SCENE)
-    assert json.loads(command("check", tmp_path / "wall.toml", "--json").out)["increments"] == 3
+    cost = json.loads(command("check", tmp_path / "wall.toml", "--json").out)
+    assert cost["increments"] == 3
+    assert [text for text in cost.values() if isinstance(text, str) and " " in text] == [cost["title"]]
     quiet = command("solve", tmp_path / "wall.toml", "-o", tmp_path / "wall.nc", "--quiet")
     assert quiet.code == 0
     assert "wrote" not in quiet.out

@@ -18,6 +18,7 @@ from rich.console import Console
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.cli import terminal
+from damagepred.cli.sentences import surface_lines
 from damagepred.results.rejudge import judge_again, shares
 from damagepred.results.tables import curve_notes, energy_rows, quality_rows
 from damagepred.results.wall_cracks import crack_frame, cracks
@@ -321,13 +322,13 @@ def test_every_number_of_a_surface(scale: str, words: str) -> None:
             "aic_without": 219.7,
         },
     )
-    assert terminal.surface_lines(surface) == [
+    assert surface_lines(surface) == [
         "category 2 against the surface movement and joint.cohesion: the median goes with "
         f"{words} 0.5 (0.47 to 0.57); dispersion 0.60 (0.54 to 0.74), without it 0.91",
         "Akaike's criterion: 211.4 with it, 219.7 without; it speaks for the curve with it",
     ]
-    assert terminal.surface_lines(surface.assign_attrs(aic_with=230.0))[1].endswith("the curve without it")
-    (said,) = terminal.surface_lines(surface.assign(fit_status="never reached"))
+    assert surface_lines(surface.assign_attrs(aic_with=230.0))[1].endswith("the curve without it")
+    (said,) = surface_lines(surface.assign(fit_status="never reached"))
     assert said.endswith("no surface, never reached")
 
 

@@ -7,8 +7,9 @@ import pytest
 import xarray as xr
 from scipy import special
 
+from damagepred.cli.sentences import comparison_lines
 from damagepred.errors import InputError
-from damagepred.uq.comparison import compare, most_helpful, sentences
+from damagepred.uq.comparison import compare, most_helpful
 
 
 def study(
@@ -107,13 +108,13 @@ def test_the_reference_differs_from_itself_by_nothing_and_the_most_helpful_comes
     assert (found["difference_upper"][0] == 0).all()
     assert most_helpful(found, 1, 0.01) == ["stiffer", "drier"]
     assert found["probability"].dims == ("study", "category", "movement")
-    said = sentences(found, 1, 0.01)
+    said = comparison_lines(found, 1, 0.01)
     assert said[0].startswith("as it is: 0.")
     assert said[1].startswith("stiffer: 0.")
     assert "less damage; 80 pairs of samples" in said[1]
     assert said[3:] == ["stiffer lowers it most"]
     again = dict.fromkeys(("as it is", "the same"), studies["as it is"])
-    assert sentences(compare(again), 1, 0.01)[2:] == ["no measure is sure to lower it"]
+    assert comparison_lines(compare(again), 1, 0.01)[2:] == ["no measure is sure to lower it"]
 
 
 def test_failed_samples_are_counted_and_take_the_share_of_the_others() -> None:
@@ -155,5 +156,5 @@ def test_a_site_class_is_compared_by_its_mean() -> None:
 
 def test_unknown_probabilities_are_reported_as_unknown() -> None:
     first, second = pair(np.random.default_rng(4), 20, 0.0, 0.0, 0.5)
-    said = sentences(compare({"a": first, "b": second}, categories=[1], at=[0.02]), 1, 0.02)
+    said = comparison_lines(compare({"a": first, "b": second}, categories=[1], at=[0.02]), 1, 0.02)
     assert said == ["a: unknown, no sample was followed as far; there is nothing to compare with"]

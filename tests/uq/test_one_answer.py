@@ -10,8 +10,9 @@ import pytest
 import xarray as xr
 from scipy import special
 
+from damagepred.cli.sentences import comparison_lines
 from damagepred.errors import InputError
-from damagepred.uq.comparison import compare, sentences
+from damagepred.uq.comparison import compare
 from damagepred.uq.exceedance import (
     CategoryCapacities,
     estimate_exceedance,
@@ -222,7 +223,7 @@ def test_the_sentences_add_up() -> None:
     normal = random.standard_normal(64)
     studies = {name: study(median * np.exp(SCATTER * normal), ends) for name, median in (("log", 0.09), ("deep", 0.9))}
     found = compare(studies, categories=[1], at=["H1"])
-    first, second = sentences(found, 1, float(found["movement"][0]))[:2]
+    first, second = comparison_lines(found, 1, float(found["movement"][0]))[:2]
     value = float(found["probability"][0, 0, 0])
     assert value > 0
     assert first.startswith(f"log: {value:.3g}, ")

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from scipy import optimize, special
 
-from damagepred.cli.terminal import surface_lines
+from damagepred.cli.sentences import surface_lines
 from damagepred.errors import InputError
 from damagepred.plotting import draw_fragility
 from damagepred.uq.fragility import capacities, fit_fragility, fit_surface

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.analyses.epistemic import Alternative, lines
+from damagepred.analyses.epistemic import Alternative
+from damagepred.cli.sentences import estimate_lines
 from damagepred.errors import InputError
 from damagepred.plotting.study import quantile
 from damagepred.report.typical import typical_and_worst
@@ -28,7 +29,7 @@ def test_no_estimate_beyond_the_largest_movement() -> None:
     assert np.isnan(found.estimate.value)
     assert (found.estimate.lower, found.estimate.upper) == (0.0, 1.0)
     assert (found.failed_undamaged, found.failed_damaged, found.not_followed) == (0.0, 1.0, 20)
-    (said,) = lines([Alternative("", found, 20.0)], 1, 0.5)
+    (said,) = estimate_lines([Alternative("", found, 20.0)], 1, 0.5)
     assert "at 500 mm) is unknown, between 0 and 1" in said
 
 

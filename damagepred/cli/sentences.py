@@ -1,0 +1,249 @@
+"""Sentences of the command line: results of studies and estimates in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from damagepred.formatting import duration
+from damagepred.uq.comparison import most_helpful
+from damagepred.uq.movement_distribution import MovementDistribution, as_distribution
+
+if TYPE_CHECKING:
+    from damagepred.analyses.epistemic import Alternative
+    from damagepred.analyses.limit_state import Question
+    from damagepred.analyses.rare_event import RareEvent
+    from damagepred.campaign.cost_estimate import CostEstimate
+    from damagepred.campaign.status import StudyStatus
+    from damagepred.campaign.stopping import Ending
+    from damagepred.uq.stopping import StopWhen
+    from damagepred.uq.subset import SubsetEstimate
+
+
+def cost_lines(cost: CostEstimate) -> list[str]:
+    """Size and cost of a run."""
+    said = [
+        f"{cost.title}: valid",
+        f"  {cost.blocks} blocks, {cost.contacts} contacts, {cost.joints} joints, {cost.increments} increments",
+        f"  one wall: {duration(cost.wall_seconds)} ({cost.status}{_spread(cost.timed)}); kernels made ready in "
+        f"{duration(cost.compile_seconds)}",
+        f"  solver: {cost.method}" + (f", {cost.matrix_bytes / 1e6:.2g} MB of matrices" if cost.matrix_bytes else ""),
+    ]
+    if cost.zones:
+        results = "" if cost.variables else f", {cost.zone_bytes / 1e6:.2g} MB of results (none with --no-zones)"
+        peak = f"; at most {cost.peak_bytes / 1e6:.0f} MB of memory in all" if cost.peak_bytes else ""
+        said.append(
+            f"  {cost.deformable_blocks} deformable blocks: {cost.zones} zones, {cost.gridpoints} gridpoints"
+            f"{results}{peak}"
+        )
+    if cost.variables:
+        total = cost.samples * cost.wall_seconds
+        said.append(
+            f"  {cost.samples} walls with {cost.variables} uncertain numbers: about {duration(total)} with -j 1, "
+            f"{duration(total / 2)} with -j 2"
+        )
+    said += [f"  {ground}" for ground in (cost.site, cost.ground) if ground]
+    return [*said, *(f"  caution: {caution}" for caution in cost.cautions), *cost.accuracy]
+
+
+def _spread(times: tuple[float, ...]) -> str:
+    """Least and most of the times of several walls (s)."""
+    if len(times) < 2:
+        return ""
+    return f"; on average of {len(times)} walls, {duration(min(times))} to {duration(max(times))}"
+
+
+def ending_lines(ending: Ending, rule: StopWhen | None) -> list[str]:
+    """Estimates at the looks of a study, and the reason why it ended."""
+    said = []
+    for look in ending.looks:
+        if rule is not None and look.estimate is not None:
+            e, unit = look.estimate, (1e3, " mm") if rule.quantity == "median" else (1.0, "")
+            low, value, high = (f"{unit[0] * v:.4g}" for v in (e.lower, e.value, e.upper))
+            said.append(
+                f"look at {look.samples} walls: {rule.name()} = {value}{unit[1]}, {low} to {high} "
+                f"({rule.confidence:.0%} over all looks)"
+            )
+    reasons = {
+        "enough": "narrow enough: no further walls are run",
+        "samples": "all walls allowed are run, and the interval is not narrow enough yet",
+        "time": "the time is up; the same command goes on",
+        "interrupted": "",
+    }
+    return [*said, *filter(None, [reasons[ending.reason]])]
+
+
+def estimate_lines(alternatives: list[Alternative], category: int, at: float | MovementDistribution) -> list[str]:
+    """Probability with its errors, and the range that the inputs leave open."""
+    first, said = alternatives[0].found, []
+    e = first.estimate
+    movement = as_distribution(at)
+    question = f"P(category >= {category} at {f'{1e3 * at:g} mm' if isinstance(at, float) else movement.words})"
+    if np.isnan(e.value):
+        return [
+            f"{question} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no wall that had "
+            f"not reached it before was followed as far; walls, all: {e.samples + first.failed}, failed: "
+            f"{first.failed}, not followed as far: {first.not_followed}"
+        ]
+    said.append(
+        f"{question} = {e.value:.4g}, Monte Carlo error {e.error:.2g}: {e.lower:.4g} to {e.upper:.4g} "
+        f"({e.confidence:.0%}), {e.samples} walls"
+    )
+    if movement.assumption:
+        said.append(movement.assumption)
+    if first.failed:
+        said.append(
+            f"{first.failed} failed walls: {first.failed_undamaged:.4g} if none had reached it, "
+            f"{first.failed_damaged:.4g} if all had"
+        )
+    if first.not_followed:
+        said.append(
+            f"{first.not_followed} walls were not followed that far; they count as those followed further, which is "
+            "right if their movement does not end there because they are weak or strong"
+        )
+    for other in alternatives[1:]:
+        o = other.found.estimate
+        few = ", too few: run it as a study" if other.effective_samples < 0.2 * o.samples else ""
+        said.append(
+            f"  {other.name}: {o.value:.4g}, {o.lower:.4g} to {o.upper:.4g} "
+            f"({other.effective_samples:.0f} effective walls{few})"
+        )
+    if len(alternatives) > 1:
+        values = [a.found.estimate.value for a in alternatives]
+        said.append(
+            f"what the inputs leave open: {min(values):.4g} to {max(values):.4g}, besides the Monte Carlo error"
+        )
+    return said
+
+
+def rare_lines(result: RareEvent, question: Question) -> list[str]:
+    """Levels and probability of a rare event, and its bounds over failed walls."""
+    e, all_damaged = result.estimate, result.failed_damaged
+    said = [f"run {k}: {p:.3g}" for k, p in enumerate(e.runs, start=1)]
+    if not e.runs:
+        said.append(
+            "the interval is that of one run alone, which holds the truth less often than it says: take --runs 4 "
+            "or more"
+        )
+    said += [
+        f"level {k}: margin {level.limit:.4g} or less for {level.share:.3g} of the walls"
+        + ("" if np.isnan(level.acceptance) else f", {level.acceptance:.0%} of proposals accepted")
+        for k, level in enumerate(e.levels, start=1)
+    ]
+    said.append(f"P(category >= {question.category} at {1e3 * question.at:g} mm) {_subset(e)}")
+    if result.failed:
+        low, high = result.interval
+        said += [
+            f"{result.failed} walls failed before {1e3 * question.at:g} mm. Above, they count as not having reached "
+            "the category",
+            f"if all of them had reached it: {_subset(all_damaged)}",
+            f"so it is between {low:.3g} and {high:.3g} ({e.confidence:.0%}), whatever became of them",
+        ]
+    if len(result.programs) > 1:
+        said.append(f"caution: walls were solved by several programs, which may differ: {'; '.join(result.programs)}")
+    return said
+
+
+def _subset(e: SubsetEstimate) -> str:
+    if not e.reached:
+        return f"is below {e.probability:.3g}: after {e.evaluations} walls no level reached it"
+    return (
+        f"= {e.probability:.3g}, {e.lower:.3g} to {e.upper:.3g} ({e.confidence:.0%}), coefficient of variation "
+        f"{e.variation:.2f}, {e.evaluations} walls"
+    )
+
+
+def comparison_lines(comparison: xr.Dataset, category: int, movement: float) -> list[str]:
+    """Probabilities of a category at a movement with their differences, the most helpful study first."""
+    chosen = comparison.sel(category=category).sel(movement=movement, method="nearest")
+    level = f"{float(comparison.attrs['confidence']):.0%}"
+    first, reference = chosen.isel(study=0), comparison.attrs["reference"]
+    if np.isnan(first["probability"]):
+        return [f"{reference}: unknown, no sample was followed as far; there is nothing to compare with"]
+    said = [
+        f"{reference}: {float(first['probability']):.3g}, "
+        f"{float(first['probability_lower']):.3g} to {float(first['probability_upper']):.3g} ({level})"
+    ]
+    for name in most_helpful(comparison, category, movement):
+        study = chosen.sel(study=name)
+        value, lower, upper = (float(study[f"difference{end}"]) for end in ("", "_lower", "_upper"))
+        if np.isnan(value):
+            said.append(f"{name}: unknown, no sample was followed as far")
+            continue
+        clear = "less damage" if upper < 0 else "more damage" if lower > 0 else "may be chance"
+        pairs = int(study["paired_samples"])
+        pairing = f"{pairs} pairs of samples" if pairs else "other samples, so the interval is wide"
+        said.append(
+            f"{name}: {float(study['probability']):.3g}; difference {value:+.3g}, {lower:+.3g} to {upper:+.3g} "
+            f"({level}): {clear}; {pairing}"
+        )
+    order = most_helpful(comparison, category, movement)
+    sure = [name for name in order if float(chosen["difference_upper"].sel(study=name)) < 0]
+    if not sure:
+        said.append("no measure is sure to lower it")
+    elif sure[0] == order[0]:
+        said.append(f"{sure[0]} lowers it most")
+    else:
+        said.append(f"of the measures that are sure to lower it, {sure[0]} lowers it most")
+    return said
+
+
+def status_lines(status: StudyStatus) -> list[str]:
+    """Walls done, failed and remaining, times, limits, cautions and failures of a study."""
+    s = status
+    said = [f"{s.title}: {s.done} of {s.total} walls done, {s.failed} failed, {s.remaining} remaining"]
+    if np.isfinite(s.wall_seconds):
+        rest = f", about {duration(s.wall_seconds * s.remaining)} of work left" if s.remaining else ""
+        said.append(f"{duration(s.wall_seconds)} per wall{rest}")
+    if np.isfinite(s.effective_walls):
+        said.append(f"importance sampling: {s.effective_walls:.0f} effective walls; shares are weighted")
+    if s.limits:
+        low, high = 1e3 * min(s.limits), 1e3 * max(s.limits)
+        said.append(
+            f"{len(s.limits)} walls ended before the full movement, at {low:.3g} to {high:.3g} mm, where the jacks or "
+            "supports carry nothing any more; fits take what they had not reached there as not yet reached (censored)"
+        )
+    said += [f"caution: {caution}" for caution in s.cautions]
+    return [*said, *(f"failed sample {sample}: {reason}: {message}" for sample, reason, message in s.failures)]
+
+
+def zones_lines(ds: xr.Dataset) -> list[str]:
+    """Numbers of deformable blocks, zones and yielding zones; empty if all blocks are rigid."""
+    if "zones" not in ds.attrs:
+        return []
+    shear, tension, before = (ds[f"zones_{how}"].values for how in ("in_shear", "in_tension", "yielded_before"))
+    if (shear + tension + before).any():
+        yielding = f"at the end {shear[-1]} yield in shear, {tension[-1]} in tension, {before[-1]} have yielded before"
+    else:
+        yielding = "none of them yields"
+    size = f"{ds.attrs['deformable_blocks']} of {ds.sizes['block']} blocks deformable, {ds.attrs['zones']} zones"
+    return [f"{size} in plane {ds.attrs['plane']}; {yielding}"]
+
+
+def surface_lines(surface: xr.Dataset) -> list[str]:
+    """Slope, dispersion and information criteria of a fragility surface."""
+    from damagepred.results.tables import banded
+    from damagepred.uq.fragility.fit import EXTRAPOLATED, WITH_CURVE
+    from damagepred.uq.intensity import movement_words
+
+    what = f"category {surface.attrs['category']} against the {movement_words(surface)} and "
+    what += str(surface.attrs["second_variable"])
+    if (status := str(surface["fit_status"].values)) not in WITH_CURVE:
+        return [f"{what}: no surface, {status}"]
+    slope, dispersion = banded(surface, "slope", ".3g"), banded(surface, "dispersion")
+    power = "its power" if surface.attrs["scale"] == "log" else "exp of it times"
+    better = "with" if surface.attrs["aic_with"] < surface.attrs["aic_without"] else "without"
+    said = []
+    if status == EXTRAPOLATED:
+        said.append("the medians lie beyond the largest movement of the walls: lower bounds, the surface ends there")
+    if "share_at_start" in surface and (start := float(surface["share_at_start"])) > 0:
+        said.append(f"{start:.2g} of the walls reached it before any movement; medians are of the others")
+    return [
+        *said,
+        f"{what}: the median goes with {power} {slope}; dispersion {dispersion}, without it "
+        f"{float(surface['dispersion_alone']):.2f}",
+        f"Akaike's criterion: {surface.attrs['aic_with']:.1f} with it, {surface.attrs['aic_without']:.1f} without; it "
+        f"speaks for the curve {better} it",
+    ]
