@@ -32,7 +32,7 @@ app: typer.Typer = typer.Typer(
     cls=_Commands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None,  # else brackets in help texts are taken for markup
+    rich_markup_mode=None,  # brackets in help texts are no markup
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
@@ -158,7 +158,7 @@ DOING = {
     "report": "collecting and drawing for the page",
     "guide": "reading the guide",
 }
-"""What each command does while it says nothing else."""
+"""Activity of each command, shown while it prints no results."""
 
 
 @app.callback()
@@ -179,7 +179,7 @@ def say_pictures(files: Iterable[Path]) -> None:
 
 
 def keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None = None) -> None:
-    """Write and draw a wall where asked, before anything else is printed."""
+    """Write and draw a wall on request, before all other output."""
     from damagepred.archive.files import write_dataset
 
     if output is not None:
@@ -193,7 +193,7 @@ def keep_wall(ds: xr.Dataset, output: Path | None, plot: Path | None = None) -> 
 
 
 def keep_curves(ds: xr.Dataset, output: Path | None, plot: Path | None) -> None:
-    """Write and draw what was found from a study where asked."""
+    """Write and draw a result of a study on request."""
     from damagepred.archive.schema import SCHEMA_VERSION
 
     keep_wall(ds.assign_attrs(schema_version=SCHEMA_VERSION), output)

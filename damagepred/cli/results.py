@@ -47,7 +47,7 @@ def estimate(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Estimate a probability from a study: Monte Carlo error, failed walls and what the inputs leave open, apart."""
+    """Estimate a probability from a study: Monte Carlo error, failed walls and uncertain inputs apart."""
     from damagepred.analyses.epistemic import alternatives
     from damagepred.campaign.settings import StudySettings
     from damagepred.cli.sentences import estimate_lines
@@ -55,14 +55,14 @@ def estimate(
 
     movement = movement_distribution(at, option="--at")
     others = StudySettings.from_toml(study_file).study.epistemic if study_file else None
-    found = alternatives(folder, category, movement, others=others, confidence=confidence)
+    estimates = alternatives(folder, category, movement, others=others, confidence=confidence)
     if json:
         points = () if movement.own else movement.points  # shares of each wall's own movement
-        values = [{**one._asdict(), "name": one.name or None} for one in found]
+        values = [{**one._asdict(), "name": one.name or None} for one in estimates]
         asked = {"category": category, "at": movement.name, "movement": points[0] if len(points) == 1 else points}
         terminal.print_json({**asked, "alternatives": values})
         return
-    for line in estimate_lines(found, category, movement):
+    for line in estimate_lines(estimates, category, movement):
         terminal.say(line)
 
 
@@ -77,7 +77,7 @@ def compare(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Compare studies: how far each measure changes a probability of damage, the same samples under each."""
+    """Compare studies: change of a probability of damage by each measure, with the same samples."""
     from damagepred.archive.folder import open_study
     from damagepred.cli.sentences import comparison_lines
     from damagepred.errors import InputError
@@ -91,11 +91,11 @@ def compare(
     if twice := [name for name in names if names.count(name) > 1]:
         raise InputError(f"{twice[0]}: is given twice; compare it with another study.")
     studies = {name: open_study(folder) for name, folder in zip(names, folders)}
-    found = compare_studies(studies, categories=[category], at=[movement], confidence=confidence)
+    comparison = compare_studies(studies, categories=[category], at=[movement], confidence=confidence)
     if json:
-        terminal.print_json(found)
+        terminal.print_json(comparison)
     terminal.say(f"P(category >= {category} at {movement.words})")
-    for line in comparison_lines(found, category, float(found["movement"][0])):
+    for line in comparison_lines(comparison, category, float(comparison["movement"][0])):
         terminal.say(line)
     if movement.assumption:
         terminal.note(movement.assumption)
@@ -136,13 +136,15 @@ def infer_command(
     for price in prices(files[:-1], files[-1], options, workers):
         terminal.note(price)
     with terminal.ReplayBar() as bar:
-        found = infer(files[:-1], files[-1], workers=workers, options=options, on_replay=bar.update, on_walls=bar.walls)
-    keep_curves(found, output, plot)
-    terminal.cautions(posterior_cautions(found))
+        posterior = infer(
+            files[:-1], files[-1], workers=workers, options=options, on_replay=bar.update, on_walls=bar.walls
+        )
+    keep_curves(posterior, output, plot)
+    terminal.cautions(posterior_cautions(posterior))
     if json:
-        terminal.print_json(reported(found))
+        terminal.print_json(reported(posterior))
         return
-    terminal.back_analysis(found)
+    terminal.back_analysis(posterior)
 
 
 @app.command()
@@ -170,7 +172,7 @@ def fragility(
         typer.Option("--export", help="Write for another program, beside -o or the study folder."),
     ] = None,
     extrapolated: Annotated[
-        bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond what walls were moved to.")
+        bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond the movement of the walls.")
     ] = False,
     categories: Annotated[
         str | None,
@@ -259,7 +261,7 @@ def export(
         typer.Option("--categories", help="Categories to export, such as 1,2 or slight,moderate; by default all."),
     ] = None,
     extrapolated: Annotated[
-        bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond what walls were moved to.")
+        bool, typer.Option("--extrapolated", help="Export curves whose median lies beyond the movement of the walls.")
     ] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -289,7 +291,7 @@ def sensitivity(
     folder: StudyFolderPath,
     category: Annotated[
         int | None,
-        typer.Option("--category", parser=terminal.category, metavar="NUMBER|NAME", help="Of the capacity for it."),
+        typer.Option("--category", parser=terminal.category, metavar="NUMBER|NAME", help="Category of the capacity."),
     ] = None,
     result: Annotated[str | None, typer.Option("--of", help="Of this result, at the end of the movement.")] = None,
     at: Annotated[
@@ -360,17 +362,17 @@ def scales_command(
     full: Full = False,
     quiet: Quiet = False,
 ) -> None:
-    """Judge a wall or a study by all published scales and limits that ship, and show how far they agree."""
+    """Judge a wall or a study by all published scales and limits that ship, and show their agreement."""
     from damagepred.archive.files import read_dataset
     from damagepred.archive.folder import open_study
     from damagepred.results.scales import compare_scales
 
-    found = compare_scales(open_study(path) if path.is_dir() else read_dataset(path), increment)
-    keep_curves(found, output, plot)
+    agreement = compare_scales(open_study(path) if path.is_dir() else read_dataset(path), increment)
+    keep_curves(agreement, output, plot)
     if json:
-        terminal.print_json(found)
+        terminal.print_json(agreement)
         return
-    terminal.scales(found)
+    terminal.scales(agreement)
 
 
 @app.command()

@@ -113,7 +113,7 @@ def estimate_lines(alternatives: list[Alternative], category: int, at: float | M
     if len(alternatives) > 1:
         values = [a.found.estimate.value for a in alternatives]
         said.append(
-            f"what the inputs leave open: {min(values):.4g} to {max(values):.4g}, besides the Monte Carlo error"
+            f"range over the alternatives: {min(values):.4g} to {max(values):.4g}, in addition to the Monte Carlo error"
         )
     return said
 
@@ -124,8 +124,7 @@ def rare_lines(result: RareEvent, question: Question) -> list[str]:
     said = [f"run {k}: {p:.3g}" for k, p in enumerate(e.runs, start=1)]
     if not e.runs:
         said.append(
-            "the interval is that of one run alone, which holds the truth less often than it says: take --runs 4 "
-            "or more"
+            "the interval comes from one run alone and holds the truth less often than it states: take --runs 4 or more"
         )
     said += [
         f"level {k}: margin {level.limit:.4g} or less for {level.share:.3g} of the walls"
@@ -203,7 +202,7 @@ def status_lines(status: StudyStatus) -> list[str]:
         low, high = 1e3 * min(s.limits), 1e3 * max(s.limits)
         said.append(
             f"{len(s.limits)} walls ended before the full movement, at {low:.3g} to {high:.3g} mm, where the jacks or "
-            "supports carry nothing any more; fits take what they had not reached there as not yet reached (censored)"
+            "supports carry no load any more; fits take categories not reached there as not yet reached (censored)"
         )
     said += [f"caution: {caution}" for caution in s.cautions]
     return [*said, *(f"failed sample {sample}: {reason}: {message}" for sample, reason, message in s.failures)]

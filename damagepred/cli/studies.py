@@ -97,7 +97,7 @@ def study(
     )
     terminal.cautions(study_cautions(StudyFolder(folder).results(STUDIED)))
     if summary.interrupted:
-        terminal.say("what was done is kept; the same command goes on from here")
+        terminal.say("all finished walls are stored; the same command goes on from here")
         raise typer.Exit(INTERRUPTED)
     if summary.failed:
         terminal.say(f"reasons of the failures: {folder / 'failures'}", error=True)
@@ -113,7 +113,7 @@ def status(
     full: Full = False,
     quiet: Quiet = False,
 ) -> None:
-    """Show what is done, failed and left, and the estimate so far; the study may be running."""
+    """Show walls done, failed and left, and the present estimate; the study may be running."""
     from damagepred.campaign.status import study_status, watching
 
     if watch:
@@ -137,21 +137,21 @@ def verify(
     """Check a study folder or a file: exit code 0 if it is sound, 2 if damaged, 3 if walls solved again differ."""
     from damagepred.campaign.verify import verify as verify_archive
 
-    found = verify_archive(path, samples, terminal.say)
-    said = [*found.damaged, *found.differing, *found.notes]
-    for line in (*said, f"files checked: {found.files}; damaged: {len(found.damaged) or 'none'}"):
+    verification = verify_archive(path, samples, terminal.say)
+    said = [*verification.damaged, *verification.differing, *verification.notes]
+    for line in (*said, f"files checked: {verification.files}; damaged: {len(verification.damaged) or 'none'}"):
         terminal.say(line)
-    if found.damaged:
+    if verification.damaged:
         if path.is_dir():
             terminal.say(f"next: damagepred repair {path}", error=True)
         raise typer.Exit(BAD_INPUT)
-    if found.differing:
+    if verification.differing:
         raise typer.Exit(SOME_FAILED)
 
 
 @app.command()
 def repair(folder: StudyFolderPath) -> None:
-    """Make again what of a study folder is derived; set aside what is damaged, so that `study` solves it again."""
+    """Rebuild derived files of a study folder; set damaged files aside, so that `study` solves their walls again."""
     from damagepred.campaign.verify import repair as repair_folder
 
     for line in repair_folder(folder) or [f"{folder}: nothing to repair"]:
@@ -194,7 +194,7 @@ def rare(
     folder = output or file.with_suffix(".rare")
     sizes = {"samples": 200, "runs": 5} | kept_sizes(folder)
     sizes |= {key: value for key, value in (("samples", samples), ("runs", runs)) if value is not None}
-    found = rare_event(
+    result = rare_event(
         settings,
         question,
         folder,
@@ -207,10 +207,10 @@ def rare(
         on_level=lambda level: terminal.note(f"level reached: margin {level.limit:.4g}, share {level.share:.3g}"),
     )
     if json:
-        terminal.print_json(found)
-    for line in rare_lines(found, question):
+        terminal.print_json(result)
+    for line in rare_lines(result, question):
         terminal.say(line)
-    if found.failed:
+    if result.failed:
         raise typer.Exit(SOME_FAILED)
 
 
@@ -232,15 +232,15 @@ def design_command(
 
     terminal.note(price_of_search(file, workers))
     with terminal.ReplayBar("solving walls of alternatives") as bar:
-        found = search_design(
+        search = search_design(
             file,
             folder or file.with_suffix(".design"),
             workers=workers,
             on_round=lambda size, count: terminal.note(f"{count} alternatives, {size} samples each"),
             on_walls=bar.walls,
         )
-    keep_curves(found, output, plot)
+    keep_curves(search, output, plot)
     if json:
-        terminal.print_json(found)
+        terminal.print_json(search)
         return
-    terminal.design_search(found)
+    terminal.design_search(search)

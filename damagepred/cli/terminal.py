@@ -62,7 +62,7 @@ class _Stream:
                 getattr(getattr(sys, self.name), action)(*given)
         except OSError as error:
             self.error = error
-            with contextlib.suppress(OSError):  # else the interpreter fails when it flushes at its end
+            with contextlib.suppress(OSError):  # or the interpreter fails when it flushes at its end
                 os.dup2(os.open(os.devnull, os.O_WRONLY), getattr(sys, self.name).fileno())
 
     def __getattr__(self, attribute: str) -> Any:
@@ -70,7 +70,7 @@ class _Stream:
 
 
 class Wait:
-    """Says on the error stream what a command does while it prints nothing.
+    """Names the activity of a command on the error stream while it prints no results.
 
     On a terminal one line counts the seconds and goes when something else is printed. Elsewhere dots follow the line.
     """
@@ -89,7 +89,7 @@ class Wait:
 
     @contextlib.contextmanager
     def doing(self, activity: str) -> Iterator[list[Any]]:
-        """Name what is done inside; the list that is returned has the name, which may change, and the start."""
+        """Name the activity inside; the list returned has its name, which may change, and its start."""
         entry = [activity, time.monotonic()]
         self.activities.append(entry)
         if self._thread is None:
@@ -104,7 +104,7 @@ class Wait:
 
     @contextlib.contextmanager
     def interrupted(self) -> Iterator[None]:
-        """Erase the line while something else is printed."""
+        """Erase the line during other output."""
         with self._lock:
             if self._line_shown:
                 self._line_shown = False
@@ -195,7 +195,7 @@ _out, _err = (Console(file=cast(IO[str], stream), soft_wrap=True, highlight=Fals
 
 
 def lost_output() -> str | None:
-    """Return why output could not be written, None if all was; a reader that has gone away is no loss."""
+    """Reason why output could not be written; None without an error, or if its reader has closed the pipe."""
     error = _OUTPUT.error
     return None if error is None or error.errno == errno.EPIPE else error.strerror or str(error)
 
@@ -314,7 +314,7 @@ def categories(option: str, text: str) -> list[int]:
     from damagepred.errors import InputError
 
     try:
-        return [category(part.strip()) for part in text.split(",")]
+        return [category(word.strip()) for word in text.split(",")]
     except InputError as error:
         raise InputError(f"{option} {error}") from None
 
@@ -324,7 +324,7 @@ def category(text: str) -> int:
     from damagepred.damage import load_table
     from damagepred.errors import InputError, nearest
 
-    names = load_table("bre251").category_names  # those of AS 2870, and one more
+    names = load_table("bre251").category_names  # names of AS 2870, and one more
     wanted = text.replace("_", " ").lower()
     if wanted in names[1:]:
         return names.index(wanted)
@@ -353,7 +353,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
     for number, shown in enumerate(parts if FORM.full else parts[:1]):
         grid = Table(title=escaped(f"{title}, continued" if number else title), title_justify="left")
         for i in shown:
-            # folded, so that on narrow screens nothing is cut off
+            # folded, to fit narrow screens
             grid.add_column(escaped(columns[i]), justify="right", overflow="fold")
         for row in rows:
             grid.add_row(*(escaped(row[i]) for i in shown))
@@ -504,22 +504,22 @@ def share_rows(report: StudyStatus) -> list[list[str]]:
     ]
 
 
-def back_analysis(found: xr.Dataset) -> None:
+def back_analysis(posterior: xr.Dataset) -> None:
     """Print the posterior of causes, movement and future damage, and the discrepancy of the model."""
     from damagepred.analyses.posterior_tables import posterior_tables
 
-    for title, columns, rows in posterior_tables(found):
+    for title, columns, rows in posterior_tables(posterior):
         table(title, columns, rows)
 
 
-def design_search(found: xr.Dataset) -> None:
-    """Print the alternatives of a design search, the cheapest first, what measures are worth, and what was chosen."""
+def design_search(search: xr.Dataset) -> None:
+    """Print the alternatives of a design search, the cheapest first, the value of each measure, and the choice."""
     import numpy as np
 
-    quantity = str(found.attrs["quantity"])
+    quantity = str(search.attrs["quantity"])
     by_cost = quantity == "expected_cost"
     words = ("undecided", "best", "dearer") if by_cost else ("dearer or undecided", "meets", "does not meet")
-    order = np.argsort(found["cost"].values, kind="stable")
+    order = np.argsort(search["cost"].values, kind="stable")
     what, digits = ("cost of repair", ".0f") if by_cost else ("probability", ".3f")
     columns = ("alternative", "cost", quantity.replace("_", " "), "lower", "upper", "samples", "decision")
     names = (quantity, f"{quantity}_lower", f"{quantity}_upper")
@@ -531,9 +531,9 @@ def design_search(found: xr.Dataset) -> None:
             str(int(one["samples"])),
             words[int(one["decision"])],
         ]
-        for one in (found.isel(alternative=int(k)) for k in order)
+        for one in (search.isel(alternative=int(k)) for k in order)
     ]
-    table(found.attrs["title"], columns, rows)
+    table(search.attrs["title"], columns, rows)
     rows = [
         [
             str(m["measure"].values),
@@ -541,29 +541,29 @@ def design_search(found: xr.Dataset) -> None:
             f"{float(m['value_error']):{digits}}",
             f"{float(m['extra_cost']):g}",
         ]
-        for m in (found.isel(measure=k) for k in range(found.sizes["measure"]))
+        for m in (search.isel(measure=k) for k in range(search.sizes["measure"]))
     ]
     table("Value of each measure", ("measure", f"change of the {what}", "standard error", "extra cost"), rows)
-    doubt = found[f"{quantity}_unfollowed"].values
+    doubt = search[f"{quantity}_unfollowed"].values
     if np.nanmax(doubt) > 0:
-        worst, largest = str(found["alternative"].values[np.nanargmax(doubt)]), f"{np.nanmax(doubt):{digits}}"
+        worst, largest = str(search["alternative"].values[np.nanargmax(doubt)]), f"{np.nanmax(doubt):{digits}}"
         count_as = "need the dearest repair" if by_cost else "be damaged"
         say(f"walls that failed, or were not followed as far, are taken to {count_as}: {largest} of '{worst}' at most")
-    if not found.attrs["chosen"]:
+    if not search.attrs["chosen"]:
         say("no alternative is known to meet the target")
     else:
-        say(f"chosen: {found.attrs['chosen']}")
+        say(f"chosen: {search.attrs['chosen']}")
     if by_cost:
-        say(f"its expected cost exceeds that of the best by {found.attrs['regret']:.0f} at most")
-    if found.attrs["sure"]:
-        say(f"this selection is right with a probability of {found.attrs['confidence']:.0%} or more")
+        say(f"its expected cost exceeds the least by {search.attrs['regret']:.0f} at most")
+    if search.attrs["sure"]:
+        say(f"this selection is right with a probability of {search.attrs['confidence']:.0%} or more")
     else:
         better, keys = ("better", "target.most or target.tolerance") if by_cost else ("cheaper", "target.most")
         say(f"a {better} alternative is undecided; a larger {keys} decides it")
 
 
 def wall_table(ds: xr.Dataset) -> None:
-    """Print the path of a wall, a line an increment."""
+    """Print the path of a wall, one line per increment."""
     from damagepred.archive.cautions import wall_cautions
     from damagepred.cli.sentences import zones_lines
     from damagepred.results.rejudge import footing_gap_note
@@ -584,22 +584,22 @@ def cautions(said: Sequence[str]) -> None:
         say(f"caution: {line}")
 
 
-def crack_table(found: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None:
-    """Print cracks, in a summary the widest; those of each part of the wall stand together, the widest first."""
+def crack_table(cracks: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None:
+    """Print cracks by part of the wall, the widest first; a summary has only the widest."""
     from damagepred.results.tables import crack_columns
     from damagepred.uq.intensity import movement_measure, movement_words
 
-    measure = movement_measure(found)
-    at = f"a {movement_words(found)} of {1e3 * float(found[measure][-1]):.3g} mm"
+    measure = movement_measure(cracks)
+    at = f"a {movement_words(cracks)} of {1e3 * float(cracks[measure][-1]):.3g} mm"
     if frame.empty:
         say(
-            f"{found.attrs['title']}: nothing has opened or slid by more than "
-            f"{1e3 * found.attrs['hairline']:g} mm at {at}"
+            f"{cracks.attrs['title']}: nothing has opened or slid by more than "
+            f"{1e3 * cracks.attrs['hairline']:g} mm at {at}"
         )
         return
     widest = frame.nlargest(most, "crack_width", keep="first").index
     shown = frame if FORM.full else frame.loc[sorted(widest)]
-    table_of(f"{found.attrs['title']}: cracks at {at}", crack_columns(shown))
+    table_of(f"{cracks.attrs['title']}: cracks at {at}", crack_columns(shown))
     if (shown["crack_length_through_blocks"] > 0).any():
         say("* runs through bricks, too")
     if len(frame) > len(shown):
@@ -625,9 +625,9 @@ def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
         say(line)
 
 
-def scales(found: xr.Dataset) -> None:
+def scales(agreement: xr.Dataset) -> None:
     """Print each scale, the share of states beyond its first limit, and its agreement with each other scale."""
-    names = [str(name) for name in found["scale"].values]
+    names = [str(name) for name in agreement["scale"].values]
     heads = ["scale", "beyond\nits first\nlimit", *(f"as {k + 1}" for k in range(len(names))), "confidence"]
     rows = [
         [
@@ -636,11 +636,11 @@ def scales(found: xr.Dataset) -> None:
             str(one["confidence"].values),
         ]
         for k, name in enumerate(names)
-        for one in [found.isel(scale=k)]
+        for one in [agreement.isel(scale=k)]
     ]
-    table(f"{found.attrs['title']}: share of states that two scales judge alike", heads, rows)
-    if found.attrs["left_out"]:
-        say(f"left out: {found.attrs['left_out']}")
+    table(f"{agreement.attrs['title']}: share of states that two scales judge alike", heads, rows)
+    if agreement.attrs["left_out"]:
+        say(f"left out: {agreement.attrs['left_out']}")
 
 
 def _levels(ds: xr.Dataset) -> list[str]:
@@ -683,19 +683,19 @@ def fragility_table(curves: xr.Dataset) -> None:
 
 
 def year_table(ds: xr.Dataset, confidence: float) -> None:
-    """Print the probability of each category by year, by the worst so far and by now."""
+    """Print the probability of each category by year, of the worst category up to then and of the present one."""
     from damagepred.results.year_tables import year_columns
 
     table_of(f"{ds.attrs['title']}: share of walls by year", year_columns(ds, confidence))
 
 
-def sensitivity_tables(found: xr.Dataset) -> None:
+def sensitivity_tables(indices: xr.Dataset) -> None:
     """Print the sensitivity of a study's damage to its inputs."""
     from damagepred.results.tables import sensitivity_columns
 
-    title = f"{found.attrs['title']}: {found.attrs['output']}, {found.attrs['walls']} walls"
-    table_of(title, sensitivity_columns(found))
-    if found.attrs["share_censored"]:
-        say(f"{found.attrs['share_censored']:.0%} of the walls had not reached it: they share the highest ranks")
-    if found.attrs["samples_failed"]:
-        say(f"{found.attrs['samples_failed']} failed walls count as far as they were followed")
+    title = f"{indices.attrs['title']}: {indices.attrs['output']}, {indices.attrs['walls']} walls"
+    table_of(title, sensitivity_columns(indices))
+    if indices.attrs["share_censored"]:
+        say(f"{indices.attrs['share_censored']:.0%} of the walls had not reached it: they share the highest ranks")
+    if indices.attrs["samples_failed"]:
+        say(f"{indices.attrs['samples_failed']} failed walls count as far as they were followed")

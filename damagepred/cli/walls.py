@@ -57,7 +57,7 @@ def check(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Validate a file, solve one wall of it and say what the whole run will cost."""
+    """Validate a file, solve one wall of it and estimate the cost of the whole run."""
     from damagepred.assembly import Limits
     from damagepred.campaign.cost_estimate import estimate_cost
     from damagepred.cli.sentences import cost_lines
@@ -149,15 +149,15 @@ def cracks_command(
     from damagepred.results.wall_cracks import crack_frame
     from damagepred.results.wall_cracks import cracks as cracks_of
 
-    found = cracks_of(read_dataset(file))
+    cracks = cracks_of(read_dataset(file))
     if csv is not None:
-        write_csv(crack_frame(found, None), csv, index=False)
+        write_csv(crack_frame(cracks, None), csv, index=False)
         terminal.note(f"wrote {csv}")
-    keep_wall(found, output)
+    keep_wall(cracks, output)
     if json:
-        terminal.print_json(crack_frame(found))
+        terminal.print_json(crack_frame(cracks))
     else:
-        terminal.crack_table(found, crack_frame(found))
+        terminal.crack_table(cracks, crack_frame(cracks))
 
 
 @app.command("judge")
@@ -185,7 +185,7 @@ def judge_command(
     full: Full = False,
     quiet: Quiet = False,
 ) -> None:
-    """Judge a wall or a study again under another damage table or other rules; nothing is solved."""
+    """Judge a wall or a study again under another damage table or other rules, without solving it."""
     from damagepred.archive.files import read_dataset
     from damagepred.archive.folder import open_study
     from damagepred.results.rejudge import judge_again
@@ -220,14 +220,14 @@ def materials_command(json: Json = False, quiet: Quiet = False) -> None:
             }
         )
         return
-    for name, found in masonry_library().items():
+    for name, masonry in masonry_library().items():
         rows = []
-        for place, value in found.values.items():
+        for place, value in masonry.values.items():
             number, unit = quantity(value.mean, Scene.unit_of(place))
             scatter = "" if value.cov is None else f"{value.cov:g} ({value.cov_confidence})"
             rows.append([place, f"{number} {unit}".strip(), value.confidence, scatter])
-        terminal.table(f'material = "{name}": {found.description}', ["value", "mean", "confidence", "cov"], rows)
-        terminal.say(f"calibrated on: {found.calibrated_on}; source: {found.source}")
+        terminal.table(f'material = "{name}": {masonry.description}', ["value", "mean", "confidence", "cov"], rows)
+        terminal.say(f"calibrated on: {masonry.calibrated_on}; source: {masonry.source}")
 
 
 def _described(file: Path) -> tuple[Scene, StudySettings | None]:
@@ -238,7 +238,7 @@ def _described(file: Path) -> tuple[Scene, StudySettings | None]:
     from damagepred.solvers.options import SolverOptions
 
     if any(key in read_toml(file) for key in STUDY_KEYS):
-        from damagepred.campaign.settings import StudySettings  # slow to import, and a scene needs none of it
+        from damagepred.campaign.settings import StudySettings  # slow to import, and not needed for a scene
 
         settings = StudySettings.from_toml(file)
         return settings.scene, settings

@@ -71,7 +71,7 @@ def _evaluated(annotation: Any, function: Callable[..., Any]) -> Any:
 
 
 def _kind(annotation: Any) -> _Kind | None:
-    """Return the kind that an annotation asks for; None if everything passes."""
+    """Kind required by an annotation, or None."""
     origin, parts = get_origin(annotation), get_args(annotation)
     if annotation in _PLAIN:
         return _PLAIN[annotation]

@@ -12,7 +12,7 @@ CONFIDENCE = {
     "derived": "derived from other figures",
     "assumed": "general knowledge, not checked against a source",
 }
-"""Levels of confidence of a figure, and what each means."""
+"""Levels of confidence of a figure, and their meaning."""
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 

@@ -1,4 +1,4 @@
-"""Files that a user names. They are read whole if they are regular files of bounded size; all else is one sentence."""
+"""Files that a user names. Regular files of bounded size are read completely; others are refused in one sentence."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from damagepred.errors import InputError, nearest
 
 MIB = 2**20
 LARGEST_DESCRIPTION = 16 * MIB
-"""Of a scene, a study or another file of settings."""
+"""Largest file of a scene, a study or other settings (bytes)."""
 LARGEST_TABLE = 512 * MIB
-"""Of a table of numbers."""
+"""Largest table of numbers (bytes)."""
 DEEPEST = 32
 """Tables and lists inside each other in a description."""
 LARGEST_WHOLE = 2**63

@@ -1,4 +1,4 @@
-"""Import of matplotlib where MPLBACKEND names a backend that is not installed, such as a notebook's: none is needed."""
+"""Import of matplotlib without the backend of MPLBACKEND, which may be a notebook's that is not installed."""
 
 import contextlib
 import os

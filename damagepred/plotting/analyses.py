@@ -44,7 +44,7 @@ def draw_comparison(
     category : int or str, optional
         Category, or worse; by default the first compared.
     axes : sequence of 2 Axes, optional
-        Axes to draw on; by default those of a new figure.
+        Axes to draw on; by default on a new figure.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def draw_sensitivity(shares: xr.Dataset, axes: Sequence[Axes] | None = None) -> 
     shares : xarray.Dataset
         Result of ``damagepred.study_sensitivity``.
     axes : sequence of 2 Axes, optional
-        Axes to draw on; by default those of a new figure.
+        Axes to draw on; by default on a new figure.
 
     Returns
     -------
@@ -128,7 +128,7 @@ def draw_sensitivity(shares: xr.Dataset, axes: Sequence[Axes] | None = None) -> 
     Raises
     ------
     InputError
-        If the dataset holds something else.
+        If the dataset is no result of ``study_sensitivity``.
 
     Examples
     --------
@@ -145,7 +145,7 @@ def draw_sensitivity(shares: xr.Dataset, axes: Sequence[Axes] | None = None) -> 
     upper, lower = several_or_new(axes, 2, 1, 9.0, 3.6 + 0.9 * len(names))
     rows = np.arange(len(names), dtype=np.float64)
     _points(upper, inputs, "spearman", rows + 0.12, RANK_COLOURS[0], "rank correlation")
-    _points(upper, inputs, "partial", rows - 0.12, RANK_COLOURS[1], "partial, without what others explain")
+    _points(upper, inputs, "partial", rows - 0.12, RANK_COLOURS[1], "partial: others held fixed")
     upper.set_xlim(-1.0, 1.0)
     upper.set_xticks(np.linspace(-1.0, 1.0, 5))
     upper.axvline(0.0, color="0.4", linewidth=0.8)
@@ -203,7 +203,7 @@ def draw_design_search(search: xr.Dataset, axes: Sequence[Axes] | None = None) -
     search : xarray.Dataset
         Result of ``damagepred.search_design``.
     axes : sequence of 2 Axes, optional
-        Axes to draw on; by default those of a new figure.
+        Axes to draw on; by default on a new figure.
 
     Returns
     -------
@@ -270,7 +270,7 @@ def draw_back_analysis(posterior: xr.Dataset, axes: Sequence[Axes] | None = None
     posterior : xarray.Dataset
         Result of ``damagepred.infer``.
     axes : sequence of Axes, optional
-        Axes to draw on: one, or two where cracks with a place were observed; by default those of a new figure.
+        Axes to draw on: one, or two where cracks with a place were observed; by default on a new figure.
 
     Returns
     -------

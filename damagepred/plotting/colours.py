@@ -59,7 +59,7 @@ def band_colours(levels: FloatArray) -> ListedColormap:
 
 
 def field_colours(values: FloatArray) -> tuple[Colormap, Normalize]:
-    """Colours of a field: blue below and red above zero where it has both signs, else from pale to dark."""
+    """Colours of a field: blue below and red above zero where it has both signs, otherwise from pale to dark."""
     low, high = float(values.min(initial=0.0)), float(values.max(initial=0.0))
     reach = max(-low, high) or 1.0
     if low < -0.02 * reach and high > 0.02 * reach:

@@ -55,7 +55,7 @@ def draw_cracks(ds: xr.Dataset, ax: Axes | None = None, increment: int = -1, tra
     ds : xarray.Dataset
         Result of one wall (``damagepred.solve``).
     ax : Axes, optional
-        Axes to draw on; by default those of a new figure.
+        Axes to draw on; by default on a new figure.
     increment : int
         Position of the increment, -1 for the last.
     traced : WallCracks, optional

@@ -83,7 +83,7 @@ def draw(
     variable : str
         Name of the variable, or of a stress.
     ax : Axes, optional
-        Axes to draw on; by default those of a new figure.
+        Axes to draw on; by default on a new figure.
     increment : int
         Position of the increment of a field, -1 for the last.
     exaggeration : float, optional

@@ -52,7 +52,7 @@ def draw_dpc_opening(ds: xr.Dataset, ax: Axes | None = None, bed: Literal["dpc",
     ds : xarray.Dataset
         Result of one wall (``damagepred.solve``).
     ax : Axes, optional
-        Axes to draw on; by default those of a new figure.
+        Axes to draw on; by default on a new figure.
     bed : {"dpc", "footing"}
         Damp-proof course, or bed between first course and footing.
 
@@ -183,7 +183,7 @@ def draw_footing(ds: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axe
     ds : xarray.Dataset
         Result of one wall on a footing that finds its own form.
     axes : sequence of 3 Axes, optional
-        Axes to draw on; by default those of a new figure.
+        Axes to draw on; by default on a new figure.
 
     Returns
     -------

@@ -59,7 +59,7 @@ def draw_fragility(curves: xr.Dataset, ax: Axes | None = None) -> Axes:
         Result of ``damagepred.fit_fragility`` or ``damagepred.fit_surface``. A movement in metres is drawn in mm, one
         without unit as 1/n; on an axis of the ground's surface movement the site classes are marked.
     ax : Axes, optional
-        Axes to draw on; by default those of a new figure.
+        Axes to draw on; by default on a new figure.
 
     Returns
     -------

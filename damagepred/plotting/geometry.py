@@ -144,7 +144,7 @@ def block_at(places: FloatArray, points: FloatArray, block: IntArray) -> IntArra
 
 
 def footing_blocks(ds: xr.Dataset) -> BoolArray:
-    """Blocks of the footing, (n,): none where the ground moves the wall's underside."""
+    """Blocks of the footing, (n,); no block where the ground moves the wall's underside."""
     faces, (points, block) = Faces.of(ds, 0), corners(ds)
     beside = np.zeros(ds.sizes["block"], dtype=np.bool_)
     below, _ = faces.pick(faces.is_footing).neighbours(points, block)

@@ -34,7 +34,7 @@ def draw_history(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ds : xarray.Dataset
         Result of one wall (``damagepred.solve``).
     ax : Axes, optional
-        Axes to draw on; by default those of a new figure.
+        Axes to draw on; by default on a new figure.
 
     Raises
     ------

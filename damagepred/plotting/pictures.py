@@ -203,7 +203,7 @@ def save_fragility_picture(curves: xr.Dataset, path: str | Path) -> Path:
     StudyError
         If the folder cannot be written.
     InputError
-        If the name ends in something else, or the dataset holds no curves.
+        If the name has another ending, or the dataset holds no curves.
 
     Examples
     --------
@@ -234,7 +234,7 @@ def _save_all(sheets: dict[str, Figure], folder: str | Path) -> list[Path]:
     files = [Path(folder) / name for name in sheets]
     files[0].parent.mkdir(parents=True, exist_ok=True)
     for file, figure in zip(files, sheets.values()):
-        # drawings to scale may be shifted out of a sheet that is not of their shape: nothing is cut off
+        # drawings to scale may reach beyond a sheet of another shape: save all of them
         how = {"dpi": DPI, "format": file.suffix.lstrip(".").lower(), "bbox_inches": "tight", "pad_inches": 0.1}
         write_whole(file, lambda place, f=figure, h=how: f.savefig(place, **h))  # type: ignore[misc]
     return files

@@ -63,7 +63,7 @@ def block_stress(ds: xr.Dataset, increment: int) -> FloatArray:
     normal = np.column_stack([ds[f"contact_normal_{axis}"].values for axis in "xy"])
     tangent = np.column_stack((normal[:, 1], -normal[:, 0]))
     length = ds["contact_length"].values[:, None]
-    if "contact_thickness" in ds:  # older files give lengths in terms of the wall's thickness
+    if "contact_thickness" in ds:  # in older files lengths are in terms of the wall's thickness
         length = length * ds["contact_thickness"].values[:, None] / ds.attrs["thickness"]
     pull = ds["contact_normal_stress"].values[increment][:, None] * normal
     force = length * (pull + ds["contact_shear_stress"].values[increment][:, None] * tangent)

@@ -68,18 +68,18 @@ def common_paths(ds: xr.Dataset, points: int = 121, width_name: str = "crack_wid
     category, status = ds["damage_category"].values, ds["status"].values
     if movement.ndim == 1:
         movement = np.broadcast_to(movement, width.shape)
-    known = np.isfinite(movement) & (category >= 0)
+    followed = np.isfinite(movement) & (category >= 0)
     movement = np.fmax.accumulate(movement, axis=1)  # a footing that finds its own form may rise again
-    solved = known & np.isfinite(width)
+    solved = followed & np.isfinite(width)
     if not solved.any():
         raise InputError("the study has no finished sample yet; run `damagepred study` first.")
-    grid, highest = _grid(movement[known], movement.shape[1], points), highest_of(ds)
+    grid, highest = _grid(movement[followed], movement.shape[1], points), highest_of(ds)
     shape = (len(width), len(grid))
     paths = Paths(grid, np.full(shape, np.nan), np.full(shape, NOT_KNOWN))
     slack = 1e-9 * grid[-1]
     for sample in np.flatnonzero(solved.any(axis=1)):
-        x, solved_x = movement[sample, known[sample]], movement[sample, solved[sample]]
-        worst = np.maximum.accumulate(category[sample, known[sample]].astype(np.int64))
+        x, solved_x = movement[sample, followed[sample]], movement[sample, solved[sample]]
+        worst = np.maximum.accumulate(category[sample, followed[sample]].astype(np.int64))
         last = np.searchsorted(x, grid + slack, side="right") - 1
         # a category beyond the last width: the rest was left out on purpose, it is not unknown
         ended = status[sample] == SampleStatus.COLLAPSED or worst[-1] >= highest or len(solved_x) < len(x)
@@ -112,7 +112,7 @@ def draw_paths(ds: xr.Dataset, variable: str, ax: Axes | None = None) -> Axes:
     factor, unit = shown_unit(str(ds[variable].attrs.get("units", "m" if of_cracks else "1")))
     x, values = paths.movement * MM, paths.width * factor
     shown = np.where(np.isfinite(values), values, np.nan)
-    if not variable.endswith(("_max", "_worst", "_width")):  # the end of a path says nothing of a number that may fall
+    if not variable.endswith(("_max", "_worst", "_width")):  # a number that may fall is unknown beyond the path's end
         values = shown
     weight = sample_weights(ds)
     strength = float(np.clip(12.0 / len(values), 0.04, 0.5))
@@ -182,7 +182,7 @@ def draw_category_shares(ds: xr.Dataset, ax: Axes | None = None) -> Axes:
     ds : xarray.Dataset
         Study (``damagepred.open_study``).
     ax : Axes, optional
-        Axes to draw on; by default those of a new figure.
+        Axes to draw on; by default on a new figure.
 
     Raises
     ------
@@ -258,7 +258,7 @@ def draw_convergence(ds: xr.Dataset, at: float, ax: Axes | None = None, confiden
     at : float
         Movement (m) in the study's measure.
     ax : Axes, optional
-        Axes to draw on; by default those of a new figure.
+        Axes to draw on; by default on a new figure.
     confidence : float
         Confidence of the bands.
 

@@ -36,7 +36,7 @@ def svg_of(figure: Figure, prefix: str, label: str, along: Axes | None = None) -
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     with rc_context({"svg.fonttype": "path", "svg.hashsalt": prefix}):
         figure.draw_without_rendering()
-        figure.set_layout_engine("none")  # what is measured is what is saved
+        figure.set_layout_engine("none")  # save the layout that was measured
         box = figure.get_tightbbox().padded(0.05)
         figure.savefig(stream, format="svg", bbox_inches=box, metadata=nothing)
     root = Tree.fromstring(stream.getvalue())
@@ -52,16 +52,16 @@ def svg_of(figure: Figure, prefix: str, label: str, along: Axes | None = None) -
 
 
 def _axes_data(ax: Axes, box: Bbox) -> dict[str, str]:
-    """Return where axes lie in a drawing, as shares of its width and height, and what their axes mean."""
-    own = ax.get_window_extent().transformed(figure_of(ax).dpi_scale_trans.inverted())
+    """Attributes of a drawing: place of the axes as shares of its width and height, and scales of the axes."""
+    frame = ax.get_window_extent().transformed(figure_of(ax).dpi_scale_trans.inverted())
     low, high = ax.get_xlim()
     heights = np.linspace(0.0, 1.0, POINTS)
     values = ax.transData.inverted().transform(ax.transAxes.transform(np.column_stack((0 * heights, heights))))[:, 1]
-    shares = (own.y0 + heights * own.height - box.y0) / box.height
+    shares = (frame.y0 + heights * frame.height - box.y0) / box.height
     rows = [[round(float(share), 4), float(f"{value:.4g}")] for share, value in zip(shares, values)]
     return {
-        "data-left": f"{(own.x0 - box.x0) / box.width:.4f}",
-        "data-right": f"{(own.x1 - box.x0) / box.width:.4f}",
+        "data-left": f"{(frame.x0 - box.x0) / box.width:.4f}",
+        "data-right": f"{(frame.x1 - box.x0) / box.width:.4f}",
         "data-from": f"{low:.6g}",
         "data-to": f"{high:.6g}",
         "data-scale": "log" if ax.get_xscale() == "log" else "linear",
@@ -89,8 +89,10 @@ def _own_names(root: Tree.Element, prefix: str) -> None:
                 # the gradient of a colour bar is a picture, inside the drawing
                 element.set("href", f"#{prefix}-{value[1:]}" if value.startswith("#") else value)
             else:
-                own = _REFERENCE.sub(lambda match: f"url(#{prefix}-{match[1]})", value)
-                element.set(key, _NUMBER.sub(_shorter, own) if key in ("d", "x", "y", "style", "points") else own)
+                reference = _REFERENCE.sub(lambda match: f"url(#{prefix}-{match[1]})", value)
+                element.set(
+                    key, _NUMBER.sub(_shorter, reference) if key in ("d", "x", "y", "style", "points") else reference
+                )
 
 
 def _names_in(value: str) -> list[str]:

@@ -61,7 +61,7 @@ def draw_wall(
     ds : xarray.Dataset
         Result of one wall (``damagepred.solve``).
     ax : Axes, optional
-        Axes to draw on; by default those of a new figure.
+        Axes to draw on; by default on a new figure.
     increment : int
         Position of the increment, -1 for the last.
     exaggeration : float, optional

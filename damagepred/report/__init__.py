@@ -1,13 +1,13 @@
 """One self-contained page for a wall or a study, to be put in a file.
 
-parts      what a page is made of: sections, tables, figures
+parts      sections, tables, figures
 words      numbers with the units engineers write
-summary    a sentence for each category, and what changes the answer most
+summary    a sentence for each category, and the most influential input
 inputs     the scene and its variables as tables, with where each value comes from
 sources    shipped values and their sources
 quality    how well the equations are solved
 cracks     the cracks of one wall
-limits     what a code allows, and how likely damage is there
+limits     movement allowed by a code, and probability of damage there
 caveats    limits of the results
 wall       the page of one wall
 study      the page of a study

@@ -21,52 +21,52 @@ def back_analysis_section(file: Path, study: Path) -> Section:
     """Section of a back-analysis file (``infer -o``): cautions, odds, movement, further damage, pictures."""
     from damagepred.plotting import draw_back_analysis
 
-    found = read_dataset(file)
-    if "another_cause_odds" not in found:
+    posterior = read_dataset(file)
+    if "another_cause_odds" not in posterior:
         raise InputError(
             f"posterior = {file}: is no back-analysis, or an older one; give the file that `damagepred infer -o` wrote."
         )
-    names, own = [str(name) for name in found["study"].values], study_name(study)
+    names, own = [str(name) for name in posterior["study"].values], study_name(study)
     if own not in names:
         raise InputError(f"posterior = {file}: is of {', '.join(names)}, not of {own}." + nearest(own, names))
-    odds = np.append(found["posterior_odds"].values, found["another_cause_odds"].values)
+    odds = np.append(posterior["posterior_odds"].values, posterior["another_cause_odds"].values)
     intro = (
-        f"{found.attrs['observations']} observations on the wall, compared with the walls of "
+        f"{posterior.attrs['observations']} observations on the wall, compared with the walls of "
         f"{len(names)} {'study' if len(names) == 1 else 'studies'}: {', '.join(names)}."
     )
     if np.isfinite(odds).any():
         best = int(np.nanargmax(odds))
         intro += f" The likeliest is {[*names, ANOTHER][best]}, odds {odds_in_words(odds[best])}."
-    parts: list[Part] = [Text([], posterior_cautions(found)), Text([intro])]
-    parts += [Table(title, columns, rows) for title, columns, rows in posterior_tables(found)]
+    parts: list[Part] = [Text([], posterior_cautions(posterior)), Text([intro])]
+    parts += [Table(title, columns, rows) for title, columns, rows in posterior_tables(posterior)]
     caption = "Distribution of the movement under each cause, given the observations."
-    if "crack_probability" in found:
-        caption += " Below, under the likeliest cause: where cracks are probable, and what was observed."
+    if "crack_probability" in posterior:
+        caption += " Below, under the likeliest cause: probable cracks and observed cracks."
     label = "Posterior distribution of the movement, and map of probable cracks"
-    parts.append(drawing("posterior", caption, label, draw_back_analysis(found)[0]))
+    parts.append(drawing("posterior", caption, label, draw_back_analysis(posterior)[0]))
     return Section("posterior", "What the observed cracks say", parts)
 
 
-def posterior_cautions(found: xr.Dataset) -> list[str]:
+def posterior_cautions(posterior: xr.Dataset) -> list[str]:
     """Cautions of a back-analysis: resemblance, effective samples, other causes, ends of paths."""
-    said, least = [], found.attrs["least_resemblance"]
+    said, least = [], posterior.attrs["least_resemblance"]
     measure = f"probability of a larger misfit, at least {least:g} is needed"
-    if not found["resembles"].values.any():
+    if not posterior["resembles"].values.any():
         said.append(
-            f"NO STORED WALL RESEMBLES THE OBSERVATIONS: the best misfit is {float(found['least_misfit'].min()):.3g} "
-            f"for {found.attrs['observations']} observations, resemblance {chance(float(found['resemblance'].max()))} "
-            f"({measure}). No odds are given. Do not use this posterior; widen the study, or check the survey."
+            "NO STORED WALL RESEMBLES THE OBSERVATIONS: the best misfit is "
+            f"{float(posterior['least_misfit'].min()):.3g} for {posterior.attrs['observations']} observations, "
+            f"resemblance {chance(float(posterior['resemblance'].max()))} ({measure}). No odds are given. Do not use this posterior; widen the study, or check the survey."
         )
-    for name in found["study"].values:
-        cause = found.sel(study=name)
+    for name in posterior["study"].values:
+        cause = posterior.sel(study=name)
         if not cause["resembles"]:
-            if found["resembles"].values.any():
+            if posterior["resembles"].values.any():
                 said.append(
                     f"{name}: no stored wall resembles the observations, resemblance "
                     f"{chance(float(cause['resemblance']))} ({measure}); it has no odds."
                 )
             continue
-        if (effective := float(cause["effective_samples"])) < (fewest := found.attrs["fewest_effective"]):
+        if (effective := float(cause["effective_samples"])) < (fewest := posterior.attrs["fewest_effective"]):
             said.append(
                 f"{name}: only {effective:.1f} effective samples, fewer than {fewest:g}, so it has no odds; a larger "
                 "study, --new-walls 100 or more replays make the posterior surer."
@@ -77,6 +77,6 @@ def posterior_cautions(found: xr.Dataset) -> list[str]:
             if not cut > UNCERTAIN:
                 where = "paths end before the further movements"
             said.append(f"{name}: {where}; damage beyond is unknown. To know it, {advice}.")
-    if float(found["another_cause_odds"]) > 1:
-        said.append("Another cause than those of the studies is more probable than all of them together.")
+    if float(posterior["another_cause_odds"]) > 1:
+        said.append("A cause outside the studies is more probable than all their causes together.")
     return said

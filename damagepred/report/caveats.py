@@ -41,26 +41,26 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
         said.append("Bricks neither crack nor crush: cracks run through joints alone.")
     if scene.joint.fracture_energy is None:
         said.append(
-            "Bonds break at once when their strength is reached. Which joint breaks next then hangs on little, and so "
-            "does the widest crack: single walls are examples, only shares of many say how likely something is."
+            "Bonds break at once when their strength is reached. Small differences decide which joint breaks next, "
+            "and the widest crack with it: single walls are examples, and probabilities need many walls."
         )
     if scene.movement.prescribed:
         said.append(
-            "The underside of the wall follows a given form: that the wall's weight and stiffness change the form of "
-            "the footing is left out."
+            "The underside of the wall follows a given form: the wall's weight and stiffness do not change the form of "
+            "the footing."
         )
     if assumed := assumed_ground(scene, sampled):
         said.append(
-            f"Of the ground nothing was given but defaults: {', '.join(assumed)}. They are not those of a site; softer "
-            "soil than a site has spares the wall."
+            f"Of the ground nothing was given but defaults: {', '.join(assumed)}. Your site differs; softer soil than "
+            "the site's spares the wall."
         )
     if assumed := assumed_seasons(scene, sampled):
-        said.append(f"The seasons have defaults, which are assumed and not those of a site: {', '.join(assumed)}.")
+        said.append(f"The seasons have defaults, which are assumed and not measured at a site: {', '.join(assumed)}.")
     if not scene.movement.prescribed and scene.footing.concrete is None:
         said.append("The footing is linear elastic; a real one is cracked, and bends where it is.")
     if scene.dpc is not None:
         said.append(
-            "The category is that of the wall above the damp-proof course. Opening and slip of the course itself, and "
+            "The category is of the wall above the damp-proof course. Opening and slip of the course itself, and "
             "cracks in the courses below it, are reported apart and make no category."
         )
     if scene.block.elastic_modulus == 9.0e9 and scene.joint.normal_stiffness < 1e11:
@@ -69,8 +69,8 @@ def model_caveats(scene: Scene, sampled: Collection[str] = ()) -> list[str]:
             "counts twice, as in the paper that the model follows. The wall is softer than that modulus says."
         )
     said.append(
-        "Crack width is the main measure of the damage table, not the only one: where a crack is, what it does to "
-        "doors, windows and tightness, and how it is seen count as well. The limits were read in a secondary source."
+        "Crack width is the main measure of the damage table, not the only one: place and look of a crack, and its "
+        "effect on doors, windows and tightness count as well. The limits were read in a secondary source."
     )
     return said
 
@@ -83,8 +83,8 @@ def wall_caveats(ds: xr.Dataset, scene: Scene) -> Section:
     said.append(
         "This is one sampled wall of a study. Others of the same study may look quite different."
         if "sample" in ds.attrs
-        else "This is one wall with the values stated. Real joints scatter, and scatter decides where walls crack and "
-        "how wide: a study of many walls says how likely each category is."
+        else "This is one wall with the values stated. Real joints scatter, and scatter decides places and widths of "
+        "cracks: a study of many walls gives the probability of each category."
     )
     if int(ds.attrs.get("apex_limited_joints", 0)):
         said.append(
@@ -104,7 +104,7 @@ def study_caveats(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings, m
     if doubtful := unsure(settings):
         said.append(
             f"The mean or the scatter of {len(doubtful)} variables is assumed, not measured: "
-            f"{', '.join(doubtful)}. Measure those that matter before anything is built on the figures."
+            f"{', '.join(doubtful)}. Measure the important ones before you build on the figures."
         )
     said += _curve_caveats(curves, moved)
     counted = ds["apex_limited"].values if "apex_limited" in ds else np.zeros(0)
@@ -119,10 +119,10 @@ def study_caveats(ds: xr.Dataset, curves: xr.Dataset, settings: StudySettings, m
     if "limit_deflection" in ds and np.isfinite(ds["limit_deflection"].values).any():
         count = int(np.isfinite(ds["limit_deflection"].values).sum())
         said.append(
-            f"{count} walls ended before the full movement, where jacks or supports carry nothing any more; what they "
-            "had not reached there counts as not yet reached."
+            f"{count} walls ended before the full movement, where jacks or supports carry no load any more; categories "
+            "not reached there count as not yet reached."
         )
-    said.append("Walls are one by one: those of a house, and houses of a street, share bricks, builders and ground.")
+    said.append("Walls are single walls: walls of a house, and houses of a street, share bricks, builders and ground.")
     return Section(
         "caveats", "What to keep in mind", [Text([], said + model_caveats(settings.scene, settings.variables))]
     )

@@ -25,7 +25,7 @@ def crack_parts(ds: xr.Dataset) -> list[Part]:
 
     figure = drawing(
         "cracks",
-        "The cracks where they run, on the wall as it was built; numbers are those of the table.",
+        "The cracks where they run, on the undeformed wall; the table has the same numbers.",
         f"Drawing of the wall with {len(frame)} numbered cracks, coloured by width",
         draw_cracks(ds, traced=traced),
     )

@@ -90,13 +90,13 @@ def _wall(ds: xr.Dataset) -> dict[str, Any]:
 
 def _steps(ds: xr.Dataset) -> list[int]:
     """Return positions of the increments to show: all, or as many as can be, first and last among them."""
-    known = np.flatnonzero(np.isfinite(ds["crack_width_max"].values))
-    chosen = np.linspace(0, len(known) - 1, min(len(known), MOST_SHOWN)).round().astype(int)
-    return [int(i) for i in known[chosen]]
+    followed = np.flatnonzero(np.isfinite(ds["crack_width_max"].values))
+    chosen = np.linspace(0, len(followed) - 1, min(len(followed), MOST_SHOWN)).round().astype(int)
+    return [int(i) for i in followed[chosen]]
 
 
 def _movement(ds: xr.Dataset, increment: int) -> float:
-    """Return what a picture of the path has along its axis: the time (s), or the movement (mm)."""
+    """Value on the axis of a picture of the path: time (s) or movement (mm)."""
     if is_dynamic(ds):
         return float(ds["time"].values[increment])
     return float(ds[movement_measure(ds)].values[increment] * MM)

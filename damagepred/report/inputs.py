@@ -56,9 +56,9 @@ def input_section(scene: Scene, settings: StudySettings | None = None, given: Co
     parts: list[Part] = [
         Text(
             [
-                "Values are those the calculation used. A source is named where a value is that of a table shipped "
-                f"with the program. “{GIVEN}” is what the user wrote, “default” what the program takes if nothing is "
-                "said" + (", which the user may have written as well." if given is None else ".")
+                "The calculation used these values. A source is named where a value agrees with a table shipped with "
+                f"the program. “{GIVEN}”: written by the user; “default”: set by the program"
+                + (", or by the user to the same value." if given is None else ".")
             ]
         ),
         Table(
@@ -88,13 +88,13 @@ def input_section(scene: Scene, settings: StudySettings | None = None, given: Co
     if any("Zhuge" in row[-1] for row in rows):
         parts.append(Text([f"Zhuge et al.: {PAPER}."]))
     if sources:
-        known = [f"({name}): {meaning}" for name, meaning in CONFIDENCE.items() if name in sources]
-        parts.append(Text(["Levels of confidence:"], known))
+        levels = [f"({name}): {meaning}" for name, meaning in CONFIDENCE.items() if name in sources]
+        parts.append(Text(["Levels of confidence:"], levels))
     return Section("inputs", "Inputs and their sources", parts)
 
 
 def given_of(ds: xr.Dataset) -> list[str] | None:
-    """Return the places of the values that the user of a wall or a study gave; None where the archive does not say."""
+    """Places of the values that the user gave; None for archives without this record."""
     return str(ds.attrs[GIVEN_PLACES]).split() if GIVEN_PLACES in ds.attrs else None
 
 
@@ -143,8 +143,8 @@ def _rows(
             shown, unit = quantity(float(value), Scene.unit_of(place))
         else:
             shown, unit = plain(value), ""
-        known = source_of_value(table, key, value, given, material)
-        source = Source("varies, see below") if place in uncertain else known
+        origin = source_of_value(table, key, value, given, material)
+        source = Source("varies, see below") if place in uncertain else origin
         yield [head, named(key), shown, unit, str(source)]
 
 
@@ -181,15 +181,17 @@ def _words(variable: Variable, unit: str, scale: float) -> str:
     """Return a distribution with its parameters in the shown unit."""
     with_unit = ((n, getattr(variable, n)) for n in ("mean", "median", "std", "lower", "upper", "scale"))
     pure = ((n, getattr(variable, n)) for n in ("cov", "dispersion", "shape", "alpha", "beta"))
-    told = [f"{named(name)} {number(to_si(value, unit) / scale)}" for name, value in with_unit if value is not None]
-    told += [f"{'COV' if n == 'cov' else n} {number(float(value))}" for n, value in pure if value is not None]
+    parameters = [
+        f"{named(name)} {number(to_si(value, unit) / scale)}" for name, value in with_unit if value is not None
+    ]
+    parameters += [f"{'COV' if n == 'cov' else n} {number(float(value))}" for n, value in pure if value is not None]
     if variable.values:
-        told.append(f"{len(variable.values)} values")
+        parameters.append(f"{len(variable.values)} values")
     if variable.name:
-        told.append(f"{variable.name} of scipy.stats")
+        parameters.append(f"{variable.name} of scipy.stats")
     if variable.components:
-        told.append(f"{len(variable.components)} components")
-    return f"{named(variable.distribution)}: {', '.join(told)}" if told else named(variable.distribution)
+        parameters.append(f"{len(variable.components)} components")
+    return f"{named(variable.distribution)}: {', '.join(parameters)}" if parameters else named(variable.distribution)
 
 
 def place_in_words(place: str) -> str:

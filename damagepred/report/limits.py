@@ -24,7 +24,7 @@ class Limit(NamedTuple):
     Attributes
     ----------
     construction : str
-        In words.
+        Kind of construction.
     ratio : int
         n of the limit length / n.
     absolute : float
@@ -41,27 +41,30 @@ class Limit(NamedTuple):
 
 def code_limits(span: float) -> tuple[str, list[Limit]]:
     """Source of the limits, and each limit for a footing of a length between its ends (m)."""
-    known = construction_limits().values()
-    found = [
-        Limit(k.about, round(k.one_in[0]), float(k.deflection or np.inf), span * k.value(span, span)) for k in known
+    rules = construction_limits().values()
+    limits = [
+        Limit(k.about, round(k.one_in[0]), float(k.deflection or np.inf), span * k.value(span, span)) for k in rules
     ]
-    source = "; ".join(dict.fromkeys(f"{k.author} ({k.confidence})" for k in known))
-    return source, sorted(found, key=lambda limit: limit.deflection)
+    source = "; ".join(dict.fromkeys(f"{k.author} ({k.confidence})" for k in rules))
+    return source, sorted(limits, key=lambda limit: limit.deflection)
 
 
 def wall_limits(ds: xr.Dataset) -> Section | None:
     """Return in which category one wall is at each limit."""
-    source, found = code_limits(float(ds.attrs["span"]))
+    source, limits = code_limits(float(ds.attrs["span"]))
     deflection = ds[MEASURE].values
     rows = []
-    for limit in found:
-        at = np.flatnonzero(deflection >= limit.deflection * (1 - 1e-9))
-        if at.size:
-            category, width = int(ds["damage_category"].values[at[0]]), float(ds["crack_width_max"].values[at[0]])
-            told = [category_label(ds, category), length(width)]
+    for limit in limits:
+        reached = np.flatnonzero(deflection >= limit.deflection * (1 - 1e-9))
+        if reached.size:
+            category, width = (
+                int(ds["damage_category"].values[reached[0]]),
+                float(ds["crack_width_max"].values[reached[0]]),
+            )
+            cells = [category_label(ds, category), length(width)]
         else:
-            told = ["not moved as far", "–"]
-        rows.append([*_limit(limit), *told])
+            cells = ["not moved as far", "–"]
+        rows.append([*_limit(limit), *cells])
     if all(row[-1] == "–" for row in rows):
         return None
     table = Table(
@@ -126,8 +129,8 @@ def _has_entries(rows: list[list[str]]) -> bool:
     return any(cell not in ("–", "not moved as far") for row in rows for cell in row[3:])
 
 
-def _counted(found: Exceedance) -> str:
-    e = found.estimate
+def _counted(estimated: Exceedance) -> str:
+    e = estimated.estimate
     if np.isnan(e.value):
         return "not moved as far"
     return with_band(chance(e.value), chance(e.lower), chance(e.upper), "\n")
@@ -146,5 +149,5 @@ def _from_curve(curves: xr.Dataset, category: int, at: float) -> str:
     if at > float(curves["intensity"][-1]) * (1 + 1e-9):
         return "not moved as far"
     # a curve is never quite at 0 or 1, whatever it is rounded to
-    told = [chance(float(np.clip(p, 1e-12, 1 - 1e-12))) for p in probability_at(curves, category, at)]
-    return with_band(told[0], told[1], told[2], "\n")
+    interval = [chance(float(np.clip(p, 1e-12, 1 - 1e-12))) for p in probability_at(curves, category, at)]
+    return with_band(interval[0], interval[1], interval[2], "\n")

@@ -1,4 +1,4 @@
-"""From sections to one page of HTML that needs nothing else."""
+"""One self-contained page of HTML from sections."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:mm|m|kN|N|GPa|MPa|kPa|Pa|s|min|h|%)\b)
 
 
 def page_html(page: Page) -> str:
-    """Return a report as one page of HTML: styles, drawings and script are inside, nothing outside is referred to.
+    """Report as one page of HTML, with styles, drawings and script inside.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def _with_code(text: str) -> Any:
 
 
 def _together(value: Any) -> Any:
-    """Return text in which no line ends between a number and its unit; what is HTML already is left as it is."""
+    """Insert non-breaking spaces between numbers and units; leave markup unchanged."""
     return _BEFORE_UNIT.sub("\u00a0", value) if type(value) is str else value
 
 

@@ -78,7 +78,7 @@ class Drawing:
     walls : str
         Walls that a reader can move in its place, as ``damagepred.report.explorer`` packs them; empty: none.
     choices : sequence of str
-        Their names, if there are several.
+        Names of the walls, if there are several.
     """
 
     name: str
@@ -113,9 +113,9 @@ class Section:
     name : str
         One word, its anchor.
     title : str
-        Its head.
+        Heading.
     parts : list of Part
-        In order.
+        Parts or sections in order.
     """
 
     name: str
@@ -140,7 +140,7 @@ class Page:
     facts : sequence of (str, str)
         What they are of, in brief.
     sections : sequence of Section
-        In order.
+        Parts or sections in order.
     """
 
     title: str

@@ -17,7 +17,7 @@ from damagepred.uq.intensity import movement_measure, movement_words
 
 
 def wall_quality(ds: xr.Dataset) -> list[Part]:
-    """Return how well one wall's path was solved."""
+    """Quality of the solution of one wall."""
     caption = "How well the path is solved: the worst of all increments"
     parts: list[Part] = [Table(caption, ["", "value", "unit"], quality_rows(ds), words=(0, 2))]
     if energy := energy_rows(ds):
@@ -26,17 +26,17 @@ def wall_quality(ds: xr.Dataset) -> list[Part]:
 
 
 def study_quality(ds: xr.Dataset) -> list[Part]:
-    """Return how well the walls of a study were solved, and the worst of them."""
-    found = [
+    """Quality of the solutions of a study, and its worst walls."""
+    residuals = [
         (f"{residual.label} ({residual.shown_unit})", np.asarray(ds[name].values, dtype=np.float64))
         for name, residual in described(Residuals).items()
         if known(ds, name)
     ]
     share = energy_shares(ds)
     if share.size:
-        found.append(("energy that does not balance, of all work done (%)", 100 * share))
+        residuals.append(("energy that does not balance, of all work done (%)", 100 * share))
     rows = []
-    for what, values in found:
+    for what, values in residuals:
         worst = np.nanmax(np.where(np.isfinite(values), values, -np.inf).reshape(len(values), -1), axis=1)
         solved = np.flatnonzero(np.isfinite(worst))
         if solved.size:
@@ -49,20 +49,24 @@ def study_quality(ds: xr.Dataset) -> list[Part]:
 
 
 def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[Part]:
-    """Return how surely shares of walls are known, and how they settled."""
+    """Confidence and convergence of the shares of walls."""
     from damagepred.plotting import draw_convergence
 
     measure, telling = movement_words(ds), telling_movement(ds, moved)
     rows = []
-    for at in dict.fromkeys((telling, moved)):
+    for movement in dict.fromkeys((telling, moved)):
         for category, name in categories(ds):
-            found = exceedance(ds, category, at, confidence=confidence)
-            e = found.estimate
+            estimated = exceedance(ds, category, movement, confidence=confidence)
+            e = estimated.estimate
             value = with_band(chance(e.value), chance(e.lower), chance(e.upper))
-            bounds = f"{chance(found.failed_undamaged)} to {chance(found.failed_damaged)}" if found.failed else "–"
+            bounds = (
+                f"{chance(estimated.failed_undamaged)} to {chance(estimated.failed_damaged)}"
+                if estimated.failed
+                else "–"
+            )
             rows.append(
                 [
-                    length(at),
+                    length(movement),
                     name.replace(" ", "\u00a0"),
                     value,
                     number(e.error, 2),
@@ -84,8 +88,8 @@ def monte_carlo(ds: xr.Dataset, moved: float, confidence: float = 0.9) -> list[P
         ],
         rows,
         words=(1,),
-        note="At the movement where it is least sure what share of the walls is damaged, and at the largest to which "
-        "all walls were moved. The error is that of the number of walls; what the model leaves out is not in it. "
+        note="At the movement where the share of damaged walls is least certain, and at the largest to which all walls "
+        "were moved. The error comes from the number of walls; errors of the model are not in it. "
         "“Failed walls counted”: if none of them had reached the category, and if all had.",
     )
     figure = drawing(
@@ -103,9 +107,9 @@ def telling_movement(ds: xr.Dataset, moved: float, points: int = 60) -> float:
     grid = np.linspace(0.0, moved, points + 1)[1:]
     unsure = np.zeros(points)
     for category, _ in categories(ds):
-        known = category_capacities(ds, category)
-        if len(known.lower):
-            share = np.array([estimate_exceedance(known, at).estimate.value for at in grid])
+        capacities = category_capacities(ds, category)
+        if len(capacities.lower):
+            share = np.array([estimate_exceedance(capacities, at).estimate.value for at in grid])
             unsure += share * (1 - share)
     if not unsure.any():
         return moved

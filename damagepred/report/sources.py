@@ -1,4 +1,4 @@
-"""Sources of values: those of the shipped tables; others are given or defaults."""
+"""Sources of values in the shipped tables; other values are given or defaults."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MATERIALS = {
     "dpc": "dpc",
     "footing": "concrete_footing",
 }
-"""Tables of a scene, and those of data/materials/zhuge.toml with the same keys."""
+"""Tables of a scene that have the same keys in data/materials/zhuge.toml."""
 
 _PHYSICAL = (*_MATERIALS, "head_joint", "soil", "mound", "loads")
 """Tables whose numbers someone could measure: their defaults are assumed."""
@@ -37,7 +37,7 @@ class Source(NamedTuple):
     Attributes
     ----------
     name : str
-        In words.
+        Name of the source.
     confidence : str
         One of ``data_files.CONFIDENCE``, or empty where it is not known.
     """
@@ -82,20 +82,24 @@ def sources_of_variable(place: str, variable: Variable) -> list[Source]:
     from damagepred.scene.quantity import to_si
 
     def is_shipped(key: str) -> bool:
-        own = getattr(variable, key, None)
+        value = getattr(variable, key, None)
         try:
-            return own is not None and key in shipped and _same(to_si(own, "1" if key == "cov" else unit), shipped[key])
+            return (
+                value is not None
+                and key in shipped
+                and _same(to_si(value, "1" if key == "cov" else unit), shipped[key])
+            )
         except (ValueError, InputError):
             return False
 
-    found = []
+    sources = []
     for what, keys in (("mean", ("mean",)), ("cov", ("cov", "lower"))):
         ours = [key for key in keys if key in shipped]
         if ours and all(is_shipped(key) for key in ours[:1]):
-            found.append(Source(f"{what}: {shipped[f'{what}_source']}", shipped[f"{what}_confidence"]))
+            sources.append(Source(f"{what}: {shipped[f'{what}_source']}", shipped[f"{what}_confidence"]))
         elif ours:
-            found.append(Source(f"{what}: {GIVEN}"))
-    return found or [Source(GIVEN)]
+            sources.append(Source(f"{what}: {GIVEN}"))
+    return sources or [Source(GIVEN)]
 
 
 def field_source(place: str, correlation: float) -> Source:

@@ -82,7 +82,7 @@ def study_page(
     sections = [
         input_section(settings.scene, settings, given_of(ds)),
         Section("run", "What was run", _run_parts(folder, ds, settings, written)),
-        Section("quality", "How good the solutions are, and how many walls are enough", study_quality(ds) + certainty),
+        Section("quality", "Quality of the solutions, and number of walls needed", study_quality(ds) + certainty),
         Section("damage", "Damage", _damage(folder, ds, replay, on_step, asked) if paths else [_no_paths()]),
         Section("fragility", "How likely is each damage category", _fragility(curves)),
         *inferred,
@@ -230,7 +230,7 @@ def _damage(
     parts: list[Part] = [
         drawing(
             "shares",
-            "Share of the walls in each category, by the highest reached so far.",
+            "Share of the walls in each category, by the highest category reached.",
             "Shares of walls by damage category against the movement",
             draw_category_shares(ds),
             along="movement",
@@ -268,7 +268,7 @@ def _damage(
         else:
             walls = {f"typical, sample {chosen.typical}": wall}
             if chosen.worst != chosen.typical:
-                with contextlib.suppress(DamagepredError):  # the page goes without it
+                with contextlib.suppress(DamagepredError):  # the page has no such drawing
                     walls[f"worst, sample {chosen.worst}"] = solve_again(folder.path, chosen.worst, on_step)[0]
             parts.append(wall_drawing(wall, "typical", f"A typical wall, sample {chosen.typical}. ", walls))
             parts.append(Text([f"{said} {_solved_again(comparison)}"]))
@@ -295,9 +295,9 @@ def _measures(ds: xr.Dataset) -> Table:
 
 
 def _solved_again(comparison: str) -> str:
-    """Return whether the typical wall is the one of the study, and if not, why it differs."""
+    """Note on the typical wall: the same as in the study, or the reason why it differs."""
     if comparison.startswith("bit for bit"):
-        return "Solved again for this report, the typical wall is bit for bit what the study holds."
+        return "Solved again for this report, the typical wall agrees bit for bit with the study."
     return f"Solved again for this report, the typical wall {comparison}"
 
 
@@ -328,9 +328,9 @@ def _fragility(curves: xr.Dataset) -> list[Part]:
         "Lognormal capacities, fitted by maximum likelihood to the intervals between increments in which each wall "
         "reached the category; a wall that did not reach it counts as not yet damaged at its last movement (censored). "
         "The dispersion is the standard deviation of the capacity's logarithm. Bands: "
-        f"{int(curves.attrs['bootstrap_samples'])} bootstrap samples of walls; of a category that fewer than "
-        f"{DEFAULT.posterior_below} walls tell of, quantiles of the posterior. Goodness of fit: how often walls of the "
-        "curve itself lie as far from it as these walls do; below 0.05 the curve is doubtful."
+        f"{int(curves.attrs['bootstrap_samples'])} bootstrap samples of walls; of a category with fewer than "
+        f"{DEFAULT.posterior_below} informative walls, quantiles of the posterior. Goodness of fit: share of samples "
+        "from the curve itself that lie as far from it as these walls do; below 0.05 the curve is doubtful."
     )
     if str(curves.attrs["model"]) == "common":
         note += " Fitted each for itself, curves would cross; these have one dispersion for all."

@@ -1,4 +1,4 @@
-"""The answer in short: a sentence for each category, and what changes it most."""
+"""Summary: a sentence for each category, and the most influential input."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from damagepred.uq.intensity import OF_SITE, movement_measure, movement_words
 from damagepred.uq.movement_distribution import MOUND, SITE, MovementDistribution
 
 MOVEMENTS = ("movement.central_deflection", "mound.surface_movement")
-"""Inputs that say how far a wall is followed: the movement at which it is damaged does not depend on them."""
+"""Inputs that set the end of a path: the movement at damage does not depend on them."""
 
 NAMED_INPUTS = 3
 """Inputs that a summary names at most."""
@@ -34,9 +34,9 @@ def wall_summary(ds: xr.Dataset) -> list[str]:
     movement, category = ds[measure].values, ds["damage_category"].values
     said = []
     for one, name in categories(ds):
-        at = np.flatnonzero(category >= one)
-        if at.size:
-            said.append(f"Category {_with_name(name)}: reached at a {words} of {length(float(movement[at[0]]))}.")
+        reached = np.flatnonzero(category >= one)
+        if reached.size:
+            said.append(f"Category {_with_name(name)}: reached at a {words} of {length(float(movement[reached[0]]))}.")
         else:
             said.append(f"Category {_with_name(name)}: not reached up to a {words} of {length(float(movement[-1]))}.")
     return said
@@ -56,17 +56,19 @@ def answers(
     """Return for which movement a study answers, in words, and the probability of each category or worse."""
     measure = movement_measure(ds)
     wanted = asked_movement(ds, at)
-    found = {c: exceedance(ds, c, wanted, confidence=confidence).estimate for c, _ in categories(ds)}
+    estimates = {c: exceedance(ds, c, wanted, confidence=confidence).estimate for c, _ in categories(ds)}
     if wanted.own:
         ends = own_movements(ds, measure)
         of = f"a {movement_words(ds)} of {length(float(ends.min()))} to {length(float(ends.max()))}"
-        return f"At the end of each wall's own movement, {of}:", found
-    return _movement_in_words(wanted, movement_words(ds)), found
+        return f"At the end of each wall's own movement, {of}:", estimates
+    return _movement_in_words(wanted, movement_words(ds)), estimates
 
 
-def study_summary(ds: xr.Dataset, found: Mapping[int, Estimate]) -> list[str]:
+def study_summary(ds: xr.Dataset, estimates: Mapping[int, Estimate]) -> list[str]:
     """One sentence per category, from the estimates of ``answers``."""
-    return [f"Category {_with_name(name)} or worse: {_in_words(found[category])}." for category, name in categories(ds)]
+    return [
+        f"Category {_with_name(name)} or worse: {_in_words(estimates[category])}." for category, name in categories(ds)
+    ]
 
 
 def _movement_in_words(wanted: MovementDistribution, words: str) -> str:
@@ -75,8 +77,8 @@ def _movement_in_words(wanted: MovementDistribution, words: str) -> str:
         return f"For {where} ({wanted.assumption}):"
     value = wanted.largest
     shown = ratio(value) if words == "deflection ratio" else length(value)
-    known = f", site class {site_class(value).name}" if words == OF_SITE else ""
-    return f"At a {words} of {shown}{known}:"
+    site = f", site class {site_class(value).name}" if words == OF_SITE else ""
+    return f"At a {words} of {shown}{site}:"
 
 
 def _with_name(label: str) -> str:
@@ -85,29 +87,29 @@ def _with_name(label: str) -> str:
     return f"{category} ({name})" if name else category
 
 
-def _in_words(found: Estimate) -> str:
-    if np.isnan(found.value):
+def _in_words(estimate: Estimate) -> str:
+    if np.isnan(estimate.value):
         return "unknown, no wall was followed as far"
-    interval = f"{found.confidence:.0%} interval {chance(found.lower)} to {chance(found.upper)}"
-    share = 100 * found.value
+    interval = f"{estimate.confidence:.0%} interval {chance(estimate.lower)} to {chance(estimate.upper)}"
+    share = 100 * estimate.value
     if share in (0, 100):
         of = f"{'all' if share else 'none'} of these walls"
     elif share < 1:
         of = "fewer than 1 wall in 100"
     else:
         of = f"about {share:.0f} wall{'s' if round(share) != 1 else ''} in 100"
-    return f"probability {chance(found.value)} ({interval}), {of}"
+    return f"probability {chance(estimate.value)} ({interval}), {of}"
 
 
 def influences(
-    ds: xr.Dataset, found: Mapping[int, Estimate], confidence: float = 0.9, own_ground: bool = False
+    ds: xr.Dataset, estimates: Mapping[int, Estimate], confidence: float = 0.9, own_ground: bool = False
 ) -> tuple[str, Section | None]:
     """Sentence on the inputs that change the answer most, and the section with all of them.
 
     The category is the one whose probability is nearest to a half. Where each wall ends at its own movement
     (``own_ground``), the sentence is about damage there; the table of the movement at which it comes stands beside it.
     """
-    doubt = {category: abs(one.value - 0.5) for category, one in found.items() if np.isfinite(one.value)}
+    doubt = {category: abs(one.value - 0.5) for category, one in estimates.items() if np.isfinite(one.value)}
     if not doubt:
         return "", None
     category = min(doubt, key=lambda c: doubt[c])
@@ -137,8 +139,8 @@ def influences(
 
 
 _NOTE = (
-    "Rank correlation: from −1 to 1. Partial: without what the other inputs explain. Share of variance: what "
-    "the input brings about by itself. A wall that is not damaged counts as censored at its own end. Inputs that vary "
+    "Rank correlation: from −1 to 1. Partial: other inputs held fixed. Share of variance: by the "
+    "input alone. A wall that is not damaged counts as censored at its own end. Inputs that vary "
     "from joint to joint are not in the table."
 )
 
@@ -149,7 +151,7 @@ def _strongest(sensitivity: xr.Dataset, protects: float, of: str, walls: int) ->
     sure = np.sign(sensitivity["partial_lower"].values) == np.sign(sensitivity["partial_upper"].values)
     order = [int(i) for i in np.argsort(-np.abs(value)) if sure[i]][:NAMED_INPUTS]
     if not order:
-        return f"Of the inputs with one value a wall, none stands out for {of}, among these {walls} walls."
+        return f"Of the inputs with one value per wall, no input stands out for {of}, among these {walls} walls."
     most = [
         f"{place_in_words(str(sensitivity['variable'].values[i]))} ({number(float(value[i]), 2)}, more of it "
         f"{'protects' if value[i] * protects > 0 else 'harms'})"

@@ -19,9 +19,9 @@ class Chosen(NamedTuple):
     Attributes
     ----------
     typical, worst : int
-        Their numbers.
+        Numbers of the walls.
     why_typical, why_worst : str
-        By what they were chosen.
+        Criterion of the choice.
     """
 
     typical: int
@@ -31,16 +31,16 @@ class Chosen(NamedTuple):
 
 
 def typical_and_worst(ds: xr.Dataset, at: float | None = None) -> Chosen | None:
-    """Choose a typical wall and the worst of a study with paths; None if no wall was solved.
+    """Typical and worst wall of a study with paths; None without solved walls.
 
     Typical is the wall whose widest crack is the median, at a movement (m) or at the end of each wall's own movement. A
     wall that ended before in the worst category or in collapse counts as wider, the earlier the wider. Other walls that
     were not followed as far are left out. The worst reached the worst category first.
     """
-    found = {c: category_capacities(ds, c) for c in range(1, int(ds.attrs["highest_category"]) + 1)}
-    found = {c: known.part(~known.failing) for c, known in found.items()}
-    some = [c for c, known in found.items() if np.isfinite(known.upper).any()]
-    sample, weight = found[1].sample, found[1].weight
+    capacities = {c: category_capacities(ds, c) for c in range(1, int(ds.attrs["highest_category"]) + 1)}
+    capacities = {c: known.part(~known.failing) for c, known in capacities.items()}
+    some = [c for c, known in capacities.items() if np.isfinite(known.upper).any()]
+    sample, weight = capacities[1].sample, capacities[1].weight
     if not len(sample):
         return None
     path = np.fmax.accumulate(ds["crack_width_max"].values[sample], axis=1)
@@ -59,12 +59,12 @@ def typical_and_worst(ds: xr.Dataset, at: float | None = None) -> Chosen | None:
     if not heavy.any():
         return None
     order = np.lexsort((-last, np.nan_to_num(key, nan=np.inf, posinf=np.inf)))
-    place = int(order[np.searchsorted(np.cumsum(heavy[order]), 0.5 * heavy.sum() * (1 - 1e-12))])
-    typical, why = int(sample[place]), f"whose widest crack {where} is the median of all walls, {length(key[place])}"
-    if np.isinf(key[place]):
-        why = f"the median of all walls {where}: it fell, or reached the worst category, at {length(last[place])}"
+    middle = int(order[np.searchsorted(np.cumsum(heavy[order]), 0.5 * heavy.sum() * (1 - 1e-12))])
+    typical, why = int(sample[middle]), f"whose widest crack {where} is the median of all walls, {length(key[middle])}"
+    if np.isinf(key[middle]):
+        why = f"the median of all walls {where}: it fell, or reached the worst category, at {length(last[middle])}"
     if some:
-        known = found[some[-1]]
+        known = capacities[some[-1]]
         first = int(np.argmin(known.upper))
         worst, reason = (
             int(known.sample[first]),

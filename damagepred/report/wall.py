@@ -40,9 +40,7 @@ def wall_page(ds: xr.Dataset, origin: str, written: str) -> Page:
                 "study folder."
             )
     if "scene" not in ds.attrs:
-        raise InputError(
-            f"{origin}: does not say what wall it is of (it has no scene); a report needs one solved from it."
-        )
+        raise InputError(f"{origin}: has no scene, so its wall is unknown; a report needs a wall solved from a scene.")
     scene = archived_scene(ds.attrs, f"{origin} scene")
     sections = [
         input_section(scene, given=given_of(ds)),
@@ -221,7 +219,7 @@ def wall_drawing(
 
 
 def _path_table(ds: xr.Dataset) -> Table:
-    """Return what became of the wall, a row an increment, at most ``MOST_ROWS`` of them."""
+    """Table of the path, one row per increment, at most ``MOST_ROWS``."""
     columns, count = path_columns(ds), ds.sizes["increment"]
     if count <= MOST_ROWS:
         return Table.of("The wall's path", columns)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @checked
 def report_place(path: str | Path) -> Path:
-    """Return where a report goes if nothing is said: ``house.dp`` or ``wall.nc`` to ``house_report.html`` beside it.
+    """Default file of a report: ``house_report.html`` beside ``house.dp`` or ``house.nc``.
 
     Examples
     --------
@@ -74,7 +74,7 @@ def write_report(
     Raises
     ------
     InputError
-        If there is no such wall or study, or nothing of it has been solved.
+        If there is no such wall or study, or no wall of it has been solved.
     StudyError
         If the file cannot be written.
 
@@ -86,10 +86,10 @@ def write_report(
     True
     """
     source = Path(path)
-    place = Path(output) if output is not None else report_place(source)
+    file = Path(output) if output is not None else report_place(source)
     if not source.exists():
         raise InputError(f"{source}: no such file or study folder.")
-    check_output(place, ".html", ".htm", inputs=[source])
+    check_output(file, ".html", ".htm", inputs=[source])
     written = datetime.now().astimezone().isoformat(sep=" ", timespec="minutes")
     if source.is_dir():
         from damagepred.report.study import study_page
@@ -119,5 +119,5 @@ def write_report(
 
         page = wall_page(read_dataset(source), source.name, written)
     html = page_html(page)
-    write_whole(place, lambda p: p.write_text(html, encoding="utf-8"))
-    return place
+    write_whole(file, lambda p: p.write_text(html, encoding="utf-8"))
+    return file

@@ -20,14 +20,14 @@ class DatasetAccessor:
     Parameters
     ----------
     ds : xarray.Dataset
-        As ``open_study`` or ``fit_fragility`` returns it.
+        Result of ``open_study`` or ``fit_fragility``.
     """
 
     def __init__(self, ds: xr.Dataset) -> None:
         self._ds = ds
 
     def __getattr__(self, name: str) -> xr.DataArray:
-        """Return a variable, also one whose name is that of a method of datasets, such as ``median`` of curves."""
+        """Return a variable, even if a method of datasets has its name, such as ``median`` of curves."""
         if name.startswith("_"):  # pickle asks for them before there is a dataset
             raise AttributeError(name)
         if name in self._ds.variables:
@@ -50,7 +50,7 @@ class DatasetAccessor:
         return category_number(self._ds, name)
 
     def sel(self, category: int | str) -> xr.Dataset:
-        """Return what a dataset of curves, or a comparison, holds of one category, given by number or name."""
+        """Return one category, by number or name, of a dataset of curves or a comparison."""
         from damagepred.uq.capacity import category_number
 
         return self._ds.sel(category=category_number(self._ds, category))
@@ -65,9 +65,9 @@ class DatasetAccessor:
         category : int or str
             Number or name.
         at : float, str or MovementDistribution
-            See ``damagepred.exceedance``.
+            Movement; see ``damagepred.exceedance``.
         confidence : float
-            Of the interval.
+            Confidence of the interval.
         """
         from damagepred.uq.exceedance import exceedance
 

@@ -64,7 +64,7 @@ def judge_again(
     footing_threshold: float | None = None,
     count_footing_gap: bool | None = None,
 ) -> xr.Dataset:
-    """Judge a wall or a study again; rules that are not given stay those of the archive.
+    """Judge a wall or a study again; rules that are not given stay as in the archive.
 
     A wall with its contacts is judged from these, by all rules. Of a study, which keeps a few numbers a wall, the
     widest crack and the widest group of 2 to 5 cracks are compared with the new limits, which comes to the same; the
@@ -78,7 +78,7 @@ def judge_again(
     ds : xarray.Dataset
         As ``damagepred.solve``, ``open_study`` or ``read_dataset`` return it; not changed.
     table : {"as2870", "bre251"}, path or DamageTable, optional
-        Limits; a path that ends in .toml names a file written like those in ``data/damage``.
+        Limits; a path that ends in .toml names a file like the tables in ``data/damage``.
     plasterboard : bool, optional
         Whether the limits are raised for plasterboard.
     count_rule : bool, optional
@@ -88,7 +88,7 @@ def judge_again(
     group_count : int, optional
         Cracks that make a group; of a study 2 to 5.
     measure : {"joint", "band"}, optional
-        Whether the category is that of the widest joint or of the widest crack band.
+        Width that makes the category: widest joint or widest crack band.
     count_footing_gap : bool, optional
         Whether a gap along the footing bed counts as a crack of a wall without a dpc.
 
@@ -97,12 +97,12 @@ def judge_again(
     xarray.Dataset
         With the new ``damage_category`` and its attributes, ``damage_category_band`` where the widths of crack bands
         are known, ``deviation_level`` and ``opening_sticking`` where their
-        measures are archived, and the attribute ``judgement``, which names what the archive does not hold.
+        measures are archived, and the attribute ``judgement``, which names rules without archived values.
 
     Raises
     ------
     InputError
-        If it is neither a wall nor a study, there is no such table, or the archive does not hold what a rule needs.
+        If it is neither a wall nor a study, there is no such table, or the archive lacks the values of a rule.
 
     Examples
     --------
@@ -211,7 +211,7 @@ def _judge_wall(ds: xr.Dataset, rules: Rules) -> list[str]:
 
 
 def _worst_so_far(ds: xr.Dataset) -> list[str]:
-    """Set the worst category so far of a history from the categories of its increments; return what is left out."""
+    """Worst category of a history up to each increment; returns the variables left out."""
     if WORST_CATEGORY not in ds:
         return []
     if "increment" not in ds[WORST_CATEGORY].dims:
@@ -279,7 +279,7 @@ def _refuse_what_is_not_kept(ds: xr.Dataset, own: Rules, rules: Rules) -> None:
 
 
 def _judge_columns(ds: xr.Dataset, before: xr.Dataset, prefix: str, name: str, own: Rules, rules: Rules) -> list[str]:
-    """Judge a study's paths, or the ends of its movements, anew: one of the two categories."""
+    """Judge a study's paths, or the ends of its movements, again: one of the two categories."""
     by_band = name == "damage_category_band" or rules.measure == "band"
     was = before[f"{prefix}{name}"]
     same_limits, own = own.table.limits == rules.table.limits, own._replace(table=rules.table)
@@ -335,7 +335,7 @@ def _widths(ds: xr.Dataset, prefix: str, by_band: bool, rules: Rules) -> FloatAr
 
 
 def _group(ds: xr.Dataset, prefix: str, rules: Rules, shape: tuple[int, ...]) -> FloatArray | None:
-    """Return the width of the widest group that counts, of the shape of the categories; None if it is not kept."""
+    """Width of the widest group that counts, of the shape of the categories, or None."""
     if not rules.count_rule:
         return np.zeros(shape[:1] + (1,) * (len(shape) - 1))
     name = f"{prefix}crack_group_width"
@@ -421,14 +421,14 @@ def shares(ds: xr.Dataset) -> dict[int, Share]:
 
 
 def has_dpc(ds: xr.Dataset) -> bool:
-    """Return whether an archived wall, or those of a study, have a dpc."""
+    """Whether an archived wall, or the walls of a study, have a dpc."""
     if "contact_kind" in ds:
         return bool((ds["contact_kind"].values == ContactKind.DPC).any())
     return "dpc" in _scene(ds)
 
 
 def shown_gaps(ds: xr.Dataset) -> list[str]:
-    """Return which gaps below the wall proper tables and pictures of one wall show: ``dpc``, ``footing``."""
+    """Gaps below the wall proper that tables and pictures of one wall show: ``dpc``, ``footing``."""
     dpc = has_dpc(ds)
     opened = "footing_opening_max" in ds and float(ds["footing_opening_max"].max()) > HAIRLINE
     known = "footing_opening_max" in ds and ContactKind.FOOTING_INTERFACE in ds["contact_kind"].values
@@ -436,7 +436,7 @@ def shown_gaps(ds: xr.Dataset) -> list[str]:
 
 
 def footing_gap_note(ds: xr.Dataset) -> str:
-    """Say where a gap along the footing bed that does not count would make a higher category; nothing if nowhere."""
+    """Note on an uncounted gap along the footing bed that would raise the category; empty without any."""
     if "footing_opening_max" not in ds or has_dpc(ds):
         return ""
     rules = _archived_rules(ds)

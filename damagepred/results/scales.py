@@ -1,4 +1,4 @@
-"""Published scales and limits of damage side by side: each judges the walls of an archive, and how far they agree."""
+"""Published scales and limits of damage side by side, and their agreement on the walls of an archive."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class _Judged(NamedTuple):
 def compare_scales(ds: xr.Dataset, increment: int | None = None) -> xr.Dataset:
     """Judge the stored states of walls by every scale that the archive allows, and compare the scales in pairs.
 
-    Level 0 of a scale lies below its first limit. Scales of cracks and tilt judge the wall, those of distortion and
+    Level 0 of a scale lies below its first limit. Scales of cracks and tilt judge the wall, scales of distortion and
     strain the movement of the ground under it. Levels of two scales need not mean the same, so pairs are compared by
     their first limits and by rank. A state that a scale does not know, after the end of a path, does not count.
 
@@ -137,7 +137,7 @@ def _by_cracks(ds: xr.Dataset) -> list[_Judged]:
 
 
 def _by_wall(ds: xr.Dataset) -> Iterator[_Judged]:
-    """Judge by measures of the wall besides its widest crack; a collapsed wall has the highest level."""
+    """Judge by measures of the wall other than its widest crack; a collapsed wall has the highest level."""
     collapsed = np.zeros(ds["damage_category"].shape, dtype=bool)
     if "status" in ds:
         collapsed |= (ds["status"].values == SampleStatus.COLLAPSED)[:, None]

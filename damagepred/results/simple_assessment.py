@@ -147,7 +147,7 @@ def simple_methods(
     scene : Scene
         The wall and its movement.
     deflection_ratio : float, optional
-        Central deflection over length (1); by default that of the scene's movement, if it is prescribed.
+        Central deflection over length (1); by default of the scene's movement, if it is prescribed.
     ground_strain, modulus_ratio : float
         See ``simple_category``.
 
@@ -204,6 +204,6 @@ def _own_ratio(scene: Scene) -> float:
     if not scene.movement.prescribed:
         raise InputError(
             f"movement.shape = '{scene.movement.shape}': the footing finds its own form, so its deflection is not "
-            "known beforehand; give deflection_ratio, for instance that of the solved wall."
+            "known beforehand; give deflection_ratio, for instance of the solved wall."
         )
     return scene.movement.central_deflection / scene.wall.length

@@ -40,7 +40,7 @@ class Column:
     cells : sequence of str
         Formatted values.
     unit : str
-        Of the values.
+        Unit of the values.
     short : str
         Head on the terminal, in lines; empty: not on the terminal.
     short_cells : sequence of str, optional
@@ -63,7 +63,7 @@ class Column:
 
 
 def path_columns(ds: xr.Dataset) -> list[Column]:
-    """Return movement, cracks, category and gaps of a wall, a row an increment."""
+    """Movement, cracks, category and gaps of a wall, one row per increment."""
 
     def shown(name: str, digits: str, factor: float = MM) -> list[str]:
         return [f"{factor * float(v):{digits}}" for v in ds[name].values]
@@ -122,7 +122,7 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
 
 
 def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
-    """Return number, part, width, length, course and origin of cracks, a row a crack."""
+    """Table of cracks: number, part, width, length, course and origin of cracks, one row per crack."""
     runs, brief = [], []
     for one in frame.to_dict("records"):
         name = str(one["crack_orientation"])
@@ -161,9 +161,9 @@ def crack_columns(frame: pd.DataFrame, in_time: bool = False) -> list[Column]:
 
 
 def worst_category_columns(judged: Mapping[str, xr.Dataset]) -> list[Column]:
-    """Return how many walls of a study are in each category at worst, a row a category, and their share."""
-    found = {head: shares(ds) for head, ds in judged.items()}
-    categories = sorted({c for one in found.values() for c in one}, key=lambda c: (c < 0, c))
+    """Walls of a study by their worst category, and their share, one row per category."""
+    counts = {head: shares(ds) for head, ds in judged.items()}
+    categories = sorted({c for one in counts.values() for c in one}, key=lambda c: (c < 0, c))
     # a category beyond a judgement's own has the name that another one gives it
     labels = []
     for c in categories:
@@ -171,7 +171,7 @@ def worst_category_columns(judged: Mapping[str, xr.Dataset]) -> list[Column]:
         labels.append(named_by[-1] if named_by else "not known")
     cells = {
         head: [f"{one[c].walls} ({one[c].share:.1%})" if c in one else "0 (0.0%)" for c in categories]
-        for head, one in found.items()
+        for head, one in counts.items()
     }
     return [
         Column("category", labels, short="category", words=True),
@@ -180,7 +180,7 @@ def worst_category_columns(judged: Mapping[str, xr.Dataset]) -> list[Column]:
 
 
 def worst_so_far(ds: xr.Dataset) -> IntArray:
-    """Return the worst category so far of each increment; older archives hold the present one alone."""
+    """Worst category up to each increment; older archives hold only the present one."""
     name = WORST_CATEGORY if WORST_CATEGORY in ds else "damage_category"
     return np.asarray(np.maximum.accumulate(ds[name].values, axis=-1))  # -1 where a wall was not followed
 
@@ -189,12 +189,12 @@ def worst_so_far(ds: xr.Dataset) -> IntArray:
 
 
 def known(ds: xr.Dataset, name: str) -> bool:
-    """Return whether a dataset has any value of a variable."""
+    """Whether a dataset has any value of a variable."""
     return name in ds and bool(np.isfinite(np.asarray(ds[name].values, dtype=np.float64)).any())
 
 
 def energy_shares(ds: xr.Dataset) -> FloatArray:
-    """Return energy that does not balance over the work done, at each increment, of each sample if there are any."""
+    """Energy imbalance over the work done, at each increment, of each sample where present."""
     if not known(ds, "energy_error"):
         return np.empty(0)
     work = work_done(ds)
@@ -203,7 +203,7 @@ def energy_shares(ds: xr.Dataset) -> FloatArray:
 
 
 def quality_rows(ds: xr.Dataset) -> list[list[str]]:
-    """Return how well the path of a wall is solved: in each row a name, a value and its unit."""
+    """Quality of a wall's solution: name, value and unit in each row."""
     rows = [
         [residual.label, number(float(np.nanmax(ds[name].values)), 2), residual.shown_unit]
         for name, residual in described(Residuals).items()
@@ -225,7 +225,7 @@ def quality_rows(ds: xr.Dataset) -> list[list[str]]:
 
 
 def energy_rows(ds: xr.Dataset) -> list[list[str]]:
-    """Return where the energy of a wall has gone by the end of its path: in each row a name and a value (J)."""
+    """Energies of a wall at the end of its path: name and value (J) in each row."""
     shown = {name: energy.label for name, energy in described(Energies).items() if energy.label and known(ds, name)}
     last = {label: float(ds[name].values[-1]) for name, label in shown.items()}
     return [[label, number(value)] for label, value in last.items() if value != 0.0]
@@ -235,8 +235,8 @@ def energy_rows(ds: xr.Dataset) -> list[list[str]]:
 
 
 def curve_columns(curves: xr.Dataset) -> list[Column]:
-    """Return the parameters of fragility curves with their bands, a row a category."""
-    from damagepred.uq.fragility.describe import median_lower_bound  # slow to import, and a wall needs none of it
+    """Parameters of fragility curves with their bands, one row per category."""
+    from damagepred.uq.fragility.describe import median_lower_bound  # slow to import, and not needed for a wall
 
     units, measure = str(curves["intensity"].attrs["units"]), movement_words(curves)
     unit = {"m": "mm", "m-1": "1/m", "year": "years"}.get(units, "")
@@ -278,14 +278,14 @@ def curve_columns(curves: xr.Dataset) -> list[Column]:
 
 
 def banded(one: xr.Dataset, name: str, form: str = ".2f", between: str = " ") -> str:
-    """Return a value with its confidence interval."""
+    """Value with its confidence interval."""
     values = (float(one[f"{name}{end}"]) for end in ("", "_lower", "_upper"))
     value, low, high = (f"{v:{form}}" if np.isfinite(v) else number(v) for v in values)
     return with_band(value, low, high, between)
 
 
 def curve_notes(curves: xr.Dataset) -> list[str]:
-    """Return what a reader of fragility curves must know of their fit, a sentence each."""
+    """Remarks on the fit of fragility curves."""
     said = []
     if failed := int(curves.attrs.get("samples_failed", 0)):
         said.append(
@@ -322,17 +322,17 @@ def curve_notes(curves: xr.Dataset) -> list[str]:
 # -- sensitivity -----------------------------------------------------------------------------------------------------
 
 
-def sensitivity_columns(found: xr.Dataset) -> list[Column]:
-    """Return how damage depends on each input, a row an input."""
-    inputs = [str(v) for v in found["variable"].values]
+def sensitivity_columns(indices: xr.Dataset) -> list[Column]:
+    """Dependence of damage on each input, one row per input."""
+    inputs = [str(v) for v in indices["variable"].values]
     kinds = {"spearman": "rank correlation", "partial": "partial", "first_order": "share of variance"}
-    return [Column("input", inputs, short="input", words=True), *_intervals(found, "variable", kinds)]
+    return [Column("input", inputs, short="input", words=True), *_intervals(indices, "variable", kinds)]
 
 
-def _intervals(found: xr.Dataset, dim: str, heads: Mapping[str, str]) -> list[Column]:
+def _intervals(indices: xr.Dataset, dim: str, heads: Mapping[str, str]) -> list[Column]:
     """Return a column of values with their intervals for each variable."""
-    level = f"({found.attrs['confidence']:.0%} interval)"
+    level = f"({indices.attrs['confidence']:.0%} interval)"
     return [
-        Column(head, [banded(found.sel({dim: v}), name) for v in found[dim].values], short=f"{head}\n{level}")
+        Column(head, [banded(indices.sel({dim: v}), name) for v in indices[dim].values], short=f"{head}\n{level}")
         for name, head in heads.items()
     ]

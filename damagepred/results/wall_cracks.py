@@ -45,7 +45,7 @@ CRACK_VARIABLES: dict[str, Variable] = {
     "piece_crack": Variable(_PIECE, "1", "number of the crack that the piece of joint belongs to"),
     "piece_on_path": Variable(_PIECE, "1", "place of the piece in the crack's longest course, from 0; -1 on a branch"),
     "piece_along": Variable(_PIECE, "m", "place of the piece along the crack's mean line, 0 at its middle"),
-    "piece_kind": Variable(_PIECE, None, "what the piece lies in", (*flag_meanings(ContactKind), "block")),
+    "piece_kind": Variable(_PIECE, None, "kind of joint of the piece", (*flag_meanings(ContactKind), "block")),
     **{
         f"piece_{axis}_{end}": Variable(_PIECE, "m", f"{axis} at the {end} of the piece")
         for end in ("start", "end")
@@ -57,7 +57,7 @@ CRACK_VARIABLES: dict[str, Variable] = {
     "piece_width": Variable(_PIECE, "m", "opening normal to the crack's mean line; NaN in a brick"),
     "piece_displacement": Variable(_PIECE, "m", "relative displacement of the faces; NaN in a brick"),
 }
-"""What ``cracks`` and ``crack_profile`` return, besides the increments."""
+"""Variables of ``cracks`` and ``crack_profile``."""
 
 
 @checked
@@ -65,12 +65,12 @@ CRACK_VARIABLES: dict[str, Variable] = {
 def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
     """Return the cracks of a wall as objects, followed through the increments.
 
-    A crack is what has opened or slid by more than a hairline, piece of joint by piece of joint, joined where pieces
+    A crack is a set of pieces of joints that have opened or slid by more than a hairline, joined where pieces
     meet and across bricks whose zones have yielded. It is as straight as one would draw it, with branches of at most
     two joints: a fan or an arch is several cracks. It keeps its number as it grows; of cracks that meet, the oldest
     keeps its. ``crack_width``, the opening normal to the joint, is what damage tables speak of and what categories are
     found by; the widest of the wall proper is ``crack_width_max``. Categories count cracks by whole joints
-    (``crack_count``), which may join what is two cracks here.
+    (``crack_count``), which may join two cracks of this list.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def cracks(ds: xr.Dataset, *, hairline: float = HAIRLINE) -> xr.Dataset:
 @checked
 @one_blas_thread()
 def crack_profile(ds: xr.Dataset, increment: int = -1, *, hairline: float = HAIRLINE) -> xr.Dataset:
-    """Return where the cracks of one increment run, and their widths along them, piece by piece.
+    """Return courses and widths of the cracks of one increment, piece by piece.
 
     Parameters
     ----------
@@ -120,8 +120,8 @@ def crack_profile(ds: xr.Dataset, increment: int = -1, *, hairline: float = HAIR
     Returns
     -------
     xarray.Dataset
-        Dimension ``piece``, crack by crack: those of the crack's longest course in its order from the lower or left end
-        (``piece_on_path``), then its branches.
+        Dimension ``piece``, crack by crack: pieces of the crack's longest course in its order from the lower or
+        left end (``piece_on_path``), then its branches.
 
     Raises
     ------
@@ -209,7 +209,7 @@ class WallCracks:
 
     @property
     def _movements(self) -> list[str]:
-        """Names of what has moved the wall: the ground, and in a laboratory test the loads."""
+        """Measures of the movement: of the ground, and in a laboratory test of the loads."""
         return ["central_deflection", *(name for name in ("load_displacement",) if name in self.ds)]
 
     def _attributes(self) -> dict[str, Any]:
@@ -284,7 +284,7 @@ def crack_frame(found: xr.Dataset, increment: int | None = -1) -> pd.DataFrame:
     Parameters
     ----------
     found : xarray.Dataset
-        As ``cracks`` returns it, or a wall as ``solve`` returns it.
+        Result of ``cracks``, or a wall (``damagepred.solve``).
     increment : int or None
         Position of the increment, -1 for the last; None: all of them.
 

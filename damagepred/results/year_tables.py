@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     import pandas as pd
 
 YEARS = (1, 2, 5, 10, 20, 30, 50, 100)
-"""Years of a history that have a row, besides its last."""
+"""Years of a history that have a row, in addition to its last."""
 
 
 def year_frame(ds: xr.Dataset, confidence: float = 0.9) -> pd.DataFrame:
-    """Return the probability of each category by the worst so far, and by now, a row for each category and year.
+    """Probability of each category by the worst up to a year, and by the present one, for each category and year.
 
-    That by now is NaN where some walls were not followed as far; that so far counts what these reached before.
+    The present one is NaN where some walls were not followed as far; the worst counts their earlier increments.
     """
     import pandas as pd
 
@@ -39,22 +39,22 @@ def year_frame(ds: xr.Dataset, confidence: float = 0.9) -> pd.DataFrame:
             at = (time <= year + 1e-9).sum(axis=1) - 1
             row = {"category": least, "year": float(year)}
             for name, values in (("so_far", so_far), ("now", category)):
-                found = probability(values[walls, at] >= least, weight=weight, confidence=confidence)
-                known = name == "so_far" or not unknown[walls, at].any()
-                for end, value in (("", found.value), ("_lower", found.lower), ("_upper", found.upper)):
-                    row[name + end] = value if known else np.nan
+                estimate = probability(values[walls, at] >= least, weight=weight, confidence=confidence)
+                complete = name == "so_far" or not unknown[walls, at].any()
+                for end, value in (("", estimate.value), ("_lower", estimate.lower), ("_upper", estimate.upper)):
+                    row[name + end] = value if complete else np.nan
             rows.append(row)
     return pd.DataFrame(rows).set_index(["category", "year"])
 
 
 def year_columns(ds: xr.Dataset, confidence: float = 0.9) -> list[Column]:
-    """Return the table of ``year_frame`` as columns of text, a row a year."""
+    """Table of ``year_frame`` as columns of text, one row per year."""
     frame = year_frame(ds, confidence)
     years = frame.index.unique("year")
     columns = [Column("year", [f"{year:g}" for year in years], short="year")]
-    for least, own in frame.groupby(level="category"):
+    for least, rows in frame.groupby(level="category"):
         for key, name in (("so_far", "so far"), ("now", "now")):
-            values = own[[key, f"{key}_lower", f"{key}_upper"]].to_numpy()
+            values = rows[[key, f"{key}_lower", f"{key}_upper"]].to_numpy()
             cells = ["–" if np.isnan(row[0]) else with_band(*map(chance, row)) for row in values]
             brief = [cell.replace(" to ", "-") if key == "so_far" else cell.split()[0] for cell in cells]
             head, short = f"category {least} or worse {name}", f"{least} or worse\n{name}"

@@ -1,7 +1,7 @@
 """One BLAS thread for everything that goes into a result.
 
 With more threads BLAS adds in another order, and the last bits of a result would depend on thread variables, on the
-number of cores, on what else the process computes. Public functions that multiply or factorise matrices are therefore
+number of cores, on other work of the process. Public functions that multiply or factorise matrices are therefore
 decorated with ``one_blas_thread()``; generators with ``each_with_one_blas_thread``.
 
 OpenBLAS built on OpenMP has a limit for each calling thread; other BLAS libraries have one for the process. Of the
@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 @cache
 def blas_libraries() -> tuple[LibController, ...]:
-    """Return the controllers of the BLAS libraries; numpy and scipy are imported first, so that none is missed."""
+    """BLAS libraries of this process, after the import of numpy and scipy."""
     import scipy.linalg  # noqa: F401
 
     return tuple(ThreadpoolController().select(user_api="blas").lib_controllers)

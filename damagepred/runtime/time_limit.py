@@ -15,7 +15,7 @@ _LIMIT: ContextVar[tuple[float, float] | None] = ContextVar("time limit", defaul
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Limit the time of what is solved inside; a limit that is already there and ends earlier stays."""
+    """Limit the time of a solution; an earlier limit stays."""
     outer, end = _LIMIT.get(), time.monotonic() + seconds
     token = _LIMIT.set(outer if outer is not None and outer[0] <= end else (end, seconds))
     try:

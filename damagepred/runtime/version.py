@@ -1,4 +1,4 @@
-"""The version, in one place, and the hash of what kernels are compiled from."""
+"""Version of the package, and hash of the sources of kernels."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def test_the_least_expected_cost_is_chosen_with_what_it_may_exceed_the_best(
     kept, picture = tmp_path / "design.nc", tmp_path / "design.png"
     said = command("design", choices, "-o", kept, "--plot", picture)
     assert said.code == 0, said.err
-    assert "exceeds that of the best by" in said.out
+    assert "exceeds the least by" in said.out
     assert picture.stat().st_size > 10_000
     with xr.open_dataset(kept) as ds:
         assert ds.attrs["title"] == "expected cost with repairs at 3 mm"

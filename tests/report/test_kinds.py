@@ -82,4 +82,4 @@ def test_a_study_on_mounds_has_curves_against_the_ground_and_limits_of_the_footi
     assert "median surface movement" in shown
     assert "Probability from the fitted curves" in shown
     assert "Counted among the walls" in shown
-    assert "bit for bit what the study holds" in shown
+    assert "agrees bit for bit with the study" in shown
