@@ -55,7 +55,8 @@ def posterior_cautions(posterior: xr.Dataset) -> list[str]:
         said.append(
             "NO STORED WALL RESEMBLES THE OBSERVATIONS: the best misfit is "
             f"{float(posterior['least_misfit'].min()):.3g} for {posterior.attrs['observations']} observations, "
-            f"resemblance {chance(float(posterior['resemblance'].max()))} ({measure}). No odds are given. Do not use this posterior; widen the study, or check the survey."
+            f"resemblance {chance(float(posterior['resemblance'].max()))} ({measure}). "
+            "No odds are given. Do not use this posterior; widen the study, or check the survey."
         )
     for name in posterior["study"].values:
         cause = posterior.sel(study=name)
