@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 import xarray as xr
 
 from damagepred.analyses.back_analysis import LARGEST_ODDS, UNCERTAIN
 from damagepred.formatting import chance, number
+from damagepred.results.tables import Table
 from damagepred.uq.intensity import ShownMeasure, shown_measure
 from damagepred.uq.observations import ANOTHER
 
 _DISCREPANCY_UNITS = {"width": (1e3, "mm"), "level": (1e3, "mm"), "slope": (1e3, "mm/m")}
 """Factor from SI and unit of a term; other terms are shares."""
-
-
-class PosteriorTable(NamedTuple):
-    """Table of a back-analysis: title, headings and formatted cells."""
-
-    title: str
-    columns: list[str]
-    rows: list[list[str]]
 
 
 def measures(ds: xr.Dataset) -> list[ShownMeasure]:
@@ -48,7 +39,7 @@ def reported(ds: xr.Dataset) -> xr.Dataset:
     return ds.assign(probabilities).drop_vars("log_evidence")
 
 
-def posterior_tables(ds: xr.Dataset) -> list[PosteriorTable]:
+def posterior_tables(ds: xr.Dataset) -> list[Table]:
     """Tables of causes and movement, of further damage, and of the model's discrepancy."""
     names, shown = [str(name) for name in ds["study"].values], measures(ds)
     first, alike = shown[0], len(set(shown)) == 1
@@ -84,9 +75,9 @@ def posterior_tables(ds: xr.Dataset) -> list[PosteriorTable]:
     points = int(ds.attrs["discrepancy_points"])
     integrated = "; the likelihood is integrated over terms with an interval" if points > 1 else ""
     return [
-        PosteriorTable("Cause and movement, given the observations", heads, causes),
-        PosteriorTable("Damage after further movement", columns, future),
-        PosteriorTable(
+        Table("Cause and movement, given the observations", heads, causes),
+        Table("Damage after further movement", columns, future),
+        Table(
             f"Model discrepancy{integrated}",
             ["of", "standard deviation", "90 % interval", "confidence"],
             _discrepancy(ds),

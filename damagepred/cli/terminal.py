@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from damagepred.campaign.status import StudyStatus
     from damagepred.one_wall.judged_path import Step
-    from damagepred.results.tables import Column
+    from damagepred.results.tables import Table
     from damagepred.study import Progress as StudyProgress
     from damagepred.uq.fragility import FragilityOptions
 
@@ -347,11 +347,11 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
     Where the screen is too narrow, all columns are in several tables with the same first column, or in a summary the
     first of them in one.
     """
-    from rich.table import Table
+    from rich.table import Table as Grid
 
     parts = _parts_that_fit(columns, rows, _out.width)
     for number, shown in enumerate(parts if FORM.full else parts[:1]):
-        grid = Table(title=escaped(f"{title}, continued" if number else title), title_justify="left")
+        grid = Grid(title=escaped(f"{title}, continued" if number else title), title_justify="left")
         for i in shown:
             # folded, to fit narrow screens
             grid.add_column(escaped(columns[i]), justify="right", overflow="fold")
@@ -362,11 +362,9 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
         say(f"not shown: {', '.join(left)}; --full shows them")
 
 
-def table_of(title: str, columns: Sequence[Column]) -> None:
-    """Print the columns that have a head on the terminal."""
-    shown = [column for column in columns if column.short]
-    cells = ([" ".join(cell.split()) for cell in column.short_cells or column.cells] for column in shown)
-    table(title, [column.short for column in shown], [list(row) for row in zip(*cells)])
+def show(shown: Table) -> None:
+    """Print a table of results."""
+    table(shown.caption, shown.columns, shown.rows)
 
 
 def _parts_that_fit(columns: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> list[list[int]]:
@@ -508,8 +506,8 @@ def back_analysis(posterior: xr.Dataset) -> None:
     """Print the posterior of causes, movement and future damage, and the discrepancy of the model."""
     from damagepred.analyses.posterior_tables import posterior_tables
 
-    for title, columns, rows in posterior_tables(posterior):
-        table(title, columns, rows)
+    for shown in posterior_tables(posterior):
+        show(shown)
 
 
 def design_search(search: xr.Dataset) -> None:
@@ -567,9 +565,9 @@ def wall_table(ds: xr.Dataset) -> None:
     from damagepred.archive.cautions import wall_cautions
     from damagepred.cli.sentences import zones_lines
     from damagepred.results.rejudge import footing_gap_note
-    from damagepred.results.tables import energy_rows, path_columns, quality_rows
+    from damagepred.results.tables import Table, energy_rows, path_columns, quality_rows
 
-    table_of(ds.attrs["title"], path_columns(ds))
+    show(Table.brief(ds.attrs["title"], path_columns(ds)))
     for line in zones_lines(ds):
         say(line)
     say("; ".join(" ".join(filter(None, row)) for row in quality_rows(ds)))
@@ -586,7 +584,7 @@ def cautions(said: Sequence[str]) -> None:
 
 def crack_table(cracks: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None:
     """Print cracks by part of the wall, the widest first; a summary has only the widest."""
-    from damagepred.results.tables import crack_columns
+    from damagepred.results.tables import Table, crack_columns
     from damagepred.uq.intensity import movement_measure, movement_words
 
     measure = movement_measure(cracks)
@@ -599,7 +597,7 @@ def crack_table(cracks: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None
         return
     widest = frame.nlargest(most, "crack_width", keep="first").index
     shown = frame if FORM.full else frame.loc[sorted(widest)]
-    table_of(f"{cracks.attrs['title']}: cracks at {at}", crack_columns(shown))
+    show(Table.brief(f"{cracks.attrs['title']}: cracks at {at}", crack_columns(shown)))
     if (shown["crack_length_through_blocks"] > 0).any():
         say("* runs through bricks, too")
     if len(frame) > len(shown):
@@ -609,18 +607,18 @@ def crack_table(cracks: xr.Dataset, frame: pd.DataFrame, most: int = 12) -> None
 def judged_again(before: xr.Dataset, after: xr.Dataset) -> None:
     """Print categories before and after another judgement: of a study's walls at worst, or of a wall's increments."""
     from damagepred.archive.schema import category_label
-    from damagepred.results.tables import Column, path_columns, worst_category_columns
+    from damagepred.results.tables import Column, Table, path_columns, worst_category_columns
 
     title = str(before.attrs.get("title", ""))
     if "sample" in before["damage_category"].dims:
         columns = worst_category_columns({"before": before, "after": after})
-        table_of(f"{title}: walls by the worst category of their path", columns)
+        show(Table.brief(f"{title}: walls by the worst category of their path", columns))
     else:
         was = [category_label(before, int(c)) for c in before["damage_category"].values]
         columns = path_columns(after)
         at = [column.name for column in columns].index("category")
         columns[at : at + 1] = Column("", was, short="category\nbefore"), replace(columns[at], short="category\nafter")
-        table_of(f"{title}: judged again", columns)
+        show(Table.brief(f"{title}: judged again", columns))
     for line in (*str(after.attrs["judgement"]).split("; "), *_levels(after)):
         say(line)
 
@@ -667,12 +665,12 @@ def _levels(ds: xr.Dataset) -> list[str]:
 def fragility_table(curves: xr.Dataset) -> None:
     """Print medians and dispersions of fragility curves with their bands, and how well they fit."""
     from damagepred.results.rejudge import measure_in_words
-    from damagepred.results.tables import curve_columns, curve_notes
+    from damagepred.results.tables import Table, curve_columns, curve_notes
     from damagepred.uq.fragility.fit import WITH_CURVE
     from damagepred.uq.intensity import movement_words
 
     title = f"{curves.attrs['title']}, against the {movement_words(curves)}"
-    table_of(title, curve_columns(curves))
+    show(Table.brief(title, curve_columns(curves)))
     if not FORM.full:
         for category, why in zip(curves["category"].values, curves["fit_status"].values):
             if why not in WITH_CURVE:
@@ -684,17 +682,18 @@ def fragility_table(curves: xr.Dataset) -> None:
 
 def year_table(ds: xr.Dataset, confidence: float) -> None:
     """Print the probability of each category by year, of the worst category up to then and of the present one."""
+    from damagepred.results.tables import Table
     from damagepred.results.year_tables import year_columns
 
-    table_of(f"{ds.attrs['title']}: share of walls by year", year_columns(ds, confidence))
+    show(Table.brief(f"{ds.attrs['title']}: share of walls by year", year_columns(ds, confidence)))
 
 
 def sensitivity_tables(indices: xr.Dataset) -> None:
     """Print the sensitivity of a study's damage to its inputs."""
-    from damagepred.results.tables import sensitivity_columns
+    from damagepred.results.tables import Table, sensitivity_columns
 
     title = f"{indices.attrs['title']}: {indices.attrs['output']}, {indices.attrs['walls']} walls"
-    table_of(title, sensitivity_columns(indices))
+    show(Table.brief(title, sensitivity_columns(indices)))
     if indices.attrs["share_censored"]:
         say(f"{indices.attrs['share_censored']:.0%} of the walls had not reached it: they share the highest ranks")
     if indices.attrs["samples_failed"]:

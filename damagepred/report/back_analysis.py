@@ -13,7 +13,7 @@ from damagepred.analyses.stored_walls import study_name
 from damagepred.archive.files import read_dataset
 from damagepred.errors import InputError, nearest
 from damagepred.formatting import chance
-from damagepred.report.parts import Part, Section, Table, Text, drawing
+from damagepred.report.parts import Part, Section, Text, drawing
 from damagepred.uq.observations import ANOTHER
 
 
@@ -38,7 +38,7 @@ def back_analysis_section(file: Path, study: Path) -> Section:
         best = int(np.nanargmax(odds))
         intro += f" The likeliest is {[*names, ANOTHER][best]}, odds {odds_in_words(odds[best])}."
     parts: list[Part] = [Text([], posterior_cautions(posterior)), Text([intro])]
-    parts += [Table(title, columns, rows) for title, columns, rows in posterior_tables(posterior)]
+    parts += posterior_tables(posterior)
     caption = "Distribution of the movement under each cause, given the observations."
     if "crack_probability" in posterior:
         caption += " Below, under the likeliest cause: probable cracks and observed cracks."

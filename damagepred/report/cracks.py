@@ -7,8 +7,8 @@ import xarray as xr
 from damagepred.archive.schema import is_dynamic
 from damagepred.damage import HAIRLINE
 from damagepred.formatting import length
-from damagepred.report.parts import Part, Table, Text, drawing
-from damagepred.results.tables import crack_columns
+from damagepred.report.parts import Part, Text, drawing
+from damagepred.results.tables import Table, crack_columns
 from damagepred.results.wall_cracks import WallCracks, crack_frame
 
 MAX_CRACKS = 25

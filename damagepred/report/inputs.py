@@ -11,7 +11,7 @@ from damagepred.archive.provenance import GIVEN as GIVEN_PLACES
 from damagepred.campaign.settings import StudySettings
 from damagepred.formatting import named, number, plain, quantity
 from damagepred.inputs.data_files import CONFIDENCE
-from damagepred.report.parts import Part, Section, Table, Text
+from damagepred.report.parts import Part, Section, Text
 from damagepred.report.sources import (
     GIVEN,
     PAPER,
@@ -20,6 +20,7 @@ from damagepred.report.sources import (
     source_of_value,
     sources_of_variable,
 )
+from damagepred.results.tables import Table
 from damagepred.scene import Scene
 from damagepred.scene.quantity import to_si
 from damagepred.scene.scene import step_names

@@ -10,8 +10,9 @@ import xarray as xr
 from damagepred.archive.schema import category_label
 from damagepred.damage import construction_limits
 from damagepred.formatting import chance, length, with_band
-from damagepred.report.parts import Part, Section, Table, Text
+from damagepred.report.parts import Part, Section, Text
 from damagepred.report.quality import categories
+from damagepred.results.tables import Table
 from damagepred.uq.exceedance import Exceedance, exceedance
 from damagepred.uq.fragility.describe import lognormal_of, probability_at
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
-from damagepred.results.tables import Column
+from damagepred.results.tables import Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,44 +21,6 @@ class Text:
     items: Sequence[str] = ()
 
     kind = "text"
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table.
-
-    Attributes
-    ----------
-    caption : str
-        What it says.
-    columns : sequence of str
-        Heads.
-    rows : sequence of sequences of str
-        Cells as they are shown; a line break is one.
-    words : sequence of int
-        Columns that hold words, and stand to the left; numbers stand to the right.
-    groups : sequence of str
-        What each row belongs to, if they come in groups, which then have heads of their own.
-    note : str
-        Below it.
-    """
-
-    caption: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    words: Sequence[int] = (0,)
-    note: str = ""
-    groups: Sequence[str] = ()
-
-    kind = "table"
-
-    @classmethod
-    def of(cls, caption: str, columns: Sequence[Column], note: str = "") -> Table:
-        """Table of columns that have a head on the page."""
-        shown = [column for column in columns if column.name]
-        cells = ([c if column.words else c.replace("-", "−") for c in column.cells] for column in shown)
-        words = [i for i, column in enumerate(shown) if column.words]
-        return cls(caption, [column.head for column in shown], [list(row) for row in zip(*cells)], words, note)
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from damagepred.archive.schema import category_label
 from damagepred.diagnostics import Residuals, described
 from damagepred.enumerations import SOLVED
 from damagepred.formatting import chance, length, number, with_band
-from damagepred.report.parts import Part, Table, drawing
-from damagepred.results.tables import energy_rows, energy_shares, known, quality_rows
+from damagepred.report.parts import Part, drawing
+from damagepred.results.tables import Table, energy_rows, energy_shares, known, quality_rows
 from damagepred.uq.capacity import highest_category
 from damagepred.uq.exceedance import category_capacities, estimate_exceedance, exceedance
 from damagepred.uq.intensity import movement_measure, movement_words

@@ -23,13 +23,13 @@ from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import HEADS, given_of, input_section
 from damagepred.report.limits import study_limits
-from damagepred.report.parts import Listing, Page, Part, Section, Table, Text, drawing
+from damagepred.report.parts import Listing, Page, Part, Section, Text, drawing
 from damagepred.report.quality import common_movement, monte_carlo, study_quality
 from damagepred.report.summary import answers, asked_movement, influences, study_summary
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_drawing
 from damagepred.results.rejudge import footing_gap_note, has_dpc, judge_again, measure_in_words
-from damagepred.results.tables import curve_columns, worst_category_columns
+from damagepred.results.tables import Table, curve_columns, worst_category_columns
 from damagepred.results.year_tables import year_columns
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.fragility.options import DEFAULT

@@ -12,9 +12,9 @@ from damagepred.archive.schema import category_label
 from damagepred.errors import InputError
 from damagepred.formatting import chance, length, number, ratio
 from damagepred.report.inputs import place_in_words
-from damagepred.report.parts import Part, Section, Table, Text
+from damagepred.report.parts import Part, Section, Text
 from damagepred.report.quality import categories
-from damagepred.results.tables import sensitivity_columns
+from damagepred.results.tables import Table, sensitivity_columns
 from damagepred.scene.site import site_class
 from damagepred.uq.estimate import Estimate
 from damagepred.uq.exceedance import exceedance, has_own_ground, own_movements, wanted_movement

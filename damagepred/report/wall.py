@@ -16,11 +16,11 @@ from damagepred.report.caveats import wall_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import given_of, input_section
 from damagepred.report.limits import wall_limits
-from damagepred.report.parts import Drawing, Listing, Page, Part, Section, Table, drawing
+from damagepred.report.parts import Drawing, Listing, Page, Part, Section, drawing
 from damagepred.report.quality import wall_quality
 from damagepred.report.summary import wall_summary
 from damagepred.results.rejudge import footing_gap_note, measure_in_words, shown_gaps
-from damagepred.results.tables import path_columns
+from damagepred.results.tables import Table, path_columns
 from damagepred.scene import Scene
 from damagepred.scene.scene import archived_scene
 from damagepred.uq.intensity import movement_measure, movement_words

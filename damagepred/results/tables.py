@@ -62,6 +62,51 @@ class Column:
         return f"{self.name} ({self.unit})" if self.unit else self.name
 
 
+@dataclass(frozen=True)
+class Table:
+    """Table of formatted cells, for the terminal and the page of a report.
+
+    Attributes
+    ----------
+    caption : str
+        Title.
+    columns : sequence of str
+        Heads.
+    rows : sequence of sequences of str
+        Cells; a line break is one.
+    words : sequence of int
+        Columns of words, which stand to the left on the page; numbers stand to the right.
+    note : str
+        Text below the table.
+    groups : sequence of str
+        Group of each row, if rows come in groups, which then have heads of their own.
+    """
+
+    caption: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    words: Sequence[int] = (0,)
+    note: str = ""
+    groups: Sequence[str] = ()
+
+    kind = "table"
+
+    @classmethod
+    def of(cls, caption: str, columns: Sequence[Column], note: str = "") -> Table:
+        """Table of the columns that have a head on the page."""
+        shown = [column for column in columns if column.name]
+        cells = ([c if column.words else c.replace("-", "−") for c in column.cells] for column in shown)
+        words = [i for i, column in enumerate(shown) if column.words]
+        return cls(caption, [column.head for column in shown], [list(row) for row in zip(*cells)], words, note)
+
+    @classmethod
+    def brief(cls, caption: str, columns: Sequence[Column]) -> Table:
+        """Table of the columns that have a head on the terminal."""
+        shown = [column for column in columns if column.short]
+        cells = ([" ".join(cell.split()) for cell in column.short_cells or column.cells] for column in shown)
+        return cls(caption, [column.short for column in shown], [list(row) for row in zip(*cells)])
+
+
 def path_columns(ds: xr.Dataset) -> list[Column]:
     """Movement, cracks, category and gaps of a wall, one row per increment."""
 

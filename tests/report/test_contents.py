@@ -18,13 +18,13 @@ from damagepred.report.caveats import model_caveats, study_caveats, wall_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import input_section, unsure
 from damagepred.report.limits import code_limits, study_limits, wall_limits
-from damagepred.report.parts import Drawing, Table, Text
+from damagepred.report.parts import Drawing, Text
 from damagepred.report.quality import common_movement, energy_shares
 from damagepred.report.sources import field_source, source_of_value, sources_of_variable
 from damagepred.report.study import study_page
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_page
-from damagepred.results.tables import crack_columns
+from damagepred.results.tables import Table, crack_columns
 from damagepred.scene import Scene
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import fit_fragility

@@ -12,7 +12,8 @@ import xarray as xr
 from damagepred.archive.files import write_dataset
 from damagepred.report import write_report
 from damagepred.report.page import page_html
-from damagepred.report.parts import Drawing, Listing, Page, Section, Table, Text
+from damagepred.report.parts import Drawing, Listing, Page, Section, Text
+from damagepred.results.tables import Table
 from tests.synthetic_studies import synthetic_study
 
 HTML = "{http://www.w3.org/1999/xhtml}"
