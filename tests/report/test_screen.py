@@ -18,7 +18,7 @@ from rich.console import Console
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.cli import terminal
-from damagepred.cli.sentences import surface_lines
+from damagepred.cli.sentences import surface_lines, zones_lines
 from damagepred.results.rejudge import judge_again, shares
 from damagepred.results.tables import curve_notes, energy_rows, quality_rows
 from damagepred.results.wall_cracks import crack_frame, cracks
@@ -374,21 +374,21 @@ def test_zones_and_costs_of_an_explicit_run_in_numbers() -> None:
         attrs={"deformable_blocks": 11, "zones": 128, "plane": "stress", "solver_method": "explicit"},
     )
     blocks = "11 of 18 blocks deformable, 128 zones in plane stress; "
-    assert terminal.zones_in_words(ds) == [blocks + "at the end 3 yield in shear, 5 in tension, 7 have yielded before"]
+    assert zones_lines(ds) == [blocks + "at the end 3 yield in shear, 5 in tension, 7 have yielded before"]
     for name in ("shear", "tension"):  # each of the three kinds is enough to be told
         ds[f"zones_in_{name}"] = steps, [0, 0, 0]
-    assert "7 have yielded before" in terminal.zones_in_words(ds)[0]
+    assert "7 have yielded before" in zones_lines(ds)[0]
     ds["zones_yielded_before"] = steps, [0, 0, 0]
     alike = ds.assign(zones_in_shear=(steps, [0, 0, 4]), zones_in_tension=(steps, [0, 0, 4]))
-    assert "4 yield in shear, 4 in tension, 0 have" in terminal.zones_in_words(alike)[0]
-    assert terminal.zones_in_words(ds) == [blocks + "none of them yields"]
+    assert "4 yield in shear, 4 in tension, 0 have" in zones_lines(alike)[0]
+    assert zones_lines(ds) == [blocks + "none of them yields"]
     assert quality_rows(ds) == [
         ["largest unbalanced force", "3e−05", "mean block weights"],
         ["cycles or time steps", "3210", ""],
         ["reaction of the ground at the end", "9.25", "kN"],
     ]
     del ds.attrs["zones"]
-    assert terminal.zones_in_words(ds) == []
+    assert zones_lines(ds) == []
 
 
 def test_levels_of_weighted_walls_and_of_one_wall() -> None:
