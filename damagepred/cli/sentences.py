@@ -69,7 +69,7 @@ def ending_lines(ending: Ending, rule: StopWhen | None) -> list[str]:
     reasons = {
         "enough": "narrow enough: no further walls are run",
         "samples": "all walls allowed are run, and the interval is not narrow enough yet",
-        "time": "the time is up; the same command goes on",
+        "time": "the time is up; the same command resumes the study",
         "interrupted": "",
     }
     return [*said, *filter(None, [reasons[ending.reason]])]
@@ -83,9 +83,9 @@ def estimate_lines(alternatives: list[Alternative], category: int, at: float | M
     question = f"P(category >= {category} at {f'{1e3 * at:g} mm' if isinstance(at, float) else movement.words})"
     if np.isnan(e.value):
         return [
-            f"{question} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no wall that had "
-            f"not reached it before was followed as far; walls, all: {e.samples + first.failed}, failed: "
-            f"{first.failed}, not followed as far: {first.not_followed}"
+            f"{question} is unknown, between {e.lower:.4g} and {e.upper:.4g} ({e.confidence:.0%}): no wall without "
+            f"this category has a result there; walls, all: {e.samples + first.failed}, failed: {first.failed}, "
+            f"without result there: {first.not_followed}"
         ]
     said.append(
         f"{question} = {e.value:.4g}, Monte Carlo error {e.error:.2g}: {e.lower:.4g} to {e.upper:.4g} "
@@ -113,7 +113,7 @@ def estimate_lines(alternatives: list[Alternative], category: int, at: float | M
     if len(alternatives) > 1:
         values = [a.found.estimate.value for a in alternatives]
         said.append(
-            f"range over the alternatives: {min(values):.4g} to {max(values):.4g}, in addition to the Monte Carlo error"
+            f"epistemic range of the inputs: {min(values):.4g} to {max(values):.4g}, without the Monte Carlo error"
         )
     return said
 
@@ -124,7 +124,7 @@ def rare_lines(result: RareEvent, question: Question) -> list[str]:
     said = [f"run {k}: {p:.3g}" for k, p in enumerate(e.runs, start=1)]
     if not e.runs:
         said.append(
-            "the interval comes from one run alone and holds the truth less often than it states: take --runs 4 or more"
+            "the interval is from a single run, and covers the true value less often than stated: take --runs 4 or more"
         )
     said += [
         f"level {k}: margin {level.limit:.4g} or less for {level.share:.3g} of the walls"
@@ -138,7 +138,7 @@ def rare_lines(result: RareEvent, question: Question) -> list[str]:
             f"{result.failed} walls failed before {1e3 * question.at:g} mm. Above, they count as not having reached "
             "the category",
             f"if all of them had reached it: {_subset(all_damaged)}",
-            f"so it is between {low:.3g} and {high:.3g} ({e.confidence:.0%}), whatever became of them",
+            f"so it is between {low:.3g} and {high:.3g} ({e.confidence:.0%}) for any outcome of these walls",
         ]
     if len(result.programs) > 1:
         said.append(f"caution: walls were solved by several programs, which may differ: {'; '.join(result.programs)}")
@@ -202,7 +202,7 @@ def status_lines(status: StudyStatus) -> list[str]:
         low, high = 1e3 * min(s.limits), 1e3 * max(s.limits)
         said.append(
             f"{len(s.limits)} walls ended before the full movement, at {low:.3g} to {high:.3g} mm, where the jacks or "
-            "supports carry no load any more; fits take categories not reached there as not yet reached (censored)"
+            "supports carry no load any more; fits treat categories not reached there as censored"
         )
     said += [f"caution: {caution}" for caution in s.cautions]
     return [*said, *(f"failed sample {sample}: {reason}: {message}" for sample, reason, message in s.failures)]

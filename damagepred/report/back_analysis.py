@@ -79,5 +79,5 @@ def posterior_cautions(posterior: xr.Dataset) -> list[str]:
                 where = "paths end before the further movements"
             said.append(f"{name}: {where}; damage beyond is unknown. To know it, {advice}.")
     if float(posterior["another_cause_odds"]) > 1:
-        said.append("A cause outside the studies is more probable than all their causes together.")
+        said.append("A cause without a study is more probable than all studies together.")
     return said

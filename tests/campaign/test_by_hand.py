@@ -195,7 +195,7 @@ def test_looks_and_endings_in_words(tmp_path: Path) -> None:
         "look at 16 walls: median movement of category 3 = 4.5 mm, 4 to 5.25 (90% over all looks)",
         "all walls allowed are run, and the interval is not narrow enough yet",
     ]
-    assert ending_lines(Ending(summary, seen, "time"), None) == ["the time is up; the same command goes on"]
+    assert ending_lines(Ending(summary, seen, "time"), None) == ["the time is up; the same command resumes the study"]
     assert ending_lines(Ending(summary, [], "interrupted"), rule) == []
     running._record(tmp_path, rule, seen, "enough")
     kept = json.loads((tmp_path / "stopping.json").read_text())
