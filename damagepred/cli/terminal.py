@@ -72,7 +72,7 @@ class _Stream:
 class Wait:
     """Names the activity of a command on the error stream while it prints no results.
 
-    On a terminal one line counts the seconds and goes when something else is printed. Elsewhere dots follow the line.
+    On a terminal one line counts the seconds and disappears before other output. Elsewhere dots follow the line.
     """
 
     FIRST, DOT, TICK = 0.8, 1.5, 0.2
