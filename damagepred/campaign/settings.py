@@ -30,8 +30,8 @@ from damagepred.scene.reading import build, plain
 from damagepred.solvers.options import SolverOptions
 from damagepred.uq.design import Design, Sampler
 from damagepred.uq.importance import Proposal, check
+from damagepred.uq.samplers import WEIGHT, read_table
 from damagepred.uq.stopping import StopWhen
-from damagepred.uq.table import WEIGHT, read_table
 from damagepred.uq.variable import Variable
 
 
@@ -73,7 +73,7 @@ class Sampling:
         Number of independent scrambles of the Sobol points, in turn. From 4 on, the differences of their means give the
         error of an estimate. With fewer, the points count as random, on the safe side.
     table : str or None
-        CSV file with the samples for ``sampler = "table"`` (``damagepred.uq.table.read_table``), beside the study file.
+        CSV file with the samples for ``sampler = "table"``, beside the study file: one row per wall.
     table_columns : tuple of str
         Variables of the table, from its header.
     importance : dict of str to Proposal

@@ -1,6 +1,6 @@
 """Uncertainty: distributions, correlation, fields along joints, samplers, fragility, sensitivity.
 
-- ``variable``: the description of one uncertain number in a study file; ``table``: samples from a file
+- ``variable``: the description of one uncertain number in a study file; ``samplers``: points and tables of samples
 - ``families``: parameters of each distribution; ``marginals``: tables of values and mixtures
 - ``correlation``: Nataf's correlation of the normals behind variables; ``fields``: values from joint to joint
 - ``design``: every input of every sample, and its density under other distributions; ``importance``: weighted samples

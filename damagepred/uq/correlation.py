@@ -45,27 +45,11 @@ def gaussian_correlation(first: Marginal, second: Marginal, correlation: float) 
 class NatafCurve:
     """Correlation of two variables as a function of the correlation of the standard normals behind them.
 
-    Parameters
-    ----------
-    first, second : Marginal
-        Distributions of the variables.
-
-    Attributes
-    ----------
-    low, high : float
-        Correlations that the variables can have: between fully dependent normals of either sign.
-
-    Raises
-    ------
-    ValueError
-        If a distribution has no finite standard deviation.
-
-    Notes
-    -----
     Nataf's integral as Mehler's series: with a_k and b_k the coefficients of the variables in normalised Hermite
     polynomials of their normals, the correlation is the sum of a_k b_k rho^k, monotone in rho. It holds for variables
     that take single values, too: their terms fall off as k^(-3/2) only, so the rest of the sum at either end, where it
-    is known, is taken to be spread like that.
+    is known, is taken to be spread like that. ``low`` and ``high``: the range that the variables can have. A
+    distribution without a finite standard deviation raises ValueError.
     """
 
     def __init__(self, first: Marginal, second: Marginal) -> None:
@@ -82,13 +66,13 @@ class NatafCurve:
 
     def __call__(self, rho: ArrayLike) -> FloatArray:
         """Correlation of the variables for a correlation of the normals."""
-        at = np.asarray(rho, dtype=np.float64)
+        normal = np.asarray(rho, dtype=np.float64)
         with np.errstate(divide="ignore"):
-            decay = np.minimum(-(_TERMS + 0.5) * np.log(np.abs(at)), 700.0)
+            decay = np.minimum(-(_TERMS + 0.5) * np.log(np.abs(normal)), 700.0)
         # share of the terms left out: the integral of k^(-3/2) rho^k from there on, over that at rho = 1
         share = np.exp(-decay) * (1.0 - np.sqrt(np.pi * decay) * special.erfcx(np.sqrt(decay)))
-        rest = np.where(at >= 0, *self._rest) * share
-        return np.polynomial.polynomial.polyval(at, np.append(0.0, self._terms)) + rest
+        rest = np.where(normal >= 0, *self._rest) * share
+        return np.polynomial.polynomial.polyval(normal, np.append(0.0, self._terms)) + rest
 
 
 def _nodes(extra: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -18,8 +18,7 @@ from damagepred.uq.importance import Drawn, Proposal, draw
 from damagepred.uq.marginals import from_normal
 from damagepred.uq.quantile_table import JointQuantile
 from damagepred.uq.random_streams import Stream, generator
-from damagepred.uq.samplers import unit_points
-from damagepred.uq.table import WEIGHT
+from damagepred.uq.samplers import WEIGHT, unit_points
 from damagepred.uq.variable import Variable
 
 

@@ -1,11 +1,19 @@
-"""Points in the unit cube, one row per sample, which depends on the seed and its number (not in a Latin hypercube)."""
+"""Samples of the values of a whole wall: points in the unit cube, or a table of the user.
+
+Point i depends on the seed and i alone, except in a Latin hypercube. A table has one column per variable and one row
+per wall.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from damagepred.arrays import FloatArray
-from damagepred.errors import InputError
+from damagepred.errors import InputError, nearest
+from damagepred.scene.number_table import read_number_table
 from damagepred.uq.random_streams import Stream, generator
 
 
@@ -35,3 +43,27 @@ def _sobol(dimensions: int, samples: int, scramble: np.random.Generator) -> Floa
     # the sequence is made for powers of two; the first points stay the same
     whole = 1 << max(samples - 1, 1).bit_length()
     return np.asarray(qmc.Sobol(dimensions, scramble=True, rng=scramble).random(whole)[:samples])
+
+
+WEIGHT = "weight"
+"""Column that is no number of the scene."""
+
+
+def read_table(path: str | Path, unit_of: Callable[[str], str], places: Sequence[str]) -> dict[str, FloatArray]:
+    """Read samples (SI) by place from a table."""
+    try:
+        table = read_number_table(path)
+    except InputError as error:
+        raise InputError(f"study.table: {error}") from None
+    columns: dict[str, FloatArray] = {}
+    for k, place in enumerate(table.names):
+        if place not in (*places, WEIGHT):
+            hint = nearest(place, [*places, WEIGHT])
+            raise InputError(f"{path}: column {table.headers[k]!r}: the scene has no such number.{hint}")
+        if place in columns:
+            raise InputError(f"{path}: a column is named twice: {', '.join(table.names)}.")
+        columns[place] = table.numbers(k, "1" if place == WEIGHT else unit_of(place), cell_units=True)
+    if WEIGHT in columns and (columns[WEIGHT] < 0).any():
+        first = table.cells.index[columns[WEIGHT] < 0][0]
+        raise InputError(f"{path}, line {first}, weight = {columns[WEIGHT].min():g}: must not be negative.")
+    return columns

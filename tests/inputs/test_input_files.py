@@ -14,7 +14,7 @@ from damagepred.damage.table import read_table as read_damage_table
 from damagepred.errors import LONGEST_MESSAGE, InputError, StudyError
 from damagepred.inputs.input_files import LARGEST_DESCRIPTION, read_text, read_toml
 from damagepred.scene import Scene
-from damagepred.uq.table import read_table
+from damagepred.uq.samplers import read_table
 
 READERS: list[Callable[[Path], object]] = [
     Scene.from_toml,

@@ -11,8 +11,7 @@ from damagepred.scene import Scene
 from damagepred.uq.design import Design, Sampler
 from damagepred.uq.estimate import Estimate, effective_samples, mean, probability, wilson
 from damagepred.uq.importance import Proposal
-from damagepred.uq.samplers import unit_points
-from damagepred.uq.table import read_table
+from damagepred.uq.samplers import read_table, unit_points
 from damagepred.uq.variable import Variable
 
 NORMALS = {place: Variable(distribution="normal", mean=0.0, std=1.0) for place in ("a", "b", "c")}
