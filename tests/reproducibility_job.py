@@ -34,7 +34,6 @@ SCENES = {
     "rigid": WALL,
     "deformable": WALL | {"solver": {"blocks": "deformable"}},
     "elastic": WALL | {"solver": {"blocks": "elastic"}},
-    "auto": WALL | {"solver": {"blocks": "auto"}, "movement": {"central_deflection": "3 mm", "increments": 2}},
     "jacks": WALL | FOOTING | {"movement": {"shape": "jacks", "central_deflection": "4 mm", "increments": 2}},
     "mound": WALL
     | FOOTING

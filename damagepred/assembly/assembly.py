@@ -495,7 +495,6 @@ class Assembly:
     def geometry(
         self,
         solver: Solver | None = None,
-        deformable: frozenset[int] | None = None,
         no_tension: frozenset[ContactKind] = frozenset(),
     ) -> Geometry:
         """Find the interfaces and place their contacts.
@@ -504,8 +503,6 @@ class Assembly:
         ----------
         solver : Solver, optional
             Quadrature and settings of zones.
-        deformable : frozenset of int, optional
-            Blocks that are cut into zones, whatever the settings.
         no_tension : frozenset of ContactKind
             More kinds of interface without a bond; a joint material without bond needs no mention.
 
@@ -520,7 +517,7 @@ class Assembly:
         blocks = self._blocks()
         tolerance = 1e-6 * float(np.sqrt(blocks.area.min()))
         refuse_overlaps(blocks.vertices, blocks.first_vertex, tolerance)
-        mesh = mesh_of(self._polygons, self._zone_sizes(settings, deformable))
+        mesh = mesh_of(self._polygons, self._zone_sizes(settings))
         elastic = elastic_blocks(
             self._polygons,
             self._are_elastic(settings, mesh),
@@ -551,14 +548,13 @@ class Assembly:
         ground_x = interfaces.x[first:, None] + interfaces.normal_y[first:, None] * interfaces.contact_offset[first:]
         return Geometry(blocks, interfaces, joints, material, ground_x, mesh, elastic)
 
-    def _zone_sizes(self, settings: Solver, deformable: frozenset[int] | None) -> dict[int, float]:
+    def _zone_sizes(self, settings: Solver) -> dict[int, float]:
         """Deformable blocks and the size of their cells; supported, moved and loaded blocks are rigid."""
         held = {dof // 3 for dof in self._prescribed}
         sizes = {}
         for block, given in enumerate(self._zone_size):
             size = given
-            chosen = settings.blocks == "deformable" if deformable is None else block in deformable
-            if given is None and chosen and block not in held:
+            if given is None and settings.blocks == "deformable" and block not in held:
                 size = settings.zone_size or default_zone_size(self._polygons[block], settings.method)
             if not size:
                 continue
@@ -585,7 +581,6 @@ class Assembly:
         solver: Solver | None = None,
         fields: Fields | None = None,
         span: float | None = None,
-        deformable: frozenset[int] | None = None,
     ) -> Model:
         """Model for the solvers.
 
@@ -597,11 +592,9 @@ class Assembly:
             Joint values that vary from joint to joint; see ``damagepred.assembly.properties.Fields``.
         span : float, optional
             Length to which the central deflection refers (m); by default the extent of the blocks.
-        deformable : frozenset of int, optional
-            Blocks that are cut into zones, whatever the settings.
         """
         settings = solver or Solver()
-        geometry = self.geometry(settings, deformable)
+        geometry = self.geometry(settings)
         blocks = geometry.blocks
         block_material = np.array(self._block_material)
         properties, limited = joint_properties(

@@ -104,7 +104,6 @@ def _geometry(
     dpc_course: int | None,
     solver: Solver,
     footing_shape: Foundation | None,
-    deformable: frozenset[int] | None,
     no_tension: frozenset[ContactKind],
     poisson_ratio: float,
     supports: tuple[Support, ...],
@@ -116,11 +115,10 @@ def _geometry(
     scene = Scene(wall=wall, opening=opening, control_joint=control_joint, dpc=dpc, movement=still)
     bricks = lay_bricks(scene)
     assembly = Assembly(thickness=wall.thickness, block=BlockMaterial(poisson_ratio=poisson_ratio))
-    for number, brick in enumerate(bricks):
+    for brick in bricks:
         corners = rectangle(brick.left, brick.bottom, brick.right, brick.top)
-        chosen = None if deformable is None else number in deformable
         blocks = _blocks_at(brick, solver, dpc_course)
-        size = _zone_size(brick, solver, dpc_course, chosen)
+        size = _zone_size(brick, solver, dpc_course)
         assembly.add_block(corners, course=brick.course, zone_size=size, elastic=blocks == "elastic")
     if dpc_course is not None:
         assembly.set_joint_above(dpc_course - 1, Joint(), ContactKind.DPC)
@@ -160,14 +158,10 @@ def _blocks_at(brick: Brick, solver: Solver, dpc_course: int | None) -> str:
     return (solver.below_dpc if below else solver.above_dpc) or solver.blocks
 
 
-def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None, chosen: bool | None) -> float:
+def _zone_size(brick: Brick, solver: Solver, dpc_course: int | None) -> float:
     """Size of a brick's cells (m), 0 if it is rigid."""
     below = dpc_course is not None and brick.course < dpc_course
-    given = solver.below_dpc if below else solver.above_dpc
-    blocks = given or solver.blocks
-    if given is None and chosen is not None:  # a setting for a part of the wall takes precedence
-        blocks = "deformable" if chosen else "rigid"
-    if blocks != "deformable":
+    if _blocks_at(brick, solver, dpc_course) != "deformable":
         return 0.0
     size = (solver.zone_size_below_dpc if below else solver.zone_size_above_dpc) or solver.zone_size
     corners = np.array(rectangle(brick.left, brick.bottom, brick.right, brick.top))
@@ -194,12 +188,12 @@ def wall_geometry(scene: Scene) -> Geometry:
     return _cached(scene).geometry
 
 
-def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> WallGeometry:
+def _cached(scene: Scene) -> WallGeometry:
     course = None if scene.dpc is None else scene.dpc.course
     courses = len(gauge(scene).y) - 1
     if course is not None and course >= courses:
         raise InputError(f"dpc.course = {course}: the wall has {courses} courses; take 1 to {courses - 1}")
-    meshing = _meshing(scene.solver, bool(deformable))
+    meshing = _meshing(scene.solver)
     # the width of a gap does not change the geometry
     joints = tuple(replace(joint, width=0.0) for joint in scene.control_joint)
     shape, bare = foundation(scene), _no_tension(scene)
@@ -212,7 +206,6 @@ def _cached(scene: Scene, deformable: frozenset[int] | None = None) -> WallGeome
         course,
         meshing,
         shape,
-        deformable,
         bare,
         ratio,
         scene.support,
@@ -233,20 +226,18 @@ def _own_bed(scene: Scene) -> bool:
     return scene.footing.joint is not None
 
 
-def _meshing(solver: Solver, zoned: bool) -> Solver:
+def _meshing(solver: Solver) -> Solver:
     """Settings that shape the geometry, all others at their defaults: samples that differ in others share it."""
     defaults = Solver()
     given = (solver.blocks, solver.above_dpc, solver.below_dpc, solver.footing)
-    zoned |= not {"deformable", "elastic"}.isdisjoint(given)
+    zoned = not {"deformable", "elastic"}.isdisjoint(given)
     names = ("quadrature", "contacts_per_interface", "no_tension_subdivisions") + (ZONING if zoned else ())
     return replace(defaults, **{name: getattr(solver, name) for name in names})
 
 
 @checked
 @one_blas_thread()
-def wall_model(
-    scene: Scene, fields: Mapping[str, FloatArray] | None = None, deformable: frozenset[int] | None = None
-) -> Model:
+def wall_model(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> Model:
     """Model of a scene.
 
     Parameters
@@ -256,8 +247,6 @@ def wall_model(
     fields : mapping of str to array (joints,), optional
         Values that vary from joint to joint: ``"joint.<name>"``, ``"head_joint.<name>"`` or ``"dpc.<name>"``, one value
         per joint of the wall in its order (joints of other materials are ignored).
-    deformable : frozenset of int, optional
-        Bricks that are cut into zones, whatever ``[solver] blocks``; ``above_dpc`` and ``below_dpc`` take precedence.
 
     Raises
     ------
@@ -271,7 +260,7 @@ def wall_model(
     >>> len(model.density)  # blocks
     109
     """
-    geometry = _cached(scene, deformable)
+    geometry = _cached(scene)
     return _with_slow_strains(scene, _model(scene, geometry, fields or {}, 0.0), geometry)
 
 

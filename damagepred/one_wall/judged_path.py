@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -103,25 +103,11 @@ def follow(
 
 
 @one_blas_thread()
-def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None, increments: int | None = None) -> Model:
-    """Return the model of a scene; with ``blocks = "auto"`` those blocks are deformable that need it."""
-
-    def build(solver: Solver, chosen: frozenset[int] | None) -> Model:
-        return wall_model(replace(scene, solver=solver), fields, chosen)
-
+def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> Model:
+    """Return the model of a scene, with the settings that its run takes."""
     settings = scene.solver if scene.dynamics is None else whole_interfaces(scene.solver)
-    return assembled(build, settings, increments or scene.movement.increment_count)
-
-
-@one_blas_thread()
-def assembled(build: Callable[[Solver, frozenset[int] | None], Model], settings: Solver, increments: int) -> Model:
-    """Build a model; with ``blocks = "auto"`` select the deformable blocks first, by a rigid run."""
     SolverOptions.of(settings)  # refused before anything is solved
-    if settings.blocks != "auto":
-        return build(settings, None)
-    from damagepred.solvers.zone_selection import blocks_needing_zones
-
-    return build(settings, blocks_needing_zones(build, settings, increments))
+    return wall_model(replace(scene, solver=settings), fields)
 
 
 def share_kernels() -> None:

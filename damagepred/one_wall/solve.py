@@ -19,7 +19,6 @@ from damagepred.inputs.arguments import checked
 from damagepred.one_wall.dataset import collect, ending_attributes
 from damagepred.one_wall.judged_path import (
     Step,
-    assembled,
     dynamic_run,
     follow,
     model_of,
@@ -30,6 +29,7 @@ from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.runtime.time_limit import time_limit
 from damagepred.scene import Damage, Dynamics, Movement, Scene, Solver
 from damagepred.scene.plausibility import require_possible
+from damagepred.solvers.options import SolverOptions
 
 if TYPE_CHECKING:
     from damagepred.solvers.dynamics.run import DynamicRun
@@ -132,7 +132,7 @@ def _solve(
         if scene.movement.stage and count != scene.movement.increment_count:
             raise InputError(f"increments = {increments}: the stages of the movement have their own; leave it out.")
         wall_cost(described, count).require(limits)
-        model = model_of(described, fields, count)
+        model = model_of(described, fields)
         attributes: dict[str, object] = {
             "title": scene.title,
             "scene": described.to_toml(),
@@ -142,7 +142,8 @@ def _solve(
         settings, judged = solver or Solver(), damage or Damage()
         settings = settings if dynamics is None else whole_interfaces(settings)
         count = increments or Movement().increments
-        model = assembled(lambda solver, chosen: scene.build(solver, deformable=chosen), settings, count)
+        SolverOptions.of(settings)  # refused before anything is solved
+        model = scene.build(settings)
         attributes = {"title": "assembly of blocks"}
     run: DynamicRun | None = None
     if dynamics is not None:

@@ -117,7 +117,7 @@ def _tables(scene: Scene) -> Iterator[tuple[str, dict[str, Any]]]:
         if name == "solver" and method != "explicit":
             values = {key: value for key, value in values.items() if key not in _EXPLICIT}
         if name == "solver" and scene.solver.blocks in ("rigid", "elastic"):
-            values = {key: value for key, value in values.items() if key not in ("plane", "rigid_error")}
+            values = {key: value for key, value in values.items() if key != "plane"}
         if name == "block" and scene.solver.blocks in ("rigid", "elastic"):
             values = {key: value for key, value in values.items() if key not in _OF_ZONES}
         if name == "joint" and "compressive_strength" not in values:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import field, replace
 from typing import Any, Literal
@@ -18,6 +19,19 @@ AdvancedTables = dict[str, dict[str, Any]]
 """Options of the solvers' algorithms by table and key; ``damagepred.solvers.options`` checks them."""
 
 
+def _of_today(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a ``[solver]`` table of an older version in the keys of this one."""
+    table = {key: value for key, value in given.items() if key != "rigid_error"}
+    if table.get("blocks") == "auto":
+        table["blocks"] = "elastic"
+        warnings.warn(
+            "solver.blocks = 'auto' is read as 'elastic': bricks are no longer cut by an estimate; write 'elastic', or "
+            "'deformable' for zones in all of them",
+            stacklevel=2,
+        )
+    return table
+
+
 @described
 class Solver:
     """Solver of the equilibrium path (``[solver]``).
@@ -30,13 +44,11 @@ class Solver:
     accuracy : {"draft", "standard", "fine", "reference"}
         Preset of the keys below; a key given here takes precedence. ``standard`` are their defaults. ``damagepred
         check`` shows the keys of each preset and its measured errors; see ``damagepred.scene.accuracy``.
-    blocks : {"rigid", "elastic", "deformable", "auto"}
+    blocks : {"rigid", "elastic", "deformable"}
         ``rigid``: their elasticity is lumped in series with the joints. ``elastic``: rectangles also stretch along
         their bed and bend; other polygons, supported and moved blocks and the footing stay rigid. ``deformable``: cut
-        into constant-strain triangles, zones, with assumed strains in bending. ``auto``: the wall is solved with rigid
-        blocks first, and the blocks with a large error by the joints' forces are cut; see ``rigid_error``.
-    rigid_error : float
-        For ``auto``: error in strain energy of rigid blocks, as a share of the strain energy of the wall.
+        into constant-strain triangles, zones, with assumed strains in bending. "auto" of older files
+        is read as ``elastic``.
     above_dpc : {"rigid", "elastic", "deformable"} or None
         Kind of blocks above the dpc; None: as ``blocks``. Without a dpc the whole wall is above.
     below_dpc : {"rigid", "elastic", "deformable"} or None
@@ -124,8 +136,7 @@ class Solver:
 
     method: Literal["quasi_static", "explicit"] = "quasi_static"
     accuracy: Accuracy = "standard"
-    blocks: Literal["rigid", "elastic", "deformable", "auto"] = "rigid"
-    rigid_error: Pure = Field(default=0.01, gt=0)
+    blocks: Literal["rigid", "elastic", "deformable"] = "rigid"
     above_dpc: Literal["rigid", "elastic", "deformable"] | None = None
     below_dpc: Literal["rigid", "elastic", "deformable"] | None = None
     zone_size: Length | None = Field(default=None, gt=0)
@@ -158,8 +169,8 @@ class Solver:
     @classmethod
     def _by_accuracy(cls, given: Any) -> Any:
         if isinstance(given, ArgsKwargs):
-            return ArgsKwargs(given.args, filled_in(given.kwargs or {}))
-        return filled_in(given) if isinstance(given, Mapping) else given
+            return ArgsKwargs(given.args, filled_in(_of_today(given.kwargs or {})))
+        return filled_in(_of_today(given)) if isinstance(given, Mapping) else given
 
     def with_accuracy(self, accuracy: Accuracy) -> Solver:
         """Same settings with all keys of another preset."""

@@ -14,15 +14,10 @@ from pydantic import Field
 
 from damagepred.scene import Solver
 from damagepred.scene.described import described
-from damagepred.scene.quantity import Count, Pressure, Pure
+from damagepred.scene.quantity import Count, Pure
 from damagepred.scene.reading import build, plain
 from damagepred.solvers.dynamics.options import DynamicsOptions
-from damagepred.solvers.explicit.options import (
-    ExplicitOptions,
-    JackServoOptions,
-    MechanismOptions,
-    TimeSteppingOptions,
-)
+from damagepred.solvers.explicit.options import ExplicitOptions
 from damagepred.solvers.quasi_static.options import (
     ContinuationOptions,
     CoulombOptions,
@@ -49,40 +44,38 @@ class SymmetryOptions:
     rounding : float
         Tolerated difference between mirror images: of positions over the size of the wall, of stiffness, load and
         movement over the largest value (1).
-    guide_shear_ratio : float
-        Shear stiffness of a joint on the axis over its normal stiffness: nearly 0, but joint laws divide by it (1).
-    guide_cohesion : float
-        Cohesion of a joint on the axis, beyond its shear stress (Pa).
     """
 
     small_wall: Count = Field(default=200, ge=0)
     rounding: Pure = Field(default=1e-9, gt=0, lt=1)
-    guide_shear_ratio: Pure = Field(default=1e-15, gt=0)
-    guide_cohesion: Pressure = Field(default=1e6, gt=0)
 
 
-@described
-class ZoneSelectionOptions:
-    """Choice of the blocks that need zones.
-
-    Attributes
-    ----------
-    strength_share : float
-        Share of the strength from which a block gets zones, regardless of its energy (1).
-    """
-
-    strength_share: Pure = Field(default=0.8, gt=0)
-
-
-_LINEAR_SYSTEM = (
-    "keep_farther_levels keep_unchanged_fronts keep_responses call_overhead inversion_weight assembly_weight "
-    "response_weight solution_weight vector_weight product_weight"
-)
-RETIRED = (
-    *(("linear_system", key) for key in _LINEAR_SYSTEM.split()),
-    *(("dynamics", key) for key in ("corner_sine", "middle_tolerance")),
-)
-"""Tables and keys of older versions, read without effect."""
+RETIRED = {
+    "newton": "undamped_iterations minimum_step stagnation_tolerance early_divergence_ratio "
+    "early_divergence_iterations divergence_ratio divergence_displacement finite_difference_step",
+    "newton_with_line_search": "full_step_reduction flat_slope stagnation_ratio",
+    "line_search": "maximum_step safeguard",
+    "coulomb": "max_minimisation_iterations warm_start_residual max_failures first_forcing warm_start_iterations "
+    "full_updates updates_per_factor",
+    "jacks": "zero_load_ratio zero_load_bracket",
+    "continuation": "event_step_growth distant_step_growth clipped_step max_event_cuts minimum_event_share "
+    "maximum_event_share minimum_event_step least_halvings interpolation_aim minimum_predicted_share "
+    "collapse_relaxation fallback_deflection_tolerance predictor_aim",
+    "energy": "shortest_cut growth",
+    "dynamic_relaxation": "first_check check_growth convergence_window slowing_ratio damping_cycles damping_decay "
+    "uplift_checks volume_rate_growth volume_answer",
+    "linear_system": "singular_pivot_ratio max_shared_memory inversion_panel response_batch max_loop_rows "
+    "inversion_weight assembly_weight call_overhead response_weight solution_weight vector_weight product_weight "
+    "keep_farther_levels keep_unchanged_fronts keep_responses",
+    "symmetry": "guide_shear_ratio guide_cohesion",
+    "explicit": "gain_halving_cycles gain_halving_time damping_halving_cycles minimum_damping trusted_time_step "
+    "collapse_bracket zero_load_ratio zero_load_bracket divergence_displacement",
+    "dynamics": "edge_overrun release_opening facing_cosine continuation_cosine max_cells corner_sine "
+    "middle_tolerance eigenvalue_tolerance dense_eigenvalues outputs_at_rest divergence_energy_ratio "
+    "divergence_energy_error",
+}
+"""Keys of older versions, which are read and have no effect: constants now, beside their algorithms."""
+RETIRED_TABLES = "damped_newton", "zone_selection", "time_stepping", "jack_servo", "mechanism"
 
 
 @described
@@ -92,8 +85,7 @@ class SolverOptions:
     Attributes
     ----------
     newton, newton_with_line_search, line_search, coulomb, jacks, continuation, energy, dynamic_relaxation, \
-    return_mapping, linear_system, elastic_solution, creep, symmetry, zone_selection, time_stepping, jack_servo, \
-    mechanism, explicit, dynamics
+    return_mapping, linear_system, elastic_solution, creep, symmetry, explicit, dynamics
         The tables ``[solver.advanced.newton]`` and so on; see their classes.
     """
 
@@ -110,10 +102,6 @@ class SolverOptions:
     elastic_solution: ElasticSolutionOptions = Field(default_factory=ElasticSolutionOptions)
     creep: CreepOptions = Field(default_factory=CreepOptions)
     symmetry: SymmetryOptions = Field(default_factory=SymmetryOptions)
-    zone_selection: ZoneSelectionOptions = Field(default_factory=ZoneSelectionOptions)
-    time_stepping: TimeSteppingOptions = Field(default_factory=TimeSteppingOptions)
-    jack_servo: JackServoOptions = Field(default_factory=JackServoOptions)
-    mechanism: MechanismOptions = Field(default_factory=MechanismOptions)
     explicit: ExplicitOptions = Field(default_factory=ExplicitOptions)
     dynamics: DynamicsOptions = Field(default_factory=DynamicsOptions)
 
@@ -125,9 +113,13 @@ class SolverOptions:
         tables = {
             name: dict(table) if isinstance(table, Mapping) else table for name, table in settings.advanced.items()
         }
-        for name, key in RETIRED:
-            if isinstance(table := tables.get(name), dict) and table.pop(key, None) is not None:
-                warnings.warn(f"[solver.advanced.{name}] {key} has no effect any more; leave it out", stacklevel=2)
+        for name in tables.keys() & set(RETIRED_TABLES):
+            del tables[name]
+            warnings.warn(f"[solver.advanced.{name}] has no effect any more; leave it out", stacklevel=2)
+        for name, keys in RETIRED.items():
+            for key in keys.split():
+                if isinstance(table := tables.get(name), dict) and table.pop(key, None) is not None:
+                    warnings.warn(f"[solver.advanced.{name}] {key} has no effect any more; leave it out", stacklevel=2)
         return build(_File, {"solver": {"advanced": tables}}, source).solver.advanced
 
     def to_json(self) -> str:

@@ -26,6 +26,12 @@ from damagepred.errors import SolverError
 from damagepred.solvers.options import DEFAULTS, SymmetryOptions
 from damagepred.solvers.state.increment import Increment, ZoneResults
 
+GUIDE_SHEAR_RATIO = 1e-15
+"""Shear stiffness of a joint on the axis over its normal stiffness: next to none, but the joint laws divide by it
+(1)."""
+GUIDE_COHESION = 1e6
+"""Cohesion of a joint on the axis: its shear stress, with that stiffness, never reaches it."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class HalfModel(Model):
@@ -178,15 +184,13 @@ def _prescribed(model: Model) -> tuple[BoolArray, FloatArray, BoolArray]:
 def _joints_of_half(law: JointProperties, geometry: HalfGeometry, options: SymmetryOptions) -> JointProperties:
     """Joint properties of the half; joints on the axis open half as far and are not sheared."""
     axis, joints = geometry.on_axis, JointProperties(*(values[geometry.faces] for values in law))  # type: ignore[arg-type]
-    share, cohesion = np.where(axis, 0.5, 1.0), options.guide_cohesion
+    share, cohesion = np.where(axis, 0.5, 1.0), GUIDE_COHESION
     # joints with equal intact and residual strength count as unbonded
     bond = (joints.cohesion != joints.residual_cohesion) | (joints.friction != joints.residual_friction)
     zero_on_axis = ("friction", "dilation", "residual_friction", "critical_slip")
     return joints._replace(
         normal_stiffness=joints.normal_stiffness / share,
-        shear_stiffness=np.where(
-            axis, options.guide_shear_ratio * joints.normal_stiffness / share, joints.shear_stiffness
-        ),
+        shear_stiffness=np.where(axis, GUIDE_SHEAR_RATIO * joints.normal_stiffness / share, joints.shear_stiffness),
         cohesion=np.where(axis, cohesion, joints.cohesion),
         residual_cohesion=np.where(axis, np.where(bond, 0.5, 1.0) * cohesion, joints.residual_cohesion),
         brittle_shear=joints.brittle_shear & ~axis,

@@ -279,8 +279,7 @@ Creep
 Solver
   method = quasi_static | quasi_static explicit
   accuracy = standard | draft standard fine reference
-  blocks = rigid | rigid elastic deformable auto
-  rigid_error = 0.01 1 (0 1e+15]
+  blocks = rigid | rigid elastic deformable
   above_dpc = None | rigid elastic deformable
   below_dpc = None | rigid elastic deformable
   zone_size = None m (0 10000]

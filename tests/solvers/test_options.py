@@ -15,7 +15,14 @@ from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.scene import Scene, Solver
-from damagepred.solvers.options import DEFAULTS, SolverOptions, option_classes, with_recorded_options
+from damagepred.solvers.options import (
+    DEFAULTS,
+    RETIRED,
+    RETIRED_TABLES,
+    SolverOptions,
+    option_classes,
+    with_recorded_options,
+)
 from tests.solvers.walls import small_scene
 
 STUDY = """
@@ -42,10 +49,10 @@ def advanced(**tables: Any) -> Solver:
 
 def test_options_are_set_by_the_scene_file_and_written_back(tmp_path: Path) -> None:
     file = tmp_path / "wall.toml"
-    file.write_text("[solver.advanced.newton]\nmax_iterations = 80\n[solver.advanced.jacks]\nzero_load_ratio = 1e-6\n")
+    file.write_text("[solver.advanced.newton]\nmax_iterations = 80\n[solver.advanced.jacks]\nmax_iterations = 30\n")
     scene = Scene.from_toml(file)
     options = SolverOptions.of(scene.solver)
-    assert (options.newton.max_iterations, options.jacks.zero_load_ratio) == (80, 1e-6)
+    assert (options.newton.max_iterations, options.jacks.max_iterations) == (80, 30)
     assert options.coulomb == DEFAULTS.coulomb
     scene.to_toml(file)
     assert Scene.from_toml(file) == scene
@@ -136,6 +143,29 @@ def test_options_of_the_explicit_solver_act() -> None:
 
 
 def test_keys_of_older_versions_are_read_with_a_warning() -> None:
-    settings = Solver(advanced={"linear_system": {"keep_unchanged_fronts": False, "dissected_size": 60}})
-    with pytest.warns(UserWarning, match="keep_unchanged_fronts has no effect any more"):
+    table = {"keep_unchanged_fronts": False, "call_overhead": 1e5, "dissected_size": 60}
+    settings = Solver(advanced={"linear_system": table, "mechanism": {"cycles": 100}})
+    with pytest.warns(UserWarning, match="has no effect any more") as warned:
         assert SolverOptions.of(settings).linear_system.dissected_size == 60
+    assert {str(w.message).removesuffix(" has no effect any more; leave it out") for w in warned} == {
+        "[solver.advanced.linear_system] keep_unchanged_fronts",
+        "[solver.advanced.linear_system] call_overhead",
+        "[solver.advanced.mechanism]",
+    }
+
+
+def test_retired_keys_are_none_of_today() -> None:
+    for name, keys in RETIRED.items():
+        today = {field.name for field in dataclasses.fields(option_classes()[name])}
+        assert today.isdisjoint(keys.split())
+    assert option_classes().keys().isdisjoint(RETIRED_TABLES)
+    assert sum(len(dataclasses.fields(kind)) for kind in option_classes().values()) <= 60
+
+
+def test_blocks_by_an_estimate_are_read_as_elastic() -> None:
+    with pytest.warns(UserWarning, match="blocks = 'auto' is read as 'elastic'"):
+        assert Solver(blocks="auto", rigid_error=0.1) == Solver(blocks="elastic")  # type: ignore[arg-type,call-arg]
+    with pytest.warns(UserWarning, match="is read as 'elastic'"):
+        scene = Scene.from_dict({"solver": {"blocks": "auto", "rigid_error": 0.01}})
+    assert scene.solver.blocks == "elastic"
+    assert Scene.from_dict({"solver": {"blocks": "rigid", "rigid_error": 0.01}}) == Scene()

@@ -10,7 +10,6 @@ from damagepred.assembly import wall_model
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ZoneState
 from damagepred.kernels.equilibrium.joints import add_internal_forces
-from damagepred.one_wall.judged_path import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.driver import Outcome
@@ -213,27 +212,6 @@ def test_a_wall_may_be_mixed_and_keeps_its_weight() -> None:
         assert value == pytest.approx(opening["rigid"], rel=0.15), name
 
 
-def test_automatic_zones_leave_out_no_more_energy_than_asked() -> None:
-    scene = dataclasses.replace(
-        Scene(), wall=dataclasses.replace(Scene().wall, length=2.4, height=0.9), dpc=Dpc(course=2)
-    )
-
-    def solved(blocks: str, error: float = 0.01) -> tuple[float, int]:
-        solver = Solver(blocks=blocks, rigid_error=error, symmetric_half=False)  # type: ignore[arg-type]
-        model = model_of(dataclasses.replace(scene, solver=solver))
-        last = list(solve_path(model, solver, 4))[-1]
-        return last.energy.elastic_energy, 0 if model.mesh is None else len(model.mesh.block)
-
-    every, count = solved("deformable")
-    rigid, none = solved("rigid")
-    fine, many = solved("auto", 0.003)
-    rough, few = solved("auto", 0.1)
-    assert (none, rough > 0) == (0, True)
-    assert 0 < few < many < count
-    assert abs(fine - every) < 0.02 * every
-    assert abs(fine - every) < abs(rigid - every)
-
-
 def test_zones_are_beyond_what_they_bear_from_uniaxial_and_shear_strength_on() -> None:
     """2 C sqrt(N) in compression along each axis, the tensile strength in tension; sheared under an equal pressure p
     the Mohr circle of radius (2 C sqrt(N) + (N - 1) p) / (N + 1) touches the line."""
@@ -251,16 +229,3 @@ def test_zones_are_beyond_what_they_bear_from_uniaxial_and_shear_strength_on() -
         found = exceeds_yield_limit(model, stress)
         assert (found[:8] == beyond).all()
         assert not found[8:].any()
-
-
-def test_blocks_that_come_near_their_strength_are_cut() -> None:
-    weak = BlockMaterial(elastic_modulus=9e9, cohesion=0.04e6, friction=0.6, tensile_strength=0.02e6)
-    settings = Solver(blocks="auto", rigid_error=1e9)
-    assembly = panel(weak)
-    from damagepred.one_wall.judged_path import assembled
-
-    model = assembled(lambda solver, chosen: assembly.build(solver, deformable=chosen), settings, 4)
-    assert model.mesh is not None
-    strong = panel(BlockMaterial(cohesion=1e9))
-    none = assembled(lambda solver, chosen: strong.build(solver, deformable=chosen), settings, 4)
-    assert none.mesh is None

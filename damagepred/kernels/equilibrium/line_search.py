@@ -5,6 +5,11 @@ import numpy as np
 from damagepred.kernels.equilibrium.vectors import dot, move_along
 from damagepred.kernels.jit import rule
 
+MAXIMUM_STEP = 64.0
+"""Largest multiple of a step in a Tresca problem, or of one along which the residual stays the same (1)."""
+SAFEGUARD = 0.05
+"""Least distance of a trial step from the ends of its bracket, over the bracket's length (1)."""
+
 
 @rule
 def line_search(
@@ -52,7 +57,7 @@ def line_search(
         else:
             # false position, kept away from the ends
             root = slope_low / (slope_low - slope_high)
-            length = low + (high - low) * min(max(root, options.safeguard), 1.0 - options.safeguard)
+            length = low + (high - low) * min(max(root, SAFEGUARD), 1.0 - SAFEGUARD)
         move_along(start, length, step, end)
         ratio = steps.residual(wall, state, jack + length * jack_step, end, coulomb, force)
     return length, ratio

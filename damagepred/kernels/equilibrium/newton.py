@@ -10,10 +10,32 @@ unstable equilibrium. The reversed step, a direction of negative curvature, lead
 import numpy as np
 
 from damagepred.kernels.equilibrium.completion import Completed, complete, store_tangent
-from damagepred.kernels.equilibrium.line_search import line_search
+from damagepred.kernels.equilibrium.line_search import MAXIMUM_STEP, line_search
 from damagepred.kernels.equilibrium.residual import controls_deflection
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
 from damagepred.kernels.jit import kernel, rule
+
+UNDAMPED_ITERATIONS = 5
+"""Iterations whose step is taken in full although the residual grows."""
+MINIMUM_STEP = 0.1
+"""Share of the Newton step below which backtracking ends (1)."""
+STAGNATION_TOLERANCE = 1e-3
+"""Relative difference from the least residual at which the iteration is a cycle of active sets (1)."""
+EARLY_DIVERGENCE_RATIO = 10.0
+"""Residual over the least so far, where that was below ``coulomb.warm_start_residual``, that counts as early
+divergence (1)."""
+EARLY_DIVERGENCE_ITERATIONS = 2
+"""Iterations in a row with such a residual, which end the attempt."""
+DIVERGENCE_RATIO = 1e3
+"""Growth of the residual, over the larger of its first value and one block weight, that ends the attempt (1)."""
+FULL_STEP_REDUCTION = 0.5
+"""Residual over that before the step, below which no line search is needed (1)."""
+FLAT_SLOPE = 0.9999
+"""Work of the residual at the end of a full step over that at its start, above which the step is lengthened (1)."""
+STAGNATION_RATIO = 0.9
+"""Residual over the least so far from which an iteration counts as stagnation (1)."""
+WARM_START_RESIDUAL = 30.0
+"""Residual of the Newton iterate below which its Tresca bounds start the first search (mean block weights)."""
 
 
 @rule
@@ -32,7 +54,7 @@ def newton(steps, wall, state, jack, start, best):
         First displacements, and the best iterate, filled (m, rad).
     """
     parameters, room = wall.parameters[0], wall.room
-    options, tolerance, near = parameters.newton, parameters.tolerance, parameters.warm_start_residual
+    options, tolerance = parameters.newton, parameters.tolerance
     u, trial, step, force = room[0], room[1], room[2], room[3]
     copy(start, u)
     copy(start, best)
@@ -41,25 +63,23 @@ def newton(steps, wall, state, jack, start, best):
     for taken in range(options.max_iterations + 1):
         if ratio < tolerance:
             break
-        diverging = diverging + 1 if ratio > options.early_divergence_ratio * least else 0
-        if diverging >= options.early_divergence_iterations and least < near:
+        diverging = diverging + 1 if ratio > EARLY_DIVERGENCE_RATIO * least else 0
+        if diverging >= EARLY_DIVERGENCE_ITERATIONS and least < WARM_START_RESIDUAL:
             break
         jack_step = steps.solve(wall, state, wall.stiffness, True, u, force, step)
         before, length = ratio, 1.0
         move_along(u, length, step, trial)
         ratio = steps.residual(wall, state, jack + jack_step, trial, True, force)
-        while length > options.minimum_step and (
-            (ratio > before and taken >= options.undamped_iterations) or ratio == np.inf
-        ):
+        while length > MINIMUM_STEP and ((ratio > before and taken >= UNDAMPED_ITERATIONS) or ratio == np.inf):
             # active sets that alternate: backtracking
             length *= 0.5
             move_along(u, length, step, trial)
             ratio = steps.residual(wall, state, jack + length * jack_step, trial, True, force)
-        if not ratio < options.divergence_ratio * max(first, 1.0):
+        if not ratio < DIVERGENCE_RATIO * max(first, 1.0):
             break
         copy(trial, u)
         jack += length * jack_step
-        stagnates = abs(ratio - least) <= options.stagnation_tolerance * least
+        stagnates = abs(ratio - least) <= STAGNATION_TOLERANCE * least
         if ratio < least:
             least, best_jack = ratio, jack
             copy(u, best)
@@ -100,9 +120,9 @@ def newton_with_line_search(steps, wall, state, jack, start, best):
             move_along(step, -2.0, step, step)
         move_along(u, length, step, trial)
         ratio = steps.residual(wall, state, jack + jack_step, trial, True, force)
-        if not ratio < options.full_step_reduction * before and slope > 0.0:
-            flat = ratio < np.inf and dot(force, step) > options.flat_slope * slope
-            longest = parameters.line_search.maximum_step if flat else 1.0
+        if not ratio < FULL_STEP_REDUCTION * before and slope > 0.0:
+            flat = ratio < np.inf and dot(force, step) > FLAT_SLOPE * slope
+            longest = MAXIMUM_STEP if flat else 1.0
             within = options.slope_tolerance
             length, ratio = line_search(
                 steps, wall, state, jack, jack_step, u, step, slope, ratio, within, longest, True, trial, force
@@ -111,7 +131,7 @@ def newton_with_line_search(steps, wall, state, jack, start, best):
             break
         copy(trial, u)
         jack += length * jack_step
-        stagnating = 0 if ratio < options.stagnation_ratio * least else stagnating + 1
+        stagnating = 0 if ratio < STAGNATION_RATIO * least else stagnating + 1
         if ratio < least:
             least, best_jack = ratio, jack
             copy(u, best)

@@ -1,9 +1,12 @@
 """Minimum of the potential of a Tresca problem: Newton's method with line search (Wriggers 2006, ch. 10)."""
 
-from damagepred.kernels.equilibrium.line_search import line_search
+from damagepred.kernels.equilibrium.line_search import MAXIMUM_STEP, line_search
 from damagepred.kernels.equilibrium.residual import controls_deflection, goes_too_far, missing_deflection
 from damagepred.kernels.equilibrium.vectors import copy, dot, move_along
 from damagepred.kernels.jit import kernel, rule
+
+MAX_MINIMISATION_ITERATIONS = 100
+"""Newton iterations of one Tresca problem."""
 
 
 @kernel
@@ -17,7 +20,7 @@ def minimise_tresca(steps, wall, state, jack, tolerance, u):
     allowed = parameters.deflection_tolerance * max(tolerance / parameters.tolerance, 1.0)
     ratio = steps.residual(wall, state, jack, u, False, force)
     jack += _correct_jack_load(steps, wall, state, u, step, force)
-    for taken in range(parameters.max_minimisation_iterations):
+    for taken in range(MAX_MINIMISATION_ITERATIONS):
         # at least one step: bounds of the previous displacements may carry nothing
         if ratio < (tolerance if taken else parameters.tolerance):
             if abs(missing_deflection(wall, state, u)) <= allowed:
@@ -30,7 +33,7 @@ def minimise_tresca(steps, wall, state, jack, tolerance, u):
             break
         move_along(u, 1.0, step, trial)
         ratio = steps.residual(wall, state, jack, trial, False, force)
-        within, longest = search.slope_tolerance, search.maximum_step
+        within, longest = search.slope_tolerance, MAXIMUM_STEP
         _, ratio = line_search(
             steps, wall, state, jack, 0.0, u, step, slope, ratio, within, longest, False, trial, force
         )

@@ -26,27 +26,19 @@ def record_type(integers: str, numbers: str) -> np.dtype:
     return np.dtype([(n, np.int64) for n in integers.split()] + [(n, np.float64) for n in numbers.split()])
 
 
-NEWTON = record_type(
-    "max_iterations undamped_iterations early_divergence_iterations",
-    "minimum_step stagnation_tolerance early_divergence_ratio divergence_ratio",
+_KINDS = (
+    ("newton", record_type("max_iterations", "")),
+    ("newton_with_line_search", record_type("max_iterations stagnation_limit", "slope_tolerance")),
+    ("line_search", record_type("max_iterations", "slope_tolerance")),
 )
-"""``NewtonOptions`` of the quasi-static solver."""
-NEWTON_LINE_SEARCH = record_type(
-    "max_iterations stagnation_limit", "full_step_reduction slope_tolerance flat_slope stagnation_ratio"
-)
-"""``NewtonLineSearchOptions``."""
-LINE_SEARCH = record_type("max_iterations", "slope_tolerance maximum_step safeguard")
-"""``LineSearchOptions``."""
-_KINDS = (("newton", NEWTON), ("newton_with_line_search", NEWTON_LINE_SEARCH), ("line_search", LINE_SEARCH))
 PARAMETERS = np.dtype(
     (
         np.record,
         [(name, (np.record, kind)) for name, kind in _KINDS]
-        + [(name, np.float64) for name in ("tolerance", "warm_start_residual", "deflection_tolerance")]
-        + [("max_minimisation_iterations", np.int64)],
+        + [(name, np.float64) for name in ("tolerance", "deflection_tolerance")],
     )
 )
-"""Parameters of all iterations; ``tolerance`` is the largest unbalanced force over the mean block weight."""
+"""Options of all iterations; ``tolerance`` is the largest unbalanced force over the mean block weight."""
 
 
 class Joints(Structure):

@@ -19,6 +19,17 @@ from damagepred.kernels.dynamics.contact import BONDED, EDGE, FREE, POINT
 from damagepred.kernels.joint.parameters import joint_parameters
 from damagepred.solvers.dynamics.options import DynamicsOptions
 
+EDGE_OVERRUN = 0.02
+"""Length by which a point may pass the end of the edge it faces, over the length it stands for (1)."""
+RELEASE_OPENING = 0.1
+"""Opening at which a point with a broken bond leaves its first edge, over the length it stands for (1)."""
+FACING_COSINE = 0.1
+"""Cosine of the angle between two faces that touch, least to count as facing each other (1). 0.1 is 84 degrees."""
+CONTINUATION_COSINE = 0.7
+"""Cosine of the angle between two edges from which pressure and friction pass from one to the next (1)."""
+MAX_CELLS = 100
+"""Cells of points on a stretch of a face without joint."""
+
 GAUSS_POINT = 12.0**-0.5
 """Distance of both Gauss points from the middle of a cell of length 1."""
 GROUND_REACH = 1e9
@@ -53,8 +64,8 @@ def body_arrays(model: Model, origin: FloatArray, options: DynamicsOptions) -> B
         first_edge=first_edge,
         laws=_laws(model),
         radius=np.maximum.reduceat(arm, first[:-1]),
-        facing_cosine=options.facing_cosine,
-        continuation_cosine=options.continuation_cosine,
+        facing_cosine=FACING_COSINE,
+        continuation_cosine=CONTINUATION_COSINE,
     )
 
 
@@ -151,8 +162,8 @@ def _joint_points(
     points["area"] = 0.5 * face.contact_area[:, None, :]
     points["law"] = 2 * np.arange(m)[:, None, None]
     length = face.contact_area * (face.length / face.contact_area.sum(axis=1))[:, None]
-    points["edge_overrun"] = options.edge_overrun * length[:, None, :]
-    points["release_opening"] = options.release_opening * length[:, None, :]
+    points["edge_overrun"] = EDGE_OVERRUN * length[:, None, :]
+    points["release_opening"] = RELEASE_OPENING * length[:, None, :]
     points["status"] = BONDED
     return points.ravel()
 
@@ -173,7 +184,7 @@ def _free_points(
     on, along, length = [], [], []
     for edge, start, end in stretches:
         whole = float(edges["length"][edge])
-        for position, share in _spread(start, end, cell, start == 0.0, end == whole, options.max_cells):
+        for position, share in _spread(start, end, cell, start == 0.0, end == whole, MAX_CELLS):
             on.append(edge)
             along.append(position)
             length.append(share)
@@ -183,8 +194,8 @@ def _free_points(
     points["body"], points["own_edge"] = e["body"], edge_index
     points["x"], points["y"] = e["x"] + e["along_x"] * way, e["y"] + e["along_y"] * way
     points["area"] = 0.5 * stretch * model.block_law.thickness[e["polygon"]]
-    points["edge_overrun"] = options.edge_overrun * stretch
-    points["release_opening"] = options.release_opening * stretch
+    points["edge_overrun"] = EDGE_OVERRUN * stretch
+    points["release_opening"] = RELEASE_OPENING * stretch
     points["law"] = 2 * law[e["polygon"]] + 1
     points["status"] = FREE
     points["cracked"] = 1.0

@@ -35,6 +35,14 @@ from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import detached_blocks
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
+OUTPUTS_AT_REST = 3
+"""Outputs in a row with a speed below ``dynamics.rest_speed`` that end a run."""
+DIVERGENCE_ENERGY_RATIO = 10.0
+"""Energy over what there was and was put in, from which a run has diverged (1)."""
+DIVERGENCE_ENERGY_ERROR = 0.5
+"""Created energy over the largest energy so far, from which a run has diverged (1). The longest permitted steps create
+some where blocks bounce without damping."""
+
 
 class Imposed(NamedTuple):
     """Points on the ground (i,), and displacement under them per load factor (m)."""
@@ -137,7 +145,7 @@ class DynamicRun:
             yield self.report(self.steps - before)
             still = self.speed() < self.dynamics.rest_speed and self.time >= self.dynamics.loading_end
             slow = slow + 1 if still else 0
-            if self.dynamics.stop_at_rest and slow >= self.options.outputs_at_rest:
+            if self.dynamics.stop_at_rest and slow >= OUTPUTS_AT_REST:
                 return
 
     @one_blas_thread()
@@ -176,7 +184,7 @@ class DynamicRun:
                 self._diverged(time[done])
             self.search.update_if_moved()
         self.output += 1
-        if self.energy.diverged(self.options.divergence_energy_ratio, self.options.divergence_energy_error):
+        if self.energy.diverged(DIVERGENCE_ENERGY_RATIO, DIVERGENCE_ENERGY_ERROR):
             self._diverged(self.time)
 
     def _next_ground_rate(self, load_factor: FloatArray, first: int) -> tuple[Imposed, int]:

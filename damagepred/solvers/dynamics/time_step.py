@@ -17,6 +17,11 @@ from damagepred.solvers.dynamics.options import DynamicsOptions
 from damagepred.solvers.dynamics.strains import BlockStrains, along_and_outwards
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
+EIGENVALUE_TOLERANCE = 1e-3
+"""Relative accuracy of the highest eigenvalue, which is added to it (1)."""
+DENSE_EIGENVALUES = 60
+"""Degrees of freedom up to which all eigenvalues are computed."""
+
 
 class HighestFrequency(NamedTuple):
     """Highest angular frequencies (rad/s)."""
@@ -54,16 +59,14 @@ def _highest(stiffness: sparse.sparray, inverse_mass: FloatArray, options: Dynam
     matrix = (scale @ stiffness.tocsr()[free][:, free] @ scale).tocsr()
     if matrix.nnz == 0:
         return 0.0
-    if len(free) <= options.dense_eigenvalues:
+    if len(free) <= DENSE_EIGENVALUES:
         return float(np.sqrt(np.linalg.eigvalsh(matrix.toarray())[-1]))
     # Gershgorin's circles of the scaled matrix: an upper bound
     circles = float(abs(matrix).sum(axis=1).max())
     try:
         start = np.random.default_rng(1).standard_normal(len(free))
-        eigenvalues = eigsh(
-            matrix, k=1, which="LA", tol=options.eigenvalue_tolerance, v0=start, return_eigenvectors=False
-        )
-        largest = min(float(eigenvalues[0]) * (1.0 + options.eigenvalue_tolerance), circles)
+        eigenvalues = eigsh(matrix, k=1, which="LA", tol=EIGENVALUE_TOLERANCE, v0=start, return_eigenvectors=False)
+        largest = min(float(eigenvalues[0]) * (1.0 + EIGENVALUE_TOLERANCE), circles)
     except (ArpackNoConvergence, ArpackError):
         largest = circles
     return float(np.sqrt(largest))

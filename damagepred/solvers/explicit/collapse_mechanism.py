@@ -17,6 +17,15 @@ import numpy as np
 from damagepred.assembly import Model
 from damagepred.solvers.system.collapse_criterion import detached_blocks
 
+CYCLES_PER_HALF_ROUND = 250
+"""Cycles of each half of a round; a mechanism moves farther in the second half."""
+SPEED_FACTOR = 2.0
+"""Factor on the speed after a round in which it does (1)."""
+MAX_ROUNDS_NEAR_REST = 40
+"""The same where the wall is nearly at rest."""
+MAX_ROUNDS = 200
+"""Rounds in all. A wall that stops now and then may creep on."""
+
 if TYPE_CHECKING:
     from damagepred.solvers.explicit.scheme import DampedTimeStepping
 
@@ -34,14 +43,13 @@ def with_lasting_bonds(model: Model) -> Model:
 
 def is_mechanism(run: DampedTimeStepping, near_rest: bool = False) -> bool:
     """Whether a part of a wall with lasting bonds is detached when its motion is accelerated; changes the motion."""
-    options = run.options.mechanism
-    rounds = options.max_rounds_near_rest if near_rest else options.max_rounds
+    rounds = MAX_ROUNDS_NEAR_REST if near_rest else MAX_ROUNDS
     moved, mass = run.motion.displacement, 1.0 / run.motion.inverse_mass[run.free]
     for _ in range(rounds):
         moves = []
         for _ in range(2):
             before = moved[run.free].copy()
-            run.cycle(options.cycles)
+            run.cycle(CYCLES_PER_HALF_ROUND)
             moves.append(moved[run.free] - before)
         if not np.isfinite(moved).all():
             return False
@@ -51,7 +59,7 @@ def is_mechanism(run: DampedTimeStepping, near_rest: bool = False) -> bool:
         load = run.load_share * run.motion.load + run.load_factor * run.motion.live_load
         accelerates = float((mass * first) @ (second - first)) > 0.0 and float(load[run.free] @ second) > 0.0
         # mean speed: local damping of an oscillation acts like friction
-        run.motion.velocity[run.free] = (options.speed_factor if accelerates else 1.0) / options.cycles * second
+        run.motion.velocity[run.free] = (SPEED_FACTOR if accelerates else 1.0) / CYCLES_PER_HALF_ROUND * second
         if run.unbalanced_force_ratio().max() < run.settings.tolerance_used:
             return False
     return False

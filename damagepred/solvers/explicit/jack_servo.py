@@ -16,8 +16,15 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.errors import ConvergenceError
 from damagepred.kernels.explicit.cycle import LOAD, VOLUME
-from damagepred.solvers.explicit.options import JackServoOptions
 from damagepred.solvers.system.discrete_system import DiscreteSystem
+
+LINE_STIFFNESS_RATIO = 100.0
+"""Stiffness of the line between pump and jacks over that of the intact wall under the jacks (1). A stiffer line
+permits a faster control; much stiffer, it makes the jacked segments heavy."""
+GAIN_RATIO = 0.12
+"""Rate of the control over the decay rate, local damping times circular frequency, of the slower oscillation of the
+intact wall on its jacks (1). Ten times the default may excite that oscillation; two to five times, where jacks stand
+by the supports, far from where the deflection is measured."""
 
 
 class PumpLine(NamedTuple):
@@ -43,8 +50,7 @@ PumpState = tuple[PumpLine, FloatArray, tuple[float, float]]
 class Pump:
     """Pump of a model's jacks, from no load to the level state and through the movement."""
 
-    def __init__(self, model: Model, options: JackServoOptions) -> None:
-        self.options = options
+    def __init__(self, model: Model) -> None:
         assert model.jacks is not None
         self.jacks, weights = model.jacks, model.deflection if model.jacks.weights is None else model.jacks.weights
         assert weights is not None
@@ -60,7 +66,7 @@ class Pump:
             raise ConvergenceError("the jacks do not move the footing's middle against its ends", increment=0)
         self.level_load = -float(self.weights @ alone) / bends
         self.level = alone + self.level_load * by_push
-        self.stiffness = options.line_stiffness_ratio / gives
+        self.stiffness = LINE_STIFFNESS_RATIO / gives
         self._by_volume = by_push / (gives + 1.0 / self.stiffness)
         """Displacements per volume."""
         self._bent = by_weight - float(push @ by_weight) * self._by_volume
@@ -107,7 +113,7 @@ class Pump:
             for force, shape in ((self.stiffness * self.jacks.push, self._by_volume), (self.weights, self._bent))
         ]
         frequency = np.sqrt(min(swings))
-        self.line = self.line._replace(gain=self.options.gain_ratio * damping * frequency * self.volume_per_deflection)
+        self.line = self.line._replace(gain=GAIN_RATIO * damping * frequency * self.volume_per_deflection)
 
     @property
     def time_constant(self) -> float:

@@ -35,6 +35,11 @@ from damagepred.solvers.state.wall_state import NO_ZONES, State
 from damagepred.solvers.state.zone_history import ZoneField
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
+SECTION_COMMIT_INTERVAL = 8
+"""Cycles from one commit of the sections to the next."""
+DIVERGENCE_ENERGY_RATIO = 10.0
+"""Kinetic energy over the work of the loads that no falling block can have (1)."""
+
 DRIFT_CYCLES = 100
 """Least cycles of a mean velocity: a short part of the slow oscillations that damping must oppose."""
 
@@ -90,14 +95,14 @@ class DampedTimeStepping:
     ) -> None:
         self.model, self.settings = model, settings
         self.options = SolverOptions.of(settings) if options is None else options
-        commit_interval = self.options.time_stepping.section_commit_interval if commit_sections else 0
+        commit_interval = SECTION_COMMIT_INTERVAL if commit_sections else 0
         self.joints, self.sections = pack_joints(model), pack_sections(model, commit_interval)
         self.special = True if needs_full_law(model) else None
         self.softening = softening_of(model)
         self.zones = None if model.mesh is None else ZoneField(model)
         size = model.size
         self.system = DiscreteSystem.of(model, self.options.elastic_solution)
-        self.pump = None if model.jacks is None else Pump(model, self.options.jack_servo)
+        self.pump = None if model.jacks is None else Pump(model)
         mass = scaled_mass(model, settings.damping, settings.time_step_safety, self.pump)
         if self.pump is not None:
             self.pump.set_gain(mass, settings.damping)
@@ -263,7 +268,7 @@ class DampedTimeStepping:
 
     def has_too_much_energy(self) -> bool:
         """Whether the kinetic energy far exceeds the possible work of the loads."""
-        return self.kinetic_energy() > self.options.time_stepping.divergence_energy_ratio * self.work_of_loads() > 0.0
+        return self.kinetic_energy() > DIVERGENCE_ENERGY_RATIO * self.work_of_loads() > 0.0
 
     def work_of_loads(self) -> float:
         """Upper bound of the work of dead and live load up to now (J)."""

@@ -22,24 +22,43 @@ from damagepred.solvers.system.footing_forces import section_response_of, set_li
 from damagepred.solvers.system.loading_stages import activate_deferred_supports, supported_during_load
 from damagepred.solvers.system.zero_support_load import least_support_load
 
+DEFLECTION_TOLERANCE = 1e-7
+"""Deflection that may be missing at rest (m)."""
+GAIN_HALVING_CYCLES = 20_000
+"""Cycles after which the gain of the jacks' control is halved where the wall still oscillates."""
+GAIN_HALVING_TIME = 30.0
+"""The same in time constants of the control, if that is longer (1)."""
+DAMPING_HALVING_CYCLES = 10_000
+"""Cycles after which local damping is halved where zones ring between joints that yield."""
+MINIMUM_DAMPING = 0.1
+"""Least local damping (1)."""
+TRUSTED_TIME_STEP = 0.9
+"""Share of the largest stable time step up to which it is not suspected where a wall keeps moving (1)."""
+COLLAPSE_BRACKET = 1e-3
+"""Load factor between the last stable state and collapse under live load (1)."""
+ZERO_LOAD_RATIO = 1e-4
+"""Load over all dead load that counts as none where a path ends because nothing is carried (1)."""
+ZERO_LOAD_BRACKET = 1e-4
+"""Load factor between two points of the path that count as one in that search (1)."""
+DIVERGENCE_DISPLACEMENT = 1e3
+"""Displacement over the size of the wall from which a run has diverged (1)."""
+
 
 class ExplicitStepper:
     """Damped time stepping as a ``Stepper`` of the load path."""
 
     def __init__(self, model: Model, settings: Solver, elastic_start: bool = True) -> None:
         self.model, self.settings, options = model, settings, SolverOptions.of(settings)
-        self.options, self.deflection_tolerance = options.explicit, options.jack_servo.deflection_tolerance
+        self.options, self.deflection_tolerance = options.explicit, DEFLECTION_TOLERANCE
         self.bracket = Bracket(
-            support_load=self.options.zero_load_ratio * float(np.abs(model.supports.load).sum()),
-            load_factor=self.options.zero_load_bracket,
+            support_load=ZERO_LOAD_RATIO * float(np.abs(model.supports.load).sum()),
+            load_factor=ZERO_LOAD_BRACKET,
             max_iterations=options.jacks.max_iterations,
-            collapse=self.options.collapse_bracket,
+            collapse=COLLAPSE_BRACKET,
         )
         self.scheme = DampedTimeStepping(supported_during_load(model), settings)
         self.number, self._cycles_before, self._elastic_start = 0, 0, elastic_start
-        self._displacement_limit = self.options.divergence_displacement * float(
-            np.ptp(model.blocks.vertices, axis=0).max()
-        )
+        self._displacement_limit = DIVERGENCE_DISPLACEMENT * float(np.ptp(model.blocks.vertices, axis=0).max())
 
     def begin_increment(self, number: int) -> None:
         """Begin to count the cycles of an increment."""
@@ -107,14 +126,14 @@ class ExplicitStepper:
             if detached:
                 return Outcome(largest, balanced=False, collapsed=True)
             if scheme.pump is not None and spent - halved_at >= max(
-                options.gain_halving_cycles, options.gain_halving_time * scheme.pump.time_constant
+                GAIN_HALVING_CYCLES, GAIN_HALVING_TIME * scheme.pump.time_constant
             ):
                 halved_at = spent
                 if largest >= tolerance:
                     scheme.pump.halve_gain()  # a wall that has softened may oscillate with the control
-            halving = spent % options.damping_halving_cycles < options.check_interval
+            halving = spent % DAMPING_HALVING_CYCLES < options.check_interval
             if halving and scheme.zones is not None and self._joint_yielded():
-                scheme.damping = min(scheme.damping, max(0.5 * scheme.damping, options.minimum_damping))
+                scheme.damping = min(scheme.damping, max(0.5 * scheme.damping, MINIMUM_DAMPING))
             if spent >= self.settings.maximum_cycles:
                 if scheme.has_too_much_energy():
                     reason = "blocks swing with more energy than the loads can have given them"
@@ -126,7 +145,7 @@ class ExplicitStepper:
     def _not_converged(self, spent: int, ratio: FloatArray, missing: float) -> ConvergenceError:
         largest, dof = float(ratio.max()), int(ratio.argmax())
         block = int(self.scheme.system.block_of_dof[dof])
-        suspect = self.settings.time_step_safety > self.options.trusted_time_step and largest > 1.0
+        suspect = self.settings.time_step_safety > TRUSTED_TIME_STEP and largest > 1.0
         short = "" if missing < self.deflection_tolerance else f", the deflection is {missing:.2g} m short"
         return ConvergenceError(
             f"increment {self.number} did not settle within {spent} cycles: the unbalanced force is "

@@ -40,6 +40,17 @@ from damagepred.solvers.system.loading_stages import (
     unilateral_supports,
 )
 
+LEAST_HALVINGS = 1
+"""Halvings that are tried at least where earlier ones were in vain."""
+INTERPOLATION_AIM = 0.5
+"""Overload at which interpolation in the bracket of an event aims, over the event tolerance (1)."""
+MINIMUM_PREDICTED_SHARE = 1e-6
+"""Least share of a step to the predicted event (1)."""
+COLLAPSE_RELAXATION = 0.25
+"""Share of the cycles of dynamic relaxation where collapse is known a little farther on (1)."""
+FALLBACK_DEFLECTION_TOLERANCE = 1e-7
+"""Missing deflection of jacks up to which such a state is accepted (m)."""
+
 
 class Continuation:
     """Path of equilibria of one wall: its last equilibrium, and the steps to the next.
@@ -315,7 +326,7 @@ class Continuation:
             if failed:
                 self.last_stable_load_factor, self.state = trial.state.load_factor, state
             return state, residual, failed
-        control.bracket_event(state, target, self.equilibrium.event_share(state, options.interpolation_aim))
+        control.bracket_event(state, target, self.equilibrium.event_share(state, INTERPOLATION_AIM))
         return state, np.inf, False
 
     def _is_detached(self, state: State) -> bool:
@@ -327,7 +338,7 @@ class Continuation:
         target = control.target(state)
         ahead, share = self.equilibrium.predict(state, target)
         if control.next_point is None and share < 1.0 and not self._relaxes:
-            share = max(share, self.options.continuation.minimum_predicted_share)
+            share = max(share, MINIMUM_PREDICTED_SHARE)
             share = min(share * 2.0**control.accepted_steps, 1.0)
             target = state.towards(target, share)
             ahead = state.displacement + share * (ahead - state.displacement)
@@ -340,13 +351,10 @@ class Continuation:
 
         Return it, its unbalanced force ratio, and the state in which the last iteration at the target ended.
         """
-        options = self.options.continuation
-        self._allowed_halvings = max(self._allowed_halvings - 1, options.least_halvings)
+        self._allowed_halvings = max(self._allowed_halvings - 1, LEAST_HALVINGS)
         self._relaxes = self._all_weak
         start = state.at(unconverged.load, unconverged.load_factor)
-        trial, ratio = self.snap_through(
-            start, state.load_factor, options.collapse_relaxation if collapse_known else 1.0
-        )
+        trial, ratio = self.snap_through(start, state.load_factor, COLLAPSE_RELAXATION if collapse_known else 1.0)
         # neither at rest nor collapsing
         if newton_only and not collapse_known and self.tolerance <= ratio < np.inf:
             unconverged = state.at(unconverged.load, unconverged.load_factor)
@@ -406,7 +414,7 @@ class Continuation:
             if ratio < self.tolerance:
                 resting.displacement[:] = found
                 return resting, ratio
-            if abs(equilibrium.missing_deflection(resting, found)) > options.fallback_deflection_tolerance:
+            if abs(equilibrium.missing_deflection(resting, found)) > FALLBACK_DEFLECTION_TOLERANCE:
                 # stick-slip does not excuse a missing deflection
                 ratio = max(ratio, options.fallback_residual_tolerance)
             if ratio < least:

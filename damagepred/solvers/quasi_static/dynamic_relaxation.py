@@ -23,6 +23,25 @@ from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, detached_blocks
 from damagepred.solvers.system.loading_stages import unilateral_supports
 
+FIRST_CHECK = 500
+"""Cycles before the first convergence check."""
+CHECK_GROWTH = 1.2
+"""Growth of the cycles from one check to the next (1)."""
+CONVERGENCE_WINDOW = 4
+"""Checks over which the speed is compared; their cycles double in them."""
+SLOWING_RATIO = 0.8
+"""Speed at the end of that window over that at its start, below which the wall is slowing down (1)."""
+DAMPING_CYCLES = 4000
+"""Cycles after which damping is reduced."""
+DAMPING_DECAY = 0.8
+"""Factor on the damping at each check from there on (1)."""
+UPLIFT_CHECKS = 2
+"""Checks in a row at which a footing on jacks floats above all supports, after which it has lifted off."""
+VOLUME_RATE_GROWTH = 4.0
+"""Largest factor from one volume correction rate of the jacks' pump to the next (1)."""
+VOLUME_ANSWER = 0.1
+"""Change of the deflection between checks, over the missing deflection, below which the wall has answered (1)."""
+
 
 @dataclass
 class VolumeCorrection:
@@ -57,7 +76,7 @@ class VolumeCorrection:
             Present and missing deflection (m).
         """
         change, self._deflection = abs(deflection - self._deflection), deflection
-        return abs(missing) > self.deflection_tolerance and change <= self.options.volume_answer * abs(missing)
+        return abs(missing) > self.deflection_tolerance and change <= VOLUME_ANSWER * abs(missing)
 
     def next(self, deflection: float, missing: float) -> float:
         """Return the next correction of the volume by the secant method (m).
@@ -68,7 +87,7 @@ class VolumeCorrection:
             Present and missing deflection (m).
         """
         if self._last != 0.0:
-            answer, most = (deflection - self._corrected_at) / self._last, self.options.volume_rate_growth * self.rate
+            answer, most = (deflection - self._corrected_at) / self._last, VOLUME_RATE_GROWTH * self.rate
             self.rate = 1.0 / answer if answer * most > 1.0 else most
         self._last, self._corrected_at = missing * self.rate, deflection
         return self._last
@@ -117,19 +136,17 @@ def relax_dynamically(
     correction = None
     if volume_per_deflection is not None:
         correction = VolumeCorrection(volume_per_deflection, control, options.jacks.deflection_tolerance)
-    window = control.convergence_window
-    cycles, begun, speeds = control.first_check, run.cycles, [np.inf] * (window + 1)
+    window = CONVERGENCE_WINDOW
+    cycles, begun, speeds = FIRST_CHECK, run.cycles, [np.inf] * (window + 1)
     supports, floating_checks = unilateral_supports(model), 0
-    while run.cycles < control.max_cycles * (
-        1 if speeds[-1] < control.slowing_ratio * speeds[-1 - window] else cycles_share
-    ):
-        if run.cycles > begun + control.damping_cycles:
-            run.damping = max(control.damping_decay * run.damping, control.minimum_damping)
+    while run.cycles < control.max_cycles * (1 if speeds[-1] < SLOWING_RATIO * speeds[-1 - window] else cycles_share):
+        if run.cycles > begun + DAMPING_CYCLES:
+            run.damping = max(DAMPING_DECAY * run.damping, control.minimum_damping)
         before = run.motion.displacement.copy()
         if run.pump is not None and correction is not None:
             deflection, missing = float(run.pump.weights @ before), run.pump.missing(start.load_factor, before)
             if correction.settles(deflection, missing):
-                if floating_checks >= control.uplift_checks:  # the jacks carry all of the weight, and lift it freely
+                if floating_checks >= UPLIFT_CHECKS:  # the jacks carry all of the weight, and lift it freely
                     before[1 : 3 * model.n_blocks : 3] += 2.0 * DetachmentLimit.of(model).at(1.0)
                     yield replace(start, displacement=before, history=run.joint_history(), jack=run.pump.load)
                     return
@@ -137,7 +154,7 @@ def relax_dynamically(
                     run.pump.deliver(correction.next(deflection, missing))
         run.cycle(cycles)
         speeds.append(float(np.abs((run.motion.displacement - before) * run.arm).max()) / cycles)
-        cycles = int(control.check_growth * cycles)
+        cycles = int(CHECK_GROWTH * cycles)
         history = run.joint_history()
         opening = fields_of(run.model, history, run.motion.displacement, start.load_factor).opening
         floating_checks = floating_checks + 1 if supports.size and (opening[supports] > 0.0).all() else 0

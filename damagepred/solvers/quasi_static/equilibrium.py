@@ -8,10 +8,14 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model
+from damagepred.kernels.equilibrium.newton import WARM_START_RESIDUAL
 from damagepred.solvers.options import DEFAULTS, SolverOptions
 from damagepred.solvers.quasi_static.residual import Residual
 from damagepred.solvers.quasi_static.tresca_fixed_point import coulomb_fixed_point
 from damagepred.solvers.state.wall_state import State
+
+MAX_FAILURES = 4
+"""Failures that count."""
 
 
 class Methods(IntEnum):
@@ -89,14 +93,14 @@ class Equilibrium(Residual):
             return ratio
         options, begun = self.options.coulomb, self._with_supports_moved(state)
         max_newton_iterations = options.max_newton_iterations >> self._failures
-        if ratio < options.warm_start_residual:
+        if ratio < WARM_START_RESIDUAL:
             state.displacement[:], state.jack = best, best_jack
             ratio = coulomb_fixed_point(self, state, True, max_newton_iterations)
         if ratio >= self.tolerance:
             state.displacement[:], state.jack = begun, load
             ratio = coulomb_fixed_point(self, state, False, max_newton_iterations)
         failed = ratio >= self.tolerance
-        self._failures = min(self._failures + 1, options.max_failures) if failed else max(self._failures - 1, 0)
+        self._failures = min(self._failures + 1, MAX_FAILURES) if failed else max(self._failures - 1, 0)
         self._searches_to_skip = 2 ** (self._failures - 1) - 1 if failed else 0
         return ratio
 

@@ -32,6 +32,17 @@ from damagepred.solvers.quasi_static.static_condensation import StaticCondensati
 from damagepred.solvers.quasi_static.superelements import Superelements
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
+SINGULAR_PIVOT_RATIO = 1e-12
+"""Smallest pivot over the largest below which condensed fronts count as not held (1)."""
+MAX_SHARED_MEMORY = 0.1
+"""Up to which the factors of condensed fronts are kept for the next wall of the same geometry and stiffness (GB)."""
+INVERSION_PANEL = 16
+"""Columns of a front's stiffness that are inverted at a time."""
+RESPONSE_BATCH = 96
+"""Unit loads whose responses are computed at a time."""
+MAX_LOOP_ROWS = 8
+"""Right-hand sides up to which loops are faster than matrix products of BLAS."""
+
 DEFAULTS = LinearSystemOptions()
 
 
@@ -143,7 +154,7 @@ class MultifrontalSystem:
         self.factors = Factors(
             tree=fixed,
             blocks=self._block_tangents(),
-            dense=dense_workspace(max(largest, 3 * slots), options.inversion_panel, options.singular_pivot_ratio),
+            dense=dense_workspace(max(largest, 3 * slots), INVERSION_PANEL, SINGULAR_PIVOT_RATIO),
             yields=self._yields,
             outdated=self._outdated,
             front=np.empty(largest**2),
@@ -157,12 +168,12 @@ class MultifrontalSystem:
         Memory that is not touched costs nothing.
         """
         tree, options, size, count = self.tree, self.options, self.model.size, len(self.elastic)
-        slots, rows = options.max_changed_interfaces, max(options.max_loop_rows, 2)
+        slots, rows = options.max_changed_interfaces, max(MAX_LOOP_ROWS, 2)
         room_rows = {"response": 3 * slots, "right": 2, "particular": 2 * rows}
         self._rooms = {name: (number, np.empty(number * size)) for name, number in room_rows.items()}
         edge = max(int(tree.boundary_size.max(initial=0)), 1)
         self.reached = np.zeros(tree.count, dtype=np.bool_)
-        self._gathered = np.empty((max(rows, options.response_batch), edge))
+        self._gathered = np.empty((max(rows, RESPONSE_BATCH), edge))
         self._target, self._counts = self.elastic.copy(), np.zeros(3, dtype=np.int64)
         self.factorisation_cost = factorisation_costs(tree.size, tree.boundary_size)
         self._lists = np.empty(count, dtype=np.int64), np.empty(3 * count, dtype=np.int64)
@@ -176,8 +187,8 @@ class MultifrontalSystem:
             "capacitance": np.empty(9 * slots**2),
             "pivots": np.empty(3 * slots, dtype=np.int32),
             "corrected": np.empty(slots, dtype=np.int64),
-            "unit": np.empty(options.response_batch * size),
-            "unit_response": np.empty(options.response_batch * size),
+            "unit": np.empty(RESPONSE_BATCH * size),
+            "unit_response": np.empty(RESPONSE_BATCH * size),
         }
 
     def _elastic_diagonal(self, strain_stiffness: FloatArray) -> FloatArray:
@@ -266,8 +277,8 @@ class MultifrontalSystem:
             stale=self._stale,
             must_factorise=np.ones(1, dtype=np.bool_),
             counts=self._counts,
-            batch=options.response_batch,
-            loop_rows=options.max_loop_rows,
+            batch=RESPONSE_BATCH,
+            loop_rows=MAX_LOOP_ROWS,
             eliminate=eliminate,
             respond=respond,
             correct=correct,
@@ -338,7 +349,7 @@ class MultifrontalSystem:
         """
         interfaces, tree = np.flatnonzero(self.tree.in_fronts(fronts)), self.tree
         self._target[interfaces] = self.elastic[interfaces]
-        small = 8e-9 * tree.matrix_entries <= self.options.max_shared_memory
+        small = 8e-9 * tree.matrix_entries <= MAX_SHARED_MEMORY
         if not (small and np.isnan(self._arrays["stiffness"]).all()):
             return self._eliminate_elastic(fronts, interfaces)
         of, known = (self.elastic, self._strain_stiffness, fronts), tree.elastic_factors

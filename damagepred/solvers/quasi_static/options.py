@@ -21,36 +21,11 @@ class NewtonOptions:
     ----------
     max_iterations : int
         Iterations of one attempt.
-    undamped_iterations : int
-        Iterations whose step is taken in full although the residual grows.
-    minimum_step : float
-        Share of the Newton step below which backtracking ends (1).
-    stagnation_tolerance : float
-        Relative difference from the least residual at which the iteration is a cycle of active sets (1).
-    early_divergence_ratio : float
-        Residual over the least so far, where that was below ``coulomb.warm_start_residual``, that counts as early
-        divergence (1).
-    early_divergence_iterations : int
-        Iterations in a row with such a residual, which end the attempt.
-    divergence_ratio : float
-        Growth of the residual, over the larger of its first value and one block weight, that ends the attempt (1).
-    divergence_displacement : float
-        Displacement over the detachment limit beyond which no equilibrium is sought (1).
-    finite_difference_step : float
-        Increment of the load factor for the rate of the forces (1).
     interior_tolerance : float
         Residual of the interior of a yielding block, over the largest force of its zones (1).
     """
 
     max_iterations: Count = Field(default=16, ge=1)
-    undamped_iterations: Count = Field(default=5, ge=0)
-    minimum_step: Pure = Field(default=0.1, gt=0, lt=1)
-    stagnation_tolerance: Pure = Field(default=1e-3, ge=0)
-    early_divergence_ratio: Pure = Field(default=10.0, gt=1)
-    early_divergence_iterations: Count = Field(default=2, ge=1)
-    divergence_ratio: Pure = Field(default=1e3, gt=1)
-    divergence_displacement: Pure = Field(default=10.0, gt=1)
-    finite_difference_step: Pure = Field(default=1e-7, gt=0)
     interior_tolerance: Pure = Field(default=1e-10, gt=0, lt=1)
 
 
@@ -62,23 +37,14 @@ class NewtonLineSearchOptions:
     ----------
     max_iterations : int
         Iterations of one attempt.
-    full_step_reduction : float
-        Residual over that before the step, below which no line search is needed (1).
     slope_tolerance : float
         Work of the residual along a step over that at its start, at which the line search ends (1).
-    flat_slope : float
-        Work of the residual at the end of a full step over that at its start, above which the step is lengthened (1).
-    stagnation_ratio : float
-        Residual over the least so far from which an iteration counts as stagnation (1).
     stagnation_limit : int
         Such iterations in a row that are allowed.
     """
 
     max_iterations: Count = Field(default=40, ge=1)
-    full_step_reduction: Pure = Field(default=0.5, gt=0, le=1)
     slope_tolerance: Pure = Field(default=0.5, gt=0, lt=1)
-    flat_slope: Pure = Field(default=0.9999, gt=0, le=1)
-    stagnation_ratio: Pure = Field(default=0.9, gt=0, le=1)
     stagnation_limit: Count = Field(default=25, ge=0)
 
 
@@ -92,16 +58,10 @@ class LineSearchOptions:
         Trial steps.
     slope_tolerance : float
         Work over that at the start of the step, at which the search ends in a Tresca problem (1).
-    maximum_step : float
-        Largest multiple of a step in a Tresca problem, or of one along which the residual stays the same (1).
-    safeguard : float
-        Least distance of a trial step from the ends of its bracket, over the bracket's length (1).
     """
 
     max_iterations: Count = Field(default=30, ge=1)
     slope_tolerance: Pure = Field(default=0.3, gt=0, lt=1)
-    maximum_step: Pure = Field(default=64.0, ge=1)
-    safeguard: Pure = Field(default=0.05, gt=0, lt=0.5)
 
 
 @described
@@ -119,40 +79,19 @@ class CoulombOptions:
         Tresca problems solved for one equilibrium.
     max_newton_iterations : int
         Newton iterations of one search while none has been in vain.
-    max_minimisation_iterations : int
-        Newton iterations of one Tresca problem.
-    max_failures : int
-        Failures that count.
     stagnation_limit : int
         Iterations in a row that do not halve the least residual, after which the search ends.
-    first_forcing : float
-        Largest residual tolerance of a Tresca problem, and that of the first (mean block weights).
     forcing_share : float
         Residual tolerance of a Tresca problem over the residual of the Coulomb law with its bounds (1).
-    warm_start_residual : float
-        Residual of the Newton iterate below which its Tresca bounds start the first search (mean block weights).
-    warm_start_iterations : int
-        Tresca problems of that search.
-    full_updates : int
-        Tresca problems after which the bounds are updated in full; later updates are under-relaxed.
     relaxation_factors : tuple of float
         Successive factors of under-relaxation (1).
-    updates_per_factor : int
-        Updates with each of them; the last holds from there on.
     """
 
     max_iterations: Count = Field(default=60, ge=1)
     max_newton_iterations: Count = Field(default=400, ge=1)
-    max_minimisation_iterations: Count = Field(default=100, ge=1)
-    max_failures: Count = Field(default=4, ge=1)
     stagnation_limit: Count = Field(default=8, ge=0)
-    first_forcing: Pure = Field(default=3.0, gt=0)
     forcing_share: Pure = Field(default=0.01, gt=0, lt=1)
-    warm_start_residual: Pure = Field(default=30.0, ge=0)
-    warm_start_iterations: Count = Field(default=6, ge=1)
-    full_updates: Count = Field(default=6, ge=0)
     relaxation_factors: tuple[Pure, ...] = Field(default=(0.5, 0.3, 0.15), min_length=1)
-    updates_per_factor: Count = Field(default=12, ge=1)
 
 
 @described
@@ -163,17 +102,11 @@ class JackOptions:
     ----------
     deflection_tolerance : float
         Difference between the deflection and its given value in equilibrium (m).
-    zero_load_ratio : float
-        Load over all dead load that counts as none where a path ends because nothing is carried (1).
-    zero_load_bracket : float
-        Load factor between two points of the path that count as one in that search (1).
     max_iterations : int
         Points of the path tried in that search.
     """
 
     deflection_tolerance: Length = Field(default=1e-9, gt=0)
-    zero_load_ratio: Pure = Field(default=1e-7, gt=0)
-    zero_load_bracket: Pure = Field(default=1e-7, gt=0)
     max_iterations: Count = Field(default=40, ge=1)
 
 
@@ -194,41 +127,14 @@ class ContinuationOptions:
         than that stress: its failure releases next to no energy.
     weak_bond_group : float
         Share of the largest overload from which weak bonds fail with the most overloaded one (1).
-    event_step_growth : float
-        Growth of the shortest step to an event when a bond that fails in a longer step holds in shorter ones (1).
-    minimum_event_step : float
-        Step, over the increment, within which all bonds fail at its end (1).
     first_step : float
         First step of the movement of a wall without bonds, over the movement (1); the energy balance lengthens it.
-    clipped_step : float
-        Difference from the longest step, over that step, from which a step ended sooner than the energy balance asked
-        for (1).
     max_halvings : int
         Halvings of a step without equilibrium.
-    least_halvings : int
-        Halvings that are tried at least where earlier ones were in vain.
-    max_event_cuts : int
-        Cuts of a step to where interpolation expects a bond to fail; after that the step is halved.
-    predictor_aim : float
-        Overload at which the tangent predictor aims, over the event tolerance (1).
-    interpolation_aim : float
-        Overload at which interpolation in the bracket of an event aims, over the event tolerance (1).
-    minimum_predicted_share : float
-        Least share of a step to the predicted event (1).
-    minimum_event_share : float
-        Least share of a step to the interpolated event (1).
-    maximum_event_share : float
-        Largest share of a step to the interpolated event (1).
     collapse_bracket : float
         Load factor between the last equilibrium and collapse under live load (1).
-    collapse_relaxation : float
-        Share of the cycles of dynamic relaxation where collapse is known a little farther on (1).
-    distant_step_growth : float
-        Growth of the minimum step after a distant equilibrium was accepted (1).
     fallback_residual_tolerance : float
         Residual that is accepted where Coulomb friction admits no equilibrium (mean block weights).
-    fallback_deflection_tolerance : float
-        Missing deflection of jacks up to which such a state is accepted (m).
     stagnation_limit : int
         States of dynamic relaxation in a row that do not halve the least residual, after which such a state is taken.
     """
@@ -238,23 +144,10 @@ class ContinuationOptions:
     event_tolerance: Pure = Field(default=0.01, gt=0)
     weak_bond_overload: Pure = Field(default=1.0, gt=0)
     weak_bond_group: Pure = Field(default=0.5, gt=0, le=1)
-    event_step_growth: Pure = Field(default=4.0, ge=1)
-    minimum_event_step: Pure = Field(default=1e-5, gt=0, lt=1)
     first_step: Pure = Field(default=0.005, gt=0, le=1)
-    clipped_step: Pure = Field(default=1e-3, ge=0, lt=1)
     max_halvings: Count = Field(default=5, ge=0, le=50)
-    least_halvings: Count = Field(default=1, ge=0)
-    max_event_cuts: Count = Field(default=4, ge=0)
-    predictor_aim: Pure = Field(default=0.1, ge=0, le=1)
-    interpolation_aim: Pure = Field(default=0.5, ge=0, le=1)
-    minimum_predicted_share: Pure = Field(default=1e-6, gt=0, lt=1)
-    minimum_event_share: Pure = Field(default=1e-4, gt=0, lt=1)
-    maximum_event_share: Pure = Field(default=0.95, gt=0, lt=1)
     collapse_bracket: Pure = Field(default=1e-4, gt=0)
-    collapse_relaxation: Pure = Field(default=0.25, gt=0)
-    distant_step_growth: Pure = Field(default=4.0, ge=1)
     fallback_residual_tolerance: Pure = Field(default=1e-3, ge=0)
-    fallback_deflection_tolerance: Length = Field(default=1e-7, gt=0)
     stagnation_limit: Count = Field(default=8, ge=0)
 
 
@@ -268,18 +161,12 @@ class EnergyOptions:
         Share of the tolerated energy error that one step may contribute (1).
     safety : float
         Factor on the step length that the error asks for (1).
-    shortest_cut : float
-        Least factor from one step to the next (1).
-    growth : float
-        Largest factor from one step to the next (1).
     refinements : int
         Halvings of an increment, or of a shorter first step, down to its shortest step.
     """
 
     step_share: Pure = Field(default=0.2, gt=0)
     safety: Pure = Field(default=0.8, gt=0, le=1)
-    shortest_cut: Pure = Field(default=0.1, gt=0, lt=1)
-    growth: Pure = Field(default=4.0, ge=1)
     refinements: Count = Field(default=7, ge=0, le=50)
 
 
@@ -295,42 +182,15 @@ class DynamicRelaxationOptions:
     ----------
     ramp_cycles : int
         Cycles in which the movement is applied.
-    first_check : int
-        Cycles before the first convergence check.
-    check_growth : float
-        Growth of the cycles from one check to the next (1).
     max_cycles : int
         Cycles in all, unless the wall is slowing down.
-    convergence_window : int
-        Checks over which the speed is compared; their cycles double in them.
-    slowing_ratio : float
-        Speed at the end of that window over that at its start, below which the wall is slowing down (1).
-    damping_cycles : int
-        Cycles after which damping is reduced.
-    damping_decay : float
-        Factor on the damping at each check from there on (1).
     minimum_damping : float
         Least local damping (1).
-    uplift_checks : int
-        Checks in a row at which a footing on jacks floats above all supports, after which it has lifted off.
-    volume_rate_growth : float
-        Largest factor from one volume correction rate of the jacks' pump to the next (1).
-    volume_answer : float
-        Change of the deflection between checks, over the missing deflection, below which the wall has answered (1).
     """
 
     ramp_cycles: Count = Field(default=3000, ge=1)
-    first_check: Count = Field(default=500, ge=1)
-    check_growth: Pure = Field(default=1.2, ge=1)
     max_cycles: Count = Field(default=400_000, ge=1)
-    convergence_window: Count = Field(default=4, ge=1)
-    slowing_ratio: Pure = Field(default=0.8, gt=0, lt=1)
-    damping_cycles: Count = Field(default=4000, ge=0)
-    damping_decay: Pure = Field(default=0.8, gt=0, le=1)
     minimum_damping: Pure = Field(default=0.1, ge=0, lt=1)
-    uplift_checks: Count = Field(default=2, ge=1)
-    volume_rate_growth: Pure = Field(default=4.0, ge=1)
-    volume_answer: Pure = Field(default=0.1, gt=0)
 
 
 @described
@@ -380,8 +240,6 @@ class LinearSystemOptions:
     ----------
     regularisation : float
         Share of the elastic diagonal stiffness that is added to the diagonal, so that detached blocks stay finite (1).
-    singular_pivot_ratio : float
-        Smallest pivot over the largest below which condensed fronts count as not held (1).
     order : str
         Order of elimination of the blocks beyond a plane of weakness: nested ``"dissection"``, or ``"courses"`` one by
         one.
@@ -389,17 +247,9 @@ class LinearSystemOptions:
         Degrees of freedom of a part of the wall above which it is divided by a separator.
     max_memory : float
         Of the dense matrices of all fronts (GB).
-    max_shared_memory : float
-        Up to which the factors of condensed fronts are kept for the next wall of the same geometry and stiffness (GB).
     max_changed_interfaces : int
         Interfaces that a Woodbury correction may have; the unit-load responses of as many take memory. With 0, every
         change is factorised.
-    inversion_panel : int
-        Columns of a front's stiffness that are inverted at a time.
-    response_batch : int
-        Unit loads whose responses are computed at a time.
-    max_loop_rows : int
-        Right-hand sides up to which loops are faster than matrix products of BLAS.
     woodbury_tolerance : float
         Residual of the correction forces over their largest, beyond which the system is refactorised (1).
     refactorisation_ratio : float
@@ -407,14 +257,9 @@ class LinearSystemOptions:
     """
 
     regularisation: Pure = Field(default=1e-7, gt=0)
-    singular_pivot_ratio: Pure = Field(default=1e-12, gt=0)
     order: Literal["dissection", "courses"] = "dissection"
     dissected_size: Count = Field(default=48, ge=1)
     max_memory: Pure = Field(default=6.0, gt=0)
-    max_shared_memory: Pure = Field(default=0.1, ge=0)
     max_changed_interfaces: Count = Field(default=200, ge=0)
-    inversion_panel: Count = Field(default=16, ge=1)
-    response_batch: Count = Field(default=96, ge=1)
-    max_loop_rows: Count = Field(default=8, ge=1)
     woodbury_tolerance: Pure = Field(default=1e-6, gt=0)
     refactorisation_ratio: Pure = Field(default=1.5, gt=0)

@@ -54,6 +54,13 @@ from damagepred.solvers.state.wall_state import Point, State
 from damagepred.solvers.system.collapse_criterion import DetachmentLimit, largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
+DIVERGENCE_DISPLACEMENT = 10.0
+"""Displacement over the detachment limit beyond which no equilibrium is sought (1)."""
+FINITE_DIFFERENCE_STEP = 1e-7
+"""Increment of the load factor for the rate of the forces (1)."""
+PREDICTOR_AIM = 0.1
+"""Overload at which the tangent predictor aims, over the event tolerance (1)."""
+
 
 @cache
 def _steps() -> Steps:
@@ -341,7 +348,7 @@ class Residual:
             if condensation is None
             else condensation.structure,
             solve_tangent=solve_tangent,
-            rate_step=self.options.newton.finite_difference_step,
+            rate_step=FINITE_DIFFERENCE_STEP,
             **self._arrays,
         )
 
@@ -390,7 +397,7 @@ class Residual:
         ground, supports, load_factor = self.model.ground, self.model.supports, state.load_factor
         if self._moving is None:
             return self._history_of(state)[1], supports.prescribed_displacement
-        step = self.options.newton.finite_difference_step
+        step = FINITE_DIFFERENCE_STEP
         moved = step * ground.load_factor_rate(load_factor) * supports.prescribed_displacement
         return self._structures.ground(ground.at(load_factor + step)), moved
 
@@ -528,7 +535,7 @@ class Residual:
         start, prescribed = self._displacement_of(state, None), self.model.support_displacement(target[1])
         ahead = replace(state, load=target[0], load_factor=target[1], displacement=np.empty_like(start))
         inside, ground = self._in_state(ahead, self._divergence_limit(ahead)), self._history_of(state)[1]
-        found, aim = ahead.displacement, self.options.continuation.predictor_aim
+        found, aim = ahead.displacement, PREDICTOR_AIM
         within, share = predict(
             _steps(), self.wall, inside, ground, increment, prescribed, start, found, not self.plain, aim
         )
@@ -578,7 +585,7 @@ class Residual:
     def _divergence_limit(self, state: State) -> float:
         """Return the displacement beyond which no equilibrium is sought, but for those of the elastic wall (m)."""
         at_start, allowed = self._detachment_limit
-        return at_start + self.options.newton.divergence_displacement * allowed.at(state.load_factor)
+        return at_start + DIVERGENCE_DISPLACEMENT * allowed.at(state.load_factor)
 
     # -- linearisation ----------------------------------------------------------------------------------------------
 
@@ -674,7 +681,5 @@ def _parameters_of(options: SolverOptions, tolerance: float) -> np.ndarray:
     for kind in ("newton", "newton_with_line_search", "line_search"):
         for name in parameters[kind].dtype.names or ():
             parameters[kind][name] = getattr(getattr(options, kind), name)
-    for name in ("warm_start_residual", "max_minimisation_iterations"):
-        parameters[name] = getattr(options.coulomb, name)
     parameters["tolerance"], parameters["deflection_tolerance"] = tolerance, options.jacks.deflection_tolerance
     return parameters

@@ -11,6 +11,26 @@ from damagepred.solvers.quasi_static.energy_balance import EnergyBalance
 from damagepred.solvers.quasi_static.options import ContinuationOptions, EnergyOptions
 from damagepred.solvers.state.wall_state import Point, State
 
+EVENT_STEP_GROWTH = 4.0
+"""Growth of the shortest step to an event when a bond that fails in a longer step holds in shorter ones (1)."""
+DISTANT_STEP_GROWTH = 4.0
+"""Growth of the minimum step after a distant equilibrium was accepted (1)."""
+CLIPPED_STEP = 1e-3
+"""Difference from the longest step, over that step, from which a step ended sooner than the energy balance asked for
+(1)."""
+MAX_EVENT_CUTS = 4
+"""Cuts of a step to where interpolation expects a bond to fail; after that the step is halved."""
+MINIMUM_EVENT_SHARE = 1e-4
+"""Least share of a step to the interpolated event (1)."""
+MAXIMUM_EVENT_SHARE = 0.95
+"""Largest share of a step to the interpolated event (1)."""
+MINIMUM_EVENT_STEP = 1e-5
+"""Step, over the increment, within which all bonds fail at its end (1)."""
+SHORTEST_CUT = 0.1
+"""Least factor from one step to the next (1)."""
+STEP_GROWTH = 4.0
+"""Largest factor from one step to the next (1)."""
+
 
 @dataclass(frozen=True)
 class EnergyControl:
@@ -48,7 +68,7 @@ class EnergyControl:
         options = self.options
         allowed = max(options.step_share * self.tolerance * after.largest_work, after.residual_work)
         factor = options.safety * float(np.sqrt(allowed / error)) if error > 0.0 else np.inf
-        return step * (max(factor, options.shortest_cut) if error > allowed else min(max(factor, 1.0), options.growth))
+        return step * (max(factor, SHORTEST_CUT) if error > allowed else min(max(factor, 1.0), STEP_GROWTH))
 
 
 @dataclass
@@ -143,7 +163,7 @@ class StepControl:
             control.collapse_bracket if locates_collapse else minimum_step * (1.0 + 1e-9),
             1.5 * length / 2**control.max_halvings,
             min(length, first_step) / 2**options.energy.refinements,
-            control.minimum_event_step * length,
+            MINIMUM_EVENT_STEP * length,
             longest_step,
         )
 
@@ -197,7 +217,7 @@ class StepControl:
         """Pass a target that had been rejected; from here on, distant equilibria are sought sooner."""
         if target == self.rejected_target:
             self.rejected_target = None
-            self.minimum_step *= self.options.distant_step_growth
+            self.minimum_step *= DISTANT_STEP_GROWTH
 
     def bracket_collapse(self, target: Point, collapsed: State, residual: float) -> None:
         """Take a target as collapse; nearer to the last equilibrium there may be another.
@@ -228,7 +248,7 @@ class StepControl:
         step : float
             Length of the last step.
         """
-        if step < self.longest_step * (1.0 - self.options.clipped_step):
+        if step < self.longest_step * (1.0 - CLIPPED_STEP):
             length = max(length, self.longest_step)
         if self.refined:  # the error of the next step is that of the shortened one, not less
             length, self.refined = min(length, self.longest_step), False
@@ -244,7 +264,7 @@ class StepControl:
         if target == self.overloaded_point:
             # in small steps it is passed unbroken: friction is path-dependent
             self.overloaded_point = None
-            self.minimum_event_step *= self.options.event_step_growth
+            self.minimum_event_step *= EVENT_STEP_GROWTH
 
     def bracket_event(self, state: State, target: Point, share: float) -> None:
         """Go back from a target that overloads a bond: to where interpolation expects it to fail, or halfway.
@@ -258,11 +278,10 @@ class StepControl:
         share : float
             Of the step, by interpolation.
         """
-        options = self.options
         self.overloaded_point, self.event_cuts = target, self.event_cuts + 1
-        if self.event_cuts >= options.max_event_cuts:
+        if self.event_cuts >= MAX_EVENT_CUTS:
             share = 0.5
-        share = min(max(share, options.minimum_event_share), options.maximum_event_share)
+        share = min(max(share, MINIMUM_EVENT_SHARE), MAXIMUM_EVENT_SHARE)
         self.next_point = state.towards(target, share)
 
     def pass_event(self) -> None:

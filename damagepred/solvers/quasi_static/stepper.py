@@ -25,6 +25,11 @@ from damagepred.solvers.system.loading_stages import (
 )
 from damagepred.solvers.system.zero_support_load import least_support_load
 
+ZERO_LOAD_RATIO = 1e-7
+"""Load over all dead load that counts as none where a path ends because nothing is carried (1)."""
+ZERO_LOAD_BRACKET = 1e-7
+"""Load factor between two points of the path that count as one in that search (1)."""
+
 
 class QuasiStaticStepper:
     """Continuation of equilibria; a footing on unilateral supports is first brought to its level state.
@@ -42,8 +47,8 @@ class QuasiStaticStepper:
         self.path = Continuation(supported_during_load(model), settings)
         options = self.path.options.jacks
         self.bracket = Bracket(
-            options.zero_load_ratio * float(np.abs(model.supports.load).sum()),
-            options.zero_load_bracket,
+            ZERO_LOAD_RATIO * float(np.abs(model.supports.load).sum()),
+            ZERO_LOAD_BRACKET,
             options.max_iterations,
         )
         self.number, self._before, self._detachment_limit = 0, Counters(), DetachmentLimit.of(model)

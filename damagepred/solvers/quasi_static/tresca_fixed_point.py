@@ -12,6 +12,15 @@ from damagepred.kernels.joint.limits import NO_LIMIT
 from damagepred.solvers.quasi_static.residual import Residual
 from damagepred.solvers.state.wall_state import State
 
+FIRST_FORCING = 3.0
+"""Largest residual tolerance of a Tresca problem, and that of the first (mean block weights)."""
+WARM_START_ITERATIONS = 6
+"""Tresca problems of that search."""
+FULL_UPDATES = 6
+"""Tresca problems after which the bounds are updated in full; later updates are under-relaxed."""
+UPDATES_PER_FACTOR = 12
+"""Updates with each of them; the last holds from there on."""
+
 
 def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_iterations: int) -> float:
     """Coulomb friction by Tresca fixed-point iteration; return the unbalanced force ratio.
@@ -38,15 +47,15 @@ def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_
     if warm:
         problem.update_tresca_bounds(state, 1.0)
     ratio, least, since, begun = np.inf, np.inf, 0, problem.newton_iterations
-    forcing = _forcing(problem, state) if warm else options.first_forcing
-    for attempt in range(options.warm_start_iterations if warm else options.max_iterations):
+    forcing = _forcing(problem, state) if warm else FIRST_FORCING
+    for attempt in range(WARM_START_ITERATIONS if warm else options.max_iterations):
         problem.minimise(state, forcing)
         if problem.has_diverged(state):
             break
         relaxation = 1.0
-        if attempt >= options.full_updates:
+        if attempt >= FULL_UPDATES:
             # bounds that overshoot are under-relaxed
-            update = (attempt - options.full_updates) // options.updates_per_factor
+            update = (attempt - FULL_UPDATES) // UPDATES_PER_FACTOR
             relaxation = _at_or_last(options.relaxation_factors, update)
         problem.update_tresca_bounds(state, relaxation)
         found, ratio = problem.newton(state, state.displacement)
@@ -69,4 +78,4 @@ def _at_or_last(values: tuple[float, ...], index: int) -> float:
 def _forcing(problem: Residual, state: State) -> float:
     """Return the residual tolerance of the next Tresca problem (mean block weights)."""
     options, (_, ratio) = problem.options.coulomb, problem.residual(state, state.displacement)
-    return max(problem.tolerance, min(options.forcing_share * ratio, options.first_forcing))
+    return max(problem.tolerance, min(options.forcing_share * ratio, FIRST_FORCING))

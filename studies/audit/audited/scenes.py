@@ -280,7 +280,7 @@ def _mound(length: float, draw: Draw) -> dict[str, Any]:
 def _settings(found: dict[str, Any], draw: Draw) -> None:
     """Draw settings of the solver and of the damage."""
     solver = found.setdefault("solver", {})
-    solver["blocks"] = str(draw.rng.choice(["rigid", "deformable", "auto"], p=[0.94, 0.03, 0.03]))
+    solver["blocks"] = str(draw.rng.choice(["rigid", "deformable", "elastic"], p=[0.94, 0.03, 0.03]))
     if draw.chance(0.2):
         solver["contacts_per_interface"] = draw.one(2, 4, 5, 9)
     if draw.chance(0.1):
