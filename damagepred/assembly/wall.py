@@ -293,7 +293,7 @@ def footing_alone(scene: Scene, line_load: float = 0.0) -> Model:
             f"movement.shape = '{scene.movement.shape}': prescribes the form of the footing; alone it takes 'jacks' or "
             "'mound'."
         )
-    solver = _meshing(scene.solver, zoned=False)
+    solver = _meshing(scene.solver)
     description = Scene(wall=scene.wall, opening=scene.opening, control_joint=scene.control_joint, dpc=scene.dpc)
     return _model(scene, _footing_alone(description, solver, shape), {}, line_load)
 

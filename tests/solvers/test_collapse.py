@@ -10,7 +10,7 @@ from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.scene import BlockMaterial, Footing, Joint, Movement, Rig, Scene, Solver, Wall
 from damagepred.solvers import solve_path
-from damagepred.solvers.explicit.collapse_mechanism import is_mechanism
+from damagepred.solvers.explicit.collapse_mechanism import CYCLES_PER_HALF_ROUND, SPEED_FACTOR, is_mechanism
 from damagepred.solvers.explicit.stepper import ExplicitStepper
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.system.collapse_criterion import detached_blocks
@@ -105,7 +105,7 @@ class Gliding:
 @pytest.mark.parametrize(
     ("ways", "draws", "factor"),
     [
-        ((1e-4, 2e-4), 1.0, DEFAULTS.mechanism.speed_factor),
+        ((1e-4, 2e-4), 1.0, SPEED_FACTOR),
         ((2e-4, 1e-4), 1.0, 1.0),  # it slows down
         ((1e-4, 2e-4), -1.0, 1.0),  # the driving force is not a load
     ],
@@ -115,7 +115,7 @@ def test_only_motion_that_accelerates_under_its_load_is_continued(
 ) -> None:
     run = Gliding(ways, draws)
     assert not is_mechanism(run)  # type: ignore[arg-type]
-    assert run.motion.velocity[run.along] == pytest.approx(factor * ways[1] / DEFAULTS.mechanism.cycles)
+    assert run.motion.velocity[run.along] == pytest.approx(factor * ways[1] / CYCLES_PER_HALF_ROUND)
 
 
 @pytest.mark.parametrize(

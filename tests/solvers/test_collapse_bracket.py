@@ -17,7 +17,7 @@ from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
 from damagepred.solvers.quasi_static import equilibrium
-from damagepred.solvers.quasi_static.continuation import Continuation
+from damagepred.solvers.quasi_static.continuation import LEAST_HALVINGS, Continuation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 
 CONTROL = DEFAULTS.continuation
@@ -127,7 +127,7 @@ def test_steps_are_not_halved_without_end(monkeypatch: pytest.MonkeyPatch) -> No
     """If every equilibrium is distant, halving of the remaining step would not end."""
     path = pulled(1e-5)
     monkeypatch.setattr(Equilibrium, "find", lambda *_, **__: 1.0)
-    monkeypatch.setattr(path, "_allowed_halvings", CONTROL.least_halvings)  # halving was without success before
+    monkeypatch.setattr(path, "_allowed_halvings", LEAST_HALVINGS)  # halving was without success before
     monkeypatch.setattr(path, "snap_through", within(2 * CONTROL.max_halvings, path.snap_through))
     assert path.advance(1.0, 1.0) < path.tolerance
     assert path.state.load_factor == 1.0

@@ -17,8 +17,7 @@ from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.jack_servo import Pump
 from damagepred.solvers.explicit.scheme import DampedTimeStepping, scaled_mass
-from damagepred.solvers.explicit.stepper import ExplicitStepper
-from damagepred.solvers.options import DEFAULTS
+from damagepred.solvers.explicit.stepper import DEFLECTION_TOLERANCE, ExplicitStepper
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_forces, section_response_of
 from damagepred.solvers.system.loading_stages import unilateral_supports
@@ -79,7 +78,7 @@ def agree(model: Model, explicit: list[Increment], quasi_static: list[Increment]
     for one, other in zip(explicit, quasi_static, strict=True):
         assert one.deflection == pytest.approx(other.deflection, abs=share * most)
         assert dpc_opening(model, one) == pytest.approx(
-            dpc_opening(model, other), abs=share * widest + DEFAULTS.jack_servo.deflection_tolerance
+            dpc_opening(model, other), abs=share * widest + DEFLECTION_TOLERANCE
         )
         if np.isfinite(other.jack_load):
             assert one.jack_load == pytest.approx(other.jack_load, abs=share * max(loads))
@@ -102,7 +101,7 @@ def test_level_state_is_found_too_where_joints_fail() -> None:
     assert not run.start_from_elastic_solution()
     level = next(solve_path(model, settings, 1))
     exact = next(solve_path(model, replace(settings, method="quasi_static"), 1))
-    assert abs(level.deflection) <= DEFAULTS.jack_servo.deflection_tolerance
+    assert abs(level.deflection) <= DEFLECTION_TOLERANCE
     assert level.jack_load == pytest.approx(exact.jack_load, rel=1e-3)
     assert 3.0 * level.jack_load + support_loads(model, level) == pytest.approx(weight(model), rel=1e-3)
 
@@ -119,7 +118,7 @@ def test_path_is_the_quasi_static_one_up_to_its_end(kind: str, deflection: float
     for increment in explicit[:-1]:
         sign = -1.0 if kind == "dishing" else 1.0
         assert increment.deflection == pytest.approx(
-            sign * increment.load_factor * deflection, abs=DEFAULTS.jack_servo.deflection_tolerance
+            sign * increment.load_factor * deflection, abs=DEFLECTION_TOLERANCE
         )
 
 
@@ -142,7 +141,7 @@ def test_the_load_of_the_jacks_may_be_prescribed() -> None:
 
 def test_the_pump_extrapolates_the_last_step() -> None:
     """Volume per load factor over the last step alone, for any earlier delivery."""
-    pump = Pump(wall_model(on_jacks()), DEFAULTS.jack_servo)
+    pump = Pump(wall_model(on_jacks()))
     pump.begin_level()
     for progress, volume, pace in ((0.2, 1e-3, 5e-3), (0.5, 6e-4, 2e-3), (0.9, -8e-4, -2e-3)):
         pump.deliver(volume)
@@ -152,7 +151,7 @@ def test_the_pump_extrapolates_the_last_step() -> None:
 
 def test_masses_limit_oscillations_of_wall_and_line() -> None:
     model = wall_model(on_jacks())
-    pump, damping, safety = Pump(model, DEFAULTS.jack_servo), 0.8, 0.9
+    pump, damping, safety = Pump(model), 0.8, 0.9
     mass = scaled_mass(model, damping, safety, pump)
     free = DiscreteSystem.of(model).free_dofs
     push = model.jacks.push[free] if model.jacks else np.empty(0)

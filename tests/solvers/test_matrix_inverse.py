@@ -5,7 +5,7 @@ import pytest
 
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.linear import dense
-from damagepred.solvers.quasi_static.linear_system import DEFAULTS
+from damagepred.solvers.quasi_static.linear_system import INVERSION_PANEL, SINGULAR_PIVOT_RATIO
 
 INVERT = kernel(dense.invert.function)
 
@@ -14,7 +14,7 @@ def invert(matrix: np.ndarray, symmetric: bool, inverse: np.ndarray) -> float:
     """Invert as the solver does: column by column in flat arrays, a corner of the front."""
     size = len(matrix)
     front, flat = np.pad(matrix, (0, 3), constant_values=np.nan), np.empty(matrix.size)
-    workspace = dense.dense_workspace(size, DEFAULTS.inversion_panel, DEFAULTS.singular_pivot_ratio)
+    workspace = dense.dense_workspace(size, INVERSION_PANEL, SINGULAR_PIVOT_RATIO)
     ratio = INVERT(workspace, size, len(front), front.T.ravel(), symmetric, flat)
     inverse[:] = flat.reshape(size, size).T
     return float(ratio)
@@ -47,7 +47,7 @@ def test_inverse(size: int, kind: str) -> None:
 
 @pytest.mark.parametrize("corner", [0.0, 1e-14])
 def test_blocks_without_inverse_of_a_matrix_that_has_one(corner: float) -> None:
-    size = DEFAULTS.inversion_panel
+    size = INVERSION_PANEL
     unit = np.eye(size)
     matrix = np.block([[corner * unit, unit], [2.0 * unit, made(size, "skew")]])
     inverse = np.empty_like(matrix)

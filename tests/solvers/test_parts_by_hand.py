@@ -22,7 +22,7 @@ from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics.body_arrays import _spread
 from damagepred.solvers.explicit import stepper as explicit
-from damagepred.solvers.explicit.jack_servo import Pump
+from damagepred.solvers.explicit.jack_servo import GAIN_RATIO, LINE_STIFFNESS_RATIO, Pump
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.dynamic_relaxation import VolumeCorrection
@@ -83,7 +83,7 @@ def test_a_prescribed_load_of_jacks_grows_in_proportion() -> None:
 
 def test_pump_and_line_by_static_solutions() -> None:
     model = on_jacks("deflection").model
-    pump = Pump(model, DEFAULTS.jack_servo)
+    pump = Pump(model)
     assert model.jacks is not None
     push, weights = model.jacks.push, model.deflection
     solved = DiscreteSystem.of(model).elastic_solutions(
@@ -94,7 +94,7 @@ def test_pump_and_line_by_static_solutions() -> None:
     np.testing.assert_allclose(pump.level, level, rtol=1e-6, atol=1e-9 * np.abs(level).max())
     assert abs(weights @ level) < 1e-9 * np.abs(level).max()
     gives = push @ by_push
-    line = DEFAULTS.jack_servo.line_stiffness_ratio / gives
+    line = LINE_STIFFNESS_RATIO / gives
     assert pump.level_volume == pytest.approx(push @ level + pump.level_load / line)
 
     # two vibrations with the line as a spring, by Rayleigh's quotient
@@ -102,9 +102,7 @@ def test_pump_and_line_by_static_solutions() -> None:
     bent = by_weight - by_push * (line * (push @ by_weight) / (1.0 + line * gives))
     squares = [(gives + line * gives**2) / (mass @ by_push**2), (weights @ bent) / (mass @ bent**2)]
     pump.set_gain(mass, 0.7)
-    assert pump.time_constant == pytest.approx(
-        1.0 / (DEFAULTS.jack_servo.gain_ratio * 0.7 * np.sqrt(min(squares))), rel=1e-6
-    )
+    assert pump.time_constant == pytest.approx(1.0 / (GAIN_RATIO * 0.7 * np.sqrt(min(squares))), rel=1e-6)
     slowness = pump.time_constant
     pump.halve_gain()
     assert pump.time_constant == pytest.approx(2.0 * slowness)

@@ -14,7 +14,15 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Dpc, Joint, Movement, Solver, Wall
 from damagepred.solvers import solve_path
 from damagepred.solvers.options import DEFAULTS
-from damagepred.solvers.quasi_static.step_control import StepControl
+from damagepred.solvers.quasi_static.step_control import (
+    DISTANT_STEP_GROWTH,
+    EVENT_STEP_GROWTH,
+    MAX_EVENT_CUTS,
+    MAXIMUM_EVENT_SHARE,
+    MINIMUM_EVENT_SHARE,
+    MINIMUM_EVENT_STEP,
+    StepControl,
+)
 from damagepred.solvers.state.wall_state import State
 from tests.solvers.walls import stack
 
@@ -134,7 +142,7 @@ def test_an_increment_starts_with_its_goal_and_limits_in_proportion() -> None:
     control, state = started()
     assert control.target(state) == GOAL
     assert control.minimum_step == 0.2 / 2**OPTIONS.max_halvings
-    assert control.minimum_event_step == 0.2 * OPTIONS.minimum_event_step
+    assert control.minimum_event_step == 0.2 * MINIMUM_EVENT_STEP
     assert control.collapse_bracket >= control.minimum_step
     assert started(locates_collapse=True)[0].collapse_bracket == OPTIONS.collapse_bracket
 
@@ -162,17 +170,17 @@ def test_a_rejected_target_is_approached_by_midpoints_and_tried_again() -> None:
     control.accept_distant((1.0, 0.07))  # another target
     assert control.rejected_target == (1.0, 0.1)
     control.accept_distant((1.0, 0.1))
-    assert (control.rejected_target, control.minimum_step) == (None, step * OPTIONS.distant_step_growth)
+    assert (control.rejected_target, control.minimum_step) == (None, step * DISTANT_STEP_GROWTH)
 
 
 def test_an_event_is_bracketed_interpolated_and_passed() -> None:
     control, state = started()
     control.bracket_event(state, (1.0, 0.1), 0.3)
     assert load_factor(control.target(state)) == pytest.approx(0.03)
-    for share, kept in ((-1.0, OPTIONS.minimum_event_share), (2.0, OPTIONS.maximum_event_share)):
+    for share, kept in ((-1.0, MINIMUM_EVENT_SHARE), (2.0, MAXIMUM_EVENT_SHARE)):
         control.bracket_event(state, (1.0, 0.1), share)
         assert load_factor(control.target(state)) == pytest.approx(0.1 * kept)
-    assert control.event_cuts == OPTIONS.max_event_cuts - 1
+    assert control.event_cuts == MAX_EVENT_CUTS - 1
     control.bracket_event(state, (1.0, 0.1), 0.3)  # interpolation is given up
     assert load_factor(control.target(state)) == pytest.approx(0.05)
     control.next_point = None
@@ -188,7 +196,7 @@ def test_an_overload_that_is_gone_in_smaller_steps_makes_steps_to_events_longer(
     control.accept_step((1.0, 0.03))
     assert control.overloaded_point == (1.0, 0.1)
     control.accept_step((1.0, 0.1))
-    assert (control.overloaded_point, control.minimum_event_step) == (None, step * OPTIONS.event_step_growth)
+    assert (control.overloaded_point, control.minimum_event_step) == (None, step * EVENT_STEP_GROWTH)
 
 
 def test_the_energy_balance_shortens_steps() -> None:
