@@ -31,13 +31,7 @@ def _candidates() -> Iterator[tuple[Path, str]]:
 
 
 def cache_folder(name: str) -> Path | None:
-    """Make the folder of compiled kernels, and return it; None where no place is safe and writable.
-
-    Parameters
-    ----------
-    name : str
-        Name of the folder itself.
-    """
+    """Make the folder of compiled kernels, and return it; None where no place is safe and writable."""
     for base, own in _candidates():
         folder = base.absolute() / own / name
         try:

@@ -22,11 +22,6 @@ OLD = 24 * 3600.0
 class ProcessCache:
     """Compiled kernels of this process.
 
-    Parameters
-    ----------
-    shared : Path
-        Folder of all processes.
-
     Attributes
     ----------
     folder : Path

@@ -129,8 +129,7 @@ def dynamic_run(model: Model, settings: Solver, dynamics: Dynamics) -> DynamicRu
 def whole_interfaces(settings: Solver) -> Solver:
     """Return the settings of a dynamic run: contacts at corners alone, on which blocks rock, and no zones."""
     settings.require_no_zones()
-    blocks = "elastic" if settings.blocks == "auto" else settings.blocks
-    return replace(settings, blocks=blocks, no_tension_subdivisions=settings.no_tension_subdivisions or 1)
+    return replace(settings, no_tension_subdivisions=settings.no_tension_subdivisions or 1)
 
 
 def without_zone_fields(step: Step) -> Step:

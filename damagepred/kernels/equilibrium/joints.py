@@ -79,15 +79,7 @@ def add_section_forces(sections, memory, joints, displacement, force, stiffness)
 
 
 class JointSteps:
-    """Steps of the joints of walls of one kind.
-
-    Parameters
-    ----------
-    general : bool or None
-        None if all joints are plain; see ``ReturnMapping``. What is None is left out at compile time.
-    elastic : bool or None
-        None if no block has a strain of its own.
-    """
+    """Steps of the joints of walls of one kind."""
 
     def __init__(self, general, elastic):
         self.plain = general is None

@@ -15,29 +15,7 @@ SAFEGUARD = 0.05
 def line_search(
     steps, wall, state, jack, jack_step, start, step, slope, ratio, slope_tolerance, maximum_step, coulomb, end, force
 ):
-    """Return the step length at which the residual does next to no work, and the unbalanced force ratio there.
-
-    Parameters
-    ----------
-    steps, wall, state : Steps, Wall, State
-        A wall in a state.
-    jack, jack_step : float
-        Load of the jacks at the iterate, and its step (N).
-    start, step : array (size,)
-        Displacements of the iterate, and those of the whole step.
-    slope : float
-        Work of the residual at the iterate along the step, positive (J).
-    ratio : float
-        Unbalanced force ratio at the whole step.
-    slope_tolerance : float
-        Work over that at the start of the step, at which the search ends (1).
-    maximum_step : float
-        Largest multiple of the step (1).
-    coulomb : bool
-        Coulomb law, or a Tresca problem, whose residual is the slope of a convex potential.
-    end, force : array (size,)
-        Displacements and residual force at the whole step; become those at the step length.
-    """
+    """Return the step length at which the residual does next to no work, and the unbalanced force ratio there."""
     options = wall.parameters[0].line_search
     low, high, slope_low, slope_high, length = 0.0, 1.0, slope, np.nan, 1.0
     for _ in range(options.max_iterations):

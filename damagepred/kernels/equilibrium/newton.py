@@ -43,15 +43,6 @@ def newton(steps, wall, state, jack, start, best):
     """Newton's method with backtracking on the Coulomb law; return unbalanced force ratio and load of the jacks.
 
     The first iterations are undamped: active sets of contacts often stabilise although the residual grows.
-
-    Parameters
-    ----------
-    steps, wall, state : Steps, Wall, State
-        A wall in a state.
-    jack : float
-        Load of each jack at the start (N).
-    start, best : array (size,)
-        First displacements, and the best iterate, filled (m, rad).
     """
     parameters, room = wall.parameters[0], wall.room
     options, tolerance = parameters.newton, parameters.tolerance
@@ -97,11 +88,6 @@ def newton_with_line_search(steps, wall, state, jack, start, best):
     slides under constant friction, the residual stays the same along the step, whose length is that of the
     regularisation: there the step is lengthened until a contact closes or sticks. A step of negative work is reversed,
     unless jacks control the deflection: then the residual is not the slope of a potential.
-
-    Parameters
-    ----------
-    steps, wall, state, jack, start, best
-        As ``newton``.
     """
     parameters, room = wall.parameters[0], wall.room
     options, tolerance = parameters.newton_with_line_search, parameters.tolerance

@@ -5,21 +5,7 @@ from damagepred.kernels.jit import kernel
 
 @kernel
 def external_work(loads, residual, before, after, ground, ground_after, force, force_after):
-    """Return the work of unit dead and live load, of the ground, and that of the residual at most (J).
-
-    Parameters
-    ----------
-    loads : tuple of array (size,)
-        Dead and live load (N, N m).
-    residual : array (size,)
-        Largest residual force of each degree of freedom (N, N m).
-    before, after : array (size,)
-        Displacements (m, rad).
-    ground, ground_after : tuple of array (g, q)
-        Normal and shear displacement of the ground (m).
-    force, force_after : tuple of array (g, q)
-        Forces on it (N).
-    """
+    """Return the work of unit dead and live load, of the ground, and that of the residual at most (J)."""
     dead, live, at_most, by_ground = 0.0, 0.0, 0.0, 0.0
     for i in range(before.size):
         moved = after[i] - before[i]

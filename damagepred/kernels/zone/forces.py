@@ -69,15 +69,7 @@ def moduli_type():
 
 @kernel
 def place_facets(facets, displacement):
-    """Compute displacement and rotation of the facets from their gridpoints.
-
-    Parameters
-    ----------
-    facets : NamedTuple of arrays
-        See ``damagepred.solvers.system.deformable_blocks.Facets``.
-    displacement : array (size,)
-        Of all degrees of freedom; those of the facets are filled.
-    """
+    """Compute displacement and rotation of the facets from their gridpoints."""
     body = facets.first_dof
     for f in range(facets.start_x.size):
         x0, y0 = displacement[facets.start_x[f]], displacement[facets.start_y[f]]
@@ -90,15 +82,7 @@ def place_facets(facets, displacement):
 
 @kernel
 def scatter_facet_forces(facets, force):
-    """Scatter the forces on facets to their gridpoints, statically equivalent.
-
-    Parameters
-    ----------
-    facets : NamedTuple of arrays
-        See ``damagepred.solvers.system.deformable_blocks.Facets``.
-    force : array (size,)
-        On all degrees of freedom (N, N m): added to at the gridpoints.
-    """
+    """Scatter the forces on facets to their gridpoints, statically equivalent."""
     body = facets.first_dof
     for f in range(facets.start_x.size):
         x, y, turning = force[body], force[body + 1], force[body + 2]
@@ -113,21 +97,7 @@ def scatter_facet_forces(facets, force):
 
 @law
 def gather(displacement, start, corners, cell, work):
-    """Gather the displacements of a cell's gridpoints, and compute its hourglass displacement.
-
-    Parameters
-    ----------
-    displacement : array (size,)
-        Of all degrees of freedom.
-    start : unsigned int
-        Where those of the batch begin.
-    corners : array of unsigned int (5,)
-        Where those of the cell's gridpoints begin in the batch.
-    cell : record
-        Of ``shape_type``.
-    work : record
-        Of ``work_type``.
-    """
+    """Gather the displacements of a cell's gridpoints, and compute its hourglass displacement."""
     for p in range(5):
         at = start + corners[p]
         for lane in range(work.lanes):
@@ -146,19 +116,7 @@ def gather(displacement, start, corners, cell, work):
 
 @law
 def scatter(work, start, corners, force):
-    """Scatter the forces of a cell to its gridpoints.
-
-    Parameters
-    ----------
-    work : record
-        Of ``work_type``, with ``force_at`` (N).
-    start : unsigned int
-        Where the degrees of freedom of the batch begin.
-    corners : array of unsigned int (5,)
-        Where those of the cell's gridpoints begin in the batch.
-    force : array (size,)
-        On all degrees of freedom (N): added to.
-    """
+    """Scatter the forces of a cell to its gridpoints."""
     for p in range(5):
         at = start + corners[p]
         for lane in range(work.lanes):
@@ -286,14 +244,7 @@ def _trial_nodal_forces(work, cell, memory, k, moduli, lane):
 
 @law
 def trial_cell(work, cell, memory, moduli):
-    """Compute the forces of a cell under its trial stresses (elastic predictor); return the number of yielding zones.
-
-    Parameters
-    ----------
-    work, cell, memory, moduli : record
-        Of ``work_type`` after ``gather``, whose ``force_at`` (N) and ``yields`` are filled; of ``shape_type``; of
-        ``memory_type``; of ``moduli_type``.
-    """
+    """Compute the forces of a cell under trial stresses (elastic predictor); return the number of yielding zones."""
     for lane in range(work.lanes):
         _assemble_cell(
             work,
@@ -313,14 +264,7 @@ def trial_cell(work, cell, memory, moduli):
 
 @rule
 def plastic_correction(work, cell, memory, moduli):
-    """Correct the forces of a cell for its yielding zones by return mapping (plastic corrector, Simo and Hughes 1998).
-
-    Parameters
-    ----------
-    work, cell, memory, moduli : record
-        Of ``work_type`` after ``trial_cell``, whose ``force_at`` (N) is corrected; of ``shape_type``; of
-        ``memory_type``, brought up to date; of ``moduli_type``.
-    """
+    """Correct the forces of a cell's yielding zones by return mapping (plastic corrector, Simo and Hughes 1998)."""
     c, l, p, force_at = moduli.elasticity, moduli.strength, memory.plastic, work.force_at
     for k in range(4):
         for lane in range(work.lanes):
@@ -355,16 +299,7 @@ def plastic_correction(work, cell, memory, moduli):
 
 @kernel
 def zone_forces(zones, displacement, force):
-    """Add the forces of all zones on their gridpoints: elastic predictor, plastic corrector.
-
-    Parameters
-    ----------
-    zones : NamedTuple of arrays
-        See ``damagepred.solvers.system.deformable_blocks.PackedZones``; plastic strain and state of yielding zones are
-        brought up to date.
-    displacement, force : array (size,)
-        Of all degrees of freedom.
-    """
+    """Add the forces of all zones on their gridpoints: elastic predictor, plastic corrector."""
     work = zones.work[0]
     for batch in range(zones.first_dof.size - 1):
         start, first = zones.first_dof[batch], zones.first_corner[zones.pattern[batch]]
@@ -382,17 +317,7 @@ def zone_forces(zones, displacement, force):
 
 @kernel
 def zone_stresses(zones, displacement, stress):
-    """Fill s_xx, s_yy, s_xy and s_zz (Pa) of all zones, array (cells, 4, 4, 8), if none yields any further.
-
-    Parameters
-    ----------
-    zones : NamedTuple of arrays
-        As ``zone_forces``; no memory moves.
-    displacement : array (size,)
-        Of all degrees of freedom.
-    stress : array (cells, 4, 4, 8)
-        Filled, batch by batch: zone, component, lane.
-    """
+    """Fill s_xx, s_yy, s_xy and s_zz (Pa) of all zones, array (cells, 4, 4, 8), if none yields any further."""
     work, at = zones.work[0], 0
     for batch in range(zones.first_dof.size - 1):
         start, first = zones.first_dof[batch], zones.first_corner[zones.pattern[batch]]
@@ -416,19 +341,7 @@ def zone_stresses(zones, displacement, stress):
 
 @kernel
 def find_yielding_zones(stress, strength, block, yields):
-    """Find the zones whose stress lies outside the yield surface.
-
-    Parameters
-    ----------
-    stress : array (z, 4)
-        s_xx, s_yy, s_xy, s_zz (Pa).
-    strength : array (n, 7)
-        Of the blocks; see ``zone_law``.
-    block : array of int (z,)
-        Block of each zone.
-    yields : array of bool (z,)
-        Filled.
-    """
+    """Find the zones whose stress lies outside the yield surface."""
     for z in range(block.size):
         l = strength[block[z]]
         limits = (l[0], l[1], l[2], l[3], l[4], l[5], l[6])
@@ -437,17 +350,7 @@ def find_yielding_zones(stress, strength, block, yields):
 
 @kernel
 def return_stresses(stress, elasticity, strength, block):
-    """Return stresses to the yield surface in place (Mohr-Coulomb return mapping); no history variable changes.
-
-    Parameters
-    ----------
-    stress : array (z, 4)
-        s_xx, s_yy, s_xy, s_zz (Pa); changed in place.
-    elasticity, strength : array (n, 7)
-        Of the blocks; see ``zone_law``.
-    block : array of int (z,)
-        Block of each zone.
-    """
+    """Return stresses to the yield surface in place (Mohr-Coulomb return mapping); no history variable changes."""
     for z in range(block.size):
         c, l = elasticity[block[z]], strength[block[z]]
         stress[z, 0], stress[z, 1], stress[z, 2], stress[z, 3], _, _, _, _, _ = zone_return(

@@ -53,15 +53,7 @@ FALLBACK_DEFLECTION_TOLERANCE = 1e-7
 
 
 class Continuation:
-    """Path of equilibria of one wall: its last equilibrium, and the steps to the next.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    settings : Solver
-        Tolerances, and whether parts that stay elastic are condensed.
-    """
+    """Path of equilibria of one wall: its last equilibrium, and the steps to the next."""
 
     def __init__(self, model: Model, settings: Solver) -> None:
         self.model = model
@@ -157,13 +149,6 @@ class Continuation:
 
         A softening bond that reaches its tensile strength only begins to soften. Slip breaks all of it if its shear is
         brittle. Tension comes first where tension and shear reach their limits together.
-
-        Parameters
-        ----------
-        state : State
-            Its joint history is updated.
-        heaviest : float
-            The largest bond load, 1 at the strength.
         """
         load, options = self.equilibrium.bond_load, self.options.continuation
         cracked, kappa = state.history.cracked.ravel(), state.history.kappa.ravel()
@@ -200,17 +185,7 @@ class Continuation:
         broken_at[listed[self._bonded.ravel()[listed] & np.isnan(broken_at[listed])]] = state.load_factor
 
     def commit(self, state: State, unstable: bool, snapped: bool = False) -> None:
-        """Commit an equilibrium: update history variables and the energy balance.
-
-        Parameters
-        ----------
-        state : State
-            The equilibrium.
-        unstable : bool
-            Whether bonds failed at constant load, or the wall snapped through, on the way to it.
-        snapped : bool
-            Whether the wall snapped through.
-        """
+        """Commit an equilibrium: update history variables and the energy balance."""
         model, superelements = self.model, self.equilibrium.superelements
         joints, on_ground = self.equilibrium.commit_joint_history(state, self.never_opened)
         if snapped or not self.equilibrium.plain:
@@ -236,11 +211,6 @@ class Continuation:
         A step goes to the target, to the event that the predictor or interpolation gives, or to the midpoint of a
         bracket. It is shortened where no equilibrium is found, where a bond is overloaded beyond the event tolerance,
         and where the energy balance asks for it. Under live load, collapse is bracketed by bisection.
-
-        Parameters
-        ----------
-        load, load_factor : float
-            Shares of dead load and of movement (1).
         """
         state = self.state
         steps = (self._longest_step, self._first_step) if load == state.load else ()
@@ -385,15 +355,6 @@ class Continuation:
         no choice of sliding joints is an equilibrium. The state with the smallest residual is then accepted if that is
         below ``fallback_residual_tolerance``; ``largest_accepted_residual`` records it. A creeping wall may have
         as small a residual, but moves on in the collapse-mechanism test: it collapses.
-
-        Parameters
-        ----------
-        state : State
-            Load and movement; displacements and history of the last equilibrium.
-        start_load_factor : float
-            Load factor of that equilibrium.
-        cycles_share : float
-            Share of the cycles that are allowed, unless the wall is slowing down.
         """
         equilibrium, options, ratio = self.equilibrium, self.options.continuation, np.inf
         best, least, reference, stagnating = state, np.inf, np.inf, 0

@@ -35,17 +35,7 @@ class Dissection:
     smallest: int
 
     def order(self, front: IntArray, first: int, nodes: IntArray) -> None:
-        """Set the front of each listed node: separators before the parts that they leave.
-
-        Parameters
-        ----------
-        front : array of int (n,)
-            Front of each node; filled.
-        first : int
-            Number of the first front.
-        nodes : array of int
-            Nodes without a front.
-        """
+        """Set the front of each listed node: separators before the parts that they leave."""
         within = np.zeros(int(self.block.max(initial=0)) + 1, dtype=np.bool_)
         left, separates = within.copy(), np.zeros(len(self.block) + 1, dtype=np.bool_)  # the last for -1
         parts = [(nodes, np.arange(self.blocks.shape[1]))]

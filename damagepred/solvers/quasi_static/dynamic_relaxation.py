@@ -68,24 +68,12 @@ class VolumeCorrection:
     _deflection: float = np.inf
 
     def settles(self, deflection: float, missing: float) -> bool:
-        """Return whether the wall has answered to the last correction and deflection is still missing.
-
-        Parameters
-        ----------
-        deflection, missing : float
-            Present and missing deflection (m).
-        """
+        """Return whether the wall has answered to the last correction and deflection is still missing."""
         change, self._deflection = abs(deflection - self._deflection), deflection
         return abs(missing) > self.deflection_tolerance and change <= VOLUME_ANSWER * abs(missing)
 
     def next(self, deflection: float, missing: float) -> float:
-        """Return the next correction of the volume by the secant method (m).
-
-        Parameters
-        ----------
-        deflection, missing : float
-            Present and missing deflection (m).
-        """
+        """Return the next correction of the volume by the secant method (m)."""
         if self._last != 0.0:
             answer, most = (deflection - self._corrected_at) / self._last, VOLUME_RATE_GROWTH * self.rate
             self.rate = 1.0 / answer if answer * most > 1.0 else most
@@ -105,26 +93,6 @@ def relax_dynamically(
 
     The movement is ramped: ground that moved at once would compress joints so much that blocks fly off and stay where
     they wedge.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    start : State
-        Target load and load factor; displacements, jack load and history of the last equilibrium.
-    start_load_factor : float
-        Load factor of the last equilibrium.
-    cycles_share : float
-        Share of the cycles that are allowed, unless the wall is slowing down.
-    volume_per_deflection : float, optional
-        Of the pump of jacks whose deflection is given (1); None where jacks keep their load, or there are none.
-    options : SolverOptions
-        Of dynamic relaxation, time stepping and jacks.
-
-    Yields
-    ------
-    State
-        At each convergence check; the last one with detached parts in motion, if there are any.
     """
     law, control = model.properties, options.dynamic_relaxation
     softens = law.critical_opening > 0
@@ -170,24 +138,7 @@ def relax_dynamically(
 
 
 def collapse_motion(model: Model, state: State, nearly_at_rest: bool, options: SolverOptions) -> State | None:
-    """Collapse-mechanism test of a wall that finds no equilibrium.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    state : State
-        End of dynamic relaxation.
-    nearly_at_rest : bool
-        Whether the residual is small; the test is shorter then.
-    options : SolverOptions
-        Of the test and of time stepping.
-
-    Returns
-    -------
-    State or None
-        The wall with detached parts in motion; None if it does not collapse.
-    """
+    """Collapse-mechanism test of a wall that finds no equilibrium."""
     if model.jacks is not None:
         return None
     run = _at(model, state, options)
@@ -198,15 +149,7 @@ def collapse_motion(model: Model, state: State, nearly_at_rest: bool, options: S
 
 
 def residual_in_motion(model: Model, state: State) -> float:
-    """Return the largest residual force of a collapsing wall over the mean block weight.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    state : State
-        In motion.
-    """
+    """Return the largest residual force of a collapsing wall over the mean block weight."""
     run = _at(model, state, DEFAULTS)
     run.cycle(1)
     return float(run.unbalanced_force_ratio().max())

@@ -58,15 +58,6 @@ class EliminationTree:
     A node is what the order keeps together: a rigid or elastic block, or a gridpoint on the boundary of a deformable
     one. Interfaces and deformable blocks are the elements; each is assembled in the last of its fronts.
 
-    Parameters
-    ----------
-    system : DiscreteSystem
-        Of n blocks and m interfaces.
-    superelements : Superelements or None
-        The deformable blocks; their interior degrees of freedom are in no front.
-    options : LinearSystemOptions, optional
-        Order and size of the fronts.
-
     Attributes
     ----------
     count : int
@@ -134,13 +125,7 @@ class EliminationTree:
     def of(
         cls, system: DiscreteSystem, superelements: Superelements | None, options: LinearSystemOptions = DEFAULTS
     ) -> EliminationTree:
-        """Return the tree of a wall; that of the last wall if it has the same geometry and supports.
-
-        Parameters
-        ----------
-        system, superelements, options
-            As for the class.
-        """
+        """Return the tree of a wall; that of the last wall if it has the same geometry and supports."""
         if superelements is not None:
             return cls(system, superelements, options)
         model = system.model
@@ -159,13 +144,7 @@ class EliminationTree:
         return int(((self.size + self.boundary_size) ** 2 + self.boundary_size**2).sum())
 
     def ancestors(self, fronts: BoolArray) -> BoolArray:
-        """Return some fronts and all their ancestors.
-
-        Parameters
-        ----------
-        fronts : array of bool (F,)
-            The fronts.
-        """
+        """Return some fronts and all their ancestors."""
         found = fronts.copy()
         for k in np.flatnonzero(fronts):
             while (k := self.parent[k]) >= 0 and not found[k]:
@@ -173,23 +152,11 @@ class EliminationTree:
         return found
 
     def fronts_of(self, interfaces: BoolArray | IntArray) -> BoolArray:
-        """Return the fronts of some interfaces (F,).
-
-        Parameters
-        ----------
-        interfaces : array of bool (m,) or of int
-            The interfaces.
-        """
+        """Return the fronts of some interfaces (F,)."""
         return self._marked(self.interface_front[interfaces])
 
     def fronts_of_superelements(self, superelements: BoolArray | IntArray) -> BoolArray:
-        """Return the fronts of some deformable blocks (F,).
-
-        Parameters
-        ----------
-        superelements : array of bool or of int
-            The blocks.
-        """
+        """Return the fronts of some deformable blocks (F,)."""
         return self._marked(self.superelement_front[superelements])
 
     def _marked(self, fronts: IntArray) -> BoolArray:
@@ -199,13 +166,7 @@ class EliminationTree:
         return found[:-1]
 
     def in_fronts(self, fronts: BoolArray) -> BoolArray:
-        """Return which interfaces are assembled in some fronts (m,).
-
-        Parameters
-        ----------
-        fronts : array of bool (F,)
-            The fronts.
-        """
+        """Return which interfaces are assembled in some fronts (m,)."""
         return np.append(fronts, False)[self.interface_front]
 
     # -- order ----------------------------------------------------------------------------------------------------

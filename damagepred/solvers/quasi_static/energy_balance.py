@@ -76,15 +76,7 @@ class EnergyBalance:
         return Energies(**{name: value for name, value in vars(self).items() if name in names})
 
     def begin(self, model: Model, state: State) -> None:
-        """Start the balance at a state.
-
-        Parameters
-        ----------
-        model : Model
-            The wall.
-        state : State
-            Start of the path.
-        """
+        """Start the balance at a state."""
         self.change_supports(model)
         self._keep(state)
         self._reaction = self._mode_1_dissipation = 0.0
@@ -126,27 +118,7 @@ class EnergyBalance:
         snapped: bool,
         superelements: Superelements | None,
     ) -> None:
-        """Add the step to a new equilibrium.
-
-        Parameters
-        ----------
-        state : State
-            With the history variables of the new equilibrium.
-        joints : JointEnergy
-            Table with the energy of the joints in the new equilibrium, and the work that they dissipated in the step.
-        on_ground : Ground
-            Forces on the ground in the new equilibrium (N).
-        plastic_work : float
-            Of the zones in the step (J).
-        reaction : float
-            Work per load factor of the moving supports in the new equilibrium (J).
-        unstable : bool
-            Whether bonds broke at constant movement, or the wall snapped through.
-        snapped : bool
-            Whether it snapped through.
-        superelements : Superelements or None
-            Deformable blocks.
-        """
+        """Add the step to a new equilibrium."""
         model, ground = self._model, self._model.ground.at(state.load_factor)
         stored, softened = float(joints.stored), float(joints.softened)
         friction, crushing = float(joints.friction), float(joints.crushing)

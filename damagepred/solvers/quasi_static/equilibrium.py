@@ -27,39 +27,14 @@ class Methods(IntEnum):
 
 
 class Equilibrium(Residual):
-    """Finds equilibria of a wall.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    tolerance : float
-        Largest unbalanced force over the mean block weight.
-    options : SolverOptions
-        Of Newton's method, the line search, Coulomb friction and jacks.
-    """
+    """Finds equilibria of a wall."""
 
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         super().__init__(model, tolerance, options)
         self._failures = self._searches_to_skip = 0
 
     def find(self, state: State, start: FloatArray | None = None, methods: Methods = Methods.ALL) -> float:
-        """Find the equilibrium of a state; condensed fronts are uncondensed where they would slide or yield.
-
-        Parameters
-        ----------
-        state : State
-            Its displacement is that of the last equilibrium, and becomes that of this one.
-        start : array (size,), optional
-            Other start of the iteration.
-        methods : Methods
-            Which are tried.
-
-        Returns
-        -------
-        float
-            Unbalanced force ratio: largest residual force over the mean block weight.
-        """
+        """Find the equilibrium of a state; condensed fronts are uncondensed where they would slide or yield."""
         while True:
             ratio = self._find_active(state, start, methods)
             if ratio >= self.tolerance:

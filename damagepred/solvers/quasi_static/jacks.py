@@ -60,29 +60,13 @@ class JackControl:
         return self.level_load is not None
 
     def load_at(self, load_factor: float, found: float) -> float:
-        """Return the load of each jack (N): the given one at a load factor, or the one found.
-
-        Parameters
-        ----------
-        load_factor : float
-            Share of the movement (1).
-        found : float
-            Load that was found where the deflection is given (N).
-        """
+        """Return the load of each jack (N): the given one at a load factor, or the one found."""
         if self.level_load is None:
             return found
         return self.level_load + load_factor * (self.load - self.level_load)
 
     def missing_deflection(self, coordinate: float, displacement: FloatArray) -> float:
-        """Return the missing deflection (m); 0 where the load is given.
-
-        Parameters
-        ----------
-        coordinate : float
-            Of the path.
-        displacement : array (size,)
-            Of all degrees of freedom.
-        """
+        """Return the missing deflection (m); 0 where the load is given."""
         if self.by_load:
             return 0.0
         return self.required_deflection(coordinate) - float(self.weights @ displacement)

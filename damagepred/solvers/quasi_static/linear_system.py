@@ -49,17 +49,6 @@ DEFAULTS = LinearSystemOptions()
 class MultifrontalSystem:
     """Tangent stiffness of a wall, factorised or corrected.
 
-    Parameters
-    ----------
-    system : DiscreteSystem
-        Of n blocks and m interfaces.
-    elastic : array (m, 9)
-        Stiffness of the interfaces while nothing is cracked or slides; see ``joint_forces``.
-    superelements : Superelements, optional
-        The deformable blocks; their interior degrees of freedom are condensed.
-    options : LinearSystemOptions, optional
-        Tolerances and costs.
-
     Attributes
     ----------
     solver : Solver
@@ -229,13 +218,7 @@ class MultifrontalSystem:
         return made
 
     def activate(self, fronts: BoolArray) -> None:
-        """Set the active fronts; see ``condense`` for all others.
-
-        Parameters
-        ----------
-        fronts : array of bool (F,)
-            With the ancestors of each.
-        """
+        """Set the active fronts; see ``condense`` for all others."""
         tree, options, count = self.tree, self.options, len(self.elastic)
         self.condensation: StaticCondensation | None = None
         self._stale[:] = fronts & (self._stale | ~self.active_fronts)  # regularised only while active
@@ -318,15 +301,7 @@ class MultifrontalSystem:
     def condense(
         self, fronts: BoolArray, load: FloatArray, live_load: FloatArray | None = None
     ) -> StaticCondensation | None:
-        """Condense all fronts but some and their ancestors, elastic; make all active if these do not hold them.
-
-        Parameters
-        ----------
-        fronts : array of bool (F,)
-            Fronts that are active.
-        load, live_load : array (size,)
-            Dead and live load at load factor 1 (N, N m); None: no live load.
-        """
+        """Condense all fronts but some and their ancestors, elastic; make all active if these do not hold them."""
         fronts = self.tree.ancestors(fronts)
         condensed = self.active_fronts & ~fronts
         held = not fronts.all()
@@ -379,28 +354,11 @@ class MultifrontalSystem:
         return bool(eliminate_outdated(self.solver, interfaces[:0], self.elastic_complements, True))
 
     def update(self, stiffness: FloatArray) -> None:
-        """Set the stiffness of the interfaces for the next ``solve``.
-
-        Parameters
-        ----------
-        stiffness : array (m, 9)
-            See ``joint_forces``; only active interfaces count.
-        """
+        """Set the stiffness of the interfaces for the next ``solve``."""
         self._stiffness = stiffness
 
     def solve(self, force: FloatArray) -> FloatArray:
-        """Solve for the displacements of all degrees of freedom.
-
-        Parameters
-        ----------
-        force : array (size,) or (r, size)
-            Right-hand side, or one in each row; two at most.
-
-        Returns
-        -------
-        array
-            Of the same shape; 0 where prescribed or condensed.
-        """
+        """Solve for the displacements of all degrees of freedom."""
         if self._superelements is not None:
             self._superelements.update_tangents(self.solver)
         rows = np.ascontiguousarray(force.reshape(-1, force.shape[-1]))

@@ -221,13 +221,7 @@ class ReturnMappingOptions:
     yield_tolerance: Pure = Field(default=1e-9, gt=0, lt=1)
 
     def for_kernels(self, joints: np.ndarray | None = None) -> ReturnMapping:
-        """Return the parameters as the kernels take them.
-
-        Parameters
-        ----------
-        joints : array of JOINT_PARAMETERS (m,), optional
-            The joints of the wall; where all are plain, kernels are compiled for these alone.
-        """
+        """Return the parameters as the kernels take them."""
         general = None if joints is not None and all_plain(joints) else True
         return ReturnMapping(**asdict(self), general=general)
 

@@ -70,13 +70,7 @@ def _steps() -> Steps:
 
 
 class ExternalLoad:
-    """Dead and live load, at the load factors of the last state, with that of condensed fronts, without that of jacks.
-
-    Parameters
-    ----------
-    dead, live : array (size,)
-        At load factor 1 (N, N m).
-    """
+    """Dead and live load at the load factors of a state, with that of condensed fronts, without that of jacks."""
 
     def __init__(self, dead: FloatArray, live: FloatArray) -> None:
         self.dead, self.live, self.grows, self._force = dead, live, bool(live.any()), np.zeros(dead.size)
@@ -129,17 +123,7 @@ class _Structures:
 
 
 class Residual:
-    """Residual force of a wall with condensed elastic parts, and its linearisation.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    tolerance : float
-        Largest unbalanced force over the mean block weight.
-    options : SolverOptions
-        Of Newton's method, the line search, Coulomb friction and jacks.
-    """
+    """Residual force of a wall with condensed elastic parts, and its linearisation."""
 
     def __init__(self, model: Model, tolerance: float, options: SolverOptions = DEFAULTS) -> None:
         self.model, self.tolerance, self.options = model, tolerance, options
@@ -461,23 +445,7 @@ class Residual:
         return force
 
     def commit_joint_history(self, state: State, never_opened: BoolArray) -> tuple[JointEnergy, Ground]:
-        """Commit the history of the joints to an equilibrium.
-
-        Parameters
-        ----------
-        state : State
-            The equilibrium.
-        never_opened : array of bool (m, q)
-            Contacts without bond that have never been open; updated.
-
-        Returns
-        -------
-        joints : JointEnergy
-            Energy stored in joints, condensed fronts and strained elastic blocks, and work that the joints have
-            dissipated.
-        on_ground : Ground
-            Forces on the ground (N).
-        """
+        """Commit the history of the joints to an equilibrium."""
         condensation, shape = self.equations.condensation, self.model.ground.full.normal.shape
         whole = condensation is None or self.superelements is not None
         listed, on_ground = self._all_interfaces if whole else self.equations.active, Ground(*np.zeros((2, *shape)))
@@ -523,13 +491,6 @@ class Residual:
 
         Of plain joints, bonds of condensed fronts do not count: where one fails first, the step to it is found by
         interpolation. Paths of softening joints amplify the difference.
-
-        Returns
-        -------
-        displacement : array (size,)
-            At the target, if no bond fails before it; that of the state if it diverges.
-        share : float
-            Share of the step to the next event; 1 if there is none.
         """
         increment = self.load_increment(target[0] - state.load, target[1] - state.load_factor)
         start, prescribed = self._displacement_of(state, None), self.model.support_displacement(target[1])
@@ -558,17 +519,7 @@ class Residual:
         return max(self._completed.bond_load, self._completed.condensed_load)
 
     def event_share(self, state: State, aim: float, active_only: bool = False) -> float:
-        """Interpolate the share of a step at which the first bond fails; ``bond_load`` is that at its end.
-
-        Parameters
-        ----------
-        state : State
-            At the start of the step.
-        aim : float
-            Overload at which it counts as failing, over the event tolerance (1).
-        active_only : bool
-            Whether bonds of condensed fronts do not count.
-        """
+        """Interpolate the share of a step at which the first bond fails; ``bond_load`` is that at its end."""
         listed = self.equations.active if active_only else self._all_interfaces
         u, history = self._displacement_of(state, None), self._history_of(state)
         return float(interpolate_event(self.bonds, self.components, *history, listed, u, aim))

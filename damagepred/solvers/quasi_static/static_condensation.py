@@ -23,13 +23,6 @@ if TYPE_CHECKING:
 class StaticCondensation:
     """Superelements of the condensed subtrees.
 
-    Parameters
-    ----------
-    equations : MultifrontalSystem
-        Elastic and without regularisation in the condensed fronts: it would hold them in space.
-    load, live_load : array (size,)
-        Dead and live load at load factor 1 (N, N m); None: no live load.
-
     Attributes
     ----------
     boundary_dofs : array of int
@@ -68,13 +61,7 @@ class StaticCondensation:
         )
 
     def load(self, load: float, live: float) -> FloatArray:
-        """Return the condensed load on the boundary degrees of freedom (N, N m).
-
-        Parameters
-        ----------
-        load, live : float
-            Load factors of dead and live load.
-        """
+        """Return the condensed load on the boundary degrees of freedom (N, N m)."""
         return load * self._load[0] + live * self._load[1]
 
     def subtract_boundary_forces(self, displacement: FloatArray, force: FloatArray) -> None:
@@ -82,15 +69,7 @@ class StaticCondensation:
         subtract_boundary_forces(self.structure, displacement, force)
 
     def recover(self, displacement: FloatArray, load: float, live: float = 0.0) -> None:
-        """Recover the displacements of the condensed fronts by back substitution.
-
-        Parameters
-        ----------
-        displacement : array (size,)
-            Of all degrees of freedom (m); updated.
-        load, live : float
-            Load factors of dead and live load.
-        """
+        """Recover the displacements of the condensed fronts by back substitution."""
         recover(self.structure, displacement, float(load), float(live))
 
     def elastic_energy(self, displacement: FloatArray, load: float, live: float) -> float:

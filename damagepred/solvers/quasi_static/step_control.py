@@ -56,13 +56,6 @@ class EnergyControl:
 
         It is that of the next step, or of this step repeated if shorter. The imbalance is of second order in the step,
         which gives the square root.
-
-        Parameters
-        ----------
-        before, after : EnergyBalance
-            At the two ends of the step.
-        step : float
-            Its length.
         """
         error = (after.energy_error - before.energy_error) - (after.section_error - before.section_error)
         options = self.options
@@ -137,23 +130,7 @@ class StepControl:
         longest_step: float = np.inf,
         first_step: float = np.inf,
     ) -> StepControl:
-        """Return the step control at the start of an increment.
-
-        Parameters
-        ----------
-        state : State
-            Last equilibrium.
-        goal : (float, float)
-            Load and load factor at the end of the increment.
-        options : SolverOptions
-            Of continuation and energy balance.
-        locates_collapse : bool
-            Whether collapse is bracketed to ``options.continuation.collapse_bracket``; otherwise to the minimum step.
-        longest_step : float
-            That of the last increment.
-        first_step : float
-            That of the movement. Where the increment is longer, steps are refined as if it had this length.
-        """
+        """Return the step control at the start of an increment."""
         control, length = options.continuation, state.distance(goal)
         minimum_step = max(control.collapse_bracket, length / 2**control.max_halvings)
         return cls(
@@ -190,27 +167,11 @@ class StepControl:
         self.rejected_target, self.next_point = target, None
 
     def may_halve(self, step: float, allowed: int) -> bool:
-        """Return whether a step without equilibrium may be halved.
-
-        Parameters
-        ----------
-        step : float
-            Its length (1).
-        allowed : int
-            Halvings of a step.
-        """
+        """Return whether a step without equilibrium may be halved."""
         return self.halvings < min(allowed, self.options.max_halvings) and step > self.shortest_halved_step
 
     def halve_step(self, state: State, target: Point) -> None:
-        """Go to the midpoint of a step without equilibrium.
-
-        Parameters
-        ----------
-        state : State
-            Last equilibrium.
-        target : (float, float)
-            Load and load factor at the end of the step.
-        """
+        """Go to the midpoint of a step without equilibrium."""
         self.next_point, self.halvings = state.towards(target, 0.5), self.halvings + 1
 
     def accept_distant(self, target: Point) -> None:
@@ -220,17 +181,7 @@ class StepControl:
             self.minimum_step *= DISTANT_STEP_GROWTH
 
     def bracket_collapse(self, target: Point, collapsed: State, residual: float) -> None:
-        """Take a target as collapse; nearer to the last equilibrium there may be another.
-
-        Parameters
-        ----------
-        target : (float, float)
-            Load and load factor.
-        collapsed : State
-            The wall there.
-        residual : float
-            Its unbalanced force ratio.
-        """
+        """Take a target as collapse; nearer to the last equilibrium there may be another."""
         self.collapse_point, self.collapse_residual = target, residual
         self.collapsed_state = replace(collapsed, load=target[0], load_factor=target[1])
         self.minimum_step = self.options.collapse_bracket
@@ -240,13 +191,6 @@ class StepControl:
         """Set the longest step after a step within the energy error.
 
         A step that ended sooner than it was allowed to, at an event or at the end of the increment, shortens nothing.
-
-        Parameters
-        ----------
-        length : float
-            Step length that the energy balance allows.
-        step : float
-            Length of the last step.
         """
         if step < self.longest_step * (1.0 - CLIPPED_STEP):
             length = max(length, self.longest_step)
@@ -267,17 +211,7 @@ class StepControl:
             self.minimum_event_step *= EVENT_STEP_GROWTH
 
     def bracket_event(self, state: State, target: Point, share: float) -> None:
-        """Go back from a target that overloads a bond: to where interpolation expects it to fail, or halfway.
-
-        Parameters
-        ----------
-        state : State
-            Last equilibrium.
-        target : (float, float)
-            Load and load factor.
-        share : float
-            Of the step, by interpolation.
-        """
+        """Go back from a target that overloads a bond: to where interpolation expects it to fail, or halfway."""
         self.overloaded_point, self.event_cuts = target, self.event_cuts + 1
         if self.event_cuts >= MAX_EVENT_CUTS:
             share = 0.5

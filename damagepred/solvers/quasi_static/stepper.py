@@ -32,15 +32,7 @@ ZERO_LOAD_BRACKET = 1e-7
 
 
 class QuasiStaticStepper:
-    """Continuation of equilibria; a footing on unilateral supports is first brought to its level state.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    settings : Solver
-        Tolerances, and whether parts that stay elastic are condensed.
-    """
+    """Continuation of equilibria; a footing on unilateral supports is first brought to its level state."""
 
     def __init__(self, model: Model, settings: Solver) -> None:
         self.model, self.settings = model, settings
@@ -84,13 +76,7 @@ class QuasiStaticStepper:
         return least_support_load(path.model, path.state.jack, path.stresses(path.state)[1])
 
     def step_to(self, load_factor: float) -> Outcome:
-        """Follow the path to a load factor, or to collapse.
-
-        Raises
-        ------
-        ConvergenceError
-            If no equilibrium is found although no part is detached.
-        """
+        """Follow the path to a load factor, or to collapse."""
         path, ratio = self.path, self.path.advance(1.0, load_factor)
         if self.number == 0 and self._lifted_off(ratio):
             path = self.path = Continuation(level(path.model), self.settings)
@@ -156,27 +142,6 @@ class QuasiStaticStepper:
 
 
 def quasi_static_path(model: Model, settings: Solver, increments: int) -> Iterator[Increment]:
-    """Follow the movement increment by increment.
-
-    Parameters
-    ----------
-    model : Model
-        The wall.
-    settings : Solver
-        Tolerances; whether parts that stay elastic are condensed.
-    increments : int
-        Number of equal steps of the movement.
-
-    Yields
-    ------
-    Increment
-        First the state under dead load (number 0), then one each step. The path ends after an increment in which a part
-        of the wall has become detached.
-
-    Raises
-    ------
-    ConvergenceError
-        If no equilibrium is found although no part is detached.
-    """
+    """Follow the movement increment by increment."""
     creep = SolverOptions.of(settings).creep
     yield from follow_movement(QuasiStaticStepper(model, settings), model, increments, creep)

@@ -76,13 +76,6 @@ class BlockShape(NamedTuple):
 class Superelements:
     """The deformable blocks of a model.
 
-    Parameters
-    ----------
-    system : DiscreteSystem
-        Of a model with a mesh.
-    interior_tolerance : float
-        Residual of the interior of a yielding block over the largest force of its zones (1).
-
     Attributes
     ----------
     law : BlockLaw

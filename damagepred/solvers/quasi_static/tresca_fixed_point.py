@@ -29,17 +29,6 @@ def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_
     tries Newton's method on the Coulomb law from there. The minimisation is inexact: its tolerance is a share of the
     residual of the Coulomb law, which the bounds leave anyhow (Dembo, Eisenstat and Steihaug 1982). A warm start takes
     the first bounds from the present displacements.
-
-    Parameters
-    ----------
-    problem : Residual
-        The wall.
-    state : State
-        Load, load factor and history; its displacements are the start and become those found.
-    warm : bool
-        Whether the start is a warm one.
-    max_newton_iterations : int
-        After which the search ends.
     """
     options = problem.options.coulomb
     bounds, history = problem.components.bounds, state.history

@@ -185,15 +185,7 @@ def block_moduli(model: Model) -> tuple[FloatArray, FloatArray]:
 
 
 def elastic_stress(elasticity: FloatArray, strain: FloatArray) -> FloatArray:
-    """Return s_xx, s_yy, s_xy, s_zz (z, 4) (Pa), tension positive, of elastic zones.
-
-    Parameters
-    ----------
-    elasticity : array (z, 7)
-        See ``block_moduli``.
-    strain : array (z, 4)
-        Elastic strain e_xx, e_yy, g_xy, e_zz (1).
-    """
+    """Return s_xx, s_yy, s_xy, s_zz (z, 4) (Pa), tension positive, of elastic zones."""
     c11, c12, c33, c13, czz = elasticity[:, :5].T
     e_xx, e_yy, g_xy, e_zz = strain.T
     return np.column_stack(
@@ -207,15 +199,7 @@ def elastic_stress(elasticity: FloatArray, strain: FloatArray) -> FloatArray:
 
 
 def block_resultants(model: Model, force: FloatArray) -> FloatArray:
-    """Return the resultants (n, 3) (N, N m), moments about the centroids, of forces on gridpoints.
-
-    Parameters
-    ----------
-    model : Model
-        With a mesh.
-    force : array (size,)
-        On all degrees of freedom (N).
-    """
+    """Return the resultants (n, 3) (N, N m), moments about the centroids, of forces on gridpoints."""
     mesh = _mesh(model)
     block, x, y = mesh.gridpoint_block, force[mesh.dof_x], force[mesh.dof_y]
     moment = (mesh.x - model.blocks.x[block]) * y - (mesh.y - model.blocks.y[block]) * x
@@ -228,15 +212,7 @@ def can_yield(model: Model) -> BoolArray:
 
 
 def at_gridpoints(model: Model, values: FloatArray) -> FloatArray:
-    """Return the gridpoints' x and y (g, 2) of values on all degrees of freedom (size,).
-
-    Parameters
-    ----------
-    model : Model
-        With a mesh.
-    values : array (size,)
-        Displacements (m) or forces (N).
-    """
+    """Return the gridpoints' x and y (g, 2) of values on all degrees of freedom (size,)."""
     mesh = _mesh(model)
     return np.column_stack((values[mesh.dof_x], values[mesh.dof_y]))
 
@@ -432,17 +408,7 @@ def strain_rows(model: Model) -> FloatArray:
 
 
 def cell_matrices(model: Model, rows: FloatArray, which: slice = slice(None)) -> FloatArray:
-    """Return the elastic stiffness of cells between x, y of their gridpoints in turn, (c, 10, 10) (N/m).
-
-    Parameters
-    ----------
-    model : Model
-        With a mesh.
-    rows : array (z, 3, 10)
-        See ``strain_rows``.
-    which : slice
-        Of the zones, whole cells.
-    """
+    """Return the elastic stiffness of cells between x, y of their gridpoints in turn, (c, 10, 10) (N/m)."""
     mesh = _mesh(model)
     block = mesh.zone_block[which]
     c11, c12, c33 = block_moduli(model)[0][block, :3].T
