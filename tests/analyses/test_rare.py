@@ -17,6 +17,7 @@ from damagepred.analyses.limit_state import NOTHING_KNOWN, Margin, Question, mar
 from damagepred.analyses.rare_event import rare_event
 from damagepred.analyses.rare_event_samples import normals_to_wall
 from damagepred.campaign.settings import StudySettings
+from damagepred.cli.sentences import rare_lines
 from damagepred.errors import ConvergenceError, InputError, StudyError
 from damagepred.scene import Scene
 from damagepred.study import Study
@@ -171,7 +172,7 @@ def test_failed_walls_bound_the_probability(tmp_path: Path, monkeypatch: pytest.
             high.append(found.failed_damaged.probability)
             inside += found.interval[0] <= lower and upper <= found.interval[1]
             assert found.failed > 0
-            assert "failed before 4 mm" in "\n".join(found.lines(ASKED))
+            assert "failed before 4 mm" in "\n".join(rare_lines(found, ASKED))
         again = rare_event(asked, ASKED, tmp_path / "7", samples=200, executor=executor)
     for values, exact in ((low, lower), (high, upper)):
         assert abs(np.mean(values) - exact) < 3.5 * np.std(values, ddof=1) / np.sqrt(8)
