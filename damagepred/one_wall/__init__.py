@@ -1,1 +1,1 @@
-"""One wall from description to dataset: the judged path, its dataset, and ``solve``."""
+"""One wall: model, path and dataset."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,11 +16,7 @@ from damagepred.archive.schema import CATEGORY_VARIABLES, VARIABLES, WORST_CATEG
 from damagepred.arrays import FloatArray, IntArray
 from damagepred.assembly import Model
 from damagepred.assembly.model import LaboratoryTest
-from damagepred.damage import (
-    GROUP_COUNTS,
-    Rules,
-    Verdict,
-)
+from damagepred.damage import GROUP_COUNTS, Rules, Verdict
 from damagepred.diagnostics import Counters, Energies, Residuals, described
 from damagepred.enumerations import ContactKind, ZoneState
 from damagepred.one_wall.judged_path import Step, gauges
@@ -30,16 +26,10 @@ from damagepred.scene.movement import History
 from damagepred.solvers.options import SolverOptions
 from damagepred.solvers.system.footing_forces import section_forces, section_interfaces, support_loads
 
-if TYPE_CHECKING:
-    pass
-
 
 @one_blas_thread()
 def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
-    """Return what is known of each increment as a whole: arrays (increments,), (increments, openings or groups).
-
-    Of all there is ``group_count`` alone, the coordinate of ``crack_group_width``, does not begin with increments.
-    """
+    """Variables of whole increments: arrays (increments,), some (increments, openings) or (increments, groups)."""
     joints, lines, frames = gauges(model)
     moved = stacked(steps, "displacement")
     progress = stacked(steps, "load_factor")
@@ -59,9 +49,9 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     }
     control = model.interfaces.kind == ContactKind.CONTROL_JOINT
     if control.any():
-        for way, name in ((1.0, "opening"), (-1.0, "closing")):
-            most = [float(joints.widest(way * s.increment.opening)[control].max()) for s in steps]
-            values[f"control_joint_{name}_max"] = np.maximum(most, 0.0)
+        for sign, name in ((1.0, "opening"), (-1.0, "closing")):
+            widest = [float(joints.widest(sign * s.increment.opening)[control].max()) for s in steps]
+            values[f"control_joint_{name}_max"] = np.maximum(widest, 0.0)
     if model.surface_movement is not None:
         values["surface_movement"] = np.abs(progress) * model.surface_movement
     if model.test is not None:
@@ -86,52 +76,48 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
 
 
 def history_values(history: History, count: int) -> dict[str, FloatArray | IntArray]:
-    """Return stage and, where they are known, time and strain of the first increments of a history."""
+    """Stage, time and strain of the first increments of a history."""
     columns = {name: getattr(history, name) for name in ("stage", "time", "strain")}
     return {name: column[:count] for name, column in columns.items() if column is not None}
 
 
 def _diagnostics(steps: list[Step], in_time: bool) -> dict[str, FloatArray]:
-    """Return the diagnostics of each increment; what only dynamic runs have is left out of other paths."""
+    """Solver diagnostics of each increment; those of dynamic runs in dynamic runs only."""
     increments = [s.increment for s in steps]
-    records: dict[type, list[Any]] = {
+    sources: dict[type, list[Any]] = {
         Residuals: increments,
         Counters: [i.counters for i in increments],
         Energies: [i.energy for i in increments],
     }
     return {
-        name: np.array([getattr(one, name) for one in values])
-        for record, values in records.items()
-        for name, diagnostic in described(record).items()
+        name: np.array([getattr(record, name) for record in records])
+        for kind, records in sources.items()
+        for name, diagnostic in described(kind).items()
         if in_time or not diagnostic.in_time
     }
 
 
 def shares_of_size(model: Model, steps: list[Step]) -> dict[str, float]:
-    """Return how far blocks move beyond the ground, and the widest crack, over the larger of length and height.
-
-    Increments in which the wall has collapsed do not count; a run in time, in which blocks may move as far as they
-    like, has neither: then they are NaN.
-    """
+    """Largest displacement beyond the ground's and widest crack over the wall's size; NaN for dynamic runs."""
     standing = [s for s in steps if not s.increment.collapsed]
     if not standing or np.isfinite(standing[0].increment.time):
         return dict.fromkeys(("displacement_share", "crack_share"), float("nan"))
-    size = max(float(np.ptp(along)) for along in model.blocks.vertices.T)
+    size = max(float(np.ptp(axis)) for axis in model.blocks.vertices.T)
     x, y, _ = np.moveaxis(stacked(standing, "displacement"), -1, 0)
     moved = float(np.sqrt((x**2 + y**2).max()))
-    given = [state.largest() for state in model.ground.states()]
-    given += [float(np.abs(model.supports.prescribed_displacement).max(initial=0.0)), model.central_deflection]
+    ground = [state.largest() for state in model.ground.states()]
+    ground += [float(np.abs(model.supports.prescribed_displacement).max(initial=0.0)), model.central_deflection]
     widest = max(max(s.verdict.crack_width_max, s.verdict.crack_band_width_max) for s in standing)
-    return {"displacement_share": max(moved - max(given), 0.0) / size, "crack_share": float(widest) / size}
+    return {"displacement_share": max(moved - max(ground), 0.0) / size, "crack_share": float(widest) / size}
 
 
 def stacked(steps: list[Step], name: str) -> NDArray:
-    """Return a field of all increments, one after the other."""
+    """One field of all increments: array (increments, ...)."""
     return np.array([getattr(s.increment, name) for s in steps])
 
 
 def _test_values(model: Model, test: LaboratoryTest, steps: list[Step]) -> dict[str, FloatArray]:
-    """Return what a laboratory test measures, from the dead load on, by variable."""
+    """Force (N), displacement (m) and gauge opening (m) of a laboratory test, counted from dead load."""
     moved = stacked(steps, "displacement").reshape(len(steps), -1)
     moved = moved - moved[0]
     force = stacked(steps, "load_factor") * test.force
@@ -146,39 +132,39 @@ def _test_values(model: Model, test: LaboratoryTest, steps: list[Step]) -> dict[
 
 
 def _footing_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
-    """Return what is known of a footing that is part of the model, by variable."""
+    """Section forces and support loads of a footing of the model."""
     values: dict[str, FloatArray] = {}
     if model.footing is None:
         return values
-    here = section_interfaces(model)
-    if here.size:
-        found = section_forces(model, *(stacked(steps, n) for n in ("opening", "normal_stress", "shear_stress")))
-        values["section_x"] = model.interfaces.x[here]
-        values |= {f"section_{name}": getattr(found, name) for name in found._fields}
+    section = section_interfaces(model)
+    if section.size:
+        forces = section_forces(model, *(stacked(steps, n) for n in ("opening", "normal_stress", "shear_stress")))
+        values["section_x"] = model.interfaces.x[section]
+        values |= {f"section_{name}": getattr(forces, name) for name in forces._fields}
     if model.jacks is not None:
-        at, load = support_loads(model, stacked(steps, "normal_stress"))
-        values |= {"support_x": at, "support_load": load, "jack_x": model.jacks.at}
+        support_x, load = support_loads(model, stacked(steps, "normal_stress"))
+        values |= {"support_x": support_x, "support_load": load, "jack_x": model.jacks.at}
     return values
 
 
 def ending_attributes(model: Model, last: Step) -> dict[str, object]:
-    """Return, as attributes, at which limit a path ended early."""
+    """Limit at which a path with jacks ended early, as attributes."""
     ended = last.increment.ended
     if not ended or model.jacks is None:
         return {}
     if model.test is not None:
         return {"limit": "loads", "status_message": "the load has fallen to nothing"}
     deflection = abs(last.increment.deflection)
-    what = "the jacks carry" if ended == "jacks" else "an outer support carries"
+    carrier = "the jacks carry" if ended == "jacks" else "an outer support carries"
     return {
         "limit": ended,
         "limit_deflection": deflection,
-        "status_message": f"{what} nothing any more at a deflection of {1e3 * deflection:.3g} mm",
+        "status_message": f"{carrier} nothing any more at a deflection of {1e3 * deflection:.3g} mm",
     }
 
 
 def _zone_counts(steps: list[Step]) -> dict[str, NDArray]:
-    """Return how many zones yield, and how, in each increment: arrays (increments,)."""
+    """Number of yielding zones by kind: arrays (increments,)."""
     kinds = {
         "zones_in_shear": (ZoneState.SHEAR, ZoneState.SHEAR_AND_TENSION),
         "zones_in_tension": (ZoneState.TENSION, ZoneState.SHEAR_AND_TENSION),
@@ -192,12 +178,12 @@ def _zone_counts(steps: list[Step]) -> dict[str, NDArray]:
 
 
 def _zone_values(model: Model, steps: list[Step]) -> dict[str, NDArray]:
-    """Return all that is known of zones and gridpoints, by variable."""
+    """Stress, state and gridpoints of zones."""
     mesh = model.mesh
     pictures = [s.increment.zones for s in steps if s.increment.zones is not None]
     if mesh is None or len(pictures) < len(steps):
         return {}
-    # component by component, so that all of the largest arrays is not held twice
+    # one component at a time: the largest arrays are not copied as a whole
     moved = {
         f"gridpoint_displacement_{axis}": np.array([p.displacement[:, i] for p in pictures])
         for i, axis in enumerate("xy")
@@ -220,7 +206,7 @@ def _zone_values(model: Model, steps: list[Step]) -> dict[str, NDArray]:
 
 
 def _strain_values(steps: list[Step]) -> dict[str, NDArray]:
-    """Return strain and curvature of elastic blocks, by variable."""
+    """Strain and curvature of elastic blocks: arrays (increments, blocks)."""
     strains = [s.increment.strain for s in steps if s.increment.strain is not None]
     if len(strains) < len(steps):
         return {}
@@ -302,8 +288,8 @@ def collect(
         },
     )
     for share in (energy_error_share, snap_through_share):
-        if np.isfinite(found := share(values)):
-            ds.attrs[share.__name__] = found
+        if np.isfinite(value := share(values)):
+            ds.attrs[share.__name__] = value
     ds.attrs |= {name: share for name, share in shares_of_size(model, steps).items() if np.isfinite(share)}
     ds.attrs["implausible"] = int(implausible(ds.attrs, settings))
     for name, more in rules.attributes().items():

@@ -1,4 +1,4 @@
-"""A wall's path, judged increment by increment."""
+"""Path of one wall with the damage of each increment."""
 
 from __future__ import annotations
 
@@ -10,14 +10,7 @@ import numpy as np
 
 from damagepred.arrays import FloatArray
 from damagepred.assembly import Model, wall_model
-from damagepred.damage import (
-    Frames,
-    JointMap,
-    Rules,
-    SightLines,
-    Verdict,
-    judge,
-)
+from damagepred.damage import Frames, JointMap, Rules, SightLines, Verdict, judge
 from damagepred.enumerations import ContactState
 from damagepred.kernels.jit import CACHE
 from damagepred.runtime.one_thread import each_with_one_blas_thread, one_blas_thread
@@ -30,14 +23,10 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """One increment, judged.
+    """One increment and its damage.
 
-    Attributes
-    ----------
-    increment : Increment
-        Equilibrium.
-    verdict : Verdict
-        Cracks and category; the highest category once part of the wall has collapsed.
+    Attributes ---------- increment : Increment     Equilibrium. verdict : Verdict     Cracks and damage category,
+    the highest once part of the wall has collapsed.
     """
 
     increment: Increment
@@ -45,36 +34,36 @@ class Step(NamedTuple):
 
 
 class Gauges(NamedTuple):
-    """What a wall is measured with: where its joints, its courses and the corners of its openings lie."""
+    """Joints, courses and opening corners at which damage is measured."""
 
     joints: JointMap
     lines: SightLines
     frames: Frames
 
 
-_KNOWN: list[tuple[Model, Gauges]] = []
-"""Gauges of the last models: samples of one geometry share them."""
+_RECENT: list[tuple[Model, Gauges]] = []
+"""Gauges of the last four models."""
 
 
 def gauges(model: Model) -> Gauges:
-    """Return what a model is measured with; that of another model of the very same geometry, if there was one."""
+    """Gauges of a model; models of one geometry share them."""
     parts = (model.interfaces, model.blocks, model.jambs)
-    for other, known in _KNOWN:
+    for other, shared in _RECENT:
         if all(a is b for a, b in zip(parts, (other.interfaces, other.blocks, other.jambs))):
-            return known
+            return shared
     blocks, jambs, joints = model.blocks, model.jambs, joint_map(model)
     centroid = np.column_stack((blocks.x, blocks.y))
-    made = Gauges(
+    new = Gauges(
         joints,
         SightLines.of_blocks(blocks.x, blocks.y, blocks.course, joints.dpc_level),
         Frames(jambs.block, jambs.arm, centroid[jambs.block] + jambs.arm),
     )
-    _KNOWN[:] = [(model, made), *_KNOWN[:3]]
-    return made
+    _RECENT[:] = [(model, new), *_RECENT[:3]]
+    return new
 
 
 def joint_map(model: Model) -> JointMap:
-    """Return the joints of a model as damage assessment takes them."""
+    """Joints of a model for damage assessment."""
     face = model.interfaces
     tangent = np.stack((face.normal_y, -face.normal_x), axis=-1)
     return JointMap.from_contacts(
@@ -91,7 +80,7 @@ def joint_map(model: Model) -> JointMap:
 def follow(
     model: Model, solver: Solver, damage: Damage, increments: int, run: Iterable[Increment] | None = None
 ) -> Iterator[Step]:
-    """Follow the movement and judge each increment; stop taking steps to stop the solver."""
+    """Solve a path and yield each increment with its damage."""
     joints = gauges(model).joints
     rules = Rules.from_settings(**asdict(damage))
     for increment in solve_path(model, solver, increments) if run is None else run:
@@ -104,20 +93,20 @@ def follow(
 
 @one_blas_thread()
 def model_of(scene: Scene, fields: Mapping[str, FloatArray] | None = None) -> Model:
-    """Return the model of a scene, with the settings that its run takes."""
+    """Model of a scene with the solver settings of its run."""
     settings = scene.solver if scene.dynamics is None else whole_interfaces(scene.solver)
-    SolverOptions.of(settings)  # refused before anything is solved
+    SolverOptions.of(settings)  # raises before the model is built
     return wall_model(replace(scene, solver=settings), fields)
 
 
 def share_kernels() -> None:
-    """Let processes that begin from now on load what is compiled."""
+    """Publish compiled kernels to processes started from now on."""
     if CACHE is not None:
         CACHE.publish()
 
 
 def dynamic_run(model: Model, settings: Solver, dynamics: Dynamics) -> DynamicRun:
-    """Prepare a run in physical time from the static equilibrium under dead load, unless that is not wanted."""
+    """Dynamic run, from static equilibrium under dead load or from rest."""
     from damagepred.solvers.dynamics.run import DynamicRun, require_supported
     from damagepred.solvers.quasi_static.static_equilibrium import static_equilibrium
 
@@ -127,13 +116,13 @@ def dynamic_run(model: Model, settings: Solver, dynamics: Dynamics) -> DynamicRu
 
 
 def whole_interfaces(settings: Solver) -> Solver:
-    """Return the settings of a dynamic run: contacts at corners alone, on which blocks rock, and no zones."""
+    """Solver settings of a dynamic run: contacts at corners only, no zones."""
     settings.require_no_zones()
     return replace(settings, no_tension_subdivisions=settings.no_tension_subdivisions or 1)
 
 
 def without_zone_fields(step: Step) -> Step:
-    """Return an increment with only the states of its zones, for the memory that the rest takes."""
+    """Increment without displacement and stress of its zones, to save memory."""
     zones = step.increment.zones
     if zones is None:
         return step

@@ -1,4 +1,4 @@
-"""One wall from description to dataset."""
+"""Solve one wall."""
 
 from __future__ import annotations
 
@@ -50,46 +50,45 @@ def solve(
     store_zones: bool = True,
     limits: Limits = Limits(),  # noqa: B008 - frozen
 ) -> xr.Dataset:
-    """Solve one wall and return all that is known of it.
+    """Solve one wall and return its path as a dataset.
 
     Parameters
     ----------
     scene : Scene or Assembly
-        What to solve.
+        Wall.
     increments : int, optional
         Number of steps of the movement; by default the scene's, 20 for an assembly.
     solver, damage : Solver, Damage, optional
-        In place of the scene's.
+        Settings that replace the scene's.
     dynamics : Dynamics, optional
-        In place of the scene's: a run in physical time, with the blocks moving as far as they like. Its outputs are
-        the increments, and the coordinate ``time`` (s) tells when they are.
+        Settings that replace the scene's: a run in physical time with large displacements. Increments are its
+        outputs, at the coordinate ``time`` (s).
     fields : mapping of str to array (joints,), optional
-        Values that vary from joint to joint; see ``damagepred.assembly.wall_model``. Only for a scene.
+        Values of each joint, for a scene only; see ``damagepred.assembly.wall_model``.
     on_failure : {"raise", "return"}
-        What to do when an increment cannot be solved, or the user interrupts: raise, or return what was reached, with
-        the attributes ``status = "failed"`` or ``"interrupted"`` and ``status_message``.
+        When an increment cannot be solved or the user interrupts: raise, or return the increments before, with the
+        attributes ``status = "failed"`` or ``"interrupted"`` and ``status_message``.
     on_step : callable, optional
-        Called with each ``Step`` as it is reached.
+        Called with each ``Step``.
     store_zones : bool
-        Whether to return stress, state and gridpoints of the zones of deformable blocks; False saves their memory and
-        still counts the zones that yield.
+        Store stress, state and gridpoints of zones; with False, only the number of yielding zones.
     limits : Limits
-        Estimated cost above which a scene is refused, and time limit of its path; ``NO_LIMITS`` lifts them.
+        Highest estimated memory and time, and time limit of the path; ``NO_LIMITS`` for none.
 
     Returns
     -------
     xarray.Dataset
         Dimensions ``increment`` with ``block``, ``contact``, ``opening`` or ``vertex``, and with ``zone`` and
         ``gridpoint`` where blocks are deformable; SI units; see ``damagepred.archive.schema.VARIABLES``. The attribute
-        ``status`` is complete, collapsed, failed or interrupted; ``solver_method`` tells which solver it was. Of a wall
-        that collapsed, ``collapse_progress`` is the progress of the last equilibrium that was found, the collapse
-        multiplier of a live load, and it fell at most ``collapse_progress_uncertainty`` later. Of a footing whose jacks
-        or outer supports carry nothing before the full movement, ``limit`` says which, ``limit_deflection`` where (m).
+        ``status`` is complete, collapsed, failed or interrupted; ``solver_method`` is the solver. For a collapsed wall,
+        ``collapse_progress`` is the progress of the last equilibrium, the collapse multiplier of a live load, and
+        collapse follows within ``collapse_progress_uncertainty``. For a footing whose jacks or outer supports lose
+        all load before the full movement, ``limit`` is ``"jacks"`` or ``"supports"``, ``limit_deflection`` in m.
 
     Raises
     ------
     InputError
-        If the scene makes no wall, costs more than the limits, or an option is not acceptable.
+        If the scene or an option is invalid, or the estimated cost exceeds the limits.
     SolverError
         If an increment cannot be solved and ``on_failure = "raise"``.
 
