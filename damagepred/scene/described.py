@@ -17,9 +17,8 @@ T = TypeVar("T")
 def described(cls: type[T]) -> type[T]:
     """Frozen dataclass with keyword-only, validated fields; unknown keys are refused.
 
-    An error on construction in Python has the words of a scene file: ``InputError``, whose cause is pydantic's
-    error.
-    ``stated`` holds the values of a call in Python; it is empty after ``dataclasses.replace``, which passes all fields.
+    Construction in Python raises the errors of a scene file: ``InputError``, caused by pydantic's error. ``stated``
+    holds the values of a call in Python; it is empty after ``dataclasses.replace``, which passes all fields.
     """
     make: Callable[[type[T]], Any] = _pydantic_dataclass(
         frozen=True, kw_only=True, config=ConfigDict(extra="forbid", allow_inf_nan=False)
