@@ -30,6 +30,8 @@ from damagepred.scene.scene import STUDY_KEYS
 
 MOST_SAMPLES = 10**9
 """Largest number of samples: the points of a scrambled Sobol sequence."""
+REPEATED_BELOW = 5.0
+"""Time of a wall (s) below which it is timed again: the first wall of a process also loads libraries and kernels."""
 DESIGN_COPIES = 8
 """Copies of each input of each sample (8 bytes) while a design is drawn and written."""
 
@@ -109,7 +111,8 @@ def estimate_cost(
     """Validate a scene or study file and time one wall of it; of a study of histories ``history_walls`` walls.
 
     Samples of histories move differently, and their times differ several times over. After ``timing_limit`` (s) no
-    further increment and no further wall is timed, and the time is scaled by the number of increments.
+    further increment and no further wall is timed, and the time is scaled by the number of increments. A short wall is
+    timed twice.
     """
     tables = read_toml(path)
     samples, variables = 1, 0
@@ -134,6 +137,8 @@ def estimate_cost(
     count = scene.movement.increment_count if dynamics is None else dynamics.outputs
     began = time.perf_counter()
     seconds, status, cautions = _timed(scene, fields, count, on_step, limits, timing_limit)
+    if seconds < REPEATED_BELOW:
+        seconds = min(seconds, _timed(scene, fields, count, None, limits, timing_limit)[0])
     timed = [seconds]
     if sampled is not None and scene.movement.stage:
         for number in range(1, min(history_walls, samples)):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from damagepred import Study, open_study
+from damagepred.campaign import cost_estimate
 from damagepred.campaign.campaign import Progress
 from damagepred.campaign.cost_estimate import estimate_cost
 from damagepred.cli.sentences import cost_lines
@@ -45,3 +46,15 @@ def test_the_time_left_follows_from_the_times_of_the_walls_alone(tmp_path: Path)
     assert np.isnan(seen[0].seconds_left)
     expected = [times[0] * 2, times[:2].mean(), 0.0]
     assert [state.seconds_left for state in seen[1:]] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("timed", "expected"), [((1.4, 0.2), 0.2), ((6.0,), 6.0)])
+def test_libraries_loaded_by_the_first_wall_do_not_count(
+    timed: tuple[float, ...], expected: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A short wall is timed twice, a long one once."""
+    times = iter(timed)
+    monkeypatch.setattr(cost_estimate, "_timed", lambda *_: (next(times), "complete", ()))
+    (tmp_path / "once.toml").write_text(WALL + SCATTER)
+    assert estimate_cost(tmp_path / "once.toml").wall_seconds == expected
+    assert not list(times)
