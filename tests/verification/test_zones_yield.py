@@ -137,7 +137,9 @@ def test_a_block_reaches_the_yield_surface_and_stays(
     movement = 3 * at_yield
     assembly = between_plates(material, lateral, movement, 0.1)
     force = abs(limit) * LENGTH * THICKNESS
-    model, path = solved(assembly, solver, plane, steps, tolerance=1e-7 * force, ramp_cycles=5_000)
+    # stresses scatter by a hundred tolerances where all zones yield
+    least = (1e-7 if solver.method == "explicit" else 1e-8) * force
+    model, path = solved(assembly, solver, plane, steps, tolerance=least, ramp_cycles=5_000)
     mesh = model.mesh
     assert mesh is not None
     progress = np.arange(steps + 1) / steps
