@@ -116,7 +116,7 @@ def test_every_key_of_a_table_is_described_with_unit_default_and_range() -> None
 def test_no_key_has_the_text_of_another_key_of_its_table() -> None:
     tables = re.split(r"^### ", page("keys"), flags=re.MULTILINE)[1:]
     meanings = [re.findall(r"^\| `\w+`[^|]* \|.*(?<!\\)\| (.+) \|$", table, re.MULTILINE) for table in tables]
-    assert sum(map(len, meanings)) > 390
+    assert sum(map(len, meanings)) == len(re.findall(r"^\| `", "".join(tables), re.MULTILINE)) > 100
     (head_joint,) = (table for table in tables if table.startswith("`[head_joint]`"))
     assert all(f"`{name}`" in head_joint for name in HeadJoint.__dataclass_fields__)
     for table, texts in zip(tables, meanings, strict=True):
