@@ -1,6 +1,6 @@
 """The folder of compiled kernels. Only its owner may write there: numba's index files are pickles, which can run code.
 
-Each level of the path is checked as ``sshd`` checks a home folder: it belongs to the user or to root, and nobody else
+Each level of the path is checked as ``sshd`` checks a home folder: it belongs to the user or to root, and no other user
 may write to it. A folder that all may write to is accepted where it is sticky, as ``/tmp`` is. The levels that this
 package makes belong to the user, have mode 0700, and are no links.
 """
@@ -31,7 +31,7 @@ def _candidates() -> Iterator[tuple[Path, str]]:
 
 
 def cache_folder(name: str) -> Path | None:
-    """Make the folder of compiled kernels, and return it; None where no place is safe and writable."""
+    """Make the folder of compiled kernels, and return it, or None without a safe and writable place."""
     for base, own in _candidates():
         folder = base.absolute() / own / name
         try:
@@ -63,7 +63,7 @@ def _levels(folder: Path) -> tuple[Path, ...]:
 
 
 def _is_safe(level: Path) -> bool:
-    """Tell whether nobody but the user and root can replace what is in a folder, or where a link leads."""
+    """Whether only the user and root can replace the files of a folder, or the target of a link."""
     found = os.lstat(level)
     if found.st_uid not in (os.getuid(), 0):
         return False

@@ -81,7 +81,7 @@ class Phase(types.WrapperAddressProtocol):  # type: ignore[misc]
         return int(self._compiled.address)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Run where nothing is compiled; otherwise kernels call the function as the field of a structure."""
+        """Run with the JIT off; otherwise kernels call the function as the field of a structure."""
         if not config.DISABLE_JIT:
             raise TypeError(f"{self.function.__name__} is called by kernels, as the field of a structure")
         return self.function(*arguments)

@@ -91,7 +91,7 @@ def _files(folder: Path, pattern: str = "*.nb?") -> list[Path]:
 
 
 def _identity(file: Path) -> tuple[int, int] | None:
-    """Inode and time of change of a file; None if there is none. A link has those of its file."""
+    """Inode and time of change of a file, of its target for a link; None for a missing file."""
     try:
         found = file.stat()
     except OSError:

@@ -46,7 +46,7 @@ class Structure(structref.StructRefProxy):
         cls.Kind = structref.register(type(f"{cls.__name__}Kind", (types.StructRef,), names))
         structref.define_boxing(cls.Kind, cls)
         cls.kind = cls.Kind(list(cls.fields.items()))
-        cls.kind.name = cls.__name__  # else each signature would list all fields
+        cls.kind.name = cls.__name__  # otherwise each signature would list all fields
         listed = ", ".join(cls.fields)
         setters = "\n".join(f"    made_.{name} = {name}" for name in cls.fields)
         source = f"def make_{cls.__name__}({listed}):\n    made_ = new_(kind_)\n{setters}\n    return made_\n"

@@ -66,7 +66,7 @@ def complete(wall, state, displacement):
     if interfaces.condensed.size > 0:
         recover(wall.condensation, displacement, state.load, state.live)
     if blocks.present:
-        trial = blocks.blocks.spare_trial  # the tangents stay those of the last residual
+        trial = blocks.blocks.spare_trial  # the tangents stay as in the last residual
         blocks.correct_active(blocks.blocks, state.plastic, state.load, state.live, trial, displacement, wall.force)
         blocks.recover(blocks.blocks, state.load, state.live, displacement)
     bond_load = law.bond_loads(joints, state.history, state.ground, interfaces.active, displacement, bonds.load)

@@ -22,7 +22,7 @@ MINIMUM_STEP = 0.1
 STAGNATION_TOLERANCE = 1e-3
 """Relative difference from the least residual at which the iteration is a cycle of active sets (1)."""
 EARLY_DIVERGENCE_RATIO = 10.0
-"""Residual over the least so far, where that was below ``coulomb.warm_start_residual``, that counts as early
+"""Residual over the least before, where that was below ``coulomb.warm_start_residual``, that counts as early
 divergence (1)."""
 EARLY_DIVERGENCE_ITERATIONS = 2
 """Iterations in a row with such a residual, which end the attempt."""
@@ -33,7 +33,7 @@ FULL_STEP_REDUCTION = 0.5
 FLAT_SLOPE = 0.9999
 """Work of the residual at the end of a full step over that at its start, above which the step is lengthened (1)."""
 STAGNATION_RATIO = 0.9
-"""Residual over the least so far from which an iteration counts as stagnation (1)."""
+"""Residual over the least before, from which an iteration counts as stagnation (1)."""
 WARM_START_RESIDUAL = 30.0
 """Residual of the Newton iterate below which its Tresca bounds start the first search (mean block weights)."""
 
@@ -85,7 +85,7 @@ def newton_with_line_search(steps, wall, state, jack, start, best):
 
     A step that does not halve the residual ends where the work of the residual along it vanishes (Crisfield 1991,
     ch. 9). Joints that open far, or a loose block, would otherwise throw the iteration away. Where a part of the wall
-    slides under constant friction, the residual stays the same along the step, whose length is that of the
+    slides under constant friction, the residual stays the same along the step, whose length is the length of the
     regularisation: there the step is lengthened until a contact closes or sticks. A step of negative work is reversed,
     unless jacks control the deflection: then the residual is not the slope of a potential.
     """

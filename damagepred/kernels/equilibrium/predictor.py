@@ -19,8 +19,8 @@ def _allowed_overload(bonds, joints, p, tolerance):
 def interpolate_event(bonds, components, history, ground, listed, displacement, aim):
     """Share of a step at which the first bond reaches its strength and a share ``aim`` of its event tolerance.
 
-    Bond loads are taken as linear along the step: those at its end are in ``bonds``; history, ground and displacement
-    are those at its start. The share is 1 if no bond of the listed interfaces fails.
+    Bond loads are taken as linear along the step: ``bonds`` holds the loads at its end; history, ground and
+    displacement hold at its start. The share is 1 if no bond of the listed interfaces fails.
     """
     joints, count = components.joints, 0
     properties, after, start, overloaded = joints.properties, bonds.load, bonds.load_at_start, bonds.overloaded
@@ -46,9 +46,9 @@ def interpolate_event(bonds, components, history, ground, listed, displacement, 
 def predict(steps, wall, state, ground, increment, prescribed_ahead, start, ahead, bonds_of_all, aim):
     """Predict the displacements ``ahead`` at the end of a step with the tangent of the last equilibrium.
 
-    ``state`` is at the end of the step, ``ground`` at its start; ``increment`` is that of the load. Supports move to
-    ``prescribed_ahead``. Returns whether displacements are below the limit, and the share of the step to the next event
-    in active interfaces, or in all.
+    ``state`` is at the end of the step, ``ground`` at its start; ``increment`` is the load's increment. Supports move
+    to ``prescribed_ahead``. Returns whether displacements are below the limit, and the share of the step to the next
+    event in active interfaces, or in all.
     """
     freedoms, interfaces, components, step = wall.freedoms, wall.interfaces, wall.components, wall.room[0]
     steps.solve(wall, state, wall.tangent, True, start, increment, step)

@@ -29,7 +29,7 @@ def missing_deflection(wall, state, displacement):
 
 @law
 def with_constraint(parameters, ratio, missing, coulomb):
-    """Unbalanced force ratio, or that of a missing deflection scaled to the same tolerance if it is larger.
+    """Unbalanced force ratio, or the ratio of a missing deflection at the same tolerance if it is larger.
 
     A Tresca problem is solved under a given load of the jacks.
     """
@@ -118,5 +118,5 @@ class Steps(Structure):
 
 @kernel
 def residual_from_python(steps, wall, state, jack, displacement, residual):
-    """See ``wall_residual``; of the Coulomb law."""
+    """``wall_residual`` with the Coulomb law."""
     return steps.residual(wall, state, jack, displacement, True, residual)

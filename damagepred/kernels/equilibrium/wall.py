@@ -42,7 +42,7 @@ PARAMETERS = np.dtype(
 
 
 class Joints(Structure):
-    """Interfaces and their joint law; what is m long has one entry per interface."""
+    """Interfaces and their joint law; arrays (m,) have one entry per interface."""
 
     edge = types.Array(from_dtype(EDGE), 1, "C")
     contact_offset = FLOAT_ROWS
@@ -165,11 +165,11 @@ class Interfaces(Structure):
 
     all = INTEGERS
     active = INTEGERS
-    """Of active fronts."""
+    """Interfaces of active fronts."""
     condensed = INTEGERS
-    """Of condensed fronts."""
+    """Interfaces of condensed fronts."""
     jointed = INTEGERS
-    """Active ones that follow the joint law, not that of a concrete section."""
+    """Active ones that follow the joint law, not the law of a concrete section."""
     moving = INTEGERS
     """Jointed ones that ground and supports move."""
 
@@ -186,7 +186,7 @@ class Bonds(Structure):
     overload_tolerance = types.float64
     event_tolerance = types.float64
     weak_bond_overload = types.float64
-    """See ``ContinuationOptions``."""
+    """Field of ``ContinuationOptions``."""
 
 
 class Freedoms(Structure):
@@ -198,7 +198,7 @@ class Freedoms(Structure):
     per_weight = FLOATS
     """One over the reference force of each (1/N, 1/(N m))."""
     arms = FLOATS
-    """Arms that make rotations comparable to displacements (m), else 1."""
+    """Arms that make rotations comparable to displacements (m); 1 for displacements."""
     push = FLOATS
     weights = FLOATS
     """Force of unit loads of the jacks, and weights in the deflection that controls them; empty without jacks."""
@@ -237,7 +237,7 @@ class State(Structure):
     plastic = FLOAT_ROWS
     """Plastic strain of the zones (z, 4)."""
     external = FLOATS
-    """External load, with that of condensed fronts, without that of jacks (N, N m)."""
+    """External load with condensed fronts, without jacks (N, N m)."""
     load = types.float64
     live = types.float64
     """Factors of dead and live load (1)."""

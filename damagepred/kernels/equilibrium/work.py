@@ -5,7 +5,7 @@ from damagepred.kernels.jit import kernel
 
 @kernel
 def external_work(loads, residual, before, after, ground, ground_after, force, force_after):
-    """Return the work of unit dead and live load, of the ground, and that of the residual at most (J)."""
+    """Work of unit dead and live load, of the ground, and largest work of the residual (J)."""
     dead, live, at_most, by_ground = 0.0, 0.0, 0.0, 0.0
     for i in range(before.size):
         moved = after[i] - before[i]

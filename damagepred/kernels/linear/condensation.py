@@ -6,14 +6,14 @@ from damagepred.kernels.structures import FLOAT_ROWS, FLOATS, INTEGERS, Structur
 
 
 class Condensation(Structure):
-    """Superelements of the condensed subtrees; none if ``boundary_dofs`` is empty."""
+    """Superelements of the condensed subtrees; an empty ``boundary_dofs`` means no subtree is condensed."""
 
     substitution = Substitution.kind
     """Of the condensed fronts, with one row for every degree of freedom."""
     boundary_dofs = INTEGERS
     first_boundary = INTEGERS
     stiffness = FLOATS
-    """Active degrees of freedom on their boundaries, where those of each begin, and Schur complements there."""
+    """Active degrees of freedom on their boundaries, first of each, and Schur complements there."""
     boundary = FLOAT_ROWS
     """Room for displacements of the boundaries, and for the forces that resist them."""
     dofs = INTEGERS
@@ -59,7 +59,7 @@ def subtract_boundary_forces(condensation, displacement, force):
 
 @kernel
 def recover(condensation, displacement, load, live):
-    """Recover the displacements of condensed subtrees from those of their boundaries, by back substitution.
+    """Recover the displacements of condensed subtrees from their boundaries, by back substitution.
 
     ``load`` and ``live`` are the factors of dead and live load.
     """

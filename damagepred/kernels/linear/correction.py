@@ -152,7 +152,7 @@ def respond(correction, substitution, loads, loop_rows):
 
 @rule
 def _stiffness_changes(correction, factorised, changed, target):
-    """Change D of the stiffness; the number of its rows that are not 0, and whether D is that of the last correction.
+    """Change D of the stiffness; number of its rows that are not 0; whether D is the same as in the last correction.
 
     A joint that slides changes its shear row alone.
     """

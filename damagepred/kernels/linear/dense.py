@@ -193,7 +193,7 @@ def invert(dense, size, rows, matrix, symmetric, inverse):
     """Invert the first rows and columns of a matrix: by blocks, or where nearly singular by LU factors.
 
     Returns the smallest pivot over the largest; without inverse it is 0, and the inverse NaN. The inverse of a matrix
-    that is ``symmetric`` but for rounding becomes symmetric to the last bit.
+    that is ``symmetric`` except for rounding becomes symmetric to the last bit.
     """
     ratio, width = 0.0, min(dense.panel, size)
     while not ratio > dense.singular_pivot_ratio:

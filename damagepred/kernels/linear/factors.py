@@ -1,6 +1,6 @@
 """Factors of a wall's stiffness: assembly of fronts and their elimination (multifrontal method, Duff and Reid 1983).
 
-A front is the dense stiffness of the degrees of freedom that are eliminated in it and of its boundary, those of its
+A front is the dense stiffness of the degrees of freedom that are eliminated in it and of its boundary, the ones of its
 ancestors that they are coupled with. Its Schur complement on the boundary is assembled in its parent. A change in one
 front leaves the factors of all others but its ancestors as they are.
 
@@ -39,21 +39,21 @@ class Tree(Structure):
     inverse_start = INTEGERS
     coupling_start = INTEGERS
     complement_start = INTEGERS
-    """Where the matrices of each front begin in those of ``Factors``."""
+    """First entry of each front's matrices in ``Factors``."""
     dof = INTEGER_ROWS
     """Degrees of freedom of the sides of the interfaces (m, w), -1 for none."""
     strain_displacement = FLOAT_BLOCKS
     """B of each interface (m, 3, w)."""
     front_interfaces = INTEGERS
     first_interface = INTEGERS
-    """Interfaces front by front, and where those of each begin."""
+    """Interfaces front by front, and first interface of each."""
     interface_front = INTEGERS
     """Front of each interface, -1 for none."""
     interface_index = INTEGER_ROWS
     """Indices of ``dof`` in the front's matrix (m, w), -1 for none."""
     strain_stiffness = FLOATS
     regularisation = FLOATS
-    """Added to the diagonal: stiffness of strains of elastic blocks, and what holds detached blocks (N/m)."""
+    """Added to the diagonal: stiffness of strains of elastic blocks, and springs that hold detached blocks (N/m)."""
 
 
 class BlockTangents(Structure):
@@ -61,10 +61,10 @@ class BlockTangents(Structure):
 
     front_blocks = INTEGERS
     first_block = INTEGERS
-    """Blocks front by front, and where those of each begin (F + 1,)."""
+    """Blocks front by front, and first block of each (F + 1,)."""
     first_dof = INTEGERS
     index = INTEGERS
-    """Indices of the boundary of each block in its front's matrix, and where those of each begin."""
+    """Indices of the boundary of each block in its front's matrix, and first index of each."""
     first_entry = INTEGERS
     tangents = FLOATS
     """Tangent of each block row by row (N/m), and where it begins."""

@@ -22,7 +22,7 @@ class Costs(Structure):
     """Costs in floating-point operations of matrix products; others are weighted by how slow they are."""
 
     factorisation = FLOATS
-    """Of each front."""
+    """Matrices of each front."""
     solution = types.float64
     """Operations of one solution, forward and back."""
     refactorisation_ratio = types.float64
@@ -52,7 +52,7 @@ class Solver(Structure):
     must_factorise = FLAGS
     """Whether the next solution needs a factorisation: one entry, which Python may set."""
     counts = INTEGERS
-    """Iterations, factorisations and corrections so far."""
+    """Number of iterations, factorisations and corrections."""
     batch = types.int64
     loop_rows = types.int64
     """Unit loads whose responses are computed at a time; right-hand sides up to which loops are faster."""
@@ -65,7 +65,7 @@ class Solver(Structure):
 def _list_changed(solver, stiffness):
     """List active interfaces whose stiffness differs from the factorised one, and unit loads that need a response.
 
-    Returns their numbers, that of the rows that differ, and that of listed interfaces without any response.
+    Returns their numbers, the number of rows that differ, and the number of listed interfaces without any response.
     """
     count, new, rows, unknown = 0, 0, 0, 0
     changed, listed, target = solver.changed, solver.new, solver.target
@@ -126,7 +126,7 @@ def _mark_outdated(solver, changed):
 def _refactorisation_pays(solver, changed, rows, new, unknown):
     """Whether corrections since the last factorisation would cost more than a new one, or take too much memory.
 
-    That costs at most so many times as much as the best choice in hindsight (ski rental; Karlin et al. 1988).
+    That costs at most a fixed multiple of the best choice in hindsight (ski rental; Karlin et al. 1988).
     """
     if changed.size == 0:
         return False
@@ -141,7 +141,7 @@ def _refactorisation_pays(solver, changed, rows, new, unknown):
 def _factorise(solver, changed):
     """Factorise with the target stiffness of changed interfaces."""
     factors, stale = solver.substitution.factors, solver.stale
-    discard_responses(solver.correction)  # those of a new factorisation differ
+    discard_responses(solver.correction)  # corrections of a new factorisation differ
     _mark_outdated(solver, changed)
     solver.counts[FACTORISATIONS] += 1
     solver.eliminate(factors, changed, solver.target, factors.complements, False)

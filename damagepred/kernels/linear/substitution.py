@@ -87,7 +87,7 @@ def forward(factors, rows, force, particular):
 
 @phase(SUBSTITUTE)
 def back(factors, rows, displacement, particular):
-    """Back substitution: recover the displacements of fronts from those of their ancestors."""
+    """Back substitution: recover the displacements of fronts from their ancestors."""
     tree, edges = factors.tree, rows.gathered[: displacement.shape[0]]
     start, first, row_start = tree.start, tree.first_boundary, rows.row_start
     for k in rows.fronts:

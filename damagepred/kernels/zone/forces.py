@@ -220,7 +220,7 @@ def _elastic_cell(work, cell, moduli):
 
 @law
 def _exceeds_yield_limit(s_xx, s_yy, s_xy, s_zz, strength, lane):
-    """Return whether a stress lies outside the yield surface; True for NaN."""
+    """Whether a stress lies outside the yield surface; True for NaN."""
     limits = (
         strength[0, lane],
         strength[1, lane],

@@ -1,6 +1,6 @@
 """Deformable blocks as superelements on their boundaries: forces, tangents and interior of elastic and yielding blocks.
 
-A block has n degrees of freedom, r of its boundary before those of its interior. Elastic, it is condensed once (Guyan
+A block has n degrees of freedom, the r of its boundary first. Elastic, it is condensed once (Guyan
 1965). A block in which zones yield is active: its interior is in equilibrium at each displacement of the boundary.
 """
 
@@ -35,18 +35,18 @@ class BlockShapes(Structure):
     first_entry = INTEGERS
     """Where the matrices (n, n) of each shape begin, row by row."""
     stiffness = FLOATS
-    """Of all degrees of freedom (N/m)."""
+    """Stiffness of all degrees of freedom (N/m)."""
     condensed = FLOATS
     """[[S, 0], [R, F]]: Schur complement on the boundary (N/m), recovery matrix, interior flexibility (m/N)."""
     first_cell = INTEGERS
     cells = INTEGER_ROWS
-    """Places, among the n, of x and y of the five gridpoints of each cell (c, 10); where those of a shape begin."""
+    """Places, among the n, of x and y of the five gridpoints of each cell (c, 10); first cell of each shape."""
     elasticity = FLOAT_ROWS
-    """See ``damagepred.kernels.zone.law`` (s, 7)."""
+    """Parameters of ``damagepred.kernels.zone.law`` (s, 7)."""
 
 
 class FacetPieces(Structure):
-    """See ``damagepred.solvers.system.deformable_blocks.Facets``, whose fields these are."""
+    """Fields of ``damagepred.solvers.system.deformable_blocks.Facets``."""
 
     start_x = INTEGERS
     start_y = INTEGERS
@@ -66,7 +66,7 @@ class BlockSums(Structure):
     """Degrees of freedom of the blocks as a whole."""
     first = INTEGERS
     column = INTEGERS
-    """Degree of freedom of each entry, and where those of each row begin."""
+    """Degree of freedom of each entry, and first entry of each row."""
     motion = FLOATS
     """Weights in the mean motion."""
     resultant = FLOATS
@@ -84,9 +84,9 @@ class DeformableBlocks(Structure):
     """Shape and first zone of each block."""
     first_dof = INTEGERS
     dof = INTEGERS
-    """Degrees of freedom block by block, boundaries first, and where those of each begin (d + 1,)."""
+    """Degrees of freedom block by block, boundaries first, and first one of each block (d + 1,)."""
     strength = FLOAT_ROWS
-    """See ``damagepred.kernels.zone.law`` (d, 7)."""
+    """Parameters of ``damagepred.kernels.zone.law`` (d, 7)."""
     loads = FLOAT_ROWS
     """Dead and live load (2, size) (N)."""
     particular = FLOAT_ROWS
@@ -371,9 +371,9 @@ def place_block_facets(blocks, displacement, force):
 
 @phase(BLOCK_FORCES)
 def add_block_forces(blocks, condensed_too, displacement, force):
-    """Add the forces on facets, and those of the elastic blocks on their boundaries.
+    """Add the forces on facets, and the boundary forces of elastic blocks.
 
-    ``condensed_too``: also those of blocks in condensed fronts.
+    ``condensed_too``: also blocks in condensed fronts.
     """
     shapes = blocks.shapes
     scatter_facet_forces(blocks.facets, force)

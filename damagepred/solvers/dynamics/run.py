@@ -40,7 +40,7 @@ OUTPUTS_AT_REST = 3
 DIVERGENCE_ENERGY_RATIO = 10.0
 """Energy over what there was and was put in, from which a run has diverged (1)."""
 DIVERGENCE_ENERGY_ERROR = 0.5
-"""Created energy over the largest energy so far, from which a run has diverged (1). The longest permitted steps create
+"""Created energy over the largest energy reached, from which a run has diverged (1). The longest permitted steps create
 some where blocks bounce without damping."""
 
 

@@ -19,7 +19,8 @@ from damagepred.kernels.explicit.cycle import LOAD, VOLUME
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
 LINE_STIFFNESS_RATIO = 100.0
-"""Stiffness of the line between pump and jacks over that of the intact wall under the jacks (1). A stiffer line
+"""Stiffness of the line between pump and jacks over the stiffness of the intact wall under the jacks (1). A stiffer
+line
 permits a faster control; much stiffer, it makes the jacked segments heavy."""
 GAIN_RATIO = 0.12
 """Rate of the control over the decay rate, local damping times circular frequency, of the slower oscillation of the

@@ -37,7 +37,7 @@ TRUSTED_TIME_STEP = 0.9
 COLLAPSE_BRACKET = 1e-3
 """Load factor between the last stable state and collapse under live load (1)."""
 ZERO_LOAD_RATIO = 1e-4
-"""Load over all dead load that counts as none where a path ends because nothing is carried (1)."""
+"""Share of the dead load below which a support counts as unloaded where a path ends (1)."""
 ZERO_LOAD_BRACKET = 1e-4
 """Load factor between two points of the path that count as one in that search (1)."""
 DIVERGENCE_DISPLACEMENT = 1e3

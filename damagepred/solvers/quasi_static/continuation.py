@@ -1,7 +1,7 @@
 """Continuation of equilibria by events: bonds fail one after the other (sequentially linear analysis; Rots 2001).
 
 Bonds fail in the order in which the growing movement reaches their strength. From each equilibrium a tangent predictor
-gives the load factor of the next failure. Equilibrium is found there and that bond fails, together with those that
+gives the load factor of the next failure. Equilibrium is found there and that bond fails, together with all bonds that
 reach their strength at the same load factor, so that symmetric walls crack symmetrically. Where opening, closing or
 sliding joints make the predictor wrong, the event is bracketed and located by linear interpolation. After each event
 equilibrium is found again at the same load factor, and the bonds that it overloads fail in turn (redistribution).
@@ -76,7 +76,7 @@ class Continuation:
         bonded, self._relaxes = ~without_bond(model), False
         # an error as large as the work controls nothing
         controls = settings.step_energy_tolerance < 1.0 and not self._locates_collapse
-        # of the movement; no event shortens it where nothing is bonded
+        # of the movement; no event shortens it in a wall without bonds
         self._first_step = control.first_step if controls and not bonded.any() else np.inf
         self._longest_step = self._first_step  # allowed by the energy balance at the end of the last increment
         self._all_weak = bool(bonded.any() and weak[bonded].all())
@@ -138,7 +138,7 @@ class Continuation:
 
     @property
     def counters(self) -> Counters:
-        """Work done so far."""
+        """Accumulated work."""
         equilibrium, equations = self.equilibrium, self.equilibrium.equations
         return Counters(self.events, equilibrium.newton_iterations, equations.factorisations, equations.corrections)
 
@@ -208,7 +208,7 @@ class Continuation:
     def advance(self, load: float, load_factor: float) -> float:
         """Follow the path to a target, event by event; return the unbalanced force ratio there.
 
-        A step goes to the target, to the event that the predictor or interpolation gives, or to the midpoint of a
+        A step ends at the target, at the event found by predictor or interpolation, or at the midpoint of a
         bracket. It is shortened where no equilibrium is found, where a bond is overloaded beyond the event tolerance,
         and where the energy balance asks for it. Under live load, collapse is bracketed by bisection.
         """
@@ -236,9 +236,9 @@ class Continuation:
                 return residual
 
     def _solve_step(self, state: State, target: Point, ahead: FloatArray, control: StepControl) -> _Trial | None:
-        """Find the equilibrium at a target, near or distant; None if a shorter step is tried first."""
+        """Equilibrium at a target, near or distant, or None where a shorter step comes first."""
         step, trial = state.distance(target), state.at(*target, plain=self.equilibrium.plain)
-        # in small steps, equilibria under a growing load are near: where none is, the wall mostly collapses
+        # in small steps, equilibria under a growing load are near; without one, the wall mostly collapses
         newton_only = self._locates_collapse or self._relaxes
         may_halve = not newton_only and control.may_halve(step, self._allowed_halvings)
         methods = Methods.BOTH_FORMS if newton_only else Methods.ALL
@@ -300,7 +300,7 @@ class Continuation:
         return state, np.inf, False
 
     def _is_detached(self, state: State) -> bool:
-        """Return whether a part of the wall is detached."""
+        """Whether a part of the wall is detached."""
         return bool(detached_blocks(self.model, state.displacement, state.load_factor).any())
 
     def _next_target(self, state: State, control: StepControl) -> tuple[Point, FloatArray]:
@@ -334,11 +334,11 @@ class Continuation:
         return trial, ratio, unconverged
 
     def _commit_within_energy_error(self, trial: State, step: float, snapped: bool, control: StepControl) -> bool:
-        """Commit an equilibrium, unless the energy error of the step asks for a shorter one; return whether."""
+        """Commit an equilibrium unless its energy error is too large; return whether it was committed."""
         before = self.never_opened.copy(), copy(self.balance), self.broken_at
         self.commit(trial, unstable=snapped, snapped=snapped)
         length = np.inf if snapped else self.energy_control.next_length(before[1], self.balance, step)
-        # live loads go in small steps anyhow
+        # live loads already use small steps
         if length < step and step > control.shortest_refined_step and not self._locates_collapse:
             self.never_opened, self.balance, self.broken_at = before
             control.refine_step(length)
@@ -394,7 +394,7 @@ class Continuation:
         return best, 0.0
 
     def _redistribute_failures(self, state: State, ratio: float) -> tuple[State, float]:
-        """Fail overloaded bonds at constant load, the most overloaded first, until none is overloaded."""
+        """Fail overloaded bonds at constant load, the most overloaded first, until every bond holds."""
         parted_again = np.zeros(state.history.cracked.size, dtype=np.bool_)
         while True:
             heaviest = self.equilibrium.largest_bond_load(state)

@@ -60,7 +60,7 @@ class Dissection:
             parts += [(nodes[~parted & ~on_left], listed), (nodes[~parted & on_left], listed)]
 
     def _cut(self, nodes: IntArray, listed: IntArray, left: BoolArray, separates: BoolArray) -> IntArray | None:
-        """Return the lightest separator of a part, nodes on one side of a cut along one axis; None if there is none.
+        """Return the lightest separator of a part, nodes on one side of a cut along one axis, or None.
 
         ``left`` becomes the half of each block.
         """

@@ -68,7 +68,7 @@ class VolumeCorrection:
     _deflection: float = np.inf
 
     def settles(self, deflection: float, missing: float) -> bool:
-        """Return whether the wall has answered to the last correction and deflection is still missing."""
+        """Whether the wall has responded to the last correction and deflection is still missing."""
         change, self._deflection = abs(deflection - self._deflection), deflection
         return abs(missing) > self.deflection_tolerance and change <= VOLUME_ANSWER * abs(missing)
 
@@ -91,7 +91,7 @@ def relax_dynamically(
 ) -> Iterator[State]:
     """Relax a wall from its last equilibrium: ramp of the movement, then local damping at constant movement.
 
-    The movement is ramped: ground that moved at once would compress joints so much that blocks fly off and stay where
+    The movement is ramped: ground that moved at once would compress joints until blocks fly off and stay where
     they wedge.
     """
     law, control = model.properties, options.dynamic_relaxation
@@ -163,7 +163,7 @@ def _at(
     pumped = lasting if volume_per_deflection is not None else replace(lasting, jacks=None)
     run, load = DampedTimeStepping(pumped, Solver(), options, commit_sections=False), state.load
     if jacks is not None and run.pump is None:
-        # a prescribed load grows with the movement from that of the level state
+        # a prescribed load grows with the movement from the load of the level state
         growth = (
             (jacks.load - state.jack) / (1.0 - state.load_factor) if jacks.by_load and state.load_factor < 1.0 else 0.0
         )

@@ -41,7 +41,7 @@ class ElasticFactors(NamedTuple):
     arrays : dict
         By their names in the table of the tangent equations; empty until a second wall has been made of the same.
     elastic_complements : array
-        See ``MultifrontalSystem``.
+        Options of ``MultifrontalSystem``.
     held : bool
         Whether the other fronts hold the condensed ones.
     """
@@ -55,7 +55,7 @@ class ElasticFactors(NamedTuple):
 class EliminationTree:
     """Fronts, numbered from the root: every front has a larger number than its parent.
 
-    A node is what the order keeps together: a rigid or elastic block, or a gridpoint on the boundary of a deformable
+    A node is the smallest unit of the order: a rigid or elastic block, or a gridpoint on the boundary of a deformable
     one. Interfaces and deformable blocks are the elements; each is assembled in the last of its fronts.
 
     Attributes
@@ -69,17 +69,17 @@ class EliminationTree:
     size, boundary_size : array of int (F,)
         Degrees of freedom of each front, and of its boundary.
     boundary, first_boundary : array of int
-        Places in that order of the degrees of freedom on the boundaries, and where that of each front begins.
+        Places in that order of the degrees of freedom on the boundaries, and first place of each front.
     boundary_in_parent : array of int
         Index of each of these in the parent's front; there, the boundary follows the front's own degrees of freedom.
     kinematics : InterfaceKinematics
-        Of the interfaces.
+        Numbers of the interfaces.
     interface_front : array of int (m,)
-        Front in which each interface is assembled; -1 if none of its degrees of freedom is free.
+        Front in which each interface is assembled; -1 if all its degrees of freedom are fixed.
     interface_index : array of int (m, w)
         Index of its degrees of freedom in that front, -1 where prescribed.
     front_interfaces, first_interface : array of int
-        Interfaces assembled in each front, and where those of each begin.
+        Interfaces assembled in each front, and first interface of each.
     superelement_front, superelement_index, front_superelements, first_superelement : array of int
         The same of deformable blocks; indices of their boundaries one after the other.
     elastic_factors : ElasticFactors or None
@@ -125,7 +125,7 @@ class EliminationTree:
     def of(
         cls, system: DiscreteSystem, superelements: Superelements | None, options: LinearSystemOptions = DEFAULTS
     ) -> EliminationTree:
-        """Return the tree of a wall; that of the last wall if it has the same geometry and supports."""
+        """Return the tree of a wall; the last wall's tree if it has the same geometry and supports."""
         if superelements is not None:
             return cls(system, superelements, options)
         model = system.model
@@ -160,19 +160,19 @@ class EliminationTree:
         return self._marked(self.superelement_front[superelements])
 
     def _marked(self, fronts: IntArray) -> BoolArray:
-        """Return which fronts are listed (F,); -1 is no front."""
+        """Mask (F,) of the listed fronts; -1 is no front."""
         found = np.zeros(self.count + 1, dtype=np.bool_)
         found[fronts] = True
         return found[:-1]
 
     def in_fronts(self, fronts: BoolArray) -> BoolArray:
-        """Return which interfaces are assembled in some fronts (m,)."""
+        """Mask (m,) of the interfaces assembled in some fronts."""
         return np.append(fronts, False)[self.interface_front]
 
     # -- order ----------------------------------------------------------------------------------------------------
 
     def _set_nodes(self, system: DiscreteSystem, dofs: IntArray) -> IntArray:
-        """Set block, size and place of each node, and the nodes that interfaces join; return those of free dofs."""
+        """Set block, size and place of each node, and the nodes that interfaces join; return the nodes of free dofs."""
         model = system.model
         mesh, n = model.mesh, model.n_blocks
         node = system.block_of_dof.copy()
@@ -262,7 +262,7 @@ class EliminationTree:
         return np.ascontiguousarray(np.where(places < 0, -1, np.where(own >= 0, own, size + beyond)))
 
     def _grouped(self, front: IntArray) -> tuple[IntArray, IntArray]:
-        """Return elements front by front, and where those of each begin; without those of no front."""
+        """Return elements front by front, and the first element of each; elements without a front are left out."""
         order = np.argsort(front, kind="stable")
         edges = np.searchsorted(front[order], np.arange(self.count + 1))
         return order[edges[0] :], edges - edges[0]

@@ -45,7 +45,7 @@ class EnergyBalance:
     section_error : float
         Part of the error: work that cracking sections of the footing return under load, however short the step.
     largest_work : float
-        Largest absolute external work so far.
+        Largest absolute external work up to now.
     residual_work : float
         Bound of the work of the residual in the last step.
     """

@@ -46,7 +46,7 @@ class JackControl:
 
     @classmethod
     def of(cls, model: Model) -> JackControl | None:
-        """Return the control of a model's jacks in the level state; None if there are none."""
+        """Control of a model's jacks in the level state, or None without jacks."""
         jacks = model.jacks
         weights = model.deflection if jacks is None or jacks.weights is None else jacks.weights
         if jacks is None or weights is None:

@@ -52,13 +52,13 @@ class MultifrontalSystem:
     Attributes
     ----------
     solver : Solver
-        Factors of the active fronts and their corrections, as kernels take them.
+        Factors of the active fronts and their corrections, as structures for kernels.
     factors : Factors
-        Of all fronts.
+        Numbers of all fronts.
     tree : EliminationTree
         Order of elimination.
     condensation : StaticCondensation or None
-        Superelements of the condensed subtrees; None if all fronts are active.
+        Superelements of the condensed subtrees, or None where all fronts are active.
     elastic_complements : array
         Schur complements of condensed fronts without regularisation, as ``complements`` of the factors; empty until
         then.
@@ -192,7 +192,7 @@ class MultifrontalSystem:
         return total[self.tree.dofs] + strain_stiffness
 
     def _block_tangents(self) -> BlockTangents:
-        """Tangents of the deformable blocks of all fronts; of none if all blocks are rigid or elastic."""
+        """Tangents of the deformable blocks of all fronts; empty if all blocks are rigid or elastic."""
         blocks, none = self._superelements, np.empty(0, dtype=np.int64)
         if blocks is None:
             first = np.zeros(self.tree.count + 1, dtype=np.int64)
@@ -320,7 +320,7 @@ class MultifrontalSystem:
     def _eliminate_condensed(self, fronts: BoolArray) -> bool:
         """Eliminate some fronts, elastic; return whether their ancestors hold them.
 
-        Of walls of one geometry and elastic stiffness, all from the third on take over what the second has computed.
+        Of walls of one geometry and elastic stiffness, all from the third on reuse the results of the second.
         """
         interfaces, tree = np.flatnonzero(self.tree.in_fronts(fronts)), self.tree
         self._target[interfaces] = self.elastic[interfaces]
@@ -373,7 +373,7 @@ class MultifrontalSystem:
         return displacement.reshape(force.shape)
 
     def continue_counts(self, before: MultifrontalSystem) -> None:
-        """Count iterations and factorisations on from those of the same wall with other supports."""
+        """Continue the counts of iterations and factorisations of the same wall with other supports."""
         self._counts[[ITERATIONS, FACTORISATIONS]] += before._counts[[ITERATIONS, FACTORISATIONS]]
 
     def count_iteration(self) -> None:
@@ -382,17 +382,17 @@ class MultifrontalSystem:
 
     @property
     def iterations(self) -> int:
-        """Number of solutions in iterations so far."""
+        """Number of solutions in iterations."""
         return int(self._counts[ITERATIONS])
 
     @property
     def factorisations(self) -> int:
-        """Number of factorisations so far."""
+        """Number of factorisations."""
         return int(self._counts[FACTORISATIONS])
 
     @property
     def corrections(self) -> int:
-        """Number of Woodbury corrections so far."""
+        """Number of Woodbury corrections."""
         return int(self._counts[CORRECTIONS])
 
 

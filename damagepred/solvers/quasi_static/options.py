@@ -70,8 +70,8 @@ class CoulombOptions:
 
     A search in vain costs more than dynamic relaxation. After each, the next search gets half the Newton iterations;
     after the second, third, ... the following 1, 3, 7 equilibria are sought by Newton's method alone. The first takes
-    none away: where joints without a bond slide, half the step mostly finds what the whole did not. A search that
-    succeeds takes one failure back.
+    none away: where joints without a bond slide, half a step mostly finds an equilibrium where the whole step does not.
+    A search that succeeds takes one failure back.
 
     Attributes
     ----------
@@ -221,7 +221,7 @@ class ReturnMappingOptions:
     yield_tolerance: Pure = Field(default=1e-9, gt=0, lt=1)
 
     def for_kernels(self, joints: np.ndarray | None = None) -> ReturnMapping:
-        """Return the parameters as the kernels take them."""
+        """Parameters for kernels."""
         general = None if joints is not None and all_plain(joints) else True
         return ReturnMapping(**asdict(self), general=general)
 
@@ -247,7 +247,8 @@ class LinearSystemOptions:
     woodbury_tolerance : float
         Residual of the correction forces over their largest, beyond which the system is refactorised (1).
     refactorisation_ratio : float
-        Cost of all corrections since the last factorisation over that of a new one, from which that is made (1).
+        Cost of all corrections since the last factorisation over the cost of a new one, from which a new one is made
+        (1).
     """
 
     regularisation: Pure = Field(default=1e-7, gt=0)

@@ -70,7 +70,7 @@ def _steps() -> Steps:
 
 
 class ExternalLoad:
-    """Dead and live load at the load factors of a state, with that of condensed fronts, without that of jacks."""
+    """Dead and live load at the load factors of a state, with the load of condensed fronts, without jacks."""
 
     def __init__(self, dead: FloatArray, live: FloatArray) -> None:
         self.dead, self.live, self.grows, self._force = dead, live, bool(live.any()), np.zeros(dead.size)
@@ -90,7 +90,7 @@ class ExternalLoad:
 
 
 class _Structures:
-    """Structures of the last histories and grounds, as kernels take them: most steps ask for the same ones again."""
+    """Structures of the last histories and grounds for kernels; most steps use the same ones again."""
 
     def __init__(self) -> None:
         self._histories: tuple[tuple[JointHistory, History], ...] = ()
@@ -183,7 +183,7 @@ class Residual:
 
     @property
     def newton_iterations(self) -> int:
-        """Number of Newton iterations so far."""
+        """Number of Newton iterations."""
         return self.equations.iterations
 
     @property
@@ -223,7 +223,7 @@ class Residual:
         return self.system.block_of_dof[self.model.supports.prescribed[prescribed]]
 
     def _interfaces_of(self, blocks: IntArray) -> IntArray:
-        """Return the interfaces of some blocks, and those to the ground but for guides, which do not move."""
+        """Interfaces of some blocks, and interfaces to the ground except guides, which do not move."""
         ground = np.array([self.model.n_blocks])
         return np.flatnonzero(self._are_on(blocks) | (self._are_on(ground) & ~self.model.guides))
 
@@ -274,7 +274,7 @@ class Residual:
         }
 
     def _joint_structure(self, return_mapping: ReturnMapping) -> Joints:
-        """Interfaces and joint law, as kernels take them."""
+        """Interfaces and joint law, as structures for kernels."""
         model, system, records = self.model, self.system, self.model.interface_records
         elastic = model.interfaces.elastic
         made: Joints = Joints(
@@ -337,12 +337,12 @@ class Residual:
         )
 
     def _jointed(self, interfaces: IntArray) -> IntArray:
-        """Return those of some interfaces that follow the joint law, not that of a concrete section."""
+        """Interfaces among the given ones that follow the joint law, not the law of a concrete section."""
         sections = self.model.sections
         return interfaces if sections is None else np.setdiff1d(interfaces, sections.interface)
 
     def _displacement_of(self, state: State, displacement: FloatArray | None) -> FloatArray:
-        """Displacements (size,) that kernels take: those of a state by default."""
+        """Displacements (size,) for kernels; by default the state's."""
         u = state.displacement if displacement is None else displacement
         if u.shape != (self.model.size,) or u.dtype != np.float64 or not u.flags.c_contiguous:
             raise ValueError(
@@ -351,12 +351,12 @@ class Residual:
         return u
 
     def _history_of(self, state: State) -> tuple[History, WallGround]:
-        """History of a state, and the ground at its load factor, as kernels take them."""
+        """History of a state, and the ground at its load factor, as structures for kernels."""
         made = self._structures
         return made.history(state.history), made.ground(self.model.ground.at(state.load_factor))
 
     def _structure_of(self, state: State, condensation: StaticCondensation | None, limit: float = np.inf) -> WallState:
-        """Return loads, with those of condensed fronts, and history of a state, as kernels take them."""
+        """Loads with condensed fronts, and history of a state, as structures for kernels."""
         check_time()
         history, ground = self._history_of(state)
         made: WallState = WallState(
@@ -398,8 +398,8 @@ class Residual:
     def newton(self, state: State, start: FloatArray, searching: bool | None = None) -> tuple[FloatArray, float]:
         """Run Newton's method; return its best iterate and the unbalanced force ratio there.
 
-        The load of the jacks becomes that of the best iterate. ``searching``: with line search, or with backtracking;
-        None: with line search if the wall has a potential.
+        The load of the jacks becomes the load of the best iterate. ``searching``: with line search, or with
+        backtracking; None: with line search if the wall has a potential.
         """
         searching, found = self.has_potential if searching is None else searching, np.empty_like(start)
         begin, inside = self._displacement_of(state, start), self._in_state(state, self._divergence_limit(state))
@@ -455,7 +455,7 @@ class Residual:
         stored = joints.stored
         if condensation is not None and self.superelements is None:
             stored += condensation.elastic_energy(u, state.load, state.load_factor)
-        if self.model.elastic is not None:  # those of active fronts
+        if self.model.elastic is not None:  # loads of active fronts
             strain = np.zeros_like(state.displacement)
             strain[self.free] = state.displacement[self.free]
             stored += 0.5 * float(self.system.strain_stiffness @ strain[self.system.strain_dofs] ** 2)
@@ -525,7 +525,7 @@ class Residual:
         return float(interpolate_event(self.bonds, self.components, *history, listed, u, aim))
 
     def has_diverged(self, state: State, displacement: FloatArray | None = None) -> bool:
-        """Return whether displacements are so large that no equilibrium is sought any more."""
+        """Whether displacements are too large for an equilibrium to be sought."""
         displacement = state.displacement if displacement is None else displacement
         limit, arms = self._divergence_limit(state), self.system.arms
         if within_limit(displacement, self.free, arms, limit):
@@ -534,7 +534,7 @@ class Residual:
         return not within_limit(displacement, self.free, arms, limit)
 
     def _divergence_limit(self, state: State) -> float:
-        """Return the displacement beyond which no equilibrium is sought, but for those of the elastic wall (m)."""
+        """Displacement beyond which no equilibrium is sought, unless the elastic wall moves farther (m)."""
         at_start, allowed = self._detachment_limit
         return at_start + DIVERGENCE_DISPLACEMENT * allowed.at(state.load_factor)
 
@@ -548,7 +548,7 @@ class Residual:
     def volume_per_deflection(self) -> float | None:
         """Return the sum of the jacks' lifts, the volume they take, per deflection with the last tangent (1).
 
-        None where their load is given, or where they do not bend the footing.
+        None: their load is given, or they do not bend the footing.
         """
         if self.jacks is None or self.jacks.by_load:
             return None
@@ -585,7 +585,7 @@ class Residual:
     def inelastic_fronts(self, state: State) -> BoolArray | None:
         """Return the condensed fronts (F,) in which a joint slides or a block yields in the equilibrium just completed.
 
-        None if there is none. Blocks that yield become active.
+        None: no deformable block. Blocks that yield become active.
         """
         tree, condensed = self.equations.tree, self.equations.condensed_interfaces
         slides = self.condensed and self._completed.sliding > 0
@@ -616,7 +616,7 @@ class JointEnergy(NamedTuple):
     friction, crushing, mode_1_dissipation : float
         Dissipated since the last commit; the last in tension by bonds that soften by slip.
     stored, softened : float
-        Elastic energy, and softening work of all other bonds so far.
+        Elastic energy, and accumulated softening work of all other bonds.
     """
 
     friction: float
@@ -627,7 +627,7 @@ class JointEnergy(NamedTuple):
 
 
 def _parameters_of(options: SolverOptions, tolerance: float) -> np.ndarray:
-    """Return the parameters of the iterations, as kernels take them: one record."""
+    """Parameters of the iterations: one record for kernels."""
     parameters = np.zeros(1, PARAMETERS)
     for kind in ("newton", "newton_with_line_search", "line_search"):
         for name in parameters[kind].dtype.names or ():

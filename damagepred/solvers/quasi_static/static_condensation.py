@@ -28,7 +28,7 @@ class StaticCondensation:
     boundary_dofs : array of int
         Degrees of freedom of active fronts on which superelements act.
     structure : Condensation
-        As kernels take it.
+        Structure for kernels.
     """
 
     def __init__(self, equations: MultifrontalSystem, load: FloatArray, live_load: FloatArray | None) -> None:

@@ -20,7 +20,7 @@ from damagepred.solvers.system.loading_stages import supported_during_load
 
 @one_blas_thread()
 def static_equilibrium(model: Model, settings: Solver) -> State | None:
-    """Find the static equilibrium under dead load; None if nothing supports the wall, or it does not stand."""
+    """Static equilibrium under dead load, or None where the wall has no support or falls."""
     supported = len(model.interfaces.kind) > 0 or (model.supports.prescribed >= 3 * (model.n_blocks + 1)).any()
     if not supported or not DiscreteSystem.of(model).dead_load.any():
         return None

@@ -16,7 +16,8 @@ EVENT_STEP_GROWTH = 4.0
 DISTANT_STEP_GROWTH = 4.0
 """Growth of the minimum step after a distant equilibrium was accepted (1)."""
 CLIPPED_STEP = 1e-3
-"""Difference from the longest step, over that step, from which a step ended sooner than the energy balance asked for
+"""Difference from the longest step, over that step, from which a step counts as ended before the length of the energy
+balance
 (1)."""
 MAX_EVENT_CUTS = 4
 """Cuts of a step to where interpolation expects a bond to fail; after that the step is halved."""
@@ -54,8 +55,8 @@ class EnergyControl:
     def next_length(self, before: EnergyBalance, after: EnergyBalance, step: float) -> float:
         """Return the step length whose imbalance is just allowed.
 
-        It is that of the next step, or of this step repeated if shorter. The imbalance is of second order in the step,
-        which gives the square root.
+        It is the length of the next step, or of this step repeated if shorter. The imbalance is of second order in the
+        step, which gives the square root.
         """
         error = (after.energy_error - before.energy_error) - (after.section_error - before.section_error)
         options = self.options
@@ -79,13 +80,13 @@ class StepControl:
     collapse_bracket : float
         Distance between the last equilibrium and collapse at which collapse is located (1).
     shortest_halved_step, shortest_refined_step : float
-        Steps up to which none is halved for want of an equilibrium, nor refined by the energy balance (1).
+        Length of step that is neither halved for want of an equilibrium nor refined by the energy balance (1).
     minimum_event_step : float
         Step within which all bonds fail at its end (1).
     longest_step : float
         Step length allowed by the energy balance (1).
     next_point : (float, float) or None
-        Next target; None: that of the predictor.
+        Next target; None: the predictor's target.
     rejected_target, overloaded_point, collapse_point : (float, float) or None
         Nearest load and load factor at which no nearby equilibrium was found, at which a bond is overloaded, and at
         which the wall collapses.
@@ -94,7 +95,7 @@ class StepControl:
     collapse_residual : float
         Unbalanced force ratio there.
     halvings, event_cuts : int
-        Of the present step.
+        Energy balance of the present step.
     accepted_steps : int
         Steps since the last event: as often the predictor was too early.
     refined : bool
@@ -159,7 +160,7 @@ class StepControl:
         return ceiling if tried_itself else state.towards(ceiling, 0.5)
 
     def has_located_collapse(self, state: State) -> bool:
-        """Return whether collapse is bracketed closely enough from the last equilibrium."""
+        """Whether collapse is bracketed closely enough from the last equilibrium."""
         return self.collapse_point is not None and state.distance(self.collapse_point) <= self.collapse_bracket
 
     def reject_target(self, target: Point) -> None:
@@ -167,7 +168,7 @@ class StepControl:
         self.rejected_target, self.next_point = target, None
 
     def may_halve(self, step: float, allowed: int) -> bool:
-        """Return whether a step without equilibrium may be halved."""
+        """Whether a step without equilibrium may be halved."""
         return self.halvings < min(allowed, self.options.max_halvings) and step > self.shortest_halved_step
 
     def halve_step(self, state: State, target: Point) -> None:
@@ -175,7 +176,7 @@ class StepControl:
         self.next_point, self.halvings = state.towards(target, 0.5), self.halvings + 1
 
     def accept_distant(self, target: Point) -> None:
-        """Pass a target that had been rejected; from here on, distant equilibria are sought sooner."""
+        """Pass a target that had been rejected; from here on, distant equilibria are sought earlier."""
         if target == self.rejected_target:
             self.rejected_target = None
             self.minimum_step *= DISTANT_STEP_GROWTH
@@ -190,11 +191,11 @@ class StepControl:
     def allow_step(self, length: float, step: float) -> None:
         """Set the longest step after a step within the energy error.
 
-        A step that ended sooner than it was allowed to, at an event or at the end of the increment, shortens nothing.
+        A step that an event or the end of the increment cut short does not shorten the next one.
         """
         if step < self.longest_step * (1.0 - CLIPPED_STEP):
             length = max(length, self.longest_step)
-        if self.refined:  # the error of the next step is that of the shortened one, not less
+        if self.refined:  # the next step has the error of the shortened one, not less
             length, self.refined = min(length, self.longest_step), False
         self.longest_step = length if self.longest_step < np.inf else np.inf
 
@@ -219,6 +220,6 @@ class StepControl:
         self.next_point = state.towards(target, share)
 
     def pass_event(self) -> None:
-        """Start anew after bonds failed at the end of a step."""
+        """Start again after bonds failed at the end of a step."""
         self.next_point = self.overloaded_point = None
         self.halvings = self.event_cuts = self.accepted_steps = 0

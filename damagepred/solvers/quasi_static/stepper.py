@@ -26,7 +26,7 @@ from damagepred.solvers.system.loading_stages import (
 from damagepred.solvers.system.zero_support_load import least_support_load
 
 ZERO_LOAD_RATIO = 1e-7
-"""Load over all dead load that counts as none where a path ends because nothing is carried (1)."""
+"""Share of the dead load below which a support counts as unloaded where a path ends (1)."""
 ZERO_LOAD_BRACKET = 1e-7
 """Load factor between two points of the path that count as one in that search (1)."""
 
@@ -46,11 +46,11 @@ class QuasiStaticStepper:
         self.number, self._before, self._detachment_limit = 0, Counters(), DetachmentLimit.of(model)
 
     def begin_increment(self, number: int) -> None:
-        """Count work from here on as that of an increment."""
+        """Count work from here on as work of an increment."""
         self.number, self._before = number, self.path.counters
 
     def counters(self) -> Counters:
-        """Return the work of the increment so far."""
+        """Work of the current increment."""
         return self.path.counters.since(self._before)
 
     def checkpoint(self) -> Checkpoint:
@@ -92,7 +92,7 @@ class QuasiStaticStepper:
         return Outcome(ratio, balanced, collapsed)
 
     def _lifted_off(self, ratio: float) -> bool:
-        """Return whether the dead load lifted the footing off unilateral supports, or found no equilibrium."""
+        """Whether the dead load lifted the footing off unilateral supports, or found no equilibrium."""
         path, free = self.path, unilateral_supports(self.model)
         rests = ratio < path.tolerance and not detached_blocks(path.model, path.state.displacement, 0.0).any()
         return bool(free.size) and not (rests and path.never_opened[free].all())

@@ -49,7 +49,7 @@ DEFAULTS = NewtonOptions()
 
 
 class BlockShape(NamedTuple):
-    """Blocks of one shape, material and support, r degrees of freedom of the boundary before those of the interior.
+    """Blocks of one shape, material and support, r degrees of freedom of the boundary first, then the interior.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Superelements:
     Attributes
     ----------
     law : BlockLaw
-        As kernels take them.
+        Structures for kernels.
     boundary, elastic : list of array
         Degrees of freedom of the boundary of each block, and its elastic stiffness there (N/m).
     tangents, first_entry : array, array of int (d + 1,)
@@ -127,7 +127,7 @@ class Superelements:
     def _structure(
         self, shapes: list[BlockShape], rows: FloatArray, loads: FloatArray, particular: FloatArray, tolerance: float
     ) -> DeformableBlocks:
-        """Return all blocks as kernels take them."""
+        """All blocks, as one structure for kernels."""
         model, mesh, count = self.model, self.mesh, len(self.block)
         elasticity, strength = block_moduli(model)
         size, boundary, cells = np.array([(len(k.stiffness), len(k.condensed), len(k.cells)) for k in shapes]).T
@@ -180,7 +180,7 @@ class Superelements:
         return made
 
     def _group_by_shape(self) -> list[IntArray]:
-        """Return which deformable blocks share a condensation: same shape, material and supports."""
+        """Deformable blocks that share a condensation: same shape, material and supports."""
         mesh, model = self.mesh, self.model
         held = np.zeros(model.size, dtype=np.bool_)
         held[model.supports.prescribed] = True

@@ -13,7 +13,7 @@ from damagepred.solvers.quasi_static.residual import Residual
 from damagepred.solvers.state.wall_state import State
 
 FIRST_FORCING = 3.0
-"""Largest residual tolerance of a Tresca problem, and that of the first (mean block weights)."""
+"""Largest residual tolerance of a Tresca problem, also the tolerance of the first (mean block weights)."""
 WARM_START_ITERATIONS = 6
 """Tresca problems of that search."""
 FULL_UPDATES = 6
@@ -27,8 +27,8 @@ def coulomb_fixed_point(problem: Residual, state: State, warm: bool, max_newton_
 
     Each iteration minimises the potential with fixed bounds, updates these, under-relaxed after the first updates, and
     tries Newton's method on the Coulomb law from there. The minimisation is inexact: its tolerance is a share of the
-    residual of the Coulomb law, which the bounds leave anyhow (Dembo, Eisenstat and Steihaug 1982). A warm start takes
-    the first bounds from the present displacements.
+    residual of the Coulomb law, which remains with frozen bounds (Dembo, Eisenstat and Steihaug 1982). A warm start
+    takes the first bounds from the present displacements.
     """
     options = problem.options.coulomb
     bounds, history = problem.components.bounds, state.history

@@ -1,4 +1,4 @@
-"""Deformable blocks: zones and facets as kernels take them, their stiffness, and motion from that of gridpoints."""
+"""Deformable blocks: zones and facets for kernels, their stiffness, and motion from the motion of gridpoints."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class PackedZones(NamedTuple):
     first_shape : array of int (b,), shapes : array of record
         Where the shapes of each batch's cells begin; batches of bricks that are all alike share them.
     first_memory : array of int (b,), memory : array of record
-        Where the history variables of each batch's cells begin, -1 if none of its blocks has a strength.
+        First history variable of each batch's cells; -1 without strength.
     moduli : array of record (b,)
         Materials; nothing in empty lanes.
     work : array of record (1,)
@@ -125,7 +125,7 @@ def pack_zones(model: Model) -> PackedZones:
 
 
 def _shapes(model: Model, cells_of: IntArray) -> tuple[IntArray, NDArray[Any]]:
-    """Return where the shapes of each batch begin, and the shapes: one set for all batches of blocks that are alike."""
+    """First shape of each batch, and the shapes: one set for all batches of equal blocks."""
     mesh = _mesh(model)
     thickness = model.block_law.thickness
     slopes, area = zone_slopes(mesh).reshape(-1, 4), mesh.zone_area
@@ -207,7 +207,7 @@ def block_resultants(model: Model, force: FloatArray) -> FloatArray:
 
 
 def can_yield(model: Model) -> BoolArray:
-    """Return which blocks (n,) have a strength."""
+    """Mask (n,) of the blocks with a strength."""
     return np.isfinite(model.block_law.cohesion) | np.isfinite(model.block_law.tensile_strength)
 
 
@@ -236,7 +236,7 @@ def share_of_mass(model: Model) -> FloatArray:
 def rigid_motion(model: Model) -> sparse.csr_array:
     """Return the matrix (3 n, size) from displacements of gridpoints to the mean motion of their blocks.
 
-    Means are by mass; the rotation is that of the moment of momentum.
+    Means are by mass; the rotation has the same moment of momentum.
     """
     mesh = _mesh(model)
     block = mesh.gridpoint_block
@@ -277,7 +277,7 @@ def _sums_by_block(model: Model, along: FloatArray, turn_x: FloatArray, turn_y: 
 def transformation_matrix(model: Model) -> sparse.csr_array:
     """Return the matrix T (size, size) from independent displacements to all, u = T u.
 
-    Facets follow their gridpoints, other degrees of freedom themselves; those of deformable blocks as a whole are zero.
+    Facets follow their gridpoints, other degrees of freedom themselves; the rigid motion of deformable blocks is zero.
     """
     size = model.size
     if model.mesh is None:
@@ -315,22 +315,22 @@ def zone_stiffness(model: Model) -> sparse.csr_array:
 
 
 class Bending(NamedTuple):
-    """Assumed strains of zones in the bending of their cells, in place of those of their shape functions.
+    """Assumed strains of zones in the bending of their cells, in place of the strains of their shape functions.
 
     One row of crossed constant-strain triangles is 50 % too stiff in bending, and more where they are long: they strain
     as the outermost fibre does, and shear. The strain of a cell follows from its mean displacement gradient, from its
     middle gridpoint, and from the hourglass displacement q of its corners (Flanagan and Belytschko 1981), by which it
     bends. For q an assumed strain is taken (Belytschko and Bindeman 1991, ASQBI): linear across the cell, uniaxial,
-    without shear. A zone has the mean of that strain times sqrt(3/2): the energy of four zones is then that of the
-    linear field, and a rectangle bends as a beam. Constant strains stay constant, and a constant stress does no work
-    on q (patch test). The zone law takes the strain of each zone, as without assumed strains.
+    without shear. A zone has the mean of that strain times sqrt(3/2): the energy of four zones is then the energy of
+    the linear field, and a rectangle bends as a beam. Constant strains stay constant, and a constant stress does no
+    work on q (patch test). The zone law takes the strain of each zone, as without assumed strains.
 
     Attributes
     ----------
     gamma : array (z,)
         Share of the displacement of a zone's first gridpoint, a corner of its cell, in q of the cell (1).
     strain : array (z, 3, 2)
-        e_xx, e_yy, g_xy in addition to those of the shape functions, for q in x and in y (1/m).
+        e_xx, e_yy, g_xy added to the strains of the shape functions, for q in x and in y (1/m).
     """
 
     gamma: FloatArray

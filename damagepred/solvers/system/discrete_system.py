@@ -25,7 +25,8 @@ from damagepred.solvers.system.options import DEFAULTS, ElasticSolutionOptions
 class DiscreteSystem:
     """Discrete system of a wall; all solvers of a model share its arrays, so copy them before a change.
 
-    Degrees of freedom: three per block, three of the ground, then those of elastic or deformable blocks.
+    Degrees of freedom: three per block, three of the ground, then the degrees of freedom of elastic or deformable
+    blocks.
     """
 
     _in_use: ClassVar[WeakValueDictionary[int, DiscreteSystem]] = WeakValueDictionary()
@@ -192,7 +193,7 @@ class DiscreteSystem:
 
     @cached_property
     def _factorised_stiffness(self) -> tuple[sparse.csc_array, SuperLU] | None:
-        """Elastic stiffness of the free degrees of freedom without open gaps, and its factors; None if singular."""
+        """Elastic stiffness of the free dofs without open gaps, and its factors, or None where singular."""
         gap, free = self.model.properties.gap, self.free_dofs
         closed = self.model.interfaces.contact_area * (gap == 0.0)[:, None]
         whole = self._assemble_stiffness(closed) if gap.any() else self.elastic_stiffness
@@ -206,7 +207,7 @@ class DiscreteSystem:
         return stiffness, factors
 
     def elastic_solutions(self, *loads: FloatArray) -> list[FloatArray] | None:
-        """Displacements (size,) of the intact wall under each load without movement; None if singular."""
+        """Displacements (size,) of the intact wall under each load without movement, or None where singular."""
         if self._factorised_stiffness is None:
             return None
         (stiffness, factors), free, solutions = self._factorised_stiffness, self.free_dofs, []
@@ -221,7 +222,7 @@ class DiscreteSystem:
         return solutions
 
     def elastic_displacement(self) -> FloatArray | None:
-        """Displacements (size,) of the intact wall under dead load; None if the wall is singular."""
+        """Displacements (size,) of the intact wall under dead load, or None where the wall is singular."""
         solutions = self.elastic_solutions(self.dead_load)
         return None if solutions is None else self.complete(solutions[0])
 
