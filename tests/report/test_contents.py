@@ -368,7 +368,7 @@ def caveats(scene: dict) -> str:
             {"movement": {"shape": "jacks"}},
             {"movement": {"shape": "jacks"}, "footing": {"concrete": {}}},
         ),
-        ("that of the wall above the damp-proof course", {"dpc": {}}, {}),
+        ("of the wall above the damp-proof course", {"dpc": {}}, {}),
         ("compliance of the joints counts twice", {}, {"block": {"elastic_modulus": 12e9}}),
         (
             "compliance of the joints counts twice",
