@@ -310,7 +310,7 @@ def test_studies_of_other_measures_are_compared(causes: list[Path], growth: Path
     assert alone[0].columns[1] == "strain, 90 % interval (mm/m)"
     (movement, _) = draw_back_analysis(still)
     assert movement.get_xlabel() == "movement over the largest of the study"
-    with pytest.raises(InputError, match="movement = 5 mm: is the prior of one measure, and the studies have central"):
+    with pytest.raises(InputError, match="movement = 5 mm: is the prior of one measure, but the studies have central"):
         infer([causes[1], growth], Observations(level=level, movement="5 mm"))
 
 
