@@ -418,7 +418,7 @@ def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray
         other = scene.movement.other
         ground = growing_ground(
             geometry,
-            lambda x, factor: mound.at(abs(factor)).profile(x, length, kind if factor >= 0.0 else other),
+            scene.ground_rise,
             lambda x, factor: mound.at(abs(factor)).horizontal(x, length, kind if factor >= 0.0 else other),
             reverses=True,
         )
@@ -429,7 +429,7 @@ def _on_ground(scene: Scene, model: Model, geometry: Geometry, footing: IntArray
     else:
         ground = growing_ground(
             geometry,
-            lambda x, factor: mound.at(factor).profile(x, length, kind),
+            scene.ground_rise,
             lambda x, factor: mound.at(factor).horizontal(x, length, kind),
         )
     return replace(

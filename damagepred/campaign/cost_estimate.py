@@ -27,6 +27,7 @@ from damagepred.one_wall.solve import solve
 from damagepred.scene import Scene
 from damagepred.scene.assumed import ground_line
 from damagepred.scene.scene import STUDY_KEYS
+from damagepred.scene.what_moves import what_moves
 
 MOST_SAMPLES = 10**9
 """Largest number of samples: the points of a scrambled Sobol sequence."""
@@ -78,6 +79,9 @@ class CostEstimate:
     ground: str | None = None  # assumed properties of the ground
     site: str | None = None  # surface movement and site class of a soil log
     timed: tuple[float, ...] = ()  # times of all timed walls (s); walls of histories differ
+    wall: str = ""  # sizes of wall, openings, dpc and footing
+    moving: str = ""  # what moves, of a study at the means of its variables
+    sampled: tuple[str, ...] = ()  # keys of the variables
 
 
 class _TimingLimit(Exception):
@@ -123,10 +127,11 @@ def estimate_cost(
         title, samples, variables = settings.title, settings.study.samples, len(settings.variables)
         sampled = partial(sample_of, settings, settings.design(), samples=samples)
         scene, fields = sampled(0)
-        ground, site = ground_line(settings.scene, settings.variables), site_line(settings.mean_wall()[0], settings)
+        mean, names = settings.mean_wall()[0], tuple(settings.means())
+        ground, site = ground_line(settings.scene, settings.variables), site_line(mean, settings)
     else:
         scene, fields = Scene.from_toml(path), {}
-        sampled = None
+        sampled, mean, names = None, scene, ()
         title, ground, site = scene.title, ground_line(scene), site_line(scene)
     wall_cost(scene).require(limits)
     began = time.perf_counter()
@@ -168,6 +173,10 @@ def estimate_cost(
         ground=ground,
         site=site,
         timed=tuple(timed),
+        wall=f"wall {mean.wall.length:.4g} m long, {mean.wall.height:.4g} m high, openings: {len(mean.opening)}, "
+        + ("no dpc" if mean.dpc is None else f"dpc on course {mean.dpc.course}"),
+        moving=what_moves(mean),
+        sampled=names,
     )
 
 

@@ -22,30 +22,31 @@ if TYPE_CHECKING:
     from damagepred.uq.subset import SubsetEstimate
 
 
-def cost_lines(cost: CostEstimate) -> list[str]:
-    """Size and cost of a run."""
-    said = [
-        f"{cost.title}: valid",
-        f"  {cost.blocks} blocks, {cost.contacts} contacts, {cost.joints} joints, {cost.increments} increments",
-        f"  one wall: {duration(cost.wall_seconds)} ({cost.status}{_spread(cost.timed)}); kernels made ready in "
-        f"{duration(cost.compile_seconds)}",
-        f"  solver: {cost.method}" + (f", {cost.matrix_bytes / 1e6:.2g} MB of matrices" if cost.matrix_bytes else ""),
-    ]
-    if cost.zones:
+def cost_lines(cost: CostEstimate, full: bool = False) -> list[str]:
+    """Wall, movement, variables and cost of a run; ``full``: also sizes, solver and errors of the presets."""
+    one = f"one wall: {duration(cost.wall_seconds)} ({cost.status}{_spread(cost.timed)})"
+    sampled, walls = "one wall, all numbers as given", one
+    if cost.variables:
+        total = cost.samples * cost.wall_seconds
+        sampled = f"{cost.samples} walls with {cost.variables} uncertain numbers: {', '.join(cost.sampled)}"
+        walls = f"about {duration(total)} with -j 1, {duration(total / 2)} with -j 2; {one}"
+    said = [f"{cost.title}: valid; {cost.wall}", *(f"  {line}" for line in (cost.moving, sampled, walls))]
+    if full:
+        said += [
+            f"  {cost.blocks} blocks, {cost.contacts} contacts, {cost.joints} joints, {cost.increments} increments; "
+            f"kernels made ready in {duration(cost.compile_seconds)}",
+            f"  solver: {cost.method}"
+            + (f", {cost.matrix_bytes / 1e6:.2g} MB of matrices" if cost.matrix_bytes else ""),
+        ]
+    if full and cost.zones:
         results = "" if cost.variables else f", {cost.zone_bytes / 1e6:.2g} MB of results (none with --no-zones)"
         peak = f"; at most {cost.peak_bytes / 1e6:.0f} MB of memory in all" if cost.peak_bytes else ""
         said.append(
             f"  {cost.deformable_blocks} deformable blocks: {cost.zones} zones, {cost.gridpoints} gridpoints"
             f"{results}{peak}"
         )
-    if cost.variables:
-        total = cost.samples * cost.wall_seconds
-        said.append(
-            f"  {cost.samples} walls with {cost.variables} uncertain numbers: about {duration(total)} with -j 1, "
-            f"{duration(total / 2)} with -j 2"
-        )
     said += [f"  {ground}" for ground in (cost.site, cost.ground) if ground]
-    return [*said, *(f"  caution: {caution}" for caution in cost.cautions), *cost.accuracy]
+    return [*said, *(f"  caution: {caution}" for caution in cost.cautions), *(cost.accuracy if full else ())]
 
 
 def _spread(times: tuple[float, ...]) -> str:

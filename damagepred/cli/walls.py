@@ -45,9 +45,12 @@ def new(
 ) -> None:
     """Write a commented study as a template."""
     from damagepred.campaign.template import write_template
+    from damagepred.scene.what_moves import what_moves
 
     write_template(file, template)
+    described, settings = _described(file)
     terminal.say(f"wrote {file}; next: damagepred check {file}")
+    terminal.note(what_moves(described if settings is None else settings.mean_wall()[0]))
 
 
 @app.command()
@@ -55,6 +58,7 @@ def check(
     file: SceneOrStudyFile,
     yes: Yes = False,
     json: Json = False,
+    full: Full = False,
     quiet: Quiet = False,
 ) -> None:
     """Validate a file, solve one wall of it and estimate the cost of the whole run."""
@@ -66,9 +70,9 @@ def check(
     with terminal.Bar("solving one wall to price the run") as bar:
         estimate = estimate_cost(file, on_step=bar.step, limits=Limits.asked(yes))
     if json:
-        terminal.print_json(estimate, without=["cautions", "accuracy", "ground", "site"])
+        terminal.print_json(estimate, without=["cautions", "accuracy", "ground", "site", "wall", "moving", "sampled"])
         return
-    for line in cost_lines(estimate):
+    for line in cost_lines(estimate, full):
         terminal.say(line)
 
 

@@ -330,6 +330,22 @@ class Scene:
         start, middle, end = self.mound.profile(np.array([0.0, 0.5 * length, length]), length, kind)
         return "doming" if middle > 0.5 * (start + end) else "dishing"
 
+    def ground_rise(self, x: FloatArray, factor: float = 1.0) -> FloatArray:
+        """Upward displacement (m) of the ground before the footing presses it.
+
+        Parameters
+        ----------
+        x : array of float
+            Distance from the left end of the wall (m).
+        factor : float
+            Load factor, below 0 on the side opposite to ``movement.kind``.
+        """
+        movement, length = self.movement, self.wall.length
+        if movement.shape != "mound":
+            return movement.profile(x, length, factor)
+        kind = movement.kind if factor >= 0.0 else movement.other
+        return self.mound.at(abs(factor)).profile(x, length, kind)
+
     def unread(self) -> set[str]:
         """Keys that this movement does not read."""
         movement, tables, keys = self.movement, self.to_dict(), set()

@@ -157,21 +157,31 @@ def test_a_cost_estimate_in_words() -> None:
         ("steps too long",),
         ("accuracy",),
         "ground",
+        wall="wall 6 m long",
+        moving="The ground does not move",
+        sampled=("joint.cohesion",),
     )
     lines = [
-        "house: valid",
-        "  714 blocks, 6183 contacts, 2061 joints, 20 increments",
-        "  one wall: 4.0 s (complete); kernels made ready in 12 s",
+        "house: valid; wall 6 m long",
+        "  The ground does not move",
+        "  300 walls with 7 uncertain numbers: joint.cohesion",
+        "  about 20 min with -j 1, 10 min with -j 2; one wall: 4.0 s (complete)",
+        "  714 blocks, 6183 contacts, 2061 joints, 20 increments; kernels made ready in 12 s",
         "  solver: quasi_static, 34 MB of matrices",
         "  11 deformable blocks: 128 zones, 90 gridpoints; at most 213 MB of memory in all",
-        "  300 walls with 7 uncertain numbers: about 20 min with -j 1, 10 min with -j 2",
         "  ground",
         "  caution: steps too long",
         "accuracy",
     ]
-    assert cost_lines(cost) == lines
+    assert cost_lines(cost, full=True) == lines
+    assert cost_lines(cost) == [*lines[:4], *lines[7:9]]
     one = CostEstimate(**{**vars(cost), "variables": 0, "ground": None, "peak_bytes": 0, "matrix_bytes": 0})
-    assert cost_lines(one)[3:5] == [
+    assert cost_lines(one)[2:] == [
+        "  one wall, all numbers as given",
+        "  one wall: 4.0 s (complete)",
+        "  caution: steps too long",
+    ]
+    assert cost_lines(one, full=True)[5:7] == [
         "  solver: quasi_static",
         "  11 deformable blocks: 128 zones, 90 gridpoints, 5.6 MB of results (none with --no-zones)",
     ]

@@ -22,7 +22,7 @@ def test_walls_of_histories_are_timed_one_after_the_other(tmp_path: Path) -> Non
     found = estimate_cost(tmp_path / "years.toml", on_step=lambda step: seen.append(step.increment.number))
     assert seen == [0, 1, 2] * 3  # as many as the study has
     assert found.wall_seconds == pytest.approx(np.mean(found.timed))
-    assert "on average of 3 walls, " in cost_lines(found)[2]
+    assert "on average of 3 walls, " in cost_lines(found)[3]
     assert "3 walls with 1 uncertain numbers" in "".join(cost_lines(found))
     assert len(estimate_cost(tmp_path / "years.toml", history_walls=2).timed) == 2
 
@@ -33,7 +33,7 @@ def test_timing_ends_with_its_limit_and_other_movements_take_one_wall(tmp_path: 
     (tmp_path / "once.toml").write_text(WALL + SCATTER)
     found = estimate_cost(tmp_path / "once.toml")
     assert len(found.timed) == 1
-    assert "on average" not in cost_lines(found)[2]
+    assert "on average" not in cost_lines(found)[3]
 
 
 def test_the_time_left_follows_from_the_times_of_the_walls_alone(tmp_path: Path) -> None:

@@ -164,7 +164,7 @@ def test_an_unknown_option_of_an_algorithm_is_answered_with_the_name_of_the_file
 
 
 def test_check_prices_a_study(command: Run, small_study_file: Path) -> None:
-    result = command("check", small_study_file)
+    result = command("check", small_study_file, "--full")
     assert result.code == 0, result.err
     assert "valid" in result.out
     assert "6 walls with 4 uncertain numbers" in result.out

@@ -44,7 +44,7 @@ def test_solve_tells_of_zones(command: Run, tmp_path: Path) -> None:
 
 def test_check_estimates_the_cost_of_zones(command: Run, tmp_path: Path) -> None:
     (tmp_path / "wall.toml").write_text(SCENE)
-    result = command("check", tmp_path / "wall.toml")
+    result = command("check", tmp_path / "wall.toml", "--full")
     assert result.code == 0, result.err
     assert "9 deformable blocks: 128 zones, " in result.out
     assert "MB of results (none with --no-zones)" in result.out

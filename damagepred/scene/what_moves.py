@@ -1,0 +1,99 @@
+"""Sentence on the movement of a scene, from the profile of its ground."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from damagepred.scene.mound import LOCAL
+from damagepred.scene.scene import Scene
+
+POINTS, LEAST, ALIKE = 4001, 1e-8, 1e-3
+"""Points of a profile; movement over the largest that is none; relative difference of two that are the same."""
+STILL = "The ground does not move"
+
+
+def what_moves(scene: Scene) -> str:
+    """Place, direction and size of all that moves, in a sentence."""
+    movement, mound, rig, length = scene.movement, scene.mound, scene.rig, scene.wall.length
+    history, timed = movement.increments_of_history(), scene.dynamics
+    factors = np.array([1.0]) if history is None else history.load_factors
+    sides = sorted({float(factors.max()), float(factors.min())} - {0.0}, key=lambda factor: -abs(factor))
+    if movement.shape == "jacks":
+        jacks, supports = (", ".join(f"{x:.4g}" for x in at(length)) for at in (rig.jack_places, rig.support_places))
+        way = "down" if movement.sign < 0 else "up"
+        by = movement.central_deflection
+        size = f"by {_mm(by)}" if rig.jack_load is None else f"under {rig.jack_load / 1e3:.4g} kN per jack"
+        said = [f"The middle of the footing goes {way} {size}; jacks at {jacks} m, supports at {supports} m"]
+    elif movement.shape == "loads" and scene.loading is not None:
+        control, target = scene.loading.control, scene.loading.target
+        size = f"{target / 1e3:.4g} kN in all" if control == "force" else f"{_mm(target)} of {control}"
+        where = " and ".join(dict.fromkeys(f"{load.direction} the {load.side}" for load in scene.load))
+        said = [f"{STILL}; loads {where} grow to {size}"]
+    elif timed is not None and timed.movement_time is None:
+        said = [STILL]
+    else:
+        grounds = sorted((_ground(scene, factor) for factor in sides), key=lambda ground: -ground[0])
+        words = [text for _, text in grounds] or [STILL]
+        said = ["; in its history also: ".join([words[0], *(text[0].lower() + text[1:] for text in words[1:])])]
+    if movement.shape == "mound" and said != [STILL]:
+        swelling = scene.soil.stiffness_key(movement.kind) == "swelling_stiffness"
+        clay = mound.shape not in LOCAL or (mound.shape == "tree" and movement.local)
+        soil = f"{'swelling' if swelling else 'drying'} clay" if clay else "soil"
+        said.append(f"{soil}, {scene.soil.stiffness(movement.kind) / 1e3:.4g} kPa/m")
+    if movement.stage:
+        years = movement.stage[-1].time
+        said.append(f"history of {len(movement.stage)} stages" + (f" to year {years:g}" if years else ""))
+    for motion in timed.base if timed else ():
+        start, end, _ = motion.shaking() or (0.0, 0.0, 0.0)
+        way, form = {"x": "along the wall", "y": "up and down"}[motion.direction], motion.kind.replace("_", " ")
+        said.append(f"the base shakes {way} from {start:.4g} to {end:.4g} s ({form})")
+    return "; ".join(said)
+
+
+def _ground(scene: Scene, factor: float) -> tuple[float, str]:
+    """Largest movement of the ground at a load factor (m), and its place, direction and reach in words."""
+    length = scene.wall.length
+    x = np.linspace(0.0, length, POINTS)
+    rise = scene.ground_rise(x, factor)
+    top = int(np.abs(rise).argmax())
+    largest = abs(float(rise[top]))
+    if largest < 1e-9:
+        return 0.0, STILL
+    moved = f"{'up' if rise[top] > 0 else 'down'} by {_mm(largest)}"
+    if np.ptp(rise) <= ALIKE * largest:
+        return largest, f"The whole ground goes {moved}"
+    still = np.flatnonzero(rise * np.sign(rise[top]) <= LEAST * largest)
+    before, after = still[still < top][-1:], still[still > top][:1]
+    ends = [
+        f"{'nothing' if len(zero) else _mm(rise[end])} {_place(x[zero[0] if len(zero) else end], length)}"
+        for zero, end, beyond in ((before, 0, top > 0), (after, -1, top < POINTS - 1))
+        if beyond
+    ]
+    if len(ends) == 2 and [end.partition(" at the ")[2] for end in ends] == ["left end", "right end"]:
+        sizes = {end.partition(" at ")[0] for end in ends}
+        ends = [f"{sizes.pop()} at both ends"] if len(sizes) == 1 else ends
+    _, named, part = (place := _place(x[top], length)).partition("the ")
+    subject = f"The {part} of the ground" if named else f"The ground {place}"
+    words = f"{subject} goes {moved}, to {' and '.join(ends)}"
+    if (np.abs(rise[[0, -1]] - rise[top]) <= ALIKE * largest).all() and len(still):
+        inner = x[still[0]], x[still[-1]]
+        near = inner[1] - inner[0] < 0.04 * length
+        reach = "in the middle" if near else f"at {inner[0]:.3g} and {inner[1]:.3g} m"
+        words = f"Both ends of the ground go {moved}, to nothing {reach}"
+    other = int((rise * -np.sign(rise[top])).argmax())
+    if rise[other] * rise[top] < 0 and abs(rise[other]) > ALIKE * largest:
+        way = "up" if rise[other] > 0 else "down"
+        words += f"; it goes {way} by {_mm(rise[other])} {_place(x[other], length)}"
+    return largest, words
+
+
+def _place(x: float, length: float) -> str:
+    """Position along the wall in words."""
+    for name, place in (("at the left end", 0.0), ("at the right end", length), ("in the middle", length / 2.0)):
+        if abs(x - place) <= 2.0 * length / (POINTS - 1):
+            return name
+    return f"at {x:.3g} m"
+
+
+def _mm(size: float) -> str:
+    return f"{abs(1e3 * size):.3g} mm"
