@@ -43,7 +43,7 @@ class Solver:
         ``explicit``: Cundall's scheme, time stepping with damping until forces balance.
     accuracy : {"draft", "standard", "fine", "reference"}
         Preset of the keys below; a key given here takes precedence. ``standard`` are their defaults. ``damagepred
-        check`` shows the keys of each preset and its measured errors; see ``damagepred.scene.accuracy``.
+        check --full`` shows the keys of each preset and its measured errors; see ``damagepred.scene.accuracy``.
     blocks : {"rigid", "elastic", "deformable"}
         ``rigid``: their elasticity is lumped in series with the joints. ``elastic``: rectangles also stretch along
         their bed and bend; other polygons, supported and moved blocks and the footing stay rigid. ``deformable``: cut
