@@ -92,7 +92,7 @@ class Wait:
         """Name the activity inside; the list returned has its name, which may change, and its start."""
         entry = [activity, time.monotonic()]
         self.activities.append(entry)
-        if self._thread is None:
+        if self._thread is None or not self._thread.is_alive():
             self._thread = threading.Thread(target=self._watch, daemon=True, name="silence")
             self._thread.start()
         try:

@@ -86,9 +86,12 @@ def test_an_interrupt_while_waiting() -> None:
 
 def test_activities_follow_each_other(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
     def until_it_is_said(activity: str) -> None:
-        while terminal._WAIT._said != activity:
+        end = time.monotonic() + 20.0
+        while terminal._WAIT._said != activity and time.monotonic() < end:
             time.sleep(0.01)
+        assert terminal._WAIT._said == activity
 
+    monkeypatch.setattr(terminal.FORM, "quiet", False)
     monkeypatch.setattr(terminal.Wait, "FIRST", 0.3)
     with terminal.doing("reading"):
         until_it_is_said("reading")
@@ -101,6 +104,19 @@ def test_activities_follow_each_other(monkeypatch: pytest.MonkeyPatch, capfd: py
             time.sleep(2 * terminal.Wait.TICK)
     words = [line.partition(",")[0] for line in capfd.readouterr().err.splitlines()]
     assert words == ["reading", "fitting", "drawing"]
+
+
+def test_a_thread_that_ended_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    with terminal.doing("reading"):
+        thread = terminal._WAIT._thread
+        assert thread is not None
+        monkeypatch.setattr(terminal.Wait, "_say", lambda self: sys.exit())  # ends the thread alone
+        thread.join(10.0)
+        assert not thread.is_alive()
+    monkeypatch.undo()
+    with terminal.doing("fitting"):
+        assert terminal._WAIT._thread is not thread
+        assert terminal._WAIT._thread.is_alive()
 
 
 def test_compilation_has_its_name(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
