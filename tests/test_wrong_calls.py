@@ -186,7 +186,7 @@ CALLS: dict[str, tuple[Callable[[dict[str, Any]], Callable[..., Any]], dict[str,
     "draw_category_shares": (lambda k: plotting.draw_category_shares, {"ds": "ds"}),
     "draw_convergence": (lambda k: plotting.draw_convergence, {"ds": "ds", "at": 2e-3, "confidence": 0.9}),
     "footing_alone": (lambda k: footing_alone, {"scene": "scene", "line_load": 0.0}),
-    "wall_model": (lambda k: wall_model, {"scene": "scene", "fields": {}, "deformable": None}),
+    "wall_model": (lambda k: wall_model, {"scene": "scene", "fields": {}}),
     "wall_geometry": (lambda k: wall_geometry, {"scene": "scene"}),
     "wall_cost": (lambda k: wall_cost, {"scene": "scene", "increments": 3}),
     "Study.sample": (lambda k: k["study"].sample, {"number": 0, "samples": 4}),
@@ -216,7 +216,7 @@ CALLS: dict[str, tuple[Callable[[dict[str, Any]], Callable[..., Any]], dict[str,
     "rest_on_ground": (lambda k: assembly().rest_on_ground, {"blocks": [0], "displacement": None}),
     "hold_points": (lambda k: assembly().hold_points, {**ONE, "where": lambda x, y: x > 0, "x": 0.0, "y": 0.0}),
     "traction": (lambda k: assembly().traction, {**ONE, "where": lambda x, y: x > 0, "x": 0.0, "y": 0.0}),
-    "build": (lambda k: assembly().build, {"solver": None, "fields": None, "span": 1.0, "deformable": None}),
+    "build": (lambda k: assembly().build, {"solver": None, "fields": None, "span": 1.0}),
 }
 
 

@@ -202,8 +202,11 @@ def draw_footing(ds: xr.Dataset, axes: Sequence[Axes] | None = None) -> list[Axe
     >>> [ax.get_ylabel() for ax in axes]
     ['rise of the footing (mm)', 'moment, sagging positive (kNm)', 'curvature, sagging positive (1/km)']
     """
-    require(ds, ("section_moment", "section_curvature"), "the result of one wall on a footing that finds its own form "
-            "(`movement.shape = 'jacks'` or 'mound')")  # fmt: skip
+    require(
+        ds,
+        ("section_moment", "section_curvature"),
+        "the result of one wall on a footing that finds its own form (`movement.shape = 'jacks'` or 'mound')",
+    )
     axes = several_or_new(axes, 3, 1, 9.0, 9.5, sharex=True)
     chosen, datum = footing_blocks(ds), settlement(ds)
     level, x = datum or 0.0, ds["section_x"].values

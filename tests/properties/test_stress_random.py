@@ -66,7 +66,6 @@ def answer(tables: dict[str, Any], method: str, blocks: str) -> tuple[list[Any],
     return found, ""
 
 
-@pytest.mark.timeout(120)
 @pytest.mark.parametrize(
     ("method", "blocks"), [("quasi_static", "rigid"), ("explicit", "rigid"), ("quasi_static", "deformable")]
 )

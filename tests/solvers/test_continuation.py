@@ -290,8 +290,8 @@ def test_a_dilatant_wall_is_not_thrown_off_by_its_ground() -> None:
         block=BlockMaterial(density=450.0),
         movement=Movement(kind="doming", central_deflection=1e-2, shape="parabola"),
     )
-    last = list(solve_path(model_of(scene, increments=1), WHOLE, 1))[-1]
-    slowly = list(solve_path(model_of(scene, increments=1), Solver(method="explicit"), 1))[-1]
+    last = list(solve_path(model_of(scene), WHOLE, 1))[-1]
+    slowly = list(solve_path(model_of(scene), Solver(method="explicit"), 1))[-1]
     assert not last.collapsed
     assert not slowly.collapsed
     # the dilatant opening depends on the path
@@ -309,7 +309,7 @@ def test_a_bond_without_tensile_strength_carries_at_most_the_tolerance() -> None
         block=BlockMaterial(density=3987.0, elastic_modulus=86.5e9),
         movement=Movement(kind="doming", central_deflection=2.44e-5, shape="three_loads"),
     )
-    model = model_of(scene, increments=5)
+    model = model_of(scene)
     for step in solve_path(model, WHOLE, 5):
         pulls = step.normal_stress * model.interfaces.contact_area
         assert pulls.max() < 1.05e-6 * model.mean_block_weight

@@ -37,7 +37,7 @@ def opened(ds: xr.Dataset) -> np.ndarray:
 
 
 @pytest.mark.parametrize("residual", [13.73e3, 0.0])
-@pytest.mark.parametrize("strength", [0.0, 1.0, 1e3])
+@pytest.mark.parametrize("strength", [0.0, 10.0, 1e3])
 def test_weak_bonds_cost_little(strength: float, residual: float) -> None:
     """56 bricks; without step control of weak bonds and unsuccessful searches more than 60 000 Newton iterations."""
     joint = replace(JOINT, tensile_strength=strength, residual_cohesion=residual)
@@ -48,7 +48,7 @@ def test_weak_bonds_cost_little(strength: float, residual: float) -> None:
     assert ds["joint_law_violation"].values.max() < 2.1e-6 * 6700.0  # of the stress of a block's weight
 
 
-@pytest.mark.parametrize("strength", [0.0, 1.0])
+@pytest.mark.parametrize("strength", [0.0, 10.0])
 def test_groups_give_the_result_of_single_bonds(strength: float) -> None:
     """The bonds release no energy: their order within a block's weight makes no difference."""
     scene = replace(WALL, joint=replace(JOINT, tensile_strength=strength, residual_cohesion=0.0))
@@ -84,12 +84,12 @@ def bricks_under_doming(strength: float) -> Scene:
     )
 
 
-@pytest.mark.parametrize("strength", [0.0, 1.0])
+@pytest.mark.parametrize("strength", [0.0, 10.0])
 def test_walls_of_weak_bonds_relax_by_whole_steps(strength: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """240 bricks: weak bonds break while the wall relaxes, and steps towards the next increment are not halved without
     end.
 
-    Cracks depend on the path: the explicit solver's sum of openings moves by 9 % for a strength of 1 Pa.
+    Cracks depend on the path: the explicit solver's sum of openings moves by 9 % for a strength of 10 Pa.
     """
     snap_through, relaxed = path.Continuation.snap_through, []
 
@@ -111,8 +111,8 @@ def test_walls_of_weak_bonds_relax_by_whole_steps(strength: float, monkeypatch: 
 
 
 def test_next_to_no_strength_is_as_none() -> None:
-    """Where the wall is followed without snap-through, 1 Pa moves neither cracks nor dpc."""
-    without, little = (opened(solve(bricks_under_doming(strength))) for strength in (0.0, 1.0))
+    """Where the wall is followed without snap-through, 10 Pa moves neither cracks nor dpc."""
+    without, little = (opened(solve(bricks_under_doming(strength))) for strength in (0.0, 10.0))
     np.testing.assert_allclose(little, without, rtol=1e-2)
 
 

@@ -123,7 +123,6 @@ def test_all_laws_movements_and_grounds_are_drawn() -> None:
         "footing of reinforced concrete",
         "joint of the footing",
         "deformable blocks",
-        "auto blocks",
         *(f"mound, {shape}" for shape in ("walsh", "mitchell", "tree", "pipe", "tunnel", "table")),
     } <= found
 

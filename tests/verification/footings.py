@@ -83,7 +83,7 @@ class Strip:
         soil = Soil(
             swelling_stiffness=stiffness,
             shrinking_stiffness=stiffness,
-            shear_stiffness=stiffness if friction else 1e-3 * stiffness,
+            shear_stiffness=stiffness if friction else max(1e-3 * stiffness, 1e4),
             friction=friction,
         )
         movement = Movement(kind=kind, shape="mound")  # type: ignore[arg-type]

@@ -1,6 +1,6 @@
 """Strains of the bricks and creep of the joints along histories, against closed forms and between the solvers."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -93,7 +93,7 @@ def on_footing(footing: str, *stages: Stage, bricks: float = 0.24, **options: ob
     """Return a small wall on a footing; stages have multiples of the full movement."""
     tables = FOOTINGS[footing]
     full = tables["movement"]["central_deflection"]
-    moved = [{**vars(s), "central_deflection": s.central_deflection * full} for s in stages]
+    moved = [{**asdict(s), "central_deflection": s.central_deflection * full} for s in stages]
     return Scene.from_dict(
         {
             "wall": {"length": 8 * bricks, "height": 0.6, "block_length": bricks},

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import linalg
 
 from damagepred.assembly import Assembly, Model
-from damagepred.one_wall.judged_path import assembled, dynamic_run, model_of
+from damagepred.one_wall.judged_path import dynamic_run, model_of
 from damagepred.scene import Dynamics, Scene, Solver
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.dynamics.run import DynamicRun
@@ -116,8 +116,8 @@ def built(case: Case, way: str) -> tuple[Model, Solver]:
     if isinstance(made, Model):
         return made, solver
     if isinstance(made, Scene):
-        return model_of(replace(made, solver=solver), increments=case.increments), solver
-    return assembled(lambda own, chosen: made.build(own, deformable=chosen), solver, case.increments), solver
+        return model_of(replace(made, solver=solver)), solver
+    return made.build(solver), solver
 
 
 def found(case: Case, way: str) -> Found:
