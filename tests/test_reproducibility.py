@@ -38,6 +38,7 @@ def test_every_product_and_factorisation_is_made_with_one_thread(plain: dict[str
     assert len(plain["held"]) > 0.6 * sum(len(lines) for lines in lines_with_matrices().values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "variables"),
     [

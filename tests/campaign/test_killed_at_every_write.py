@@ -30,7 +30,7 @@ from tests.campaign.test_run import settings
 from tests.killed import KILLED, run_killed
 from tests.synthetic_studies import synthetic_study
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a fork")
+pytestmark = [pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a fork"), pytest.mark.slow]
 
 SAMPLES = 3
 

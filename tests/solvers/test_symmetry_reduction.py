@@ -222,6 +222,7 @@ def test_half_of_a_deformable_wall(name: str) -> None:
     assert half.blocks.area[across] == pytest.approx(whole.blocks.area[half.geometry.kept[across]] / 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [EVEN, ODD])
 def test_the_explicit_solver_follows_the_same_path_with_zones(length: float) -> None:
     settings = Solver(method="explicit", blocks="deformable", tolerance=1e-4, ramp_cycles=10_000)
