@@ -7,10 +7,8 @@ from typing import Annotated
 
 import typer
 
-from damagepred.cli import terminal
+from damagepred.cli import results, studies, terminal, walls
 from damagepred.cli.options import BAD_INPUT, INTERRUPTED, OK, SOME_FAILED, app
-
-from damagepred.cli import walls, studies, results  # isort: skip
 
 __all__ = ["BAD_INPUT", "INTERRUPTED", "OK", "SOME_FAILED", "app", "main", "results", "studies", "walls"]
 

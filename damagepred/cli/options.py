@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 
 
 class _Commands(TyperGroup):
-    """Commands with the whole first sentence of their help: click cuts it at one line."""
+    """Commands in the order of ``DOING``, each with the whole first sentence of its help: click cuts it at one line."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of the commands, in the order of a user's work."""
+        return list(DOING)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands, each with its sentence."""

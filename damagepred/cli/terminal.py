@@ -83,6 +83,7 @@ class Wait:
         self.bars = 0
         self._printed = time.monotonic()
         self._said = ""
+        self._named: set[str] = set()
         self._line_shown = self._dotted = False
         self._lock = threading.RLock()
         self._thread: threading.Thread | None = None
@@ -91,6 +92,7 @@ class Wait:
     def doing(self, activity: str) -> Iterator[list[Any]]:
         """Name the activity inside; the list returned has its name, which may change, and its start."""
         entry = [activity, time.monotonic()]
+        self._named.clear()
         self.activities.append(entry)
         if self._thread is None or not self._thread.is_alive():
             self._thread = threading.Thread(target=self._watch, daemon=True, name="silence")
@@ -99,6 +101,7 @@ class Wait:
             yield entry
         finally:
             self.activities.remove(entry)
+            self._named.clear()
             with self.interrupted():
                 pass
 
@@ -128,7 +131,7 @@ class Wait:
         if _is_compiling():
             activity = "compiling the kernels, once per version"
         silence = time.monotonic() - max(self._printed, began if activity != self._said else 0.0)
-        again = activity == self._said or bool(self.bars and not activity.startswith("compiling"))
+        again = activity in self._named or bool(self.bars and not activity.startswith("compiling"))
         if FORM.quiet or not activity or (self.bars and again and _err.is_terminal):
             return
         on_a_terminal = _err.is_terminal and not self.bars
@@ -145,6 +148,7 @@ class Wait:
             _err.print(escaped(text))
         sys.stderr.flush()
         self._said = self._said if again and self.bars else activity
+        self._named.add(self._said)
 
 
 def _is_compiling() -> bool:

@@ -12,7 +12,6 @@ import numpy as np
 from numba import config, types
 from numba.experimental import structref
 from numba.experimental.structref import new
-from numba.np.numpy_support import as_dtype
 
 from damagepred.kernels.jit import kernel
 
@@ -35,7 +34,7 @@ class Structure(structref.StructRefProxy):
     def __init_subclass__(cls) -> None:
         cls.fields = {name: kind for name, kind in vars(cls).items() if isinstance(kind, types.Type)}
         arrays = {name: kind for name, kind in cls.fields.items() if isinstance(kind, types.Array)}
-        cls._arrays = tuple((name, as_dtype(kind.dtype), kind.ndim) for name, kind in arrays.items())
+        cls._arrays = tuple((name, _numpy_type(kind.dtype), kind.ndim) for name, kind in arrays.items())
         for name, kind in cls.fields.items():
             if config.DISABLE_JIT:
                 delattr(cls, name)
@@ -97,6 +96,11 @@ class Structure(structref.StructRefProxy):
     def __reduce__(self) -> Any:
         """Refuse copies: they would share arrays that kernels change."""
         raise TypeError(f"{type(self).__name__} cannot be copied or pickled: make another one from its arrays")
+
+
+def _numpy_type(kind: Any) -> np.dtype:
+    """NumPy's type of the numbers or records of an array."""
+    return kind.dtype if isinstance(kind, types.Record) else np.dtype(kind.name)
 
 
 def _reader(name: str, number: bool) -> property:

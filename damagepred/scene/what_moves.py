@@ -7,13 +7,17 @@ import numpy as np
 from damagepred.scene.mound import LOCAL
 from damagepred.scene.scene import Scene
 
-POINTS, LEAST, ALIKE = 4001, 1e-8, 1e-3
-"""Points of a profile; movement over the largest that is none; relative difference of two that are the same."""
+PROFILE_POINTS = 4001
+"""Points along the wall at which the profile is evaluated."""
+ZERO_MOVEMENT = 1e-8
+"""Ratio to the largest movement below which the ground does not move."""
+EQUAL_MOVEMENT = 1e-3
+"""Difference of two movements, as a ratio to the largest, below which they are equal."""
 STILL = "The ground does not move"
 
 
 def what_moves(scene: Scene) -> str:
-    """Place, direction and size of all that moves, in a sentence."""
+    """Place, direction and size of each movement of a scene, in a sentence."""
     movement, mound, rig, length = scene.movement, scene.mound, scene.rig, scene.wall.length
     history, timed = movement.increments_of_history(), scene.dynamics
     factors = np.array([1.0]) if history is None else history.load_factors
@@ -53,20 +57,20 @@ def what_moves(scene: Scene) -> str:
 def _ground(scene: Scene, factor: float) -> tuple[float, str]:
     """Largest movement of the ground at a load factor (m), and its place, direction and reach in words."""
     length = scene.wall.length
-    x = np.linspace(0.0, length, POINTS)
+    x = np.linspace(0.0, length, PROFILE_POINTS)
     rise = scene.ground_rise(x, factor)
     top = int(np.abs(rise).argmax())
     largest = abs(float(rise[top]))
     if largest < 1e-9:
         return 0.0, STILL
     moved = f"{'up' if rise[top] > 0 else 'down'} by {_mm(largest)}"
-    if np.ptp(rise) <= ALIKE * largest:
+    if np.ptp(rise) <= EQUAL_MOVEMENT * largest:
         return largest, f"The whole ground goes {moved}"
-    still = np.flatnonzero(rise * np.sign(rise[top]) <= LEAST * largest)
+    still = np.flatnonzero(rise * np.sign(rise[top]) <= ZERO_MOVEMENT * largest)
     before, after = still[still < top][-1:], still[still > top][:1]
     ends = [
         f"{'nothing' if len(zero) else _mm(rise[end])} {_place(x[zero[0] if len(zero) else end], length)}"
-        for zero, end, beyond in ((before, 0, top > 0), (after, -1, top < POINTS - 1))
+        for zero, end, beyond in ((before, 0, top > 0), (after, -1, top < PROFILE_POINTS - 1))
         if beyond
     ]
     if len(ends) == 2 and [end.partition(" at the ")[2] for end in ends] == ["left end", "right end"]:
@@ -75,13 +79,13 @@ def _ground(scene: Scene, factor: float) -> tuple[float, str]:
     _, named, part = (place := _place(x[top], length)).partition("the ")
     subject = f"The {part} of the ground" if named else f"The ground {place}"
     words = f"{subject} goes {moved}, to {' and '.join(ends)}"
-    if (np.abs(rise[[0, -1]] - rise[top]) <= ALIKE * largest).all() and len(still):
+    if (np.abs(rise[[0, -1]] - rise[top]) <= EQUAL_MOVEMENT * largest).all() and len(still):
         inner = x[still[0]], x[still[-1]]
         near = inner[1] - inner[0] < 0.04 * length
         reach = "in the middle" if near else f"at {inner[0]:.3g} and {inner[1]:.3g} m"
         words = f"Both ends of the ground go {moved}, to nothing {reach}"
     other = int((rise * -np.sign(rise[top])).argmax())
-    if rise[other] * rise[top] < 0 and abs(rise[other]) > ALIKE * largest:
+    if rise[other] * rise[top] < 0 and abs(rise[other]) > EQUAL_MOVEMENT * largest:
         way = "up" if rise[other] > 0 else "down"
         words += f"; it goes {way} by {_mm(rise[other])} {_place(x[other], length)}"
     return largest, words
@@ -90,7 +94,7 @@ def _ground(scene: Scene, factor: float) -> tuple[float, str]:
 def _place(x: float, length: float) -> str:
     """Position along the wall in words."""
     for name, place in (("at the left end", 0.0), ("at the right end", length), ("in the middle", length / 2.0)):
-        if abs(x - place) <= 2.0 * length / (POINTS - 1):
+        if abs(x - place) <= 2.0 * length / (PROFILE_POINTS - 1):
             return name
     return f"at {x:.3g} m"
 

@@ -106,6 +106,22 @@ def test_activities_follow_each_other(monkeypatch: pytest.MonkeyPatch, capfd: py
     assert words == ["reading", "fitting", "drawing"]
 
 
+def test_an_activity_is_named_once_however_often_it_is_interrupted(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    compiling = [False]
+    monkeypatch.setattr(terminal.FORM, "quiet", False)
+    monkeypatch.setattr(terminal, "_is_compiling", lambda: compiling[0])
+    monkeypatch.setattr(terminal.Wait, "FIRST", 0.0)
+    wait = terminal.Wait()
+    monkeypatch.setattr(wait, "_watch", lambda: None)  # no thread: the test looks instead
+    with wait.doing("solving"):
+        for compiling[0] in (False, True, False, True):
+            wait._say()
+    words = [line.partition(",")[0] for line in capfd.readouterr().err.splitlines()]
+    assert words == ["solving", "compiling the kernels"]
+
+
 def test_a_thread_that_ended_is_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     with terminal.doing("reading"):
         thread = terminal._WAIT._thread
