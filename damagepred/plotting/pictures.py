@@ -132,14 +132,13 @@ def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]], levels: FloatArr
 def _opening_width(ds: xr.Dataset) -> Figure:
     if not (ds["contact_kind"].values == ContactKind.DPC).any():
         return figure_of(draw(ds, "opening_width_change"))
-    figure = new_figure(12.0, 5.0)
-    left, right = figure.subplots(1, 2, sharey=True)
-    draw(ds, "opening_width_change", left)
-    draw(ds, "opening_width_change", right, against="dpc_opening_max")
-    right.set_title("", loc="left")
-    if (legend := right.get_legend()) is not None:
+    figure = new_figure(8.0, 8.0)
+    upper, lower = figure.subplots(2, 1)
+    draw(ds, "opening_width_change", upper)
+    draw(ds, "opening_width_change", lower, against="dpc_opening_max")
+    lower.set_title("", loc="left")
+    if (legend := upper.get_legend()) is not None:
         legend.remove()
-    right.set_ylabel("")
     return figure
 
 

@@ -188,7 +188,7 @@ def bar_below(ax: Axes, colours: ScalarMappable, label: str, **settings: Any) ->
     bar_ax = ax.inset_axes((0.4, -0.066 * size, 0.6, 0.011 * size), transform=place)
     bar = figure_of(ax).colorbar(colours, cax=bar_ax, orientation="horizontal", **settings)
     bar_ax.tick_params(labelsize=small(ax))
-    bar_ax.text(-0.05, 0.5, label, transform=bar_ax.transAxes, ha="right", va="center", fontsize=small(ax))
+    bar_ax.text(-0.07, 0.5, label, transform=bar_ax.transAxes, ha="right", va="center", fontsize=small(ax))
     return bar
 
 
