@@ -28,16 +28,44 @@ A thousandth of the weakest masonry or softest clay is impossible: a mortar of 1
 footing sinks by metres into soil of 10 kPa/m.
 """
 
+_MOVED = (2.0, 0.3)
+_IN_JOINT = (1.0, 0.1)
+_AROUND = (500.0, 100.0)
+_BELOW = (300.0, 30.0)
 _MOST = {
     "friction": (5.0, 5.0),
     "density": (12e3, 9e3),
-    "suction_depth": (300.0, 30.0),
+    # the ground and a loading move by millimetres
+    "surface_movement": _MOVED,
+    "movement.trend": _MOVED,
+    "movement.swing": _MOVED,
+    "movement.shift": _MOVED,
+    "loading.displacement": _MOVED,
+    # widths in joints and cracks, by millimetres
+    "loading.opening": _IN_JOINT,
+    "dpc_threshold": _IN_JOINT,
+    "footing_threshold": _IN_JOINT,
+    "band_threshold": _IN_JOINT,
     "control_joint.width": (5.0, 0.5),
-    "dpc_threshold": (1.0, 0.1),
+    # parts of a wall
+    "lintel_bearing": (5.0, 1.0),
+    "segment_length": (50.0, 5.0),
     "group_distance": (500.0, 50.0),
+    "band_gauge": (100.0, 20.0),
+    # the ground around and below
+    "mound.position": (5000.0, 500.0),
+    "mound.reach": _AROUND,
+    "mound.edge_distance": _AROUND,
+    "mound.dishing_edge_base": _AROUND,
+    "tunnel_depth": _AROUND,
+    "embedment": _BELOW,
+    "suction_depth": _BELOW,
+    "restraint_depth": _BELOW,
+    "soil_layer.thickness": _BELOW,
 }
-"""End of a key, or table and key: numbers (SI) above which a value is impossible and unlikely.
+"""End of a key, or table and key: numbers (SI), of either sign, above which a value is impossible and unlikely.
 
+A length above its bound is millimetres without their unit: a soil layer of 400, a swing of 20.
 5 is the tangent of 79 degrees; rough stone reaches about 1.5. No building material is denser than lead.
 """
 
@@ -47,7 +75,7 @@ def unlikely_values(scene: Scene, means: Mapping[str, float] | None = None) -> l
     sentences = []
     for key, value in {**scene.numbers, **(means or {})}.items():
         least, most = _limits(key, 1)
-        if value and not least <= value <= most:
+        if value and not (least <= value and abs(value) <= most):
             sentences.append(f"{_shown(key, value)}: did you mean {_meant(key, value)}?")
     return sentences
 
@@ -57,7 +85,7 @@ def require_possible(scene: Scene, means: Mapping[str, float], source: str) -> N
     sentences = []
     for key, value in {**scene.numbers, **means}.items():
         least, most = _limits(key, 0)
-        if value and not least <= value <= most:
+        if value and not (least <= value and abs(value) <= most):
             unit = Scene.unit_of(key).replace("**", "").removesuffix("1")
             bound = f"0, or at least {least:g}" if value < least else f"at most {most:g}"
             where = f'[variables."{key}"]: mean of ' if key in means else ""

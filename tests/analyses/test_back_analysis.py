@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from pathlib import Path
 from shutil import copytree
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from scipy import special
+from scipy import special, stats
 
 from damagepred import InputError, infer
 from damagepred.analyses.back_analysis import InferenceOptions, chosen_samples, prices
@@ -477,3 +478,16 @@ def test_observations_of_one_wall_add_their_likelihoods_and_misfits() -> None:
     first, second = Fit(np.array([-1.0, -2.0]), np.array([2.0, 4.0])), Fit(np.array([-0.5, -3.0]), np.array([1.0, 6.0]))
     both = first + second
     assert (both.log_likelihood.tolist(), both.misfit.tolist()) == ([-1.5, -5.0], [3.0, 10.0])
+
+
+def test_a_crack_of_another_direction_is_a_mixture_with_its_own_misfit() -> None:
+    """Widths of 0.2 mm along the observed direction and 2 mm in any; 2 mm were seen, known to 0.3 mm."""
+    seen = CrackObservation(x=0.5, y=0.2, width=2e-3, error=3e-4, direction="vertical")
+    model = Discrepancy(width=4e-4, width_share=0.0, direction=0.1)
+    fit = crack_fit(seen, CrackPrediction(np.array([2e-3]), np.array([2e-4])), model)
+    deviation = 5e-4  # of 0.3 and 0.4 mm
+    densities = stats.norm(2e-3, deviation).pdf([2e-4, 2e-3])
+    assert fit.log_likelihood[0] == pytest.approx(math.log(0.9 * densities[0] + 0.1 * densities[1]))
+    assert fit.misfit[0] == pytest.approx(-2 * math.log(0.1))  # less than (1.8 / 0.5)**2
+    near = crack_fit(seen, CrackPrediction(np.array([2e-3]), np.array([1.5e-3])), model)
+    assert near.misfit[0] == pytest.approx(1.0)

@@ -80,6 +80,15 @@ IMPOSSIBLE = {
     "an angle of the soil": ({"soil": {"friction": 25}}, "Did you mean 0.47, the tangent of 25 degrees?"),
     "soil in kPa/m": ({"soil": {"swelling_stiffness": 4000}}, "Did you mean '4000 kPa/m'?"),
     "a depth in mm": ({"mound": {"suction_depth": 2300}}, "must be at most 300 m. Did you mean '2300 mm'?"),
+    "a tree in mm": (
+        {"movement": {"shape": "mound"}, "mound": {"shape": "tree", "position": -9000, "reach": 12}},
+        "Did you mean '-9000 mm'?",
+    ),
+    "a bearing in mm": (
+        {"opening": [{"x": 2.0, "y": 0.9, "width": 0.9, "height": 1.0, "lintel_bearing": 120}]},
+        "Did you mean '120 mm'?",
+    ),
+    "an edge in mm": ({"movement": {"shape": "mound"}, "mound": {"edge_distance": 1200}}, "Did you mean '1200 mm'?"),
     "a gap in mm": ({"control_joint": [{"x": 3.0, "width": 10}]}, "Did you mean '10 mm'?"),
 }
 
@@ -96,6 +105,13 @@ def test_an_impossible_number_is_refused(name: str) -> None:
     with pytest.raises(InputError, match="Did you mean"):
         StudySettings.from_dict(tomllib.loads(study))
     assert read_frozen(study).scene == build(Scene, tables, "scene")
+
+
+def test_a_layer_in_mm_is_refused() -> None:
+    layers = [{"thickness": 800, "shrink_swell_index": 0.04}]
+    tables = {"movement": {"shape": "mound"}, "mound": {"suction_depth": 3}, "soil_layer": layers}
+    with pytest.raises(InputError, match=r"soil_layer.1.thickness = 800 m: must be at most 300 m. .* '800 mm'"):
+        Scene.from_dict(tables)
 
 
 EXTREMES = [
@@ -115,6 +131,10 @@ UNLIKELY = {
     "a strength": ({"joint": {"tensile_strength": 45.3}}, "joint.tensile_strength = 45.3 Pa: did you mean '45.3 MPa'?"),
     "a load in kN": ({"loads": {"roof": 6}}, "loads.roof = 6 N: did you mean '6 kN'?"),
     "soft soil": ({"soil": {"swelling_stiffness": 4e4}}, "did you mean '40000 kPa/m'?"),
+    "a swing in mm": (
+        {"movement": {"seasons": {"years": 2, "swing": 0.4}}, "wall": {"length": 10}},
+        "movement.seasons.swing = 0.4 m: did you mean '0.4 mm'?",
+    ),
     "a deep soil": ({"mound": {"suction_depth": 40}}, "mound.suction_depth = 40 m: did you mean '40 mm'?"),
 }
 
