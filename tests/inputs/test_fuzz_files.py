@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.fuzz.files import GOOD, Options, defects, read_log, run, summary, try_file
+from studies.fuzz.run import GOOD, Options, defects, read_log, run, summary, try_file
 
 COUNT, SEED = 200, 2
 

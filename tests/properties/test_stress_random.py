@@ -1,5 +1,6 @@
 """Any valid small wall, by any solver: finite results or a plain message, and no gain of energy."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,9 @@ from hypothesis import strategies as st
 
 from damagepred.errors import DamagepredError
 from damagepred.one_wall.judged_path import model_of
-from damagepred.scene import Scene
+from damagepred.scene import Movement, Scene, Wall
 from damagepred.solvers import solve_path
+from tests.properties.statics import Found, energy_made, not_finite, statics
 from tests.properties.strategies import number
 
 
@@ -72,9 +74,6 @@ def answer(tables: dict[str, Any], method: str, blocks: str) -> tuple[list[Any],
 @settings(max_examples=15, deadline=None, derandomize=True)
 @given(tables=scenes())
 def test_any_wall_is_solved_or_refused_in_words(method: str, blocks: str, tables: dict[str, Any]) -> None:
-    from studies.benchmarks.stress.case import Found
-    from studies.benchmarks.stress.checks import energy_made, not_finite, statics
-
     found, said = answer(tables, method, blocks)
     assert found or len(said) > 20
     if found:
@@ -90,3 +89,25 @@ def test_any_wall_is_solved_or_refused_in_words(method: str, blocks: str, tables
     for (_, one), (_, other) in zip(found, again, strict=True):
         np.testing.assert_array_equal(one.displacement, other.displacement)
         np.testing.assert_array_equal(one.normal_stress, other.normal_stress)
+
+
+def test_the_checks_find_a_wrong_result() -> None:
+    """Forces that do not balance, a law that is exceeded, energy from nothing, no number."""
+    scene = Scene(
+        wall=Wall(length=0.6, height=0.3, block_length=0.3, block_height=0.1),
+        movement=Movement(central_deflection=1e-4, increments=1),
+    )
+    model = model_of(scene)
+    last = list(solve_path(model, scene.solver, 1))[-1]
+
+    def forces_and_law(**changed: Any) -> tuple[float, float]:
+        return statics(Found(model, [replace(last, **changed)]), 1e-6)
+
+    assert max(forces_and_law()) < 3.0
+    assert forces_and_law(normal_stress=1.01 * last.normal_stress)[0] > 3.0
+    assert forces_and_law(shear_stress=last.shear_stress + 1e7)[1] > 3.0
+    assert "released_energy" in energy_made(
+        Found(model, [replace(last, energy=replace(last.energy, released_energy=-0.1))])
+    )
+    nothing = np.full_like(last.displacement, np.nan)
+    assert not_finite(Found(model, [replace(last, displacement=nothing)])) == f"displacement in increment {last.number}"

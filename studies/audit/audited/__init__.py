@@ -1,1 +1,0 @@
-"""Random accepted scenes, solved by both solvers and checked from their archived output alone."""
