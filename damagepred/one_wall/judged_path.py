@@ -25,8 +25,12 @@ if TYPE_CHECKING:
 class Step(NamedTuple):
     """One increment and its damage.
 
-    Attributes ---------- increment : Increment     Equilibrium. verdict : Verdict     Cracks and damage category,
-    the highest once part of the wall has collapsed.
+    Attributes
+    ----------
+    increment : Increment
+        Equilibrium.
+    verdict : Verdict
+        Cracks and damage category, the highest once part of the wall has collapsed.
     """
 
     increment: Increment

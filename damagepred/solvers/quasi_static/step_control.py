@@ -16,9 +16,7 @@ EVENT_STEP_GROWTH = 4.0
 DISTANT_STEP_GROWTH = 4.0
 """Growth of the minimum step after a distant equilibrium was accepted (1)."""
 CLIPPED_STEP = 1e-3
-"""Difference from the longest step, over that step, from which a step counts as ended before the length of the energy
-balance
-(1)."""
+"""Difference from the longest step, over that step, from which a step is shorter than the energy balance allows (1)."""
 MAX_EVENT_CUTS = 4
 """Cuts of a step to where interpolation expects a bond to fail; after that the step is halved."""
 MINIMUM_EVENT_SHARE = 1e-4
