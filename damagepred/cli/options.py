@@ -74,6 +74,17 @@ Picture = Annotated[
     typer.Option("--plot", help="Picture to draw (png, svg, pdf).", callback=output_check(*PICTURES, new_folder=True)),
 ]
 PictureFolder = Annotated[Path | None, typer.Option("--plot", help="Folder for pictures.", callback=output_check())]
+
+
+def _picture_or_folder(context: typer.Context, value: Path | None) -> Path | None:
+    is_file = value is not None and bool(value.suffix) and not value.is_dir()
+    return (output_check(*PICTURES, new_folder=True) if is_file else output_check())(context, value)
+
+
+PictureOrFolder = Annotated[
+    Path | None,
+    typer.Option("--plot", help="Picture to draw (png, svg, pdf), or folder for it.", callback=_picture_or_folder),
+]
 Category = Annotated[
     int,
     typer.Option(

@@ -15,6 +15,7 @@ from damagepred.cli.options import (
     Measure,
     NetcdfFile,
     PictureFolder,
+    PictureOrFolder,
     Quiet,
     SceneOrStudyFile,
     StudyFolderPath,
@@ -49,24 +50,31 @@ def new(
 
     write_template(file, template)
     described, settings = _described(file)
-    terminal.say(f"wrote {file}; next: damagepred check {file}")
+    terminal.say(f"wrote {file}; next: damagepred check {file} --plot {file.with_suffix('.png')}, which draws it")
     terminal.note(what_moves(described if settings is None else settings.mean_wall()[0]))
 
 
 @app.command()
 def check(
     file: SceneOrStudyFile,
+    plot: PictureOrFolder = None,
     yes: Yes = False,
     json: Json = False,
     full: Full = False,
     quiet: Quiet = False,
 ) -> None:
-    """Validate a file, solve one wall of it and estimate the cost of the whole run."""
+    """Validate and draw a file, solve one wall of it and estimate the cost of the whole run."""
     from damagepred.assembly import Limits
     from damagepred.campaign.cost_estimate import estimate_cost
     from damagepred.cli.sentences import cost_lines
 
-    _ask_back(*_described(file))
+    described, settings = _described(file)
+    _ask_back(described, settings)
+    if plot is not None:
+        from damagepred.plotting.pictures import save_scene_picture
+
+        with terminal.doing("drawing the wall and its ground"):
+            terminal.note(f"drew {save_scene_picture(settings.mean_wall()[0] if settings else described, plot)}")
     with terminal.Bar("solving one wall to price the run") as bar:
         estimate = estimate_cost(file, on_step=bar.step, limits=Limits.asked(yes))
     if json:

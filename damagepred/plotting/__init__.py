@@ -8,6 +8,7 @@ from damagepred.plotting.footing import draw_dpc_opening, draw_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.history import draw_history
 from damagepred.plotting.pictures import save_fragility_picture, save_study_pictures, save_wall_pictures
+from damagepred.plotting.scene import draw_scene
 from damagepred.plotting.study import draw_category_shares, draw_convergence
 from damagepred.plotting.wall import draw_wall
 
@@ -23,6 +24,7 @@ __all__ = [
     "draw_footing",
     "draw_fragility",
     "draw_history",
+    "draw_scene",
     "draw_sensitivity",
     "draw_wall",
     "save_fragility_picture",

@@ -29,11 +29,13 @@ from damagepred.plotting.footing import draw_dpc_opening, draw_footing
 from damagepred.plotting.fragility import draw_fragility
 from damagepred.plotting.geometry import has_zones
 from damagepred.plotting.history import draw_history
+from damagepred.plotting.scene import draw_scene
 from damagepred.plotting.sheet import DPI, figure_of, new_figure, set_title, title_of
 from damagepred.plotting.stress import stress_levels
 from damagepred.plotting.study import draw_category_shares
 from damagepred.plotting.wall import draw_wall
 from damagepred.results.rejudge import shown_gaps
+from damagepred.scene import Scene
 
 
 @checked
@@ -127,6 +129,12 @@ def stress_sheet(ds: xr.Dataset, panels: list[tuple[str, int]], levels: FloatArr
         alike = stress_levels(ds, name, [i for n, i in panels if n == name]) if levels is None else levels
         draw(ds, name, ax, increment=increment, exaggeration=walls[-1].factor, levels=alike)
     return figure
+
+
+def save_scene_picture(scene: Scene, path: Path) -> Path:
+    """Drawing of a scene in a file, or as ``scene.png`` in a folder."""
+    file = path if path.suffix.lower() in PICTURES and not path.is_dir() else path / "scene.png"
+    return _save_all({file.name: figure_of(draw_scene(scene))}, file.parent)[0]
 
 
 def _opening_width(ds: xr.Dataset) -> Figure:

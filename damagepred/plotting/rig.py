@@ -12,7 +12,7 @@ from damagepred.plotting.colours import FOOTING_COLOUR, FOOTING_EDGE, RIG_COLOUR
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import footing_rise, soil_surface
 from damagepred.plotting.sheet import KN, plain_number, small
-from damagepred.scene.scene import archived_scene
+from damagepred.scene import Scene
 
 TRIANGLE, ARROW = 0.018, 0.06
 """Size of a support, and of the arrow of the largest load of a jack, as fractions of the wall's length."""
@@ -50,8 +50,7 @@ def draw_rig(ax: Axes, wall: Deformed) -> None:
     size = TRIANGLE * length
     for x, load in zip(ds["support_x"].values, ds["support_load"].values[increment]):
         y = low + factor * float(np.interp(x, along, rise))
-        across, upwards = [x, x - 0.6 * size, x + 0.6 * size], [y, y - size, y - size]
-        ax.fill(across, upwards, facecolor="white", edgecolor=RIG_COLOUR, linewidth=1.0, zorder=4, label="support")
+        draw_support(ax, x, y, size)
         ax.text(x, y - 1.3 * size, _load(float(load)), ha="center", va="top", fontsize=small(ax))
     loads = ds["jack_load"].values
     largest = max(float(np.abs(loads).max()), 1e-9)
@@ -60,9 +59,7 @@ def draw_rig(ax: Axes, wall: Deformed) -> None:
         reach = ARROW * length * abs(load) / largest
         tail = y - max(reach, 0.3 * size)
         if abs(load) > 1e-3 * largest:
-            tip, start = ((x, y), (x, tail)) if load > 0 else ((x, tail), (x, y))
-            arrow = {"arrowstyle": "-|>", "color": RIG_COLOUR, "shrinkA": 0, "shrinkB": 0}
-            ax.annotate("", tip, start, zorder=4, arrowprops=arrow)
+            draw_arrow(ax, *(((x, y), (x, tail)) if load > 0 else ((x, tail), (x, y))))
         ax.text(x, tail - 0.3 * size, _load(load), ha="center", va="top", fontsize=small(ax))
     # text and annotations do not widen the axes by themselves
     bottom = low - (ARROW + 2.2 * TRIANGLE) * length
@@ -70,18 +67,26 @@ def draw_rig(ax: Axes, wall: Deformed) -> None:
     ax.update_datalim([(left - 0.03 * length, bottom), (left + 1.03 * length, bottom)])
 
 
-def draw_test(ax: Axes, wall: Deformed) -> None:
-    """Draw supports of a laboratory test as triangles, and its loads as arrows."""
-    scene = archived_scene(wall.ds.attrs)
+def draw_support(ax: Axes, x: float, y: float, size: float, half: float = 0.0) -> None:
+    """Draw a support with its top at (x, y), ``half`` of its width to each side (m)."""
+    across, upwards = [x - half, x + half, x + 0.6 * size, x - 0.6 * size], [y, y, y - size, y - size]
+    ax.fill(across, upwards, facecolor="white", edgecolor=RIG_COLOUR, linewidth=1.0, zorder=4, label="support")
+
+
+def draw_arrow(ax: Axes, tip: tuple[float, float], tail: tuple[float, float], colour: str = RIG_COLOUR) -> None:
+    """Draw an arrow between two points (m)."""
+    style = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
+    ax.annotate("", tip, tail, zorder=4, arrowprops=style)
+
+
+def draw_test(ax: Axes, scene: Scene, force: float | None) -> None:
+    """Draw supports of a laboratory test as triangles, and its loads as arrows with their share of a force (N)."""
     length, height, size = scene.wall.length, scene.wall.height, TRIANGLE * scene.wall.length
     for support in scene.support:
-        x, half = support.x, support.width / 2.0
-        across, upwards = [x - half, x + half, x + 0.6 * size, x - 0.6 * size], [0.0, 0.0, -size, -size]
-        ax.fill(across, upwards, facecolor="white", edgecolor=RIG_COLOUR, linewidth=1.0, zorder=4, label="support")
+        draw_support(ax, support.x, 0.0, size, support.width / 2.0)
     if not scene.support:
         ax.plot([0.0, length], [0.0, 0.0], color=RIG_COLOUR, linewidth=1.4, zorder=1)
     reach, near = ARROW * length, 0.2 * size
-    force = float(wall.ds["load_force"].values[wall.increment])
     shares = sum(load.share for load in scene.load)
     for load in scene.load:
         out_x, out_y = {"top": (0.0, 1.0), "left": (-1.0, 0.0), "right": (1.0, 0.0)}[load.side]
@@ -91,10 +96,10 @@ def draw_test(ax: Axes, wall: Deformed) -> None:
         x, y = (middle, height) if load.side == "top" else (length if load.side == "right" else 0.0, middle)
         tip = x + near * out_x, y + near * out_y
         tail = tip[0] + reach * from_x, tip[1] + reach * from_y
-        arrow = {"arrowstyle": "-|>", "color": RIG_COLOUR, "shrinkA": 0, "shrinkB": 0}
-        ax.annotate("", tip, tail, zorder=4, arrowprops=arrow)
+        draw_arrow(ax, tip, tail)
         aside = {"top": "center", "left": "right", "right": "left"}[load.side]
-        ax.text(tail[0], tail[1] + 0.3 * size, _load(force * load.share / shares), ha=aside, va="bottom")
+        if force is not None:
+            ax.text(tail[0], tail[1] + 0.3 * size, _load(force * load.share / shares), ha=aside, va="bottom")
         ax.update_datalim([(tail[0] + 3.0 * size * out_x, tail[1] + 3.0 * size)])
     ax.update_datalim([(0.0, -1.6 * size)])
 

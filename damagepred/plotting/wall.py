@@ -45,6 +45,7 @@ from damagepred.plotting.sheet import (
     set_title,
     small,
 )
+from damagepred.scene.scene import archived_scene
 
 DATUM = (0, (6, 4))
 """Dashes of the top of the footing before any movement."""
@@ -98,7 +99,7 @@ def draw_wall(
         if "jack_load" in ds.variables:
             draw_rig(ax, wall)
     elif "load_force" in ds.variables:
-        draw_test(ax, wall)
+        draw_test(ax, archived_scene(ds.attrs), float(ds["load_force"].values[increment]))
     else:
         _draw_ground(ax, ds, increment, wall.factor)
     tones, bricks = _tones(len(wall.footing)), np.flatnonzero(~wall.footing)

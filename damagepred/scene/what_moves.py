@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from damagepred.arrays import FloatArray
 from damagepred.scene.mound import LOCAL
 from damagepred.scene.scene import Scene
 
@@ -16,12 +17,27 @@ EQUAL_MOVEMENT = 1e-3
 STILL = "The ground does not move"
 
 
+def load_factors(scene: Scene) -> list[float]:
+    """Load factors of the largest movement to each side."""
+    if scene.dynamics is not None and scene.dynamics.movement_time is None:
+        return []
+    history = scene.movement.increments_of_history()
+    factors = np.array([1.0]) if history is None else history.load_factors
+    return sorted({float(factors.max()), float(factors.min())} - {0.0}, key=lambda factor: -abs(factor))
+
+
+def turning_points(rise: FloatArray) -> list[int]:
+    """Points of the largest and of the least or opposite movement, and both ends if they move alike."""
+    top = int(np.abs(rise).argmax())
+    other, least = int((-rise * np.sign(rise[top])).argmax()), EQUAL_MOVEMENT * abs(float(rise[top]))
+    ends = [0, len(rise) - 1] if (np.abs(rise[[0, -1]] - rise[top]) <= least).all() else []
+    return sorted({i for i in (top, other, *ends) if abs(rise[i]) > least})
+
+
 def what_moves(scene: Scene) -> str:
     """Place, direction and size of each movement of a scene, in a sentence."""
     movement, mound, rig, length = scene.movement, scene.mound, scene.rig, scene.wall.length
-    history, timed = movement.increments_of_history(), scene.dynamics
-    factors = np.array([1.0]) if history is None else history.load_factors
-    sides = sorted({float(factors.max()), float(factors.min())} - {0.0}, key=lambda factor: -abs(factor))
+    timed, sides = scene.dynamics, load_factors(scene)
     if movement.shape == "jacks":
         jacks, supports = (", ".join(f"{x:.4g}" for x in at(length)) for at in (rig.jack_places, rig.support_places))
         way = "down" if movement.sign < 0 else "up"
@@ -33,8 +49,6 @@ def what_moves(scene: Scene) -> str:
         size = f"{target / 1e3:.4g} kN in all" if control == "force" else f"{_mm(target)} of {control}"
         where = " and ".join(dict.fromkeys(f"{load.direction} the {load.side}" for load in scene.load))
         said = [f"{STILL}; loads {where} grow to {size}"]
-    elif timed is not None and timed.movement_time is None:
-        said = [STILL]
     else:
         grounds = sorted((_ground(scene, factor) for factor in sides), key=lambda ground: -ground[0])
         words = [text for _, text in grounds] or [STILL]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.cli.conftest import Run
 
 SCENE = """
@@ -40,3 +42,19 @@ def test_new_ends_with_the_movement_of_its_file(command: Run, tmp_path: Path) ->
     result = command("new", tmp_path / "house.toml", "--template", "mound")
     words = "Both ends of the ground go up by 30 mm, to nothing at 1.8 and 7.2 m; swelling clay, 4000 kPa/m"
     assert words in " ".join(f"{result.out} {result.err}".split())
+
+
+@pytest.mark.parametrize(("given", "file"), [("pictures", "pictures/scene.png"), ("house.svg", "house.svg")])
+def test_check_draws_into_a_folder_or_a_file(command: Run, tmp_path: Path, given: str, file: str) -> None:
+    (tmp_path / "wall.toml").write_text(SCENE)
+    result = command("check", tmp_path / "wall.toml", "--plot", tmp_path / given)
+    assert result.code == 0, result.err
+    assert (tmp_path / file).stat().st_size > 1000
+    assert f"drew {tmp_path / file}" in result.out
+
+
+def test_check_refuses_another_ending_of_the_picture_before_it_solves(command: Run, tmp_path: Path) -> None:
+    (tmp_path / "wall.toml").write_text(SCENE)
+    refused = command("check", tmp_path / "wall.toml", "--plot", tmp_path / "wall.csv")
+    assert refused.code == 2
+    assert ".png" in refused.err

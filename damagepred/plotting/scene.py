@@ -1,0 +1,183 @@
+"""A scene before any run: wall, openings, joints, footing, loads, and the ground before and after its movement."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from damagepred.assembly.assembly import rectangle
+from damagepred.assembly.bond import Brick, lay_bricks, parted
+from damagepred.inputs.arguments import checked
+from damagepred.plotting.colours import (
+    BRICK_COLOURS,
+    BRICK_EDGE,
+    CONTROL_JOINT_COLOUR,
+    DPC_COLOUR,
+    FOOTING_COLOUR,
+    FOOTING_EDGE,
+    SOIL_COLOUR,
+)
+from damagepred.plotting.geometry import round_exaggeration
+from damagepred.plotting.rig import ARROW, TRIANGLE, draw_arrow, draw_support, draw_test
+from damagepred.plotting.sheet import (
+    axes_or_new,
+    elevation,
+    height_to_scale,
+    legend_below,
+    plain_number,
+    set_title,
+    small,
+    verbatim,
+)
+from damagepred.scene import Scene
+from damagepred.scene.what_moves import PROFILE_POINTS, load_factors, turning_points, what_moves
+
+LINTEL_COLOUR, BEFORE_COLOUR, OTHER_WAY_COLOUR = "#c9a98f", "#9a9a9a", "#d55e00"
+"""Lintels, the ground before it moves, and the ground at its largest movement to the other side."""
+
+
+@checked
+def draw_scene(scene: Scene, ax: Axes | None = None) -> Axes:
+    """Draw a wall with openings, joints, footing and loads, and its ground before and after the movement.
+
+    Parameters
+    ----------
+    scene : Scene
+        The wall and its movement.
+    ax : Axes, optional
+        Axes to draw on; by default on a new figure.
+
+    Returns
+    -------
+    Axes
+        Axes in metres, with collections labelled ``bricks``, and where present ``lintels``, ``dpc`` and ``control
+        joints``; lines ``ground before`` and ``ground after``, exaggerated by the factor in the title, and of a history
+        ``ground after, other way``.
+
+    Raises
+    ------
+    InputError
+        If the bricks cannot be laid.
+
+    Examples
+    --------
+    >>> import damagepred
+    >>> ax = damagepred.plotting.draw_scene(damagepred.Scene())
+    >>> ax.get_title(loc="left").splitlines()[1]
+    'The middle of the ground goes down by 8 mm, to nothing at both ends'
+    """
+    bricks, length = lay_bricks(scene), scene.wall.length
+    low = 0.0 if scene.footing_model == "none" else -scene.footing.depth
+    reach = np.array([[0.0, low - 0.1 * length], [length, scene.wall.height + 0.08 * length]])
+    ax = axes_or_new(ax, 10.0, height_to_scale(reach, 1.8))
+    _draw_wall(ax, scene, bricks)
+    if low:
+        footing = [rectangle(0.0, low, length, 0.0)]
+        style: dict[str, Any] = {"facecolors": FOOTING_COLOUR, "edgecolors": FOOTING_EDGE}
+        ax.add_collection(PolyCollection(footing, label="footing", **style))
+    if scene.loads.roof:
+        _draw_roof(ax, scene, bricks)
+    factor = 0.0
+    if scene.movement.shape == "jacks":
+        _draw_jacks(ax, scene, low)
+    elif scene.loading is not None:
+        draw_test(ax, scene, scene.loading.target if scene.loading.control == "force" else None)
+    else:
+        factor = _draw_ground(ax, scene, low)
+    elevation(ax)
+    ax.margins(0.03)
+    ax.autoscale_view()
+    entries = [artist for artist in (*ax.collections, *ax.lines) if artist.get_label() not in ("bricks", "soil")]
+    legend_below(ax, [_entry(artist) for artist in entries if str(artist.get_label())[0] != "_"], 6, 0.5, left=True)
+    scale = f"movement of the ground exaggerated {plain_number(factor)} times" if factor > 1.0 else ""
+    set_title(ax, verbatim(scene.title), what_moves(scene), scale)
+    return ax
+
+
+def _entry(artist: Any) -> Patch | Line2D:
+    """Entry of the legend for lines or patches."""
+    style: dict[str, Any] = {"label": artist.get_label(), "linewidth": 1.8}
+    if isinstance(artist, PolyCollection):
+        style |= {"facecolor": artist.get_facecolor()[0], "edgecolor": artist.get_edgecolor()[0], "linewidth": 0.6}
+        return Patch(**style)
+    if isinstance(artist, LineCollection):
+        return Line2D([], [], **(style | {"color": artist.get_colors()[0]}))
+    style |= {"color": artist.get_color(), "linestyle": artist.get_linestyle()}
+    return Line2D([], [], **style)
+
+
+def _draw_wall(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
+    """Draw bricks, lintels, dpc and control joints."""
+    holes, style = scene.opening, dict[str, Any](edgecolors=BRICK_EDGE, linewidths=0.35, zorder=2)
+    lintels = {b for b in bricks for h in holes if b.left < h.x < h.right < b.right and 0 <= b.bottom - h.top < 1e-3}
+    for label, shown, colour in (
+        ("bricks", [b for b in bricks if b not in lintels], BRICK_COLOURS[1]),
+        ("lintels", lintels, LINTEL_COLOUR),
+    ):
+        if shown:
+            shapes = [rectangle(*brick[:4]) for brick in shown]
+            ax.add_collection(PolyCollection(shapes, facecolors=colour, label=label, **style))
+    course = None if scene.dpc is None else scene.dpc.course
+    beds = [[(b.left, b.bottom), (b.right, b.bottom)] for b in bricks if b.course == course]
+    pairs = [(bricks[a], bricks[b]) for a, b, _ in parted(scene, bricks)]
+    gaps = [[(a.right, max(a.bottom, b.bottom)), (a.right, min(a.top, b.top))] for a, b in pairs]
+    for label, lines, colour in (("dpc", beds, DPC_COLOUR), ("control joints", gaps, CONTROL_JOINT_COLOUR)):
+        if lines:
+            ax.add_collection(LineCollection(lines, colors=colour, linewidths=1.8, zorder=3, label=label))
+
+
+def _draw_roof(ax: Axes, scene: Scene, bricks: list[Brick]) -> None:
+    """Draw the load of the roof over the bricks that carry it."""
+    length, top = scene.wall.length, scene.wall.height
+    carrying = [(b.left, b.right) for b in bricks if b.top > top * (1 - 1e-9)]
+    for x in np.linspace(0.0, length, 15)[1:-1]:
+        if any(left <= x <= right for left, right in carrying):
+            draw_arrow(ax, (x, top), (x, top + 0.03 * length))
+    words = f"roof {plain_number(scene.loads.roof / 1e3)} kN in all"
+    ax.text(length / 2, top + 0.035 * length, words, ha="center", va="bottom", fontsize=small(ax))
+    ax.update_datalim([(0.0, top + 0.06 * length)])
+
+
+def _draw_jacks(ax: Axes, scene: Scene, low: float) -> None:
+    """Draw supports, and jacks with arrows in the direction of their movement."""
+    rig, length, size = scene.rig, scene.wall.length, TRIANGLE * scene.wall.length
+    for x in rig.support_places(length):
+        draw_support(ax, x, low, size)
+    for x in rig.jack_places(length):
+        ends = (x, low), (x, low - ARROW * length)
+        draw_arrow(ax, *(ends if scene.movement.sign > 0 else ends[::-1]))
+        words = "jack" if rig.jack_load is None else f"{plain_number(rig.jack_load / 1e3)} kN"
+        ax.text(x, low - ARROW * length - 0.3 * size, words, ha="center", va="top", fontsize=small(ax))
+    ax.update_datalim([(0.0, low - (ARROW + 2.2 * TRIANGLE) * length)])
+
+
+def _draw_ground(ax: Axes, scene: Scene, low: float) -> float:
+    """Draw the ground before and after its movement, with its largest movements; return the exaggeration."""
+    length = scene.wall.length
+    x = np.linspace(0.0, length, PROFILE_POINTS)
+    profiles = [scene.ground_rise(x, factor) for factor in load_factors(scene)]
+    moving = sorted((rise for rise in profiles if rise.any()), key=lambda rise: -float(np.abs(rise).max()))
+    ax.plot([0.0, length], [low, low], color=BEFORE_COLOUR, linewidth=1.6, zorder=4, label="ground before")
+    ax.update_datalim([(0.0, low - 0.07 * length)])
+    if not moving:
+        return 0.0
+    factor = round_exaggeration(np.column_stack((0.0 * x, moving[0])), length)
+    ax.fill_between(x, low, low + factor * moving[0], facecolor=SOIL_COLOUR, alpha=0.35, zorder=3.4, label="soil")
+    for rise, colour, other in zip(moving, (SOIL_COLOUR, OTHER_WAY_COLOUR), ("", ", other way")):
+        style: dict[str, Any] = {"color": colour, "linewidth": 1.8, "linestyle": "--" if other else "-"}
+        ax.plot(x, low + factor * rise, zorder=4.2, label=f"ground after{other}", **style)
+        for i in turning_points(rise):
+            y, away = low + factor * float(rise[i]), float(np.sign(rise[i])) * 0.014 * length
+            draw_arrow(ax, (x[i], y), (x[i], low), colour)
+            words = f"{1e3 * rise[i]:+.3g} mm".replace("-", "−")
+            aside = "left" if x[i] < 0.04 * length else "right" if x[i] > 0.96 * length else "center"
+            place: dict[str, Any] = {"ha": aside, "va": "bottom" if away > 0 else "top", "zorder": 5}
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+            ax.text(x[i], y + away, words, color=colour, fontsize=small(ax), fontweight="bold", bbox=box, **place)
+        ax.update_datalim([(0.0, low + factor * float(rise.min()) - 0.06 * length)])
+    return factor

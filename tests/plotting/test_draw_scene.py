@@ -1,0 +1,87 @@
+"""A scene is drawn before any run: bricks, openings, and the ground before and after its movement."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+
+from damagepred.plotting import draw_scene
+from damagepred.plotting.pictures import save_scene_picture
+from damagepred.scene import Scene
+
+WALL = {"length": "4 m", "height": "1.2 m", "block_length": "0.5 m", "block_height": "0.2 m"}
+WINDOW = {"kind": "window", "x": 1.5, "y": 0.4, "width": 1.0, "height": 0.4}
+TREE = {
+    "movement": {"shape": "mound", "kind": "settle"},
+    "mound": {"shape": "tree", "surface_movement": 0.02, "reach": 2},
+}
+
+
+def drawn(**tables: Any) -> Axes:
+    return draw_scene(Scene.from_dict({"wall": WALL, **tables}))
+
+
+def shapes(ax: Axes, label: str) -> list[Any]:
+    return [path for c in ax.collections if c.get_label() == label for path in c.get_paths()]
+
+
+def line(ax: Axes, label: str) -> np.ndarray:
+    (found,) = (one for one in ax.lines if one.get_label() == label)
+    return np.column_stack((found.get_xdata(), found.get_ydata()))
+
+
+def test_the_ground_is_drawn_under_the_footing_before_and_after() -> None:
+    ax = drawn(**TREE)
+    assert line(ax, "ground before").tolist() == [[0.0, -0.3], [4.0, -0.3]]
+    after = line(ax, "ground after")
+    # 4.5 % of 4 m over 20 mm is 9; of 8 and 10 the latter is nearer by its ratio
+    assert "movement of the ground exaggerated 10 times" in ax.get_title(loc="left")
+    x = after[:, 0]
+    assert after[:, 1] == pytest.approx(-0.3 - 10.0 * 0.02 * np.maximum(1.0 - x / 2.0, 0.0) ** 2)
+    assert [text.get_text() for text in ax.texts if "mm" in text.get_text()] == ["\u221220 mm"]
+    assert "left end of the ground goes down by 20 mm, to nothing in the middle" in " ".join(
+        ax.get_title(loc="left").split()
+    )
+
+
+def test_the_wall_has_its_opening_lintel_dpc_and_control_joint() -> None:
+    ax = drawn(opening=[WINDOW], dpc={"course": 1}, control_joint=[{"x": 3.5}], loads={"roof": "8 kN"})
+    area = sum(abs(path.get_extents().width * path.get_extents().height) for path in shapes(ax, "bricks"))
+    (lintel,) = shapes(ax, "lintels")
+    box = lintel.get_extents()
+    assert area + box.width * box.height == pytest.approx(4.0 * 1.2 - 1.0 * 0.4)
+    assert (box.y0, box.y1) == pytest.approx((0.8, 1.0))
+    assert box.x0 < 1.5 < 2.5 < box.x1
+    assert {round(float(y), 9) for path in shapes(ax, "dpc") for y in path.vertices[:, 1]} == {0.2}
+    assert {round(float(x), 9) for path in shapes(ax, "control joints") for x in path.vertices[:, 0]} == {3.5}
+    assert "roof 8 kN in all" in [text.get_text() for text in ax.texts]
+
+
+def test_a_history_is_drawn_to_both_sides() -> None:
+    stages = [{"kind": kind, "central_deflection": size} for kind, size in (("dishing", 8e-3), ("doming", 4e-3))]
+    ax = drawn(movement={"stage": stages})
+    one, other = line(ax, "ground after"), line(ax, "ground after, other way")
+    middle = len(one) // 2
+    assert one[middle, 0] == 2.0
+    assert other[middle, 1] == pytest.approx(-0.5 * one[middle, 1])
+    assert one[middle, 1] < 0.0
+
+
+def test_jacks_and_tests_are_drawn_without_ground() -> None:
+    on_jacks = drawn(movement={"shape": "jacks"}, rig={"jacks": [2.0]})
+    assert [text.get_text() for text in on_jacks.texts if text.get_text()] == ["jack"]
+    assert sum(patch.get_label() == "support" for patch in on_jacks.patches) == 2
+    test = drawn(movement={"shape": "loads"}, load=[{}, {"share": 3}], loading={"force": "40 kN"})
+    assert [text.get_text() for text in test.texts if "kN" in text.get_text()] == ["10 kN", "30 kN"]
+    assert all("ground" not in str(one.get_label()) for ax in (on_jacks, test) for one in ax.lines)
+
+
+def test_still_ground_has_one_line(tmp_path: Any) -> None:
+    described = Scene.from_dict({"wall": WALL, "movement": {"central_deflection": 0.0}})
+    ax = draw_scene(described)
+    assert [one.get_label() for one in ax.lines] == ["ground before"]
+    assert save_scene_picture(described, tmp_path / "new").name == "scene.png"
+    assert save_scene_picture(described, tmp_path / "house.svg").read_text(encoding="utf-8").startswith("<?xml")
