@@ -59,6 +59,24 @@ upper = "9 mm"
 """
 
 
+SOLVED_IN_EXAMPLES = ("curves_frame", "draw_design_search", "save_wall_pictures", "study.Study")
+"""Examples of docstrings that run a study for a second or more."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark as thorough the cases that `quick_cases` leaves out: each argument has its first value, or a named one."""
+    for item in items:
+        mark, case = item.get_closest_marker("quick_cases"), getattr(item, "callspec", None)
+        if mark is not None and case is not None:
+            for name, number in case.indices.items():
+                quick = number == 0 if name not in mark.kwargs else case.params[name] in mark.kwargs[name]
+                if not quick and name not in mark.args:
+                    item.add_marker("thorough")
+        elif isinstance(item, pytest.DoctestItem) and item.name.endswith(SOLVED_IN_EXAMPLES):
+            item.add_marker("thorough")
+
+
 @pytest.fixture(scope="session")
 def data_folder() -> Path:
     return ROOT / "data"

@@ -32,6 +32,7 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return run(tmp_path_factory.mktemp("plain") / "bits.json", "--watch")
 
 
+@pytest.mark.thorough
 def test_every_product_and_factorisation_is_made_with_one_thread(plain: dict[str, Any]) -> None:
     assert plain["free"] == []
     # most lines of the package that there are

@@ -5,7 +5,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
-import openturns as ot
 import pytest
 
 import damagepred
@@ -52,12 +51,6 @@ def test_by_default_all_walls_have_the_same_joints(study: Study) -> None:
     assert twice.dims == ("sample",)
     assert twice[0] == twice[1] == wall([0.75, 0.008])["crack_width_max"]
     assert wall([0.75, 0.008], numbers=1)["crack_width_max"] != twice[0]
-
-
-def test_unit_points_become_the_study_s_distributions(study: Study) -> None:
-    values = study.function().from_unit([[0.5, 0.25], [0.9, 0.75]])
-    assert values[:, 1] == pytest.approx([6.75e-3, 8.25e-3])
-    assert values[0, 0] == pytest.approx(0.75 / np.sqrt(1 + 0.15**2))  # median of the lognormal
 
 
 def test_a_wall_that_fails_is_nan_and_sobol_s_indices_refuse_it(
@@ -112,6 +105,7 @@ def test_correlated_variables_have_no_sobol_indices() -> None:
         Study(StudySettings.from_dict(tables)).function().sobol("crack_width_max", 8)
 
 
+@pytest.mark.thorough
 def test_salib_and_openturns_get_the_same_indices(hooks: StudyFunction) -> None:
     size = 8
     ours = hooks.sobol(with_salib.OUTPUT, size, seed=1, resamples=0)
@@ -127,11 +121,3 @@ def test_salib_and_openturns_get_the_same_indices(hooks: StudyFunction) -> None:
     np.testing.assert_allclose(theirs["total"] * of_a / of_both, ours["total"], rtol=1e-9)
     jansen = 1 - 0.5 * ((table[:, -1:] - table[:, 1:-1]) ** 2).sum(axis=0) / of_a
     np.testing.assert_allclose(theirs["first"], jansen, atol=1e-9)
-
-
-def test_openturns_calls_it_with_its_own_samples(hooks: StudyFunction) -> None:
-    wrapped = with_openturns.wrapped(hooks)
-    vectors = hooks.from_unit([[0.2, 0.5, 0.7], [0.9, 0.4, 0.1]])
-    found = np.array(wrapped(ot.Sample(vectors)))[:, 0]
-    np.testing.assert_array_equal(found, hooks(vectors)[with_openturns.OUTPUT].values)
-    assert list(wrapped.getInputDescription()) == list(hooks.inputs)

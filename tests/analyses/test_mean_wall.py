@@ -45,6 +45,7 @@ def test_walls_with_movements_of_their_own_count_at_their_ends(tmp_path: Path) -
     assert beyond_mean_wall(mean_wall(1, 6e-3), settings, tmp_path / "nothing.toml").startswith("one wall without")
 
 
+@pytest.mark.thorough
 def test_walls_of_one_movement_count_where_the_mean_wall_ends(tmp_path: Path) -> None:
     text = SMALL_STUDY.partition('[variables."movement')[0].replace("increments = 6", "increments = 2")
     settings = StudySettings.from_dict(tomllib.loads(text))

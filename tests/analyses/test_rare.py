@@ -160,6 +160,7 @@ def injected(scene: Scene, fields: object, question: Question) -> Margin:
     return NOTHING_KNOWN._replace(why="injected") if z[1] > 2.0 else Margin(z[0] + 3.0, z[0] + 3.0)
 
 
+@pytest.mark.thorough
 def test_failed_walls_bound_the_probability(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rare_walls, "margin", injected)
     lower, upper = special.ndtr(-3.0) * special.ndtr(2.0), special.ndtr(-3.0) * special.ndtr(2.0) + special.ndtr(-2.0)
@@ -186,23 +187,6 @@ def test_failed_walls_bound_the_probability(tmp_path: Path, monkeypatch: pytest.
     (tmp_path / "7" / "walls.jsonl").write_text(old)  # as earlier versions wrote it
     with ThreadPoolExecutor(1) as executor:
         assert rare_event(asked, ASKED, tmp_path / "7", samples=200, executor=executor).interval == found.interval
-
-
-def test_without_failures_there_is_one_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rare_walls, "margin", lambda *given: injected(*given)._replace(least=0.5, most=0.5))
-    with ThreadPoolExecutor(1) as executor:
-        found = rare_event(settings(FRICTION_ONLY), ASKED, tmp_path / "a", samples=100, executor=executor)
-    assert found.failed == 0
-    assert found.failed_damaged is found.estimate
-    assert not (tmp_path / "a" / "walls_failed_reached.jsonl").exists()
-
-
-@pytest.mark.slow
-def test_worker_processes_give_the_same(tmp_path: Path) -> None:
-    with ThreadPoolExecutor(1) as executor:
-        one = rare_event(settings(), ASKED, tmp_path / "a", samples=20, level_share=0.5, executor=executor)
-    two = rare_event(settings(), ASKED, tmp_path / "b", samples=20, level_share=0.5, workers=2)
-    np.testing.assert_array_equal(one.estimate.samples, two.estimate.samples)
 
 
 def test_invalid_requests_are_refused(tmp_path: Path) -> None:

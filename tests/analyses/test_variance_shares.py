@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import damagepred
 from damagepred.analyses.variance_shares import _output_of, study_sensitivity
 from damagepred.errors import InputError
 from tests.uq.test_fragility import FAILED, fail
@@ -38,12 +37,6 @@ def test_censored_and_failed_walls_are_reported_and_included() -> None:
     assert 0.45 < found.attrs["share_censored"] < 0.6
 
 
-def test_curves_say_that_their_walls_are_crossed() -> None:
-    ds = crossed_walls(30, 0.4, 0.2)
-    assert damagepred.fit_fragility(ds, categories=[1], bootstrap=0).attrs["crossed"] == 1
-    assert "crossed" not in damagepred.fit_fragility(ds.drop_attrs(), categories=[1], bootstrap=0).attrs
-
-
 def test_ranks_and_shares_are_of_independent_walls() -> None:
     """An input without effect: in pairs of walls, their correlation would be taken for an effect."""
     held = []
@@ -54,14 +47,6 @@ def test_ranks_and_shares_are_of_independent_walls() -> None:
         found = study_sensitivity(ds, category=1, resamples=50).sel(variable="joint.cohesion")
         held.append(float(found["spearman_lower"]) <= 0 <= float(found["spearman_upper"]))
     assert 23 <= np.sum(held) <= 30  # 27 expected; with pairs taken as independent, 21
-
-
-def test_an_ordinary_study_has_ranks() -> None:
-    ds = crossed_walls(50, 0.4, 0.2)
-    del ds.attrs["crossed"]
-    found = study_sensitivity(ds, category=1, resamples=5)
-    assert found.attrs["walls"] == 200
-    assert float(found["spearman"][0]) > 0.6
 
 
 @pytest.mark.parametrize(

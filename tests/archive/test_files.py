@@ -2,8 +2,6 @@
 
 import errno
 import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,9 +9,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
-from hypothesis.extra import numpy as arrays
 
 from damagepred.archive.files import check_output, read_dataset, write_dataset, write_whole
 from damagepred.archive.schema import FLAG_FILL, SCHEMA_VERSION, VARIABLES, dataset
@@ -114,32 +109,7 @@ def test_flags_are_int8_in_the_file_and_nothing_is_int64(tmp_path: Path):
         assert file.getncattr("Conventions") == "CF-1.11 UGRID-1.0"
 
 
-def test_large_numbers_are_not_cut(tmp_path: Path):
-    for value in (2**31 - 1, 2**31, -(2**31) - 1, 2**40):
-        ds = dataset({"increment": [0, 1], "cycles": np.array([1, value])}, {})
-        write_dataset(ds, tmp_path / "wall.nc")
-        assert read_dataset(tmp_path / "wall.nc")["cycles"].values.tolist() == [1, value]
-
-
-@settings(max_examples=20, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    arrays.arrays(np.float64, st.integers(1, 30), elements=st.floats()),
-    st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), min_size=1, max_size=40),
-)
-def test_any_float_and_any_title(tmp_path: Path, values: np.ndarray, title: str):
-    ds = dataset({"increment": np.arange(len(values)), "crack_width_max": values}, {"title": title})
-    write_dataset(ds, tmp_path / "wall.nc")
-    back = read_dataset(tmp_path / "wall.nc")
-    np.testing.assert_array_equal(back["crack_width_max"].values, values)
-    assert back.attrs["title"] == title
-
-
 # -- what is not ours ------------------------------------------------------------------------------------------------
-
-
-def test_missing(tmp_path: Path):
-    with pytest.raises(InputError, match=r"wall\.nc: no such file"):
-        read_dataset(tmp_path / "wall.nc")
 
 
 @pytest.mark.parametrize("content", [b"", b"hello", b"CDF\x01", b"\x89HDF\r\n\x1a\n"])
@@ -147,18 +117,6 @@ def test_not_netcdf(tmp_path: Path, content: bytes):
     (tmp_path / "wall.nc").write_bytes(content)
     with pytest.raises(InputError, match=r"wall\.nc: is not a readable netCDF file"):
         read_dataset(tmp_path / "wall.nc")
-
-
-def test_a_folder(tmp_path: Path):
-    with pytest.raises(InputError, match="is a folder, and the file"):
-        read_dataset(tmp_path)
-
-
-@pytest.mark.parametrize("attrs", [{}, {"schema_version": "v1.0"}, {"schema_version": "1"}, {"schema_version": 1.5}])
-def test_another_program_s_netcdf(tmp_path: Path, attrs: dict):
-    xr.Dataset({"t": ("x", [1.0])}, attrs=attrs).to_netcdf(tmp_path / "other.nc")
-    with pytest.raises(InputError, match=r"other\.nc: is a netCDF file, but not one of damagepred"):
-        read_dataset(tmp_path / "other.nc")
 
 
 def test_newer_schema(tmp_path: Path):
@@ -254,13 +212,6 @@ def test_the_netcdf_library_s_word_for_a_full_disk(old: Path):
     assert untouched(old)
 
 
-@pytest.mark.parametrize("error", [KeyboardInterrupt(), ValueError("a defect"), MemoryError()])
-def test_other_interruptions_pass_through_and_leave_nothing(old: Path, error: BaseException):
-    with pytest.raises(type(error)):
-        write_whole(old, broken(error))
-    assert untouched(old)
-
-
 @pytest.mark.parametrize("step", ["fsync", "replace", "chmod"])
 def test_failing_late_leaves_the_old_file(old: Path, monkeypatch: pytest.MonkeyPatch, step: str):
     def fail(*_args: object, **_more: object) -> None:
@@ -298,47 +249,6 @@ def test_places_that_are_none(tmp_path: Path):
         write_dataset(dataset({"increment": [0]}, {}), tmp_path / "wall.nc")
     assert (tmp_path / "wall.nc" / "inside").read_text() == "kept"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "wall.nc"]
-
-
-def test_a_real_limit_on_the_file_size(old: Path):
-    """No pretending: the operating system refuses the write half-way."""
-    program = f"""
-import resource
-import numpy as np
-from damagepred.archive.files import write_dataset
-from damagepred.archive.schema import dataset
-from damagepred.errors import StudyError
-ds = dataset({{"block_x": np.random.default_rng(0).random(200_000)}}, {{}})
-resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-try:
-    write_dataset(ds, {str(old)!r})
-except StudyError as error:
-    print(error)
-"""
-    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    assert run.returncode == 0, run.stderr
-    assert "wall.nc: could not be written" in run.stdout
-    assert "Traceback" not in run.stderr
-    assert untouched(old)
-
-
-def test_a_failed_write_of_a_dataset_keeps_the_last_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    first, second = wall(1), wall(2)
-    write_dataset(first, tmp_path / "wall.nc")
-    whole = xr.Dataset.to_netcdf
-
-    def half(self: xr.Dataset, path: Path, **options: object) -> None:
-        whole(self, path, **options)
-        with Path(path).open("rb+") as stream:
-            stream.truncate(1000)
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", half)
-    with pytest.raises(StudyError, match="the disk is full; free some space and run the same command again"):
-        write_dataset(second, tmp_path / "wall.nc")
-    monkeypatch.undo()
-    same(first, read_dataset(tmp_path / "wall.nc"))
-    assert [p.name for p in tmp_path.iterdir()] == ["wall.nc"]
 
 
 # -- checking beforehand -----------------------------------------------------------------------------------------------

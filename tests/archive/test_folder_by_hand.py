@@ -11,10 +11,10 @@ import xarray as xr
 
 from damagepred.archive import provenance
 from damagepred.archive.files import write_dataset
-from damagepred.archive.folder import StudyFolder, open_study
+from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import Column, joined, write_part
 from damagepred.archive.schema import dataset
-from damagepred.errors import ArchiveWarning, InputError
+from damagepred.errors import ArchiveWarning
 from tests.archive.test_parts import row
 from tests.synthetic_studies import synthetic_study
 
@@ -148,12 +148,6 @@ def test_coordinates_and_attributes_of_a_dataset() -> None:
     }
 
 
-def test_one_wall_is_no_study(tmp_path: Path) -> None:
-    write_dataset(dataset({"increment": np.arange(2), "base_reaction": [1.0, 2.0]}, {}), tmp_path / "wall.nc")
-    with pytest.raises(InputError, match="wall"):
-        open_study(tmp_path / "wall.nc")
-
-
 def test_the_commit_is_that_of_the_checkout(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[list[str]] = []
     told = SimpleNamespace(stdout="0123456789ab+\n")
@@ -218,22 +212,3 @@ def test_a_part_that_is_newer_than_a_failure_counts(tmp_path: Path) -> None:
     folder.part_file(3).rename(folder.part_file(2))
     with pytest.warns(ArchiveWarning, match=r"sample-00000002\.nc.* It is left out\."):
         assert folder.results()["status"].values.tolist() == [1, 0, 3, 3]
-
-
-def test_damaged_files_are_set_aside_under_names_of_their_own(tmp_path: Path) -> None:
-    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 4))
-    found = []
-    for text in ("a", "b", "c"):
-        (folder.parts / "x.nc").write_text(text)
-        found.append(folder.set_aside(folder.parts / "x.nc"))
-    assert [file.relative_to(folder.path).as_posix() for file in found] == [
-        "damaged/x.nc",
-        "damaged/x.nc.1",
-        "damaged/x.nc.2",
-    ]
-    assert [file.read_text() for file in found] == ["a", "b", "c"]
-    told, kept = folder.manifest_of_design(), folder.manifest()
-    assert (told["samples"], told["schema_version"], told["created"]) == (4, 0, "unknown")
-    same = ("title", "seed", "sampler", "damagepred_version", "machine")
-    assert [told[key] for key in same] == [kept[key] for key in same]
-    assert list(kept) == sorted(kept)

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from damagepred.archive.parts import Column, Columns, alike, joined, read_part, study_dims, write_part
 from damagepred.archive.schema import SCHEMA_VERSION, VARIABLES, category_attributes
@@ -49,11 +48,6 @@ def test_round_trip(tmp_path: Path, samples: int, openings: int) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["part.nc"]
 
 
-def test_some_variables_only(tmp_path: Path) -> None:
-    write_part(tmp_path / "part.nc", row(1))
-    assert read_part(tmp_path / "part.nc", ["status"]).keys() == {"sample", "status"}
-
-
 @pytest.mark.parametrize("names", [None, ["status"], ["newton_iterations"], ["crack_width_worst", "cycles"], []])
 @pytest.mark.parametrize("version", range(2, SCHEMA_VERSION + 1))
 def test_some_variables_of_a_part_of_each_version(
@@ -81,25 +75,6 @@ def test_some_variables_of_a_part_of_each_version(
         np.testing.assert_array_equal(found["crack_width_worst"].values, values)
     if "newton_iterations" in found:
         np.testing.assert_array_equal(found["newton_iterations"].values, iterations)
-
-
-def test_anyone_s_xarray_reads_it(tmp_path: Path) -> None:
-    written = joined([row(0), row(1)])
-    write_part(tmp_path / "part.nc", written)
-    with xr.open_dataset(tmp_path / "part.nc", engine="netcdf4") as ds:
-        np.testing.assert_array_equal(ds["crack_width_max"].values, written["crack_width_max"].values)
-        assert ds["damage_category"].dtype == np.int8
-        np.testing.assert_array_equal(ds["damage_category"].values, written["damage_category"].values)
-        assert ds["crack_width_max"].attrs["units"] == "m"
-        assert ds["damage_category"].attrs["flag_meanings"] == "keine größer_als_1_mm"
-        assert int(ds.attrs["schema_version"]) == SCHEMA_VERSION
-
-
-def test_large_numbers_are_not_cut(tmp_path: Path) -> None:
-    large = row(1)
-    large["cycles"].values[0, 0] = 2**40
-    write_part(tmp_path / "part.nc", large)
-    np.testing.assert_array_equal(read_part(tmp_path / "part.nc")["cycles"].values, large["cycles"].values)
 
 
 def test_only_rows_that_are_alike_go_together() -> None:

@@ -42,12 +42,6 @@ def test_samples_share_their_movement(folder: Path) -> None:
         assert "movement" in plain.coords
 
 
-def test_movements_that_differ_are_not_shared(tmp_path: Path) -> None:
-    study = damagepred.open_study(synthetic_study(tmp_path / "house.dp"))
-    assert "movement" not in study.variables
-    assert "increment" in study.coords
-
-
 def test_the_surface_of_the_ground_is_the_movement_where_it_is_known() -> None:
     path = ("sample", "increment")
     own = np.array([[0.0, 1e-3], [0.0, 2e-3], [np.nan, np.nan]])
@@ -87,6 +81,7 @@ def test_flags_are_whole_numbers_in_memory_and_in_files(folder: Path, wall: xr.D
                 assert attrs["valid_range"].tolist() == [0, len(attrs["flag_values"]) - 1]
 
 
+@pytest.mark.thorough
 def test_probabilities_are_those_of_the_archive_when_plain_xarray_opens_it(tmp_path: Path) -> None:
     place = synthetic_study(tmp_path / "house.dp", 40, medians=(2e-3, 4e-3), failed=[3], missing=[5])
     StudyFolder(place).consolidate()

@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pint
 import pytest
-import xarray as xr
 
 from damagepred.archive.schema import (
     CATEGORIES,
@@ -19,39 +18,6 @@ from damagepred.archive.schema import (
 from damagepred.damage import load_table
 
 UNITS = pint.UnitRegistry()
-
-# what one wall and one study are promised to hold
-WALL = [
-    "central_deflection",
-    "deflection_ratio",
-    "block_x",
-    "block_y",
-    "block_displacement_x",
-    "block_displacement_y",
-    "block_rotation",
-    "contact_x",
-    "contact_y",
-    "contact_kind",
-    "contact_length",
-    "contact_opening",
-    "contact_slip",
-    "contact_normal_stress",
-    "contact_shear_stress",
-    "contact_state",
-    "unbalanced_force_ratio",
-    "base_reaction",
-    "crack_width_max",
-    "dpc_opening_max",
-    "dpc_separation_length",
-    "opening_width_change",
-    "damage_category",
-]
-STUDY = ["crack_width_max", "dpc_opening_max", "damage_category", "deflection_ratio", "status", "sample"]
-
-
-@pytest.mark.parametrize("name", WALL + STUDY)
-def test_what_was_promised_is_registered(name: str):
-    assert name in VARIABLES
 
 
 @pytest.mark.parametrize("name", VARIABLES)
@@ -80,61 +46,6 @@ def test_every_variable_says_what_it_is(name: str):
         )
 
 
-DIMENSION_BY_NAME = [
-    (r"(^|_)(stress|strength|cohesion)(_(xx|yy|xy|zz))?$", "Pa"),
-    (r"(^|_)((axial|shear|load)_force|force_(x|y)|load)$", "N"),
-    (r"curvature$", "m-1"),
-    (r"moment$", "N m"),
-    (r"_(x|y)$", None),  # places and displacements, but normals are pure
-    (
-        r"(width|thickness|width_max|width_worst|width_change|diagonal_change|slip_max|length|opening|slip|sill|left|height|deflection|displacement|movement|opening_max|closing_max)$",
-        "m",
-    ),
-    (r"(ratio|friction|count|cycles|iterations|tilt_max|slope_max|distortion)$", "1"),
-    (r"reaction$", "N"),
-    (r"rotation$", "rad"),
-    (r"time$", "s"),
-    (r"violation$", "Pa"),
-    (r"(^|_)(work|energy)(_error)?$", "J"),
-]
-
-
-@pytest.mark.parametrize("name", [n for n, v in VARIABLES.items() if v.units is not None])
-def test_unit_fits_the_name(name: str):
-    for pattern, unit in DIMENSION_BY_NAME:
-        if re.search(pattern, name):
-            expected = unit or ("1" if "normal" in name else "m")
-            assert VARIABLES[name].units == expected
-            return
-    assert VARIABLES[name].units == "1", "a name that tells no dimension has none"
-
-
-def test_dimensions():
-    assert VARIABLES["contact_opening"].dims == ("increment", "contact")
-    assert VARIABLES["block_rotation"].dims == ("increment", "block")
-    assert VARIABLES["opening_width_change"].dims == ("increment", "opening")
-    assert VARIABLES["damage_category"].dims == ("increment",)
-    assert VARIABLES["status"].dims == ("sample",)
-    assert VARIABLES["zone_stress_xx"].dims == ("increment", "zone")
-    assert VARIABLES["zone_gridpoint"].dims == ("zone", "zone_corner")
-    allowed = {
-        "increment",
-        "block",
-        "contact",
-        "opening",
-        "vertex",
-        "sample",
-        "zone",
-        "gridpoint",
-        "zone_corner",
-        "section",
-        "support",
-        "jack",
-        "group_count",
-    }
-    assert {d for v in VARIABLES.values() for d in v.dims} <= allowed
-
-
 def test_flags_mean_what_the_code_means():
     kinds = "bed_joint head_joint dpc footing_interface soil support footing_section control_joint"
     for name, words in {
@@ -147,10 +58,6 @@ def test_flags_mean_what_the_code_means():
     for table in ("as2870", "bre251"):
         names = tuple(n.replace(" ", "_") for n in load_table(table).category_names)
         assert names == CATEGORIES[: len(names)]
-
-
-def test_sample_is_a_realization():
-    assert VARIABLES["sample"].attributes()["standard_name"] == "realization"
 
 
 # -- datasets --------------------------------------------------------------------------------------------------------
@@ -198,14 +105,6 @@ def test_categories_bear_the_names_of_their_table(table: str):
     attrs = ds["damage_category"].attrs
     assert len(attrs["flag_meanings"].split()) == len(content.category_names) == len(attrs["flag_values"])
     assert attrs["comment"] == content.source
-
-
-def test_the_registry_is_not_shared_between_datasets():
-    first = dataset({"increment": [0], "damage_category": np.zeros(1, np.int8)}, {})
-    first["damage_category"].attrs["flag_meanings"] = "spoilt"
-    second = dataset({"increment": [0], "damage_category": np.zeros(1, np.int8)}, {})
-    assert second["damage_category"].attrs["flag_meanings"] == " ".join(CATEGORIES)
-    assert isinstance(first, xr.Dataset)
 
 
 def test_provenance_names_program_version_and_commit():

@@ -9,7 +9,7 @@ import xarray as xr
 
 import damagepred
 from damagepred.archive.files import read_dataset, write_dataset
-from damagepred.archive.schema import MESH, VARIABLES
+from damagepred.archive.schema import MESH
 from damagepred.assembly import wall_model
 from damagepred.enumerations import ZoneState
 from damagepred.one_wall.dataset import path_values
@@ -68,12 +68,6 @@ def test_zones_are_counted_by_what_yields() -> None:
     values = path_values(wall_model(SCENE), [step])
     counts = [values[f"zones_{how}"].tolist() for how in ("in_shear", "in_tension", "yielded_before")]
     assert counts == [[10], [12], [2]]
-
-
-def test_nothing_of_it_is_unknown(solved: xr.Dataset) -> None:
-    for name in solved.variables:
-        if str(name).startswith(("zone", "gridpoint")) and solved[name].dtype.kind == "f":
-            assert np.isfinite(solved[name]).all(), name
 
 
 def test_round_trip(solved: xr.Dataset, tmp_path: Path) -> None:
@@ -141,25 +135,3 @@ def test_zones_need_not_be_stored(solved: xr.Dataset) -> None:
     assert {str(n) for n in light.variables if "zone" in str(n)} == set(counts)
     for name in counts:
         np.testing.assert_array_equal(light[name], solved[name])
-
-
-def test_a_study_stores_counts_alone(tmp_path: Path) -> None:
-    file = tmp_path / "study.toml"
-    table = SCENE.to_toml().replace("\n[", "\n[scene.")
-    title, rest = table.split("\n", 1)
-    file.write_text(
-        f'[study]\nsamples = 1\nstop_at_category = "none"\n[scene]\n{title}\n{rest}\n'
-        '[variables."dpc.friction"]\ndistribution = "uniform"\nlower = 0.4\nupper = 0.6\n'
-    )
-    damagepred.Study.from_toml(file).run(tmp_path / "s.dp", samples=1, workers=1)
-    ds = damagepred.open_study(tmp_path / "s.dp")
-    assert not {"zone", "gridpoint"} & set(ds.dims)
-    assert ds["zones_in_shear"].dims == ("sample", "increment")
-    scene = replace(SCENE, dpc=Dpc(course=2, friction=float(ds["dpc.friction"][0])))
-    expected = damagepred.solve(scene, store_zones=False)
-    np.testing.assert_array_equal(ds["zones_in_shear"][0], expected["zones_in_shear"])
-
-
-def test_shorter_types_on_disk_are_for_floats() -> None:
-    assert {v.on_disk for v in VARIABLES.values() if v.on_disk} == {"float32"}
-    assert all(v.units for v in VARIABLES.values() if v.on_disk)

@@ -49,27 +49,6 @@ def test_an_assembly_of_the_wall_s_bricks_is_the_wall():
     assert mine.central_deflection == pytest.approx(8e-3)
 
 
-def test_weight_follows_gravity():
-    tilt = 0.3
-    gravity = (GRAVITY * np.sin(tilt), -GRAVITY * np.cos(tilt))
-    model = stack(thickness=0.5, gravity=gravity, block=BlockMaterial(density=1000.0)).build()
-    load = model.supports.load.reshape(-1, 3)
-    np.testing.assert_allclose(load, [[500 * gravity[0], 500 * gravity[1], 0]] * 2)
-    assert model.mass == pytest.approx([500.0, 500.0])
-    assert model.mean_block_weight == pytest.approx(500 * GRAVITY)
-
-
-def test_a_load_off_centre_turns():
-    wall = stack(gravity=(0, 0))
-    wall.load(0, x=3.0, y=-2.0, moment=1.0, at=(0.75, 0.9))
-    # about the centroid (0.5, 0.5): arm (0.25, 0.4); r x F = 0.25 * -2 - 0.4 * 3
-    np.testing.assert_allclose(wall.build().supports.load[:3], [3.0, -2.0, 1.0 - 0.5 - 1.2])
-    wall.load(0, y=-2.0, at=(0.25, 0.0))  # adds up: arm -0.25
-    np.testing.assert_allclose(wall.build().supports.load[:3], [3.0, -4.0, -0.7 + 0.5])
-    wall.load(1, y=-5.0)
-    np.testing.assert_allclose(wall.build().supports.load[3:], [0.0, -5.0, 0.0])
-
-
 def test_loads_make_the_same_resultant_wherever_they_act():
     """A force may be slid along its own line."""
     ends = []
@@ -105,20 +84,6 @@ def test_kinds_come_from_direction():
     ]
 
 
-def test_set_joint_in_either_order_and_with_a_kind():
-    strong = Joint(cohesion=1e6)
-    for a, b in ((0, 1), (1, 0)):
-        wall = stack(3)
-        wall.set_joint(a, b, strong, ContactKind.DPC)
-        model = wall.build()
-        mine = (model.interfaces.block_a == 0) & (model.interfaces.block_b == 1)
-        assert mine.sum() == 1
-        assert (model.properties.cohesion[mine] == 1e6).all()
-        assert (model.interfaces.kind[mine] == ContactKind.DPC).all()
-        assert (model.properties.cohesion[~mine] == 0.375e6).all()
-        assert (model.interfaces.kind[~mine] == ContactKind.BED_JOINT).all()
-
-
 def test_set_joint_where_a_vertex_divides_the_common_edge():
     wall = Assembly()
     wall.add_block([(0, 0), (1, 0), (1, 1), (0.3, 1), (0, 1)])
@@ -128,40 +93,6 @@ def test_set_joint_where_a_vertex_divides_the_common_edge():
     assert sorted(model.interfaces.length) == pytest.approx([0.3, 0.7])
     assert (model.properties.cohesion == 7.0).all()
     assert (model.interfaces.kind == ContactKind.DPC).all()
-
-
-def test_set_joint_above_a_course():
-    wall = Assembly()
-    for course in range(3):
-        for i in range(2):
-            wall.add_block([(x + i, y + course) for x, y in UNIT], course=course)
-    wall.set_joint_above(0, Joint(friction=0.1))
-    model = wall.build()
-    dpc = model.interfaces.kind == ContactKind.DPC
-    assert dpc.sum() == 2
-    assert (model.interfaces.y[dpc] == 1.0).all()
-    assert (model.properties.friction[dpc] == 0.1).all()
-    assert (model.properties.friction[~dpc] == 0.75).all()
-
-
-def test_own_materials():
-    soft = BlockMaterial(elastic_modulus=1e9, poisson_ratio=0.0, density=500.0)
-    wall = Assembly(thickness=1.0)
-    wall.add_block(UNIT)
-    wall.add_block([(x, y + 1) for x, y in UNIT], material=soft)
-    model = wall.build()
-    assert model.density.tolist() == [2000.0, 500.0]
-    assert model.properties.normal_stiffness[0] == pytest.approx(1 / (1 / 82e9 + 0.5 / 9e9 + 0.5 / 1e9))
-    shear_9 = 9e9 / 2.38
-    assert model.properties.shear_stiffness[0] == pytest.approx(1 / (1 / 36e9 + 0.5 / shear_9 + 0.5 / 0.5e9))
-
-
-def test_lumping_uses_the_distance_to_the_centroid_whatever_the_shape():
-    """A triangle's centroid lies a third of its height from the base."""
-    wall = Assembly()
-    wall.add_block([(0, 0), (1, 0), (1, 1), (0, 1)])
-    wall.add_block([(0, 1), (1, 1), (0.5, 1.6)])
-    assert wall.build().properties.normal_stiffness[0] == pytest.approx(1 / (1 / 82e9 + 0.5 / 9e9 + 0.2 / 9e9))
 
 
 def test_ground_under_a_hexagon_and_under_nothing():
@@ -218,11 +149,6 @@ def test_ten_kilometres_away_the_wall_is_the_same(shift: tuple[float, float]):
 # -- what is refused --------------------------------------------------------------------------------------------------
 
 
-def test_nothing_to_build():
-    with pytest.raises(InputError, match="no blocks"):
-        Assembly().build()
-
-
 @pytest.mark.parametrize(
     "vertices",
     [
@@ -273,34 +199,6 @@ def test_no_joint_between_blocks_that_do_not_meet():
     wall.set_joint(0, 2, Joint())
     with pytest.raises(InputError, match="blocks 0 and 2 share no edge"):
         wall.build()
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_numbers_must_be_finite(bad: float):
-    wall = stack()
-    for use in (
-        lambda: wall.move(0, y=bad),
-        lambda: wall.load(0, x=bad),
-        lambda: wall.load(0, moment=bad),
-        lambda: wall.load(0, y=-1.0, at=(bad, 0.0)),
-        lambda: wall.load(0, y=-1.0, at=(0.0, bad)),
-        lambda: Assembly(thickness=bad),
-        lambda: Assembly(gravity=(0.0, bad)),
-    ):
-        with pytest.raises(InputError, match="finite"):
-            use()
-    assert (wall.build().supports.load[[0, 2]] == 0).all()
-
-
-@pytest.mark.parametrize("thickness", [0.0, -0.11])
-def test_thickness_must_be_positive(thickness: float):
-    with pytest.raises(InputError, match="thickness"):
-        Assembly(thickness=thickness)
-
-
-def test_gravity_has_two_components():
-    with pytest.raises(InputError, match="gravity"):
-        Assembly(gravity=(0.0, 0.0, -9.81))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("thick_first", [True, False])

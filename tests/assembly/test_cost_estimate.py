@@ -6,7 +6,7 @@ import tracemalloc
 
 import pytest
 
-from damagepred import NO_LIMITS, Limits, Scene, solve
+from damagepred import Limits, Scene, solve
 from damagepred.assembly import wall_cost, wall_model
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError, TimeLimitError
@@ -75,21 +75,6 @@ def test_limits_of_a_long_wall_with_fields() -> None:
     wall_cost(settings.scene).require(Limits())
     with pytest.raises(InputError, match="correlation of its joints"):
         Study(settings)
-
-
-def test_a_design_beyond_memory() -> None:
-    settings = StudySettings.from_dict({"scene": {}, "study": {"samples": 10**9}})
-    with pytest.raises(InputError, match="the design alone"):
-        Study(settings)
-
-
-def test_limits_are_lifted() -> None:
-    tiny = Scene.from_dict({"wall": {"length": 0.96, "height": 0.3}, "movement": {"increments": 1}})
-    with pytest.raises(InputError, match="NO_LIMITS"):
-        solve(tiny, limits=Limits(memory=1.0))
-    assert solve(tiny, limits=NO_LIMITS).attrs["status"] == "complete"
-    assert Limits.asked(timeout=7200.0) == Limits(estimated_time=7200.0, time=7200.0)
-    assert Limits.asked(yes=True) == NO_LIMITS
 
 
 @pytest.mark.parametrize("value", [0, -1, math.nan, "4 GB", True, None])

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import wall_geometry, wall_model
-from damagepred.assembly.bond import Brick, lay_bricks
-from damagepred.assembly.footing_beam import _segment_ends
+from damagepred.assembly.bond import lay_bricks
 from damagepred.assembly.model import Model
 from damagepred.assembly.wall import footing_alone
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.scene import Footing, Joint, Mound, Movement, Opening, Rig, Scene, Soil, Solver, Wall
+from damagepred.scene import Footing, Joint, Movement, Opening, Rig, Scene, Soil, Solver, Wall
 
 JACKS = Movement(kind="doming", shape="jacks", central_deflection=1e-3)
 GROUND = Movement(kind="doming", shape="mound")
@@ -44,42 +43,12 @@ def test_a_segment_lies_under_each_brick_of_the_first_course(movement: Movement)
     assert (model.footing == model.n_blocks - len(first) + np.arange(len(first))).all()
 
 
-def test_under_a_door_segments_are_as_long_as_bricks():
-    scene = Scene(wall=WALL, movement=GROUND, opening=(DOOR,))
-    pieces = segments(wall_model(scene))
-    under = (pieces[:, 0] > DOOR.x - 1e-6) & (pieces[:, 1] < DOOR.right + 1e-6)
-    np.testing.assert_allclose(np.diff(pieces[under, :2]), 0.24, atol=1e-6)
-    assert under.sum() == 4
-    assert (pieces[1:, 0] == pieces[:-1, 1]).all()
-    assert pieces[[0, -1], [0, 1]] == pytest.approx([0.0, 4.8])
-    ends = set(np.round(pieces[:, :2].ravel(), 6))
-    assert {DOOR.x, DOOR.right} <= ends
-
-
 @pytest.mark.parametrize(("longest", "each"), [(0.24, 1), (0.2399, 2), (0.12, 2), (0.1, 3), (1.0, 1)])
 def test_segments_are_no_longer_than_they_may_be(longest: float, each: int):
     scene = Scene(wall=replace(WALL, bond="stack"), footing=Footing(segment_length=longest), movement=GROUND)
     pieces = segments(wall_model(scene))
     assert len(pieces) == 20 * each
     np.testing.assert_allclose(pieces[:, 1] - pieces[:, 0], 0.24 / each, atol=1e-9)
-
-
-@pytest.mark.parametrize("bricks", [31, 61, 121, 241])
-@pytest.mark.parametrize("length", [3.0, 6.0, 12.0])
-def test_segments_as_long_as_bricks_are_not_cut_by_rounding(length: float, bricks: int):
-    step = length / bricks
-    scene = Scene(
-        wall=Wall(length=length, height=0.075, block_length=step, bond="stack"),
-        footing=Footing(segment_length=step),
-        movement=GROUND,
-    )
-    assert len(segments(footing_alone(scene))) == bricks
-
-
-def test_longer_segments_than_bricks_are_asked_for_in_vain():
-    """Ends of bricks are ends of segments, so that a brick's bed is not bent."""
-    wide = _segment_ends([Brick(0.0, 0.0, 0.5, 0.1, 0), Brick(0.5, 0.0, 1.0, 0.1, 0)], 1.0, 0.5, 5.0)
-    np.testing.assert_allclose(wide, [0.0, 0.5, 1.0])
 
 
 @pytest.mark.parametrize(
@@ -163,14 +132,6 @@ def test_the_bed_on_the_footing_is_mortar_or_its_own():
         assert (model.properties.normal_stiffness[others] == scene.joint.normal_stiffness).all()
 
 
-def test_on_the_bed_half_a_brick_is_lumped_and_nothing_of_the_footing():
-    scene = Scene(wall=WALL, movement=GROUND)
-    model = wall_model(scene)
-    bed = model.interfaces.kind == ContactKind.FOOTING_INTERFACE
-    exact = 1 / (1 / scene.joint.normal_stiffness + 0.075 / 2 / scene.block.elastic_modulus)
-    np.testing.assert_allclose(model.properties.normal_stiffness[bed], exact)
-
-
 @pytest.mark.parametrize(("kind", "stiffness"), [("dishing", 2e6), ("doming", 6e6)])
 def test_the_soil_swells_in_dishing_and_shrinks_in_doming(kind: str, stiffness: float):
     movement = Movement(kind=kind, shape="mound")  # type: ignore[arg-type]
@@ -182,17 +143,6 @@ def test_the_soil_swells_in_dishing_and_shrinks_in_doming(kind: str, stiffness: 
     assert (model.properties.friction[below] == 0.4).all()
     assert not model.properties.tensile_strength[below].any()
     assert not model.properties.cohesion[below].any()
-
-
-def test_the_ground_moves_as_the_mound_says():
-    scene = Scene(wall=WALL, movement=GROUND, mound=Mound(shape="mitchell", surface_movement=0.03, exponent=3.0))
-    model = wall_model(scene)
-    face = model.interfaces
-    ground = len(model.ground.full.normal)
-    assert (face.kind[-ground:] == ContactKind.SOIL).all()
-    x = face.x[-ground:, None] + face.normal_y[-ground:, None] * face.contact_offset[-ground:]
-    moved = -model.ground.full.normal  # what the joint does not open
-    np.testing.assert_allclose(np.abs(moved), 0.7 * 0.03 * np.abs(2 * x / 4.8 - 1) ** 3, atol=1e-12)
 
 
 # -- supports, jacks, deflection --------------------------------------------------------------------------------------
@@ -287,12 +237,6 @@ def test_a_footing_alone_is_on_the_rig_of_the_whole_wall():
     assert alone.deflection is not None
     assert whole.deflection is not None
     np.testing.assert_allclose(alone.deflection[: there.size], whole.deflection[there].ravel())
-
-
-def test_a_prescribed_form_has_no_footing_alone():
-    with pytest.raises(InputError, match="three_loads"):
-        footing_alone(Scene(wall=WALL))
-    assert wall_model(Scene(wall=WALL)).footing is None
 
 
 # -- a footing of zones -----------------------------------------------------------------------------------------------

@@ -11,7 +11,6 @@ from damagepred import InputError, Scene
 from damagepred.assembly.wall import wall_model
 from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import ContactKind
-from damagepred.scene import HeadJoint, Joint
 
 
 def scene(**tables: Any) -> Scene:
@@ -45,23 +44,6 @@ def test_values_that_vary_from_joint_to_joint(given: dict[str, Any] | None) -> N
     np.testing.assert_allclose(model.properties.tensile_strength[heads], expected)
     own = wall_model(described, {"joint.tensile_strength": drawn, "head_joint.tensile_strength": 0.3 * drawn})
     np.testing.assert_allclose(own.properties.tensile_strength[heads], 0.3 * drawn[model.interfaces.joint[heads]])
-
-
-def test_head_joints_have_all_keys_of_joints() -> None:
-    assert set(Joint.__dataclass_fields__) <= set(HeadJoint.__dataclass_fields__)
-    assert HeadJoint(softening="exponential").joint(Joint(fracture_energy=10.0)).softening == "exponential"
-
-
-@pytest.mark.parametrize("key", Joint.__dataclass_fields__)
-def test_keys_of_head_joints_have_units_and_bounds_of_joints(key: str) -> None:
-    assert Scene.unit_of(f"head_joint.{key}") == Scene.unit_of(f"joint.{key}")
-    assert Scene.takes_number(f"head_joint.{key}") == Scene.takes_number(f"joint.{key}")
-    refusals = []
-    for table in ("joint", "head_joint"):
-        with pytest.raises(InputError, match=key) as error:
-            Scene.from_dict({table: {key: -1 if Scene.takes_number(f"joint.{key}") else "x"}})
-        refusals.append(str(error.value).replace("head_joint", "joint").replace("-1.0", "-1").split(": must be")[0])
-    assert refusals[0] == refusals[1]
 
 
 def test_what_makes_no_joint_is_refused() -> None:

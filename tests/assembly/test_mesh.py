@@ -6,7 +6,7 @@ import pytest
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.geometry import mass_properties
-from damagepred.assembly.mesh import LANES, _without_straight_corners, cut_into_zones, mesh_of
+from damagepred.assembly.mesh import LANES, cut_into_zones, mesh_of
 from damagepred.errors import InputError
 from damagepred.scene import Solver
 from tests.assembly import reference
@@ -47,10 +47,6 @@ def test_zones_of_a_brick_are_their_own_mirror_image() -> None:
     _, points = cut_into_zones(BRICK, 0.04)
     mirrored = points * [-1, 1] + [0.24, 0.0]
     assert {tuple(p) for p in np.round(points, 9)} == {tuple(p) for p in np.round(mirrored, 9)}
-
-
-def test_straight_corners_are_left_out() -> None:
-    assert len(_without_straight_corners(POLYGONS["straight corner"])) == 4
 
 
 def test_blocks_of_one_pattern_stand_side_by_side() -> None:
@@ -96,34 +92,10 @@ def test_interfaces_of_deformable_blocks_join_pieces_of_facets() -> None:
     assert (face.x + face.length / 2 <= ends.max(axis=1) + 1e-9)[inner].all()
 
 
-def test_joints_are_the_same_however_blocks_are_cut() -> None:
-    def joints(size: float) -> tuple[np.ndarray, np.ndarray]:
-        assembly = Assembly()
-        for i in range(3):
-            for j in range(2):
-                corners = rectangle(0.24 * i + 0.12 * j, 0.075 * j, 0.24 * (i + 1) + 0.12 * j, 0.075 * (j + 1))
-                assembly.add_block(corners, course=j, zone_size=size)
-        model = assembly.build()
-        return np.bincount(model.interfaces.joint, model.interfaces.length), model.joints.x
-
-    whole, places = joints(0.0)
-    length, x = joints(0.05)
-    np.testing.assert_allclose(length, whole)
-    np.testing.assert_allclose(x, places)
-
-
 @pytest.mark.parametrize("bad", [-1.0, float("nan"), float("inf")])
 def test_a_size_that_is_no_length_is_refused(bad: float) -> None:
     with pytest.raises(InputError, match="zone_size"):
         Assembly().add_block(BRICK, zone_size=bad)
-
-
-def test_what_is_held_as_one_is_not_deformable() -> None:
-    assembly = Assembly()
-    block = assembly.add_block(BRICK, zone_size=0.03)
-    assembly.support(block)
-    with pytest.raises(InputError, match="block 0"):
-        assembly.build()
 
 
 def test_a_slip_of_the_unit_is_refused_before_it_fills_the_memory() -> None:

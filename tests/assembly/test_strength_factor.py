@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from damagepred import Joint, Scene, Wall, solve
+from damagepred import Joint, Scene, Wall
 from damagepred.assembly import wall_model
 from damagepred.errors import InputError
-from damagepred.scene import HeadJoint, Movement
+from damagepred.scene import HeadJoint
 
 STRENGTHS = ("tensile_strength", "cohesion", "residual_tensile_strength", "residual_cohesion")
 MORTAR = Joint(tensile_strength=0.2e6, cohesion=0.3e6, residual_tensile_strength=0.05e6, residual_cohesion=0.1e6)
@@ -25,15 +25,6 @@ def test_all_strengths_of_beds_and_heads_are_multiplied_and_nothing_else() -> No
     expected = wall_model(replace(SMALL, joint=replace(MORTAR, **times))).properties
     for name, value in found._asdict().items():
         assert value == pytest.approx(getattr(expected, name), rel=1e-15), name
-
-
-def test_it_multiplies_what_varies_from_joint_to_joint() -> None:
-    model = wall_model(SMALL)
-    joints = int(model.interfaces.joint.max()) + 1
-    varied = {"joint.tensile_strength": np.linspace(0.1e6, 0.2e6, joints)}
-    once, twice = (wall_model(factored(SMALL, f), fields=varied).properties for f in (1.0, 1.3))
-    assert np.ptp(once.tensile_strength) > 0.0
-    assert twice.tensile_strength == pytest.approx(1.3 * once.tensile_strength, rel=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -66,19 +57,6 @@ def test_head_joints_may_have_their_own() -> None:
     own = wall_model(replace(factored(SMALL, 1.5), head_joint=HeadJoint(strength_factor=0.5))).properties
     strength = np.unique(own.tensile_strength.round(6))
     assert {0.5 * 0.2e6, 1.5 * 0.2e6} <= set(strength.tolist())
-
-
-def test_a_brittle_wall_of_twice_the_strength_cracks_at_twice_the_movement() -> None:
-    """Without weight a wall is elastic until its first bond breaks: the movement scales with the strength."""
-    movement = Movement(kind="dishing", shape="parabola", central_deflection="0.4 mm", increments=40)
-    block = replace(SMALL.block, density=0.0)
-    weightless = replace(SMALL, movement=movement, block=block, footing=replace(SMALL.footing, density=0.0))
-    first = [
-        int(np.argmax((solve(factored(weightless, factor))["contact_state"].values == 1).any(axis=1)))
-        for factor in (1.0, 2.0)
-    ]
-    assert first[0] > 0
-    assert abs(first[1] - 2 * first[0]) <= 1
 
 
 def test_a_factor_of_nothing_is_refused() -> None:

@@ -1,6 +1,5 @@
 """Reported values of a study, compared with hand calculation."""
 
-import json
 import math
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
@@ -15,27 +14,24 @@ import tomli_w
 
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import Column
-from damagepred.assembly import Limits, wall_geometry
+from damagepred.assembly import Limits
 from damagepred.campaign import dispatch, sample
 from damagepred.campaign import preset_accuracy as accuracy
-from damagepred.campaign import stopping as running
-from damagepred.campaign.campaign import RunSummary, _Stop
+from damagepred.campaign.campaign import _Stop
 from damagepred.campaign.cost_estimate import CostEstimate, _zone_bytes, require_affordable
 from damagepred.campaign.dispatch import GivenExecutor, sample_timeout
 from damagepred.campaign.sample import _kept_of_movement
-from damagepred.campaign.settings import StudySettings, differing_keys, read_frozen
+from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.status import study_status
-from damagepred.campaign.stopping import Ending, InterimAnalysis
-from damagepred.cli.sentences import cost_lines, ending_lines, status_lines
+from damagepred.cli.sentences import cost_lines, status_lines
 from damagepred.cli.terminal import share_rows
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import ConvergenceError, DivergenceError, InputError, StudyError
 from damagepred.formatting import duration
-from damagepred.scene import Dpc, Opening, Scene, Solver, Wall
+from damagepred.scene import Dpc, Opening, Scene, Solver
 from damagepred.scene.accuracy import Measured
 from damagepred.study import Study
 from damagepred.uq import estimate
-from damagepred.uq.stopping import StopWhen
 from tests.conftest import SMALL_STUDY
 from tests.synthetic_studies import synthetic_study
 
@@ -113,28 +109,6 @@ def standing_of(folder: StudyFolder, ds: Any) -> Any:
         return study_status(folder.path)
 
 
-def test_a_standing_of_weighted_walls_and_of_none_left(tmp_path: Path) -> None:
-    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 8, failed=(2,)))
-    weight = np.array([0.5, 3.0, 1.5, 0.25, 0.75, 1.0, 1.25, 2.0])
-    ds = folder.results().assign(weight=("sample", weight))
-    at = [np.nan, 3e-3, 5.5e-3, np.nan, 2e-3, np.nan, np.nan, 4e-3]
-    ended = status_lines(standing_of(folder, ds.assign(limit_deflection=("sample", at))))[3]
-    assert ended.startswith("4 walls ended before the full movement, at 2 to 5.5 mm, where")
-    found = standing_of(folder, ds.assign(limit_deflection=("sample", np.full(8, np.nan))))
-    assert status_lines(found)[3].startswith("failed sample 2")
-    assert status_lines(found)[1:3] == [
-        "0.2 s per wall",
-        f"importance sampling: {weight.sum() ** 2 / (weight**2).sum():.0f} effective walls; shares are weighted",
-    ]
-    good = np.delete(np.arange(8), 2)
-    worst = ds["damage_category"].values.max(axis=1)
-    low = weight[good] @ (worst[good] >= 1) / 8
-    assert share_rows(found)[1][5] == f"{min(low, 1):.3f} - {min(low + 1.5 / 8, 1):.3f}"
-    # the failed wall takes the share of the others
-    share = weight[good] @ (worst[good] == 1) / weight[good].sum() * weight.mean()
-    assert share_rows(found)[1][2] == f"{share:.3f}"
-
-
 def test_a_cost_estimate_in_words() -> None:
     cost = CostEstimate(
         "house",
@@ -188,37 +162,6 @@ def test_a_cost_estimate_in_words() -> None:
     mesh = SimpleNamespace(zones=np.zeros((7, 3)), x=np.zeros(5))
     assert _zone_bytes(SimpleNamespace(mesh=mesh), 3) == 4 * (7 * 33 + 5 * 16)  # type: ignore[arg-type]
     assert _zone_bytes(SimpleNamespace(mesh=None), 3) == 0  # type: ignore[arg-type]
-
-
-def test_looks_and_endings_in_words(tmp_path: Path) -> None:
-    found = estimate.Estimate(0.41234, 0.02, 0.35, 0.47, 0.99, 16, 15.5)
-    seen = [InterimAnalysis(8, None, False), InterimAnalysis(16, found, True)]
-    summary = RunSummary(tmp_path, 16, 16, 1, False, 3.0)
-    rule = StopWhen(category=2, at="6.5 mm", half_width=0.07, confidence=0.95)
-    assert ending_lines(Ending(summary, seen, "enough"), rule) == [
-        "look at 16 walls: P(category >= 2 at 6.5 mm) = 0.4123, 0.35 to 0.47 (95% over all looks)",
-        "narrow enough: no further walls are run",
-    ]
-    median = StopWhen(category=3, quantity="median", half_width="1 mm")
-    moved = found._replace(value=4.5e-3, lower=4e-3, upper=5.25e-3)
-    assert ending_lines(Ending(summary, [InterimAnalysis(16, moved, False)], "samples"), median) == [
-        "look at 16 walls: median movement of category 3 = 4.5 mm, 4 to 5.25 (90% over all looks)",
-        "all walls allowed are run, and the interval is not narrow enough yet",
-    ]
-    assert ending_lines(Ending(summary, seen, "time"), None) == ["the time is up; the same command resumes the study"]
-    assert ending_lines(Ending(summary, [], "interrupted"), rule) == []
-    running._record(tmp_path, rule, seen, "enough")
-    kept = json.loads((tmp_path / "stopping.json").read_text())
-    assert kept == {
-        "quantity": rule.name(),
-        "reason": "enough",
-        "looks": [{"samples": 8, "enough": False}, {"samples": 16, "enough": True, **found._asdict()}],
-    }
-    assert running._confidence(None, [8], 1, False) == 0.9
-    assert running._confidence(rule, [8, 16, 32], 4, False) == pytest.approx(0.95 ** (1 / 3))
-    assert running._confidence(rule, [8, 16, 32], 4, True) == pytest.approx(0.95 ** (1 / 4))  # 24 is a look more
-    assert running._confidence(rule, [8], 4, True) == 0.95
-    assert running._confidence(rule, [8, 16, 32], 3, True) == running.interim_confidence([8, 16, 24, 32], 0.95, False)
 
 
 def test_rows_of_a_batch_that_follow_each_other_share_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -284,30 +227,7 @@ def test_reasons_of_failures() -> None:
     assert [sample._reason(e) for e in errors] == ["diverged", "not_converged", "bad_input", "error"]
 
 
-def test_settings_that_follow_from_others() -> None:
-    plain = settings()
-    assert (plain.with_samples(None, None) is plain, plain.title) == (True, "small wall that cracks")
-    assert (plain.with_samples(1, None).study.samples, settings(title=None).title) == (1, "masonry wall")
-    more = plain.with_samples(9, 0)
-    assert (more.study.samples, more.study.seed, plain.with_samples(9, None).study.seed) == (9, 0, 7)
-    for wrong in ((0, None), (None, -1)):
-        with pytest.raises(InputError, match="1 or more, and the seed 0 or more"):
-            plain.with_samples(*wrong)
-    assert [
-        settings(stop_at_category=stop, movement=kept).last_category
-        for stop, kept in ((2, "path"), (None, "path"), (None, "both"), (2, "both"), ("none", "path"))
-    ] == [2, 4, math.inf, 2, math.inf]
-    first, second = {"a": 1, "b": {"c": 2, "d": {"e": 3}}}, {"b": {"c": 5, "d": {"e": 3}}, "f": None, "g": "x"}
-    assert differing_keys(first, second) == ["a (was 1, is None)", "b.c (was 2, is 5)", "g (was None, is 'x')"]
-    assert not plain.shape_varies
-    for place, low in (("wall.length", 1.3), ("control_joint.1.x", 0.6)):
-        tables = {"variables": {place: {"distribution": "uniform", "lower": low, "upper": 2 * low}}, "correlation": {}}
-        tables["scene"] = {"wall": {"length": 3.0}, "control_joint": [{"x": 0.72}]}
-        assert settings(tables).shape_varies
-
-
 FIELD = {"distribution": "lognormal", "mean": 1e5, "cov": 0.3, "field": {"course_correlation": 0.4}}
-WALL = {"distribution": "lognormal", "mean": 0.75, "cov": 0.15}
 
 
 @pytest.mark.parametrize(
@@ -361,12 +281,6 @@ def test_frozen_studies_with_removed_keys_are_read_as_before() -> None:
     friction = frozen.design().wall_values(8)["joint.friction"].reshape(2, 2, 2)
     np.testing.assert_array_equal(friction[:, :, 0], friction[:, :, 1])
     assert len(np.unique(friction)) == 4
-
-
-def test_settings_at_the_edge_of_what_goes() -> None:
-    settings(stop_at_category=4)
-    settings({"correlation": {"joint.friction": {"movement.central_deflection": -0.9}}})
-    settings(stop_when={"category": 4, "at": 0.006, "half_width": 0.1}, replicates=4)
 
 
 def test_memory_of_a_design_and_time_of_a_sample() -> None:
@@ -425,6 +339,7 @@ def test_interrupts_are_counted() -> None:
         stop(2, None)
 
 
+@pytest.mark.quick_cases("signs")
 @pytest.mark.parametrize("importance", [{}, {"joint.friction": {"shift": -0.5}}], ids=["as stated", "importance"])
 @pytest.mark.parametrize("sampler", ["sobol", "lhs", "random"])
 @pytest.mark.parametrize("rho", [-0.9, -0.3, 0.9])
@@ -502,107 +417,3 @@ def test_what_is_told_of_presets(monkeypatch: pytest.MonkeyPatch) -> None:
     ]
     hole = Scene(opening=(Opening(x=2.0, y=0.9, width=0.9, height=1.2),))
     assert "measured on other walls (dishing; doming; bare):" in accuracy.accuracy_lines(hole)[0]
-
-
-@pytest.mark.parametrize(
-    ("rule", "budget", "widths", "seconds", "reason", "counts", "left"),
-    [
-        (True, None, [0.5, 0.3, 0.1], 1.0, "enough", [8, 16, 32], [None] * 3),
-        (True, None, [0.5] * 4, 1.0, "samples", [8, 16, 32, 50], [None] * 4),
-        (True, 10.0, [0.5] * 4, 4.0, "time", [8, 16, 32], [10.0, 6.0, 2.0]),
-        (True, 12.0, [0.5, 0.5, 0.1, 0.1], 4.0, "enough", [8, 16, 32], [12.0, 8.0, 4.0]),
-        (False, 10.0, [], 4.0, "samples", [50], [10.0]),
-        (False, 3.0, [], 4.0, "time", [50], [3.0]),
-        (True, None, [0.5] * 4, -1.0, "interrupted", [8], [None]),
-    ],
-)
-def test_a_run_until_something(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    rule: bool,
-    budget: float | None,
-    widths: list[float],
-    seconds: float,
-    reason: str,
-    counts: list[int],
-    left: list[float | None],
-) -> None:
-    """Interim analyses at 8, 16, 32 and 50 walls, with given times of the pieces; negative times interrupt."""
-    clock, timers, seen = [100.0], [], []
-    monkeypatch.setattr(running, "time", SimpleNamespace(monotonic=lambda: clock[0]))
-    monkeypatch.setattr(running, "open_study", lambda out: None)
-    wanted = StopWhen(category=2, at=6e-3, half_width=0.2, first=8)
-    study = Study(settings(samples=50, replicates=4, stop_when=wanted if rule else None, time_budget=budget))
-
-    def estimated(self: StopWhen, ds: object, confidence: float) -> estimate.Estimate:
-        width = widths[len(looked)]
-        looked.append(InterimAnalysis(0, None, False))
-        return estimate.Estimate(0.5, 0.1, 0.5 - width, 0.5 + width, confidence, 8, 8.0)
-
-    def run(out: Path, count: int, workers: int, executor: object, **how: object) -> RunSummary:
-        assert (workers, executor, how) == (2, None, {"on_progress": None, "timeout": 7.0})
-        seen.append(count)
-        clock[0] += abs(seconds)
-        return RunSummary(out, count, count, 0, seconds < 0, seconds)
-
-    class Timer:
-        def __init__(self, after: float, ask: Any) -> None:
-            assert ask.__name__ == "ask_to_stop"
-            timers.append(after)
-
-        def start(self) -> None:
-            assert self.daemon  # else the process waits for it
-
-        def cancel(self) -> None:
-            timers[-1] = (timers[-1],)
-
-    looked: list[InterimAnalysis] = []
-    monkeypatch.setattr(StopWhen, "estimate", estimated)
-    monkeypatch.setattr(running, "threading", SimpleNamespace(Timer=Timer))
-    monkeypatch.setattr(study, "run", run)
-    told: list[InterimAnalysis] = []
-    ending = running.run_until(study, tmp_path, workers=2, on_look=told.append, timeout=7.0)
-    assert (ending.reason, seen) == (reason, counts)
-    assert timers == [(after,) for after in left if after is not None]
-    assert told == ending.looks
-    assert [look.samples for look in told] == ([] if reason == "interrupted" else counts)
-    assert [look.enough for look in told] == [rule and reason == "enough" and n == counts[-1] for n in counts][
-        : len(told)
-    ]
-    assert (tmp_path / "stopping.json").exists() == (reason != "interrupted")
-    if rule and told:
-        assert told[0].estimate is not None
-        looks_at = 4 if budget is None else 5  # the end of the time is one more
-        assert told[0].estimate.confidence == pytest.approx(0.9 ** (1 / looks_at))
-
-
-def test_joints_that_are_neighbours_and_the_nearest_of_another_wall() -> None:
-    scene = Scene(wall=Wall(length=1.44, height=0.3), opening=(Opening(x=0.48, y=0.15, width=0.48, height=0.15),))
-    geometry, places = wall_geometry(scene).joints, sample.joint_places(scene)
-    for mine, theirs in ((places.kind, geometry.kind), (places.x, geometry.x), (places.y, geometry.y)):
-        np.testing.assert_array_equal(mine, theirs)
-    assert places.unit == 0.24
-    for number in np.unique(places.sequence):
-        here = places.sequence == number
-        assert len(set(places.kind[here])) == len(set(geometry.course[here])) == 1
-        assert np.diff(np.sort(places.x[here])).max(initial=0.0) < 0.36
-    plain = Scene(wall=Wall(length=1.44, height=0.3))
-    joints = wall_geometry(plain).joints
-    found = sample._on_nearest({"x": joints.x, "y": joints.y, "kind": joints.kind.astype(float)}, plain, scene)
-    np.testing.assert_array_equal(found["kind"], geometry.kind)
-    away = np.hypot(found["x"] - geometry.x, found["y"] - geometry.y)
-    assert np.median(away) < 1e-9
-    assert away.max() < 0.13
-
-
-def test_numbers_of_samples() -> None:
-    """The seventh wall of six is that of seven; a Latin hypercube depends on how many there are."""
-    study = Study(settings(samples=6, sampler="lhs"))
-    friction = {count: study.design.wall_values(count)["joint.friction"] for count in (6, 7, 12)}
-    assert study.sample(5)[0].joint.friction == friction[6][5]
-    assert study.sample(6)[0].joint.friction == friction[7][6]
-    assert study.sample(5, 12)[0].joint.friction == friction[12][5]
-    assert friction[6][5] != friction[12][5]
-    with pytest.raises(InputError, match="samples"):
-        study.sample(6, 6)
-    assert duration(7.2e6) == "2000.0 h"

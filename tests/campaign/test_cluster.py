@@ -7,9 +7,8 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -19,7 +18,6 @@ from damagepred.campaign.dispatch import GivenExecutor, connect_dask_scheduler
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study, open_study
 from tests.campaign.test_run import same, settings
-from tests.conftest import SMALL_STUDY
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +44,7 @@ class Forgetful(Executor):
         return lost
 
 
+@pytest.mark.thorough
 def test_the_folder_decides_not_the_answer_of_the_executor(serial: Path, tmp_path: Path) -> None:
     executor = Forgetful()
     summary = Study(settings()).run(tmp_path / "study.dp", samples=12, executor=executor)
@@ -54,22 +53,6 @@ def test_the_folder_decides_not_the_answer_of_the_executor(serial: Path, tmp_pat
     # nothing was solved twice
     kept = [sample for samples in StudyFolder(tmp_path / "study.dp").part_files().values() for sample in samples]
     assert sorted(kept) == list(range(12))
-
-
-def test_a_pool_that_breaks_keeps_what_is_done(serial: Path, tmp_path: Path) -> None:
-    with ProcessPoolExecutor(1) as pool, pytest.raises(StudyError, match=r"takes no more work .* resumes the study"):
-        Study(settings()).run(
-            tmp_path / "study.dp",
-            samples=12,
-            executor=pool,
-            on_progress=lambda state: [os.kill(p, signal.SIGKILL) for p in pool._processes if state.done],
-        )
-    folder = StudyFolder(tmp_path / "study.dp")
-    assert folder.finished()
-    assert not folder.failed_samples()
-    with ThreadPoolExecutor(1) as executor:
-        Study(settings()).run(folder.path, samples=12, executor=executor)
-    same(open_study(serial), open_study(folder.path))
 
 
 def test_workers_without_access_to_the_folder(tmp_path: Path) -> None:
@@ -83,11 +66,6 @@ def test_width_is_what_an_executor_tells() -> None:
     with ThreadPoolExecutor(3) as executor:
         assert GivenExecutor("", executor).width == 3
     assert GivenExecutor("", Forgetful()).width == 8
-
-
-def test_each_thread_of_a_cluster_s_workers_takes_a_sample() -> None:
-    client = SimpleNamespace(nthreads=lambda: {"tcp://a": 4, "tcp://b": 2})
-    assert GivenExecutor("", client).width == 6
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "nowhere.json"])
@@ -112,6 +90,7 @@ def dask() -> Iterator[Any]:
         yield cluster
 
 
+@pytest.mark.thorough
 def test_a_dask_worker_that_is_killed_costs_nothing(serial: Path, tmp_path: Path, dask: Any) -> None:
     client, folder = connect_dask_scheduler(dask.scheduler_address), StudyFolder(tmp_path / "study.dp")
 
@@ -130,6 +109,7 @@ def test_a_dask_worker_that_is_killed_costs_nothing(serial: Path, tmp_path: Path
     same(open_study(serial), open_study(folder.path))
 
 
+@pytest.mark.thorough
 def test_the_command_runs_on_a_scheduler(serial: Path, tmp_path: Path, dask: Any, small_study_file: Path) -> None:
     command = [sys.executable, "-m", "damagepred", "study", str(small_study_file), "-n", "12"]
     run = subprocess.run([*command, "--scheduler", dask.scheduler_address], capture_output=True, text=True, check=False)
@@ -176,7 +156,3 @@ def test_mpi(serial: Path, tmp_path: Path, small_study_file: Path) -> None:
     )
     assert run.stdout.split() == ["12", "0"], run.stderr
     same(open_study(serial), open_study(tmp_path / "mpi.dp"))
-
-
-def test_the_small_study_is_the_one_of_the_command(small_study_file: Path) -> None:
-    assert small_study_file.read_text() == SMALL_STUDY

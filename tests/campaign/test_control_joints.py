@@ -3,12 +3,14 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from damagepred import open_study
 from damagepred.campaign.settings import StudySettings
 from damagepred.study import Study
 
 
+@pytest.mark.thorough
 def test_a_study_stores_openings_of_control_joints(tmp_path: Path):
     tables = {
         "scene": {

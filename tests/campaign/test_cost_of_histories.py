@@ -36,6 +36,7 @@ def test_timing_ends_with_its_limit_and_other_movements_take_one_wall(tmp_path: 
     assert "on average" not in cost_lines(found)[3]
 
 
+@pytest.mark.thorough
 def test_the_time_left_follows_from_the_times_of_the_walls_alone(tmp_path: Path) -> None:
     """Neither the compilation of the kernels nor the start of the workers counts."""
     (tmp_path / "once.toml").write_text(WALL + SCATTER)

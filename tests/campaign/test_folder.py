@@ -19,12 +19,13 @@ from damagepred.archive.parts import Columns, read_part
 from damagepred.archive.provenance import environment
 from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
-from damagepred.campaign.status import study_status, watching
-from damagepred.errors import ArchiveWarning, ConvergenceError, InputError, StudyError
+from damagepred.campaign.status import study_status
+from damagepred.errors import InputError, StudyError
 from damagepred.study import Progress, Study
 from tests.campaign.test_run import settings
 from tests.conftest import SMALL_STUDY
-from tests.regressions.measure import seconds
+
+pytestmark = pytest.mark.quick_cases()
 
 
 def run(folder: Path, study: StudySettings | None = None, **more) -> None:
@@ -115,20 +116,6 @@ time.sleep(60)
     os.kill(writer.pid, signal.SIGKILL)
     writer.wait()
     run(done)
-
-
-def test_the_record_of_a_failure_tells_how_to_replay_it(tmp_path: Path) -> None:
-    text = SMALL_STUDY + '\n[scene.solver]\nmethod = "explicit"\ntolerance = 1e-9\nmaximum_cycles = 100\n'
-    folder = StudyFolder(tmp_path / "study.dp")
-    run(folder.path, settings(text), samples=2)
-    record = json.loads(folder.failure_file(1).read_text())
-    assert record["reason"] == "not_converged"
-    assert record["replay"] == "damagepred replay study.dp 1"
-    assert record["inputs"]["joint.friction"] == folder.design()["joint.friction"].values[1]
-    assert {"damagepred_version", "damagepred_commit", "schema_version"} <= set(record)
-    with pytest.raises(ConvergenceError) as again:  # the dead load already: there is no path to return
-        replay(folder.path, 1)
-    assert record["message"] == f"ConvergenceError: {again.value}"
 
 
 EXPLICIT = '[scene.solver]\nmethod = "explicit"\ntolerance = 1e-2\n'
@@ -252,25 +239,6 @@ def test_each_sample_records_where_it_was_solved(tmp_path: Path, monkeypatch: py
     assert {key: wall.attrs[key] for key in here} == here
 
 
-def test_a_damaged_part_is_named_and_solved_again(done: Path, tmp_path: Path) -> None:
-    import shutil
-
-    folder = StudyFolder(shutil.copytree(done, tmp_path / "study.dp"))
-    folder.results_file.unlink()
-    part = folder.part_of(2)
-    assert part is not None
-    part.write_bytes(part.read_bytes()[:100])
-    with pytest.warns(ArchiveWarning, match=rf"{part.name}: is damaged .* left out"):
-        left = folder.results()["status"].values
-    assert set(np.flatnonzero(left == 3)) == set(folder.part_files()[part])
-    with pytest.warns(ArchiveWarning, match=rf"{part.name}: is damaged .* set aside as .*damaged/{part.name}"):
-        run(folder.path)
-    assert (folder.path / "damaged" / part.name).stat().st_size == 100
-    np.testing.assert_array_equal(
-        open_study(folder.path)["crack_width_max"].values, open_study(done)["crack_width_max"].values
-    )
-
-
 def test_failures_that_came_to_a_result_after_all_count_as_solved(done: Path, tmp_path: Path) -> None:
     """A worker given up too early may have written its part all the same."""
     import shutil
@@ -279,11 +247,6 @@ def test_failures_that_came_to_a_result_after_all_count_as_solved(done: Path, tm
     folder.results_file.unlink()
     folder.record_failure(1, "timeout", "took long", {})
     assert folder.results()["status"].values.tolist() == [0] * 6
-
-
-def test_watching_ends_when_nothing_is_left(done: Path) -> None:
-    (report,) = watching(done, 60.0)
-    assert report.remaining == 0
 
 
 def without_rights(folder: str, answer) -> None:
@@ -317,14 +280,3 @@ def test_a_folder_that_may_only_be_read(done: Path, tmp_path_factory: pytest.Tem
     assert "study.dp: cannot be written" in said[0]
     assert "choose another with -o" in said[0]
     assert said[1] == "6", "reading it is no matter"
-
-
-def test_a_hundred_thousand_samples_are_listed_fast(done: Path, tmp_path: Path) -> None:
-    """With the parts of a study of that size; their names determine the finished samples."""
-    import shutil
-
-    folder = StudyFolder(shutil.copytree(done, tmp_path / "study.dp"))
-    for first in range(10, 100_010, 10):
-        folder.part_file(first, first + 9).touch()
-    assert len(folder.finished()) == 100_006
-    assert seconds(folder.finished) < 2.0  # of processor

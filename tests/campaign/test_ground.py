@@ -1,6 +1,5 @@
 """Studies of walls on a flexible footing: on a mound, and on jacks up to the limit of the rig."""
 
-import sys
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -10,12 +9,9 @@ import pytest
 import xarray as xr
 
 from damagepred.campaign.settings import StudySettings
-from damagepred.campaign.status import study_status
-from damagepred.cli import main
-from damagepred.cli.sentences import status_lines
 from damagepred.errors import InputError
 from damagepred.plotting.fragility import draw_fragility
-from damagepred.plotting.study import common_paths, draw_category_shares
+from damagepred.plotting.study import draw_category_shares
 from damagepred.study import Study, open_study
 from damagepred.uq.fragility import capacities, fit_fragility
 
@@ -82,19 +78,6 @@ def jacks(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return run(JACKS, tmp_path_factory.mktemp("jacks") / "jacks.dp")
 
 
-def test_a_mound_s_study_keeps_the_movement_of_its_surface(mound: Path) -> None:
-    ds = open_study(mound)
-    full = ds["mound.surface_movement"].values
-    assert ds["surface_movement"].dims == ("sample", "increment")
-    assert ds["surface_movement"].values == pytest.approx(full[:, None] * np.linspace(0.0, 1.0, 6), rel=1e-12)
-    assert ds["surface_movement"].attrs["units"] == "m"
-    deflection = ds["central_deflection"].values
-    # the footing does not follow: between nothing and what the edges do at most, and not in proportion
-    assert (deflection[:, -1] > 0).all()
-    assert (deflection[:, -1] < 0.7 * full).all()
-    assert np.abs(deflection[:, 3] - 0.6 * deflection[:, -1]).min() > 1e-6
-
-
 def test_curves_of_a_mound_s_study_are_against_the_movement_of_its_surface(mound: Path) -> None:
     ds = open_study(mound)
     curves = fit_fragility(ds, bootstrap=0)
@@ -111,19 +94,6 @@ def test_curves_of_a_mound_s_study_are_against_the_movement_of_its_surface(mound
         assert bounds.lower[wall] == ds["surface_movement"].values[wall, reached[0] - 1]
     # read against the deflection, the same walls make another curve
     assert fit_fragility(ds, intensity="central_deflection", bootstrap=0)["intensity"][-1] < curves["intensity"][-1]
-
-
-def test_the_command_names_what_its_curves_are_against(
-    mound: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    for options, words in (
-        ([], "against the surface movement"),
-        (["--intensity", "central_deflection"], "against the central deflection"),
-    ):
-        monkeypatch.setattr(sys, "argv", ["damagepred", "fragility", str(mound), "--bootstrap", "0", *options])
-        with pytest.raises(SystemExit, match="0"):
-            main()
-        assert words in " ".join(capfd.readouterr().out.split())
 
 
 def test_a_study_without_mounds_has_no_movement_of_a_surface(jacks: Path) -> None:
@@ -150,17 +120,6 @@ def test_fits_take_a_wall_at_the_limit_of_its_rig_as_censored_there(jacks: Path)
     assert np.isinf(bounds.upper).all()
     assert bounds.lower == pytest.approx(ds["limit_deflection"].values, rel=1e-9)
     assert not bounds.failed.any()
-
-
-def test_status_and_pictures_report_the_limit(jacks: Path) -> None:
-    ds = open_study(jacks)
-    line = next(text for text in status_lines(study_status(jacks)) if "ended before the full movement" in text)
-    assert line.startswith("4 walls ended")
-    assert "censored" in line
-    paths = common_paths(ds, points=7)
-    beyond = paths.movement[None] > ds["limit_deflection"].values[:, None] * (1 + 1e-6)
-    assert (paths.category[beyond] == -1).all()
-    assert np.isnan(paths.width[beyond]).all()
 
 
 def test_a_deflection_that_falls_again_gives_no_empty_interval() -> None:

@@ -13,6 +13,8 @@ from damagepred.errors import InputError
 from damagepred.study import Study, open_study
 from damagepred.uq.fragility import capacities, fit_fragility
 
+pytestmark = pytest.mark.quick_cases()
+
 WALL = """
 [study]
 samples = 6

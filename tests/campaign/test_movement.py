@@ -8,13 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
-from damagepred.campaign.status import study_status
 from damagepred.errors import InputError
-from damagepred.plotting import draw
 from damagepred.study import Study, open_study
-from damagepred.uq.exceedance import exceedance
 from tests.campaign.test_ground import JACKS, MOUND, WALL
 from tests.conftest import SMALL_STUDY
 
@@ -47,17 +43,6 @@ def test_the_end_is_the_last_increment_of_the_path(folders: dict[str, Path]) -> 
     np.testing.assert_array_equal(end["central_deflection"].values, end["movement.central_deflection"].values)
     assert end["damage_category"].attrs["flag_meanings"] == path["damage_category"].attrs["flag_meanings"]
     assert len(set(end["crack_width_max"].values)) == 6
-
-
-def test_studies_of_ends_are_read_everywhere(folders: dict[str, Path]) -> None:
-    assert study_status(folders["sampled"]).categories == study_status(folders["path"]).categories
-    for kind in ("sampled", "both"):
-        assert replay(folders[kind], 4)[1] == "bit for bit equal to sample 4 of the archive"
-    end = open_study(folders["sampled"])
-    with pytest.raises(InputError, match="no paths to draw"):
-        draw(end, "crack_width_max")
-    with pytest.raises(InputError, match="give no curve to read the probability from"):
-        exceedance(end, 1, 0.005)  # six walls
 
 
 @pytest.mark.parametrize(("ground", "measure"), [(MOUND, "surface_movement"), (JACKS, "central_deflection")])

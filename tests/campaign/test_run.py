@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import damagepred
 from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder
-from damagepred.assembly import wall_geometry, wall_model
 from damagepred.campaign.replay import replay
-from damagepred.campaign.sample import sampled_wall
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError, StudyError
 from damagepred.study import Study, open_study
@@ -118,24 +115,6 @@ def test_design_is_written_with_every_input(serial: Path) -> None:
     assert design["joint.tensile_strength"].attrs["units"] == "Pa"
 
 
-def test_the_dataset_is_complete(serial: Path) -> None:
-    ds = damagepred.open_study(serial)
-    assert ds.sizes["sample"] == 6
-    assert ds.sizes["increment"] == 7
-    for name in ("crack_width_max", "dpc_opening_max", "damage_category", "deflection_ratio"):
-        assert ds[name].dims == ("sample", "increment")
-    assert ds["status"].dims == ("sample",)
-    assert {"joint.friction", "movement.central_deflection"} <= set(ds.data_vars)
-    assert ds["sample"].attrs["standard_name"] == "realization"
-    assert ds["damage_category"].dtype == np.int8
-    np.testing.assert_allclose(
-        ds["deflection_ratio"].values[:, -1], ds["movement.central_deflection"].values / 1.44, rtol=1e-14
-    )
-    assert ds.attrs["seed"] == 7
-    assert "scene" in ds.attrs
-    assert (ds["crack_width_max"].values[:, -1] > 0).any(), "a study in which nothing cracks tests nothing"
-
-
 def test_another_study_is_refused_and_the_keys_are_named(serial: Path) -> None:
     other = settings(SMALL_STUDY.replace("mean = 0.75", "mean = 0.7").replace("height = 0.45", "height = 0.375"))
     before = sorted(p.name for p in serial.rglob("*"))
@@ -224,28 +203,6 @@ def test_threads_may_write_and_read_at_once(tmp_path: Path) -> None:
         assert list(executor.map(write_and_read, range(8))) == list(range(8))
 
 
-@pytest.mark.parametrize("field", ["", "field = { course_correlation = 0.3 }"])
-def test_the_fracture_energy_may_be_uncertain(field: str) -> None:
-    text = SMALL_STUDY.replace("[scene.joint]", '[scene.joint]\nfracture_energy = "10 N/m"')
-    table = f'[variables."joint.fracture_energy"]\ndistribution = "lognormal"\nmean = "10 J/m2"\ncov = 0.3\n{field}\n'
-    study = settings(text.replace("[correlation]", f"{table}\n[correlation]"))
-    design = study.design()
-    values = {place: column[2] for place, column in design.wall_values(6).items()}
-    scene, fields = sampled_wall(study, design, 2, values)
-    law, joint = wall_model(scene, fields).properties, wall_geometry(scene).interfaces.joint
-    energy = fields["joint.fracture_energy"][joint] if field else values["joint.fracture_energy"]
-    assert (len(set(np.ravel(energy))) > 50) == bool(field)
-    np.testing.assert_allclose(law.critical_opening, 2 * energy / law.tensile_strength, rtol=1e-12)
-
-
-def test_a_fracture_energy_that_the_scene_leaves_out_cannot_be_sampled() -> None:
-    table = '[variables."joint.fracture_energy"]\ndistribution = "uniform"\nlower = 5\nupper = 20\n'
-    with pytest.raises(
-        InputError, match=r"joint\.fracture_energy.*leaves this number out; give it a value there first"
-    ):
-        settings(SMALL_STUDY.replace("[correlation]", f"{table}\n[correlation]"))
-
-
 @pytest.mark.parametrize("stop", [2, '"none"'])
 def test_a_path_ends_at_the_category_of_the_study(serial: Path, tmp_path: Path, stop: int | str) -> None:
     """The table's highest, which no wall of this study reaches, category 2, or nowhere."""
@@ -262,10 +219,3 @@ def test_a_path_ends_at_the_category_of_the_study(serial: Path, tmp_path: Path, 
         np.testing.assert_array_equal(known[: end + 1], whole["crack_width_max"].values[sample, : end + 1])
         assert np.isnan(known[end + 1 :]).all()
     assert StudySettings.from_dict(study.to_dict()) == study
-
-
-def test_left_out_the_category_to_stop_at_is_the_highest() -> None:
-    for table, highest in (("as2870", 4), ("bre251", 5)):
-        text = SMALL_STUDY.replace("stop_at_category = 4\n", "") + f'\n[scene.damage]\ntable = "{table}"\n'
-        assert settings(text).last_category == highest
-    assert settings(SMALL_STUDY.replace("= 4", '= "none"', 1)).last_category == np.inf

@@ -45,6 +45,7 @@ def test_a_study_stops_when_the_interval_is_small_enough(tmp_path: Path) -> None
     assert "narrow enough" in " ".join(ending_lines(ending, study.settings.study.stop_when))
 
 
+@pytest.mark.thorough
 def test_a_study_stops_when_its_time_is_up(tmp_path: Path) -> None:
     study = Study(settings(samples=3000, time_budget="4 s", store_fields=False))
     with ThreadPoolExecutor(1) as executor:
@@ -76,15 +77,6 @@ def test_a_latin_hypercube_cannot_be_stopped(tmp_path: Path) -> None:
 def test_incompatible_settings_are_refused(sampling: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         settings(**sampling)
-
-
-def test_the_rule_may_ask_for_the_highest_category_and_for_none_beyond() -> None:
-    for table, highest in (("as2870", 4), ("bre251", 5)):
-        extra = f'\n[scene.damage]\ntable = "{table}"\n'
-        rule = {"category": highest, "at": "6 mm", "half_width": 0.1}
-        assert settings(extra, stop_when=rule).study.stop_when.category == highest
-        with pytest.raises(InputError, match=f"must be at most {highest}"):
-            settings(extra, stop_when=rule | {"category": highest + 1})
 
 
 # -- importance sampling and tables in a study ------------------------------------------------------------------------

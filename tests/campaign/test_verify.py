@@ -1,6 +1,5 @@
 """Damage to a study folder is detected, reported and repaired; no bit changes a value silently."""
 
-import json
 import os
 import random
 import shutil
@@ -74,6 +73,7 @@ def read_or_refused(folder: Path) -> tuple[dict[str, np.ndarray], list[str]]:
     return values | {"known": np.flatnonzero(known)}, [str(one.message) for one in said]
 
 
+@pytest.mark.thorough
 def test_no_bit_changes_a_value_silently(folder: StudyFolder, done: Path) -> None:
     honest = open_study(done)
     luck = random.Random(1)
@@ -156,6 +156,7 @@ DAMAGE: dict[str, Callable[[StudyFolder, Path], object]] = {
 }
 
 
+@pytest.mark.quick_cases
 @pytest.mark.filterwarnings("ignore::damagepred.errors.ArchiveWarning")
 @pytest.mark.timeout(120)
 @pytest.mark.parametrize("damage", DAMAGE)
@@ -286,7 +287,3 @@ def test_a_file_changed_by_another_program_is_reported(folder: StudyFolder) -> N
         wrong.to_netcdf(folder.path.parent / "wrong.nc")
         with pytest.raises(InputError, match=r"wrong\.nc"):
             open_study(folder.path.parent / "wrong.nc")
-
-
-def test_the_manifest_carries_the_hash_of_its_study(folder: StudyFolder) -> None:
-    assert json.loads(folder.manifest_file.read_text())["study_hash"] == folder.study_hash

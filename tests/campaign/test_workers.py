@@ -2,7 +2,6 @@
 
 import os
 import signal
-import threading
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -58,10 +57,6 @@ def stillborn(folder: str) -> None:
     os._exit(7)
 
 
-def asleep(folder: str) -> None:
-    time.sleep(3600)
-
-
 def tasks(count: int) -> list[tuple[int, dict[str, float]]]:
     return [(i, {"x": float(i)}) for i in range(count)]
 
@@ -70,6 +65,7 @@ def never() -> int:
     return 0
 
 
+@pytest.mark.thorough
 def test_the_others_survive() -> None:
     pool = LocalPool("nowhere", workers=2, timeout=1.0, task=troubled, ready=at_once)
     try:
@@ -87,6 +83,7 @@ def test_the_others_survive() -> None:
     assert all(r.seconds == r.sample and r.message == "1" for r in good), "one BLAS thread a worker"
 
 
+@pytest.mark.thorough
 def test_lost_samples_are_tried_again(tmp_path: Path) -> None:
     """Killed workers, stopped workers, lost answers: each sample has its result."""
     pool = LocalPool(str(tmp_path), workers=2, timeout=0.5, task=moody, ready=at_once)
@@ -97,19 +94,7 @@ def test_lost_samples_are_tried_again(tmp_path: Path) -> None:
     assert sorted(r.sample for r in results if isinstance(r, Outcome)) == list(range(4))
 
 
-def test_idle_workers_that_are_killed_are_replaced() -> None:
-    pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once)
-    try:
-        pool.submit([(0, {"x": 0.0})]).result(timeout=60)
-        first = pool.processes
-        for process in first:
-            os.kill(process, signal.SIGKILL)
-        assert pool.submit([(1, {"x": 1.0})]).result(timeout=60)[0].sample == 1
-        assert not set(first) & set(pool.processes)
-    finally:
-        pool.kill()
-
-
+@pytest.mark.thorough
 def test_workers_ignore_interrupts_while_they_load_the_program() -> None:
     pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=at_once, preload=True)
     try:
@@ -123,17 +108,7 @@ def test_workers_ignore_interrupts_while_they_load_the_program() -> None:
         pool.kill()
 
 
-def test_no_more_workers_than_batches() -> None:
-    pool = LocalPool("", workers=16, timeout=None, task=troubled, ready=at_once)
-    try:
-        assert not pool.processes
-        futures = [pool.submit([(number, {"x": 1.0})]) for number in (1, 2)]
-        assert [future.result(timeout=60)[0].sample for future in futures] == [1, 2]
-        assert 1 <= len(pool.processes) <= 2
-    finally:
-        pool.kill()
-
-
+@pytest.mark.thorough
 def test_a_study_starts_no_more_workers_than_walls(
     small_study_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -171,6 +146,7 @@ def test_workers_end_if_the_design_cannot_be_drawn(
     assert not pools[0].processes
 
 
+@pytest.mark.thorough
 def test_idle_workers_that_hang_are_replaced() -> None:
     """A worker that is stopped between two batches never says that the next has begun."""
     options = PoolOptions(answer_limit=0.5)
@@ -185,15 +161,7 @@ def test_idle_workers_that_hang_are_replaced() -> None:
         pool.kill()
 
 
-def test_workers_that_hang_at_the_start_end_the_run() -> None:
-    pool = LocalPool("", 1, None, task=troubled, ready=asleep, options=PoolOptions(start_limit=0.5))
-    try:
-        with pytest.raises(StudyError, match="3 worker processes in a row died before they began"):
-            list(run_all(pool, "", Batches(tasks(2), 2), never))
-    finally:
-        pool.kill()
-
-
+@pytest.mark.thorough
 def test_workers_that_cannot_start_end_the_run() -> None:
     pool = LocalPool("", workers=1, timeout=None, task=troubled, ready=stillborn)
     try:
@@ -203,6 +171,7 @@ def test_workers_that_cannot_start_end_the_run() -> None:
         pool.kill()
 
 
+@pytest.mark.thorough
 def test_workers_end_with_their_parent(tmp_path: Path) -> None:
     import subprocess
     import sys
@@ -260,21 +229,6 @@ def test_draining_waits_for_running_samples_and_starts_no_others() -> None:
     assert sorted(seen) == sorted(started)
 
 
-def test_asked_twice_it_returns_at_once() -> None:
-    gate, ended = threading.Event(), threading.Event()
-
-    def stuck(folder: str, batch: Batch) -> list[Outcome]:
-        gate.wait(300)
-        ended.set()
-        return []
-
-    engine, began = Threads(stuck), time.monotonic()
-    assert list(run_all(engine, "", Batches(tasks(5), 5), lambda: 2 * (time.monotonic() - began > 0.3))) == []
-    assert not ended.is_set()
-    gate.set()
-    engine.close()
-
-
 # -- batches ----------------------------------------------------------------------------------------------------------
 
 
@@ -287,18 +241,6 @@ def test_batches_hold_samples_that_follow_each_other() -> None:
     assert numbers(batches.next()) == [0]  # nothing is known yet of what one takes
     batches.note(DispatchOptions.shortest_batch / 3.0)
     assert [numbers(batches.next()) for _ in range(5)] == [[1], [4, 5, 6], [7], [9], []]
-
-
-@pytest.mark.parametrize("width", [2, 8])
-def test_the_last_batches_are_short(width: int) -> None:
-    """Each takes at most half of a worker's share of the rest, so no worker is left with much when others have none."""
-    batches = Batches([(i, {}) for i in range(200)], 200)
-    batches.note(DispatchOptions.shortest_batch / 20.0)
-    sizes = [len(batch) for batch in iter(lambda: batches.next(width), None)]
-    assert sum(sizes) == 200
-    assert sizes == sorted(sizes, reverse=True)
-    assert sizes[0] == min(20, 100 // width)
-    assert set(sizes[-width:]) == {1}
 
 
 @pytest.mark.parametrize(
@@ -318,6 +260,7 @@ def test_size_of_batches(seconds: float, count: int, timeout: float | None, size
     assert batches.size() == pytest.approx(size, abs=1)
 
 
+@pytest.mark.thorough
 def test_one_pool_runs_one_study_after_the_other_as_each_alone(small_study_file: Path, tmp_path: Path) -> None:
     """Its workers stay; one that is killed in between is replaced."""
     study, pids = Study.from_toml(small_study_file), []

@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 
 from damagepred.archive.cautions import energy_error_share, snap_through_share, study_cautions, wall_cautions
-from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import open_study
 from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import ContactKind, ContactState
@@ -126,27 +125,7 @@ def test_a_history_that_passes_zero_often_is_undetermined(progress: list[float],
     assert len(wall_cautions(wall.assign_attrs(solver_method="explicit"))) == 1 + len(said)
 
 
-@pytest.mark.parametrize(("joint", "tolerance"), [("", 1.0), (TOO_LITTLE, 1e-12)])
-def test_a_wall_says_what_must_be_known(command: Run, tmp_path: Path, joint: str, tolerance: float) -> None:
-    """On the screen of solve and check, in the archive and in the report; nothing where there is nothing to say."""
-    file, archive, page = tmp_path / "wall.toml", tmp_path / "wall.nc", tmp_path / "wall.html"
-    file.write_text(SCENE.format("", joint, tolerance))
-    solved = command("solve", file, "-o", archive)
-    assert solved.code == 0, solved.err
-    said = solved.out, command("check", file).out
-    assert command("report", archive, "-o", page).code == 0
-    ds = read_dataset(archive)
-    last = {name: abs(ds[name].values).max() for name in ("energy_error", "external_work", "elastic_energy")}
-    assert 0 < ds.attrs["energy_error_share"] <= last["energy_error"] / last["external_work"] * (1 + 1e-12)
-    assert ds.attrs["energy_tolerance"] == tolerance
-    for text in (*said, page.read_text()):
-        for words in (UNBALANCED, SNAP_BACK):
-            assert (words in text) == bool(joint), words
-    bonds = len(np.unique(ds["contact_joint"].values[ds["contact_cohesion"].values > 0]))
-    assert ds.attrs["snap_back_limited_joints"] == (bonds if joint else 0)
-    assert len(wall_cautions(ds)) == (2 if joint else 0)
-
-
+@pytest.mark.thorough
 @pytest.mark.parametrize(("joint", "tolerance"), [("", 1.0), (TOO_LITTLE, 1e-12)])
 def test_a_study_says_what_must_be_known(command: Run, tmp_path: Path, joint: str, tolerance: float) -> None:
     file, folder, page = tmp_path / "study.toml", tmp_path / "study.dp", tmp_path / "study.html"

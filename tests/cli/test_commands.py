@@ -17,7 +17,6 @@ from damagepred.archive.files import read_dataset
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.template import Template
-from damagepred.solvers.symmetry import reduce_by_symmetry
 from tests.cli.conftest import Run
 from tests.synthetic_studies import synthetic_study
 
@@ -82,25 +81,7 @@ def test_solve_writes_every_variable_of_the_contract(command: Run, tmp_path: Pat
     assert (tmp_path / "more" / "wall.png").stat().st_size > 5000
 
 
-@pytest.mark.parametrize(
-    ("method", "said", "unsaid"),
-    [
-        ("quasi_static", ["Newton iterations", "factorisations", "exceeds its law", "; friction"], ["cycles"]),
-        ("explicit", ["cycles"], ["Newton", "its law", "nan"]),
-    ],
-)
-def test_solve_says_what_it_did_in_the_solvers_words(
-    method: str, said: list[str], unsaid: list[str], command: Run, tmp_path: Path
-) -> None:
-    (tmp_path / "wall.toml").write_text(SMALL_SCENE + f'[solver]\nmethod = "{method}"\n')
-    out = command("solve", tmp_path / "wall.toml").out
-    assert "largest unbalanced force" in out
-    for word in said:
-        assert word in out
-    for word in unsaid:
-        assert word not in out
-
-
+@pytest.mark.thorough
 def test_check_solve_study_and_report_say_what_is_assumed_of_the_ground(command: Run, tmp_path: Path) -> None:
     scene = SMALL_SCENE.replace('central_deflection = "1 mm"', 'shape = "mound"')
     (tmp_path / "wall.toml").write_text(scene)
@@ -171,24 +152,6 @@ def test_check_prices_a_study(command: Run, small_study_file: Path) -> None:
     assert re.search(r"solver: quasi_static, 0\.\d+ MB of matrices", result.out)
 
 
-@pytest.mark.parametrize(("symmetric", "megabytes"), [(True, "2.7"), (False, "8.1")])
-def test_memory_of_the_full_scale_wall_is_what_its_matrices_take(
-    symmetric: bool, megabytes: str, data_folder: Path
-) -> None:
-    from damagepred.assembly import wall_model
-    from damagepred.one_wall.judged_path import matrix_bytes
-    from damagepred.scene import Scene, Solver
-    from damagepred.solvers.quasi_static.equilibrium import Equilibrium
-
-    model, solver = wall_model(Scene.from_toml(data_folder / "bryant_dishing.toml")), Solver(symmetric_half=symmetric)
-    told = matrix_bytes(model, solver)
-    assert f"{told / 1e6:.2g}" == megabytes
-    half = reduce_by_symmetry(model) if symmetric else None
-    factors = Equilibrium(half or model, 1e-6).equations.factors
-    arrays = (factors.inverses, factors.coupling, factors.upper, factors.complements, factors.complements)
-    assert told == sum(array.nbytes for array in arrays)
-
-
 def test_fragility_by_time_writes_the_table_of_years(command: Run, tmp_path: Path) -> None:
     (tmp_path / "years.toml").write_text(
         "[study]\nsamples = 4\nstop_at_category = 'none'\n[scene.wall]\nlength = 1.44\nheight = 0.6\n"
@@ -252,6 +215,7 @@ def test_an_interrupt_before_anything_is_done_is_said(
     assert (ended.code, ended.err) == (130, "damagepred: interrupted\n")
 
 
+@pytest.mark.thorough
 def test_an_interrupted_study_keeps_what_was_done_and_goes_on(small_study_file: Path, tmp_path: Path) -> None:
     folder = StudyFolder(tmp_path / "small.dp")
     arguments = [sys.executable, "-m", "damagepred", "study", str(small_study_file), "-n", "400", "-j", "2"]
@@ -277,6 +241,7 @@ def test_an_interrupted_study_keeps_what_was_done_and_goes_on(small_study_file: 
     assert (first == 0).all()
 
 
+@pytest.mark.thorough
 def test_failed_samples_end_with_code_3(command: Run, tmp_path: Path, small_study_file: Path) -> None:
     text = small_study_file.read_text().replace(
         "[scene.loads]", '[scene.solver]\nmethod = "explicit"\ntolerance = 1e-9\nmaximum_cycles = 100\n\n[scene.loads]'
@@ -294,15 +259,7 @@ def test_failed_samples_end_with_code_3(command: Run, tmp_path: Path, small_stud
     assert "no finished sample" in fragility.err
 
 
-@pytest.mark.parametrize("argument", ["-n", "-j"])
-def test_counts_must_be_positive(command: Run, small_study_file: Path, argument: str) -> None:
-    result = command("study", small_study_file, argument, 0)
-    assert result.code == 2
-    assert f"'{argument}'" in result.err
-    # the words are typer's, of older versions click's
-    assert "greater than or equal" in result.err or "x>=1" in result.err
-
-
+@pytest.mark.thorough
 def test_fragility_exports_beside_the_study_or_the_output(command: Run, tmp_path: Path) -> None:
     folder = tmp_path / "house.dp"
     synthetic_study(folder, 60)
@@ -352,17 +309,3 @@ def test_judge_again_from_the_command_line(command: Run, tmp_path: Path) -> None
     assert command("fragility", tmp_path / "study.nc").code == 0
     result = command("judge", old, "--table", "bre25")
     assert (result.code, "Did you mean 'bre251'" in result.err) == (2, True)
-
-
-def test_cracks_from_the_command_line(command: Run, tmp_path: Path) -> None:
-    (tmp_path / "wall.toml").write_text(SMALL_SCENE)
-    assert command("solve", tmp_path / "wall.toml", "-o", tmp_path / "wall.nc").code == 0
-    result = command("cracks", tmp_path / "wall.nc", "--csv", tmp_path / "cracks.csv", "-o", tmp_path / "cracks.nc")
-    assert result.code == 0, result.err
-    assert "cracks at a central deflection of 1 mm" in result.out
-    assert "dpc open" in result.out
-    rows = (tmp_path / "cracks.csv").read_text().splitlines()
-    assert rows[0].startswith("increment,central_deflection,crack,crack_part,crack_width,")
-    assert any(",dpc_opening," in row for row in rows[1:])
-    assert read_dataset(tmp_path / "cracks.nc").sizes["crack"] >= 1
-    assert command("cracks", tmp_path / "cracks.nc").code == 2

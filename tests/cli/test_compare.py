@@ -21,18 +21,3 @@ def test_two_studies_of_the_same_samples(command: Run, tmp_path: Path) -> None:
     assert picture.stat().st_size > 10_000
     with xr.open_dataset(curve) as ds:
         assert float(ds["difference"].isel(study=1, category=0).min()) < -0.2
-
-
-def test_wrong_input_is_answered_by_a_sentence(command: Run, tmp_path: Path) -> None:
-    house, other = (synthetic_study(tmp_path / f"{name}.dp", 20) for name in ("house", "other"))
-    for arguments, sentence in (
-        ((house, house, "--category", 1, "--at", "3 mm"), "is given twice"),
-        ((house, "--category", 1, "--at", "3 mm"), "two studies or more"),
-        ((house, other, "--category", 9, "--at", "3 mm"), "categories 1 to 4"),
-        ((house, tmp_path / "nothing.dp", "--category", 1, "--at", "3 mm"), "no such study folder"),
-        ((house, other, "--category", 1, "--at", "H1"), "is of the surface movement"),
-        ((house, other, "--category", 1, "--at", "3"), "give the unit with the number"),
-    ):
-        said = command("compare", *arguments)
-        assert (said.code, sentence in said.err) == (2, True), said.err
-        assert "Traceback" not in said.err

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 
 import xarray as xr
 
-from tests.cli.conftest import Result, Run
+from tests.cli.conftest import Run
 from tests.synthetic_studies import synthetic_study
 
 
@@ -62,39 +61,3 @@ def test_wrong_input_is_answered_by_a_sentence(command: Run, tmp_path: Path) -> 
         said = command("infer", *arguments)
         assert (said.code, sentence in said.err) == (2, True), said.err
         assert "Traceback" not in said.err
-
-
-def test_the_report_has_a_section_of_the_posterior(command: Run, tmp_path: Path) -> None:
-    weak = synthetic_study(tmp_path / "weak.dp", 250, medians=(2e-3, 4e-3))
-    strong = synthetic_study(tmp_path / "strong.dp", 250, medians=(4e-3, 8e-3))
-    survey, kept, page = (tmp_path / name for name in ("survey.toml", "posterior.nc", "page.html"))
-    survey.write_text('[[crack]]\nwidth = "2 mm"\nerror = "0.5 mm"\n[prior_odds]\nweak = 3.0\n')
-    assert command("infer", weak, strong, survey, "-o", kept).code == 0
-    how = ("--no-replay", "--bootstrap", 10, "-o", page)
-    assert "What the observed cracks say" not in page_of(command("report", weak, *how), page)
-    text = page_of(command("report", weak, *how, "--posterior", kept), page)
-    with xr.open_dataset(kept) as ds:
-        share = ds["cause_posterior"].values
-    for said in (
-        "What the observed cracks say",
-        "Model discrepancy; ",
-        "0.23\u00a0mm",
-        "Damage after further movement",
-    ):
-        assert said in text
-    assert f"<td>{share[0] / (1 - share[0]):.3g}</td>" in re.sub(r'<td class="[^"]*">', "<td>", text)
-    assert text.count("<svg") == page_of(command("report", weak, *how), page).count("<svg") + 1
-    other = synthetic_study(tmp_path / "other.dp", 12)
-    for arguments, sentence in (
-        ((other, "--posterior", kept), "is of weak, strong, not of other"),
-        ((weak, "--posterior", weak / "design.nc"), "is no back-analysis"),
-        ((kept, "--posterior", kept), "goes with a study"),
-        ((weak, "--posterior", tmp_path / "nothing.nc"), "no such file"),
-    ):
-        said = command("report", *arguments, "--no-replay")
-        assert (said.code, sentence in said.err.replace("\n", " ")) == (2, True), said.err
-
-
-def page_of(said: Result, page: Path) -> str:
-    assert said.code == 0, said.err
-    return page.read_text(encoding="utf-8")

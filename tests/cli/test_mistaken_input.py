@@ -50,17 +50,6 @@ def test_a_description_where_a_result_is_due(words: list[str], command: Run, tmp
     assert "Errno" not in result.err
 
 
-def test_no_advice_of_an_option_that_is_not_there(command: Run, tmp_path: Path) -> None:
-    result = command("new", tmp_path / "no" / "dir" / "x.toml")
-    assert result.code == 2
-    assert " -o" not in result.err
-    assert "does not exist" in result.err
-
-
-def test_brackets_in_help(command: Run) -> None:
-    assert "[study.epistemic]" in " ".join(command("estimate", "--help").out.split())
-
-
 @pytest.mark.parametrize("samples", [0, -3, 2.5, True, "3"])
 def test_samples_are_a_whole_number(samples: object, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"samples = .*: must be a whole number, 1 or more"):

@@ -33,6 +33,7 @@ def result(command: Run, *arguments: object) -> dict:
     return json.loads(said.out)
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("category", [1, 2])
 @pytest.mark.parametrize("at", ["3 mm", "site", None])
 def test_commands_and_pages_agree(command: Run, houses: list[Path], category: int, at: str | None) -> None:
@@ -63,21 +64,6 @@ def test_commands_and_pages_agree(command: Run, houses: list[Path], category: in
             assert (row["failed_undamaged"], row["failed_damaged"]) == pytest.approx(one[2:4])
     first, second = np.array(compared["data_vars"]["probability"]["data"])[:, 0, 0]
     assert np.array(compared["data_vars"]["difference"]["data"])[1, 0, 0] == pytest.approx(second - first)
-
-
-def test_shares_of_the_status_add_up(command: Run, houses: list[Path]) -> None:
-    rows = result(command, "status", houses[0])["categories"]
-    assert sum(row["share"] for row in rows) == pytest.approx(1.0)
-    assert sum(row["walls"] for row in rows) == 38
-
-
-def test_the_empirical_curve_is_the_estimate_where_walls_share_increments(houses: list[Path]) -> None:
-    ds = open_study(houses[0])
-    same = ds.assign(central_deflection=ds["central_deflection"] * 0 + ds["central_deflection"][0])
-    curve = fit_fragility(same, model="empirical", categories=[1], bootstrap=0, points=601).isel(category=0)
-    for movement in same["central_deflection"].values[0, 1:]:
-        empirical = curve["probability"].sel(intensity=movement, method="nearest")
-        assert float(empirical) == pytest.approx(exceedance(same, 1, float(movement)).estimate.value)
 
 
 def test_a_curve_is_read_in_one_way(houses: list[Path]) -> None:

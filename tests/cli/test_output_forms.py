@@ -5,14 +5,11 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from typer.main import get_command
-from typer.testing import CliRunner
 
 from damagepred import __version__, compare, open_study
 from damagepred.analyses.epistemic import alternatives
 from damagepred.campaign.settings import StudySettings
 from damagepred.campaign.status import study_status
-from damagepred.cli import app
 from tests.cli.conftest import Run
 from tests.cli.test_commands import SMALL_SCENE
 from tests.synthetic_studies import synthetic_study
@@ -112,17 +109,6 @@ def test_comparisons_and_sensitivity_are_printed_as_json(command: Run, tmp_path:
     assert (refused.code, "--at 8 mm: must be site" in refused.err) == (2, True)
 
 
-def test_a_quiet_study_prints_its_result_alone(command: Run, tmp_path: Path) -> None:
-    (tmp_path / "house.toml").write_text(SMALL_STUDY)
-    said = command("study", tmp_path / "house.toml", "-n", 2, "--quiet")
-    assert (said.code, said.err) == (0, "")
-    assert "2 of 2 walls done" in said.out
-    assert open_study(tmp_path / "house.dp").sizes["sample"] == 2
-    missing = command("status", tmp_path / "nothing.dp", "--quiet", "--json")
-    assert (missing.code, missing.out) == (2, "")
-    assert "no such study folder" in missing.err
-
-
 def test_a_quiet_estimate_of_a_rare_event_prints_its_result_alone(command: Run, tmp_path: Path) -> None:
     (tmp_path / "house.toml").write_text(SMALL_STUDY)
     rare = (
@@ -178,19 +164,3 @@ def test_export_is_a_command(command: Run, tmp_path: Path) -> None:
     assert not (tmp_path / "mine.nc").exists()
     assert command("export", curves, "openquake", "-o", tmp_path / "model.xml").code == 0
     assert (tmp_path / "model.xml").stat().st_size
-
-
-def test_the_list_of_commands_has_whole_sentences() -> None:
-    shown = CliRunner().invoke(app, ["--help"], env={"COLUMNS": "80", "TERMINAL_WIDTH": "80"}).output
-    assert "..." not in shown.partition("Commands:")[2]
-    assert "Draw a solved wall or a study." in shown
-    assert max(len(line) for line in shown.splitlines()) <= 80
-
-
-def test_help_fits_eighty_columns() -> None:
-    commands = [name or "" for name in get_command(app).commands]  # type: ignore[attr-defined]
-    assert "fragility" in commands
-    for name in commands:
-        shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "80", "TERMINAL_WIDTH": "80"})
-        assert shown.exit_code == 0, name
-        assert not [line for line in shown.output.splitlines() if len(line) > 80], name

@@ -11,7 +11,6 @@ from rich.console import Console
 
 import damagepred
 from damagepred.cli import terminal
-from damagepred.results.rejudge import judge_again
 from damagepred.scene import Damage, Dpc, Movement, Opening, Scene, Wall
 
 
@@ -86,15 +85,3 @@ def test_a_usual_wall_is_one_table(every_column: xr.Dataset, on_80_columns: pyte
     assert "continued" not in text
     assert [row[3] for row in cells(text)[-6:]][1] == "1 very slight"
     assert {len(row) for row in cells(text)} == {7}
-
-
-def test_two_judgements_side_by_side_fit(every_column: xr.Dataset, on_80_columns: pytest.CaptureFixture[str]):
-    after = judge_again(every_column, table="as2870")
-    after["damage_category"] = (
-        ("increment",),
-        np.array([0, 1, 1, 1, 1, 1], dtype=np.int8),
-        after["damage_category"].attrs,
-    )
-    terminal.judged_again(every_column, after)
-    rows = [row for row in cells(on_80_columns.readouterr().out) if row[0] == "25"]
-    assert rows[0][-2:] == ["1 very slight", "1 very slight"]

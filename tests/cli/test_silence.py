@@ -10,9 +10,7 @@ import time
 
 import pytest
 
-from damagepred import cli
 from damagepred.cli import terminal
-from damagepred.cli.options import DOING
 
 SLOW = """
 import sys, time
@@ -49,11 +47,7 @@ def test_streams_of_other_encodings_take_all_text(encoding: str) -> None:
     assert run.stdout.decode(encoding).strip() == expected
 
 
-def test_nothing_is_said_where_output_is_quiet() -> None:
-    run = subprocess.run(slow(2.0, "fragility", "a.dp", "--quiet"), capture_output=True, text=True, check=False)
-    assert (run.stdout, run.stderr) == ("a result\n", "")
-
-
+@pytest.mark.thorough
 def test_a_terminal_counts_seconds_and_erases_them() -> None:
     parent, child = pty.openpty()
     process = subprocess.Popen(slow(3.0, "fragility", "a.dp"), stdout=subprocess.PIPE, stderr=child)
@@ -71,6 +65,7 @@ def test_a_terminal_counts_seconds_and_erases_them() -> None:
     assert said.endswith(b"\r\x1b[K")
 
 
+@pytest.mark.thorough
 def test_an_interrupt_while_waiting() -> None:
     process = subprocess.Popen(slow(60.0, "fragility", "a.dp"), stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert process.stdout is not None
@@ -148,11 +143,3 @@ def test_compilation_has_its_name(monkeypatch: pytest.MonkeyPatch, capfd: pytest
             if "compiling" in printed:
                 break
     assert "compiling the kernels, once per version" in printed + capfd.readouterr().err
-
-
-def test_each_command_has_words() -> None:
-    commands = {
-        command.name or command.callback.__name__.replace("_", "-")  # type: ignore[union-attr]
-        for command in cli.app.registered_commands
-    }
-    assert commands == set(DOING)

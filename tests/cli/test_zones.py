@@ -3,8 +3,6 @@
 from pathlib import Path
 
 from damagepred.archive.files import read_dataset
-from damagepred.campaign.cost_estimate import estimate_cost
-from damagepred.cli.sentences import cost_lines
 from tests.cli.conftest import Run
 
 SCENE = """
@@ -48,9 +46,3 @@ def test_check_estimates_the_cost_of_zones(command: Run, tmp_path: Path) -> None
     assert result.code == 0, result.err
     assert "9 deformable blocks: 128 zones, " in result.out
     assert "MB of results (none with --no-zones)" in result.out
-
-
-def test_only_the_first_increments_of_a_long_path_are_timed(tmp_path: Path) -> None:
-    (tmp_path / "wall.toml").write_text(SCENE)
-    lines = cost_lines(estimate_cost(tmp_path / "wall.toml", timing_limit=0.0))
-    assert "(from the first 1 of 2 increments)" in "\n".join(lines)

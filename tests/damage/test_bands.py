@@ -8,11 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from damagepred.assembly import wall_model
-from damagepred.damage import JointMap, judge
+from damagepred.damage import judge
 from damagepred.enumerations import ContactKind
 from damagepred.one_wall.judged_path import gauges
-from damagepred.one_wall.solve import solve
-from damagepred.scene import ControlJoint, Damage, Dpc, Movement, Opening, Scene, Solver, Wall
+from damagepred.scene import ControlJoint, Damage, Dpc, Opening, Scene, Wall
 from tests.damage.pattern import Pattern, rules_of
 
 MM = 1e-3
@@ -55,16 +54,6 @@ def test_other_courses_are_other_bands():
     wall.open("head", 4, 4, 1 * MM)
     wall.open("head", 5, 5, 2 * MM)
     assert band(wall) == pytest.approx(2)
-
-
-def test_a_joint_that_opens_like_a_wedge_is_read_at_one_height():
-    """One opens at its top, the next at its foot: no straight gauge reads both of 3 mm; half way up it reads 3."""
-    wall = Pattern()
-    wall.open("head", 4, 4, (3 * MM, 1.5 * MM, 0.0))
-    wall.open("head", 6, 4, (0.0, 1.5 * MM, 3 * MM))
-    assert band(wall) == pytest.approx(3)
-    wall.open("head", 6, 4, (3 * MM, 1.5 * MM, 0.0))
-    assert band(wall) == pytest.approx(6)
 
 
 def test_bed_joints_are_summed_upwards():
@@ -139,57 +128,10 @@ def test_a_gauge_ends_where_the_masonry_does(parts: dict, opened: dict, width: i
     assert of_model(replace(PLAIN, **parts), opened) == pytest.approx(width)
 
 
-POINTS = (("lobatto", 2), ("lobatto", 5), ("midpoint", 1), ("midpoint", 2), ("midpoint", 5))
-
-
-@pytest.mark.parametrize(("quadrature", "contacts"), POINTS)
-def test_any_quadrature_reads_the_same(quadrature: str, contacts: int):
-    """Rigid bricks in a row turn one against the other: joints open in proportion to the height, 3 mm in all at top."""
-    solver = Solver(quadrature=quadrature, contacts_per_interface=contacts)
-    joints = gauges(wall_model(replace(PLAIN, solver=solver))).joints
-    own = (joints.kind == ContactKind.HEAD_JOINT) & (np.abs(joints.middle_y - 0.3375) < 1e-6)
-    own &= (joints.start[:, 0] > 0.9) & (joints.start[:, 0] < 1.5)
-    assert own.sum() == 3
-    opening = np.where(own[:, None], (joints.contact_y - 0.3) / COURSE * MM, 0.0)
-    found = judge(joints, opening, np.zeros_like(opening), opening > 0, rules_of(Damage()))
-    seen = 0.5 if contacts == 1 else 1.0  # a single contact does not see that bricks turn
-    assert found.crack_band_width_max == pytest.approx(3 * MM * seen, rel=1e-9)
-
-
-def test_an_archive_tells_the_same_as_the_model():
-    scene = Scene(
-        wall=Wall(length=2.4, height=0.9),
-        dpc=Dpc(course=2),
-        movement=Movement(central_deflection=8e-3, increments=2),
-        opening=(Opening(x=0.6, y=0.45, width=0.48, height=0.3), Opening(kind="door", x=1.56, width=0.36, height=0.6)),
-    )
-    ours = gauges(wall_model(scene)).joints.blocks
-    archived = solve(scene)
-    theirs = JointMap.from_dataset(archived, with_blocks=True).blocks
-    ground = ours >= archived.sizes["block"]
-    assert (theirs[~ground] == ours[~ground]).all()
-    assert (theirs[ground] == -1).all()
-
-
 # -- for any openings ------------------------------------------------------------------------------------------------
 
 
 WIDTHS = st.floats(0.0, 20.0)
-
-
-@SETTINGS
-@given(st.lists(WIDTHS, min_size=4, max_size=4), st.integers(2, 9), WIDTHS, st.integers(0, 3))
-def test_how_neighbours_share_an_opening_does_not_matter(parts: list[float], row: int, other: float, place: int):
-    """Four neighbours that open by some shares of a sum, and one of them by all of it: the same band."""
-    first = 4 + row % 2
-    shared, alone = Pattern(), Pattern()
-    for number, width in enumerate(parts):
-        shared.open("head", first + 2 * number, row, width * MM)
-    alone.open("head", first + 2 * place, row, sum(parts) * MM)
-    for wall in (shared, alone):
-        wall.open("bed", 1, 5, other * MM)
-    assert band(shared) == pytest.approx(band(alone), abs=1e-9)
-    assert band(shared) == pytest.approx(max(sum(parts), other), abs=1e-9)
 
 
 @st.composite

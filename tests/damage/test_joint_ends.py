@@ -54,6 +54,7 @@ def turned_brick(course: int, dpc: int | None, rule: dict[str, Any]) -> tuple[Jo
     return joints, opening, float(size[0]), float(size[1])
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: " ".join(map(str, rule.values())))
 @pytest.mark.parametrize(("course", "dpc"), [(3, None), (0, None), (2, 2), (1, 3)])
 def test_a_brick_that_turns_opens_its_bed_by_its_length(rule: dict[str, Any], course: int, dpc: int | None):
@@ -75,23 +76,7 @@ def test_a_brick_that_turns_opens_its_bed_by_its_length(rule: dict[str, Any], co
         assert max((one.crack.opening.max() for one in cracks if one.part == part), default=0.0) == width
 
 
-def test_the_category_is_that_of_the_joint_s_end():
-    """1.2 mm at the end of the bed is category 2; two contacts at the quarters see 0.9 mm, category 1."""
-    joints, opening, *_ = turned_brick(3, None, {"quadrature": "midpoint", "contacts_per_interface": 2})
-    opening *= 1.2e-3 / (TURN * 0.23)
-    found = judge(joints, opening, np.zeros_like(opening), np.ones(opening.shape, dtype=bool), rules_of(Damage()))
-    assert found.damage_category == 2
-
-
-def test_contacts_at_the_ends_give_their_own_openings():
-    """By default nothing is carried: the very numbers of the contacts."""
-    joints, opening, *_ = turned_brick(3, None, {})
-    assert joints.widest(opening) is opening
-    random = np.random.default_rng(1).normal(size=opening.shape)
-    order, _ = joints.contacts_along
-    np.testing.assert_array_equal(joints.ends(random), np.take_along_axis(random, order, axis=1)[:, [0, -1]])
-
-
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("rule", [("midpoint", 2, None), ("midpoint", 1, 4)])
 def test_archives_pictures_and_cracks_read_the_same_widest_opening(rule: tuple[Any, int, int | None]):
     """The archive, the archive judged again, the pictures and the cracks as objects agree on an opened dpc."""

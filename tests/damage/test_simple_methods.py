@@ -17,8 +17,6 @@ from damagepred.errors import InputError
 from damagepred.results.simple_assessment import angular_distortion, simple_categories, simple_category, simple_methods
 from damagepred.scene import Scene
 
-SMALL = {"wall": {"length": 1.2, "height": 0.3}, "movement": {"increments": 2, "central_deflection": 1e-3}}
-
 
 @pytest.mark.parametrize(("limit", "upto", "above"), [(0.0005, 0, 1), (0.00075, 1, 2), (0.0015, 2, 3), (0.003, 3, 4)])
 def test_limiting_tensile_strains(limit: float, upto: int, above: int):
@@ -40,18 +38,6 @@ def test_category_of_the_wall_of_the_test_by_hand():
     assert softer.diagonal_strain > found.diagonal_strain
     # with a ground strain of 1.1e-3 the bending strain passes 3e-3
     assert int(simple_category(scene, ground_strain=1.1e-3).category) == 4
-
-
-def test_a_path_is_judged_increment_by_increment():
-    scene = Scene.from_dict(SMALL)
-    wall = damagepred.solve(scene)
-    judged = simple_categories(wall)
-    assert judged["simple_category"].dims == ("increment",)
-    np.testing.assert_allclose(wall["deflection_ratio"].values, np.array([0.0, 0.5, 1.0]) * 1e-3 / 1.2, rtol=1e-12)
-    for i, ratio in enumerate(wall["deflection_ratio"].values):
-        assert judged["simple_category"].values[i] == simple_category(scene, ratio).category
-        assert judged["bending_strain"].values[i] == simple_category(scene, ratio).bending_strain
-    assert judged["simple_category"].values[-1] > 0
 
 
 def test_a_study_is_judged_wall_by_wall():

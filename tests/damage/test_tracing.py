@@ -92,33 +92,6 @@ def test_width_normal_to_a_stepped_crack_is_the_same_all_along_it(shift: tuple[f
     assert crack.opening.max() == pytest.approx(max(shift[0], -shift[1]))
 
 
-def test_sliding_along_a_crack_is_no_width():
-    wall = Pattern()
-    wall.open("bed", 4, 4, 1 * MM)
-    wall.slide("bed", 4, 4, 3 * MM)
-    crack = only(wall).crack
-    np.testing.assert_allclose(crack.width, 1 * MM)
-    np.testing.assert_allclose(crack.displacement, np.hypot(1, 3) * MM)
-
-
-def test_a_toothed_crack_up_the_wall_is_vertical():
-    """In running bond it toothes by half a brick, and slides on the teeth: as wide there as in the perpends."""
-    wall = Pattern()
-    for r in range(2, 10):
-        column = 6 if r % 2 == 0 else 7
-        wall.open("head", column, r, 2 * MM)
-        if r > 2:
-            # what is right of the crack has moved by 2 mm: above the tooth it is the right half, or below it
-            wall.slide("bed", 6, r, 2 * MM if column == 6 else -2 * MM)
-    found = only(wall).crack
-    assert (found.orientation, found.branches) == (VERTICAL, 0)
-    assert found.length == pytest.approx(8 * COURSE + 7 * HALF)
-    normal = 2 * MM * np.sin(np.radians(found.inclination))
-    np.testing.assert_allclose(np.abs(found.width), abs(normal))
-    assert (found.width > 0).all()
-    assert found.opening.max() == pytest.approx(2 * MM)
-
-
 def test_a_crack_along_a_bed_is_horizontal_and_as_long_as_what_is_open():
     wall = Pattern()
     for i in range(3, 9):
@@ -129,16 +102,6 @@ def test_a_crack_along_a_bed_is_horizontal_and_as_long_as_what_is_open():
     assert (crack.orientation, crack.inclination) == (HORIZONTAL, pytest.approx(0.0, abs=1e-9))
     assert crack.length == pytest.approx(6 * HALF + 5 / 6 * HALF + 1 / 6 * HALF)
     np.testing.assert_allclose(crack.path[0], ((3 - 1 / 6) * HALF, 4 * COURSE))
-
-
-def test_two_parallel_cracks_are_two():
-    wall = Pattern()
-    wall.vertical(4, 2 * MM)
-    wall.vertical(10, 3 * MM)
-    found = cracks(wall)
-    assert [f.number for f in found] == [1, 2]
-    assert [f.crack.opening.max() for f in found] == [3 * MM, 2 * MM]  # of one age the widest first
-    assert [f.crack.orientation for f in found] == [VERTICAL, VERTICAL]
 
 
 TIES = {
@@ -166,16 +129,6 @@ def test_order_of_cracks_of_one_age(case: str):
         assert found[0].crack.path[0, 1] < found[1].crack.path[0, 1]
 
 
-def test_a_joint_open_at_its_ends_alone_is_two_cracks():
-    """Whole joints would be one; that is how categories are found."""
-    wall = Pattern()
-    wall.open("bed", 4, 4, (1 * MM, 0.0, 1 * MM))
-    wall.open("bed", 3, 4, 1 * MM)
-    wall.open("bed", 5, 4, 1 * MM)
-    assert len(cracks(wall)) == 2
-    assert wall.judge().crack_count == 1
-
-
 @pytest.mark.parametrize(("size", "count"), [(HAIRLINE, 0), (HAIRLINE * (1 + 1e-9), 1)])
 @pytest.mark.parametrize("how", ["opening", "slip", "slip back"])
 def test_the_hairline_itself_is_no_crack(size: float, count: int, how: str):
@@ -185,13 +138,6 @@ def test_the_hairline_itself_is_no_crack(size: float, count: int, how: str):
     else:
         wall.slide("bed", 4, 4, size if how == "slip" else -size)
     assert len(cracks(wall)) == count
-
-
-def test_an_elastic_opening_is_no_crack():
-    wall = Pattern()
-    wall.open("bed", 4, 4, 1 * MM)
-    wall.cracked[:] = False
-    assert cracks(wall) == []
 
 
 def test_branches_are_counted():
@@ -220,35 +166,6 @@ def test_a_perpend_off_the_path_opens_as_one_on_it(branch: tuple[tuple[int, int]
     side = crack.pieces // 3 == wall.place("head", *branch[1])
     assert side.sum() == 3
     np.testing.assert_allclose(crack.width[side], 2 * MM * abs(np.sin(np.radians(crack.inclination))))
-
-
-def test_a_fan_of_cracks_is_several():
-    """Three stepped and upright cracks from one point, each longer than two joints."""
-    wall = Pattern()
-    wall.vertical(10, 1 * MM, (1, 9))
-    for k in range(6):
-        for way in (-1, 1):
-            wall.open("bed", 10 + way * k - (way < 0), 1 + k, 0.5 * MM)
-            wall.open("head", 10 + way * (k + 1), 1 + k, 0.5 * MM)
-    found = [f.crack for f in cracks(wall)]
-    assert sorted(c.orientation for c in found) == [VERTICAL, STEPPED, STEPPED]
-    assert all(5 * (COURSE + HALF) - 1e-9 <= c.length <= 8 * (COURSE + HALF) for c in found)
-    assert sum(c.length for c in found) == pytest.approx(np.where(wall.opening > 0, wall.map.contact_length, 0).sum())
-    assert {round(np.sign(c.inclination)) for c in found if c.orientation == STEPPED} == {-1, 1}
-
-
-def test_an_arch_is_two_cracks_that_meet_at_its_crown():
-    wall = Pattern()
-    for k in range(8):
-        for way in (-1, 1):
-            wall.open("head", 10 + way * (9 - k), 1 + k, 1 * MM)
-            wall.open("bed", 10 + way * (8 - k) - (way < 0), 2 + k, 1 * MM)
-    for i in (9, 10):
-        wall.open("bed", i, 9, 2 * MM)
-    found = [f.crack for f in cracks(wall)]
-    assert [c.orientation for c in found] == [STEPPED, STEPPED]
-    assert sorted(round(np.sign(c.inclination)) for c in found) == [-1, 1]
-    assert sum(c.length for c in found) == pytest.approx(18 * HALF + 16 * COURSE)
 
 
 def test_a_crack_follows_the_widest_joints_between_its_ends():
@@ -355,16 +272,6 @@ def test_a_crack_keeps_its_number_as_it_grows_and_the_older_one_wins():
     assert [f.number for f in step(3)] == [1, 3]
 
 
-def test_a_crack_that_closes_and_opens_again_is_the_same():
-    wall = Pattern()
-    growth = Growth(wall.map)
-    numbers = []
-    for number, width in enumerate((1.0, 0.0, 1.0)):
-        wall.open("bed", 4, 4, width * MM)
-        numbers.append([f.number for f in growth.step(number, wall.opening, wall.slip, wall.cracked)])
-    assert numbers == [[1], [], [1]]
-
-
 def test_a_crack_that_parts_keeps_its_number_in_the_longer_piece():
     wall = Pattern()
     growth = Growth(wall.map)
@@ -390,24 +297,6 @@ def test_where_a_crack_begins():
     wall.open("bed", 3, 4, 2 * MM)
     (found,) = growth.step(2, wall.opening, wall.slip, wall.cracked)
     assert (found.first_increment, found.first_piece) == (1, 3 * wall.place("bed", 4, 4) + 2)
-
-
-def test_a_crack_is_as_old_as_its_oldest_piece():
-    """Neither its first nor its last piece; of those the one that was widest when its bond broke, not now."""
-    wall = Pattern()
-    growth = Growth(wall.map)
-    for increment, (columns, widths) in enumerate((((6,), (0.3,)), ((5, 8), (2.0, 0.2)), ((4, 7, 9), (0.5, 1.0, 3.0)))):
-        for i, width in zip(columns, widths):
-            wall.open("bed", i, 4, width * MM)
-        wall.open("bed", 6, 4, (0.1 * MM, 0.3 * MM, 0.2 * MM) if not increment else 0.06 * MM)
-        found = growth.step(increment, wall.opening, wall.slip, wall.cracked)
-    (one,) = found
-    assert (one.first_increment, one.first_piece) == (0, 3 * wall.place("bed", 6, 4) + 1)
-
-
-def test_points_of_pieces_and_of_what_joins_them_have_numbers_of_their_own():
-    pieces = Pieces(Pattern().map)
-    assert sorted(np.unique(pieces.ends)) == list(range(pieces.points))
 
 
 # -- through bricks --------------------------------------------------------------------------------------------------
@@ -436,14 +325,6 @@ def test_yielded_zones_join_cracks_across_a_brick():
     assert (crack.path_pieces < 0).sum() >= 2
     assert crack.branches == 0
     np.testing.assert_allclose(crack.path[[0, -1]], [(4 * HALF, 2 * COURSE), (4 * HALF, 5 * COURSE)])
-
-
-def test_zones_alone_are_no_crack():
-    wall = Pattern()
-    wall.open("head", 4, 2, 1 * MM)
-    x, y = np.array([1.0, 1.1, 1.0]), np.array([0.8, 0.8, 0.85])
-    links = links_of(Pieces(wall.map), wall.cracked.ravel(), x, y, np.array([[0, 1, 2]]), np.array([True]))
-    assert len(cracks(wall, links)) == 1
 
 
 def test_orientation_of_a_slope_through_bricks_is_diagonal():

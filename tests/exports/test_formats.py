@@ -63,13 +63,6 @@ def test_exports_name_the_ground_that_moves() -> None:
         assert f"PGD stands for the {words} (cm)" in openquake_xml(curves)
 
 
-def test_pelicun_is_told_lengths_in_metres(deflections: xr.Dataset) -> None:
-    frame = pelicun_frame(deflections)
-    assert frame["Demand-Unit"].item() == "m"
-    assert frame["LS1-Theta_0"].item() == 6.5e-3
-    assert pelicun_config(deflections)["CustomDemandTypes"]["Central Deflection"]["UnitType"] == "displacement"
-
-
 def test_a_measure_pelicun_cannot_be_told_of_is_refused(ratios: xr.Dataset) -> None:
     with pytest.raises(InputError, match="intensity_measure = 'curvature': exports for pelicun take deflection_ratio"):
         pelicun_frame(ratios.assign_attrs(intensity_measure="curvature"))
@@ -177,11 +170,6 @@ def test_curves_that_cross_are_refused_with_the_remedy(kind: str, tmp_path: Path
 def test_empirical_curves_have_no_parameters_to_export(ratios: xr.Dataset) -> None:
     with pytest.raises(InputError, match="model = 'empirical': has no medians"):
         pelicun_frame(ratios.assign_attrs(model="empirical"))
-
-
-def test_curves_that_cross_where_nobody_minds_are_told(tmp_path: Path) -> None:
-    # far apart and of nearly one dispersion: they cross at a probability of practically 1
-    export_curves(curves_of([0.001, 0.004], [0.40, 0.35]), "pelicun", tmp_path / "curves.nc")
 
 
 def test_unknown_categories_formats_and_datasets_are_named(ratios: xr.Dataset, tmp_path: Path) -> None:

@@ -34,17 +34,6 @@ def test_walls_frame_has_a_row_a_wall_with_the_worst_of_its_path() -> None:
     assert list(frame["central_deflection_max"]) == [8e-3] * 4
 
 
-def test_frame_of_a_wall_without_openings_of_a_study_and_of_curves(tmp_path: Path) -> None:
-    scene = damagepred.Scene.from_dict({"wall": {"length": 1.2, "height": 0.3}, "movement": {"increments": 2}})
-    wall = damagepred.frame(damagepred.solve(scene))
-    assert list(wall.index) == [0, 1, 2]
-    assert {"damage_category", "crack_width_max", "central_deflection"} <= set(wall)
-    study = damagepred.open_study(synthetic_study(tmp_path / "house.dp", 40, medians=(2e-3, 4e-3)))
-    assert len(damagepred.frame(study)) == 40
-    curves = damagepred.fit_fragility(study, categories=[1], bootstrap=0, goodness=0)
-    assert damagepred.frame(curves).index.names == ["category", "intensity"]
-
-
 def test_methods_on_datasets_take_categories_by_name(tmp_path: Path) -> None:
     place = synthetic_study(tmp_path / "house.dp", 40, medians=(2e-3, 4e-3), failed=[3], missing=[5])
     study = damagepred.open_study(place)

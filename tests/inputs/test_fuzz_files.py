@@ -9,6 +9,7 @@ from studies.fuzz.run import GOOD, Options, defects, read_log, run, summary, try
 COUNT, SEED = 200, 2
 
 
+@pytest.mark.thorough
 @pytest.mark.timeout(300)
 def test_mutated_files(tmp_path: Path) -> None:
     options, said = Options(solved_share=0.0), []

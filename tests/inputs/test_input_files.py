@@ -82,6 +82,7 @@ CONTENTS = {
 }
 
 
+@pytest.mark.quick_cases
 @pytest.mark.timeout(60)
 @pytest.mark.parametrize("content", CONTENTS)
 @pytest.mark.parametrize("reader", [Scene.from_toml, StudySettings.from_toml], ids=["scene", "study"])

@@ -11,7 +11,7 @@ from numba import types
 from damagepred.assembly import wall_model
 from damagepred.kernels import jit
 from damagepred.kernels.interface.internal_force import contact_stresses
-from damagepred.kernels.process_cache import ProcessCache, link
+from damagepred.kernels.process_cache import ProcessCache
 from damagepred.scene import Scene, Wall
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.state.wall_state import State
@@ -49,14 +49,6 @@ def test_a_process_adds_kernels_to_those_of_others(tmp_path: Path, monkeypatch: 
     later = jit.kernel(doubled)
     assert (later(1), later(1.0)) == (2, 2.0)
     assert sum(later.stats.cache_hits.values()) == 2
-
-
-def test_a_file_published_twice_leaves_no_other_file(tmp_path: Path) -> None:
-    file, target = tmp_path / "own.nbc", tmp_path / "shared" / "kernel.nbc"
-    file.write_text("code")
-    for _ in range(2):
-        link(file, target)
-    assert [f.name for f in target.parent.iterdir()] == ["kernel.nbc"]
 
 
 def test_contacts_cost_no_reference_counts(monkeypatch: pytest.MonkeyPatch) -> None:

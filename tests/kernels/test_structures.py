@@ -100,6 +100,7 @@ print(type(problem.newton_iterations).__name__, ratio, *found.tolist())
 """
 
 
+@pytest.mark.thorough
 def test_without_compiling_the_same_functions_run_in_python() -> None:
     """Laws, assembly, factorisation and Newton's method of a wall of 20 blocks: a reader can step through them."""
     printed = [

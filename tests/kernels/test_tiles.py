@@ -1,17 +1,13 @@
 """The tiled law equals the law evaluated contact by contact."""
 
-import platform
-import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from damagepred.assembly import Assembly
-from damagepred.kernels import jit
 from damagepred.kernels.explicit.cycle import run_cycles
 from damagepred.kernels.explicit.motion import move
-from damagepred.kernels.interface.contact import contact_forces
 from damagepred.kernels.joint.softening import Softening
 from damagepred.scene import Joint, Solver
 from damagepred.solvers.explicit import scheme as explicit
@@ -81,6 +77,7 @@ def forces_by_contacts(model, history, displacement, progress):
     return force.ravel()
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("contacts", [2, 3, 4])
 @pytest.mark.parametrize("name", JOINTS)
 def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
@@ -178,24 +175,3 @@ def test_local_damping_opposes_the_velocity_beyond_the_drift_and_turns_with_it()
     move(motion, 0.8, 0, force.size)
     np.testing.assert_allclose(motion.velocity, [1.2, 0.8 / 9, 0.2, -0.8 / 9, 0.0, 6.2], rtol=1e-14)
     np.testing.assert_array_equal(motion.displacement, motion.velocity)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads the assembly of x86")
-@pytest.mark.parametrize("special", [None, True])
-@pytest.mark.parametrize("softening", [None, Softening(None)])
-def test_the_law_is_vectorised(special, softening, monkeypatch):
-    """A change that prevents vectorisation slows the law by a factor of three, which no other test detects."""
-
-    monkeypatch.setattr(jit, "CACHE_FOLDER", None)  # code from the cache cannot be inspected
-
-    @jit.kernel
-    def forces(tiles):
-        for t in range(tiles.size):
-            contact_forces(tiles[t], None, special, softening, None, 0.0)
-
-    forces(pack_joints(brick_wall(PLAIN)).tiles)
-    (assembly,) = forces.inspect_asm().values()
-    packed, single = (len(re.findall(rf"\tv?mul{kind}\b", assembly)) for kind in ("pd", "sd"))
-    assert packed > 20
-    assert single == 0

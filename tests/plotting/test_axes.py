@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 
 from damagepred import plotting
-from damagepred.errors import InputError
 
 DRAWINGS = [name for name in plotting.__all__ if name.startswith("draw")]
 OF_WALLS = [
@@ -37,14 +36,3 @@ def test_one_figure_takes_drawings_side_by_side(on_dpc: xr.Dataset) -> None:
     figure.canvas.draw()
     assert plt.get_fignums() == [figure.number]  # nothing else was opened
     plt.close(figure)
-
-
-def test_a_subfigure_takes_the_three_drawings_of_a_footing(on_mound: xr.Dataset) -> None:
-    figure = plt.figure(figsize=(10, 8), layout="constrained")
-    left, _ = figure.subfigures(1, 2)
-    axes = left.subplots(3, 1)
-    assert plotting.draw_footing(on_mound, axes) == list(axes)
-    figure.canvas.draw()
-    plt.close(figure)
-    with pytest.raises(InputError, match="must be 3 axes"):
-        plotting.draw_footing(on_mound, axes[:2])

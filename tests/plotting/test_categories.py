@@ -7,10 +7,9 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from damagepred.damage import load_table
-from damagepred.plotting.categories import shade_bands, table_of, width_scale
+from damagepred.plotting.categories import shade_bands, width_scale
 from damagepred.plotting.colours import CATEGORY_COLOURS, width_colours
 from damagepred.plotting.sheet import new_figure
-from tests.results.test_rejudge import study
 
 
 @pytest.mark.parametrize(
@@ -46,11 +45,3 @@ def test_colours_of_widths_change_at_the_limits():
     assert norm.boundaries[:-1].tolist() == pytest.approx([0.0, *limits])
     assert [norm(w) for w in (0.05, 0.1, 0.99, 1.0, 14.0, 24.9, 25.0, 90.0)] == [0, 1, 1, 2, 3, 4, 5, 5]
     assert [c.lower() for c in colours.colors] == list(CATEGORY_COLOURS)
-
-
-def test_the_table_is_told_from_its_name():
-    ds = study([[1.0]])
-    for name, table in (("as2870", load_table("as2870")), ("bre251", load_table("bre251"))):
-        assert table_of(ds.assign_attrs(damage_table=table.name)) == table, name
-    eased = load_table("as2870").with_plasterboard()
-    assert table_of(ds.assign_attrs(damage_table=eased.name)).limits == eased.limits != table_of(ds).limits

@@ -1,47 +1,17 @@
 """The drawing of cracks shows those there are, numbered, in the colours of their categories."""
 
 import numpy as np
-import pandas as pd
 import xarray as xr
-from matplotlib.colors import to_rgba
 
 import damagepred
-from damagepred.plotting.colours import CATEGORY_COLOURS
 from damagepred.plotting.cracks import _row, cracks_sheet, draw_cracks, widest_of_each_part
 from damagepred.results.wall_cracks import crack_frame
-
-
-def collection(ax, label: str):
-    return next(c for c in ax.collections if c.get_label() == label)
-
-
-def test_every_piece_is_drawn_in_the_colour_of_its_category(cracked: xr.Dataset):
-    ax = draw_cracks(cracked)
-    profile = damagepred.crack_profile(cracked)
-    lines = collection(ax, "cracks")
-    assert len(lines.get_segments()) == profile.sizes["piece"]
-    wide = np.sort(profile["piece_opening"].values)
-    limits = np.array([0.1, 1.0, 5.0, 15.0]) * 1e-3
-    expected = [to_rgba(CATEGORY_COLOURS[c]) for c in np.searchsorted(limits, wide, side="right")]
-    assert [tuple(c) for c in lines.get_colors()] == expected
-    numbers = {text.get_text() for text in ax.texts}
-    assert numbers == {str(n) for n in widest_of_each_part(crack_frame(damagepred.cracks(cracked)))["crack"]}
 
 
 def test_the_dpc_is_drawn_apart(on_dpc: xr.Dataset):
     ax = draw_cracks(on_dpc)
     assert "dpc open" in [c.get_label() for c in ax.collections]
     assert "deflection of 6 mm" in ax.get_title(loc="left")
-
-
-def test_the_sheet_bears_a_table(cracked: xr.Dataset, on_dpc: xr.Dataset):
-    for ds in (cracked, on_dpc):
-        lower = cracks_sheet(ds).axes[1]
-        frame = crack_frame(damagepred.cracks(ds))
-        cells = lower.tables[0].get_celld()
-        assert cells[1, 0].get_text().get_text() == str(frame["crack"][0])
-        assert cells[1, 2].get_text().get_text() == f"{1e3 * frame['crack_width'][0]:.2f}"
-        assert max(row for row, _ in cells) == len(widest_of_each_part(frame))
 
 
 def test_every_number_of_the_sheet(cracked: xr.Dataset):
@@ -80,22 +50,6 @@ def test_every_number_of_the_sheet(cracked: xr.Dataset):
     assert _row(level | {"crack_branches": 0}, 0.0)[6] == "horizontal"
 
 
-def test_cracks_are_numbered_where_they_are_widest(cracked: xr.Dataset):
-    """A number stands beside its crack, none over another, and a line leads to the place."""
-    ax = draw_cracks(cracked)
-    frame = widest_of_each_part(crack_frame(damagepred.cracks(cracked))).set_index("crack")
-    apart = 0.035 * float(np.ptp(cracked.vertex_x.values))
-    assert len(ax.texts) == len(frame) > 2
-    for text in ax.texts:
-        one = frame.loc[int(text.get_text())]
-        assert text.xy == (one["crack_x"], one["crack_y"])
-        assert min(abs(np.hypot(*np.subtract(text.xyann, text.xy)) / apart - r) for r in (1.1, 2.2, 3.3, 4.4)) < 1e-9
-    places = np.array([text.xyann for text in ax.texts])
-    assert places[:, 1].max() < ax.get_ylim()[1]  # none on the title
-    distance = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
-    assert distance[~np.eye(len(places), dtype=bool)].min() > apart
-
-
 def test_the_legend_names_the_categories_that_are_drawn(cracked: xr.Dataset):
     ax = draw_cracks(cracked)
     opening = damagepred.crack_profile(cracked)["piece_opening"].values
@@ -107,12 +61,6 @@ def test_the_legend_names_the_categories_that_are_drawn(cracked: xr.Dataset):
     assert "open or slid by more than 0.05 mm" in ax.get_title(loc="left").replace("\n", " ")
     timed = cracked.assign_coords(time=("increment", 0.25 * np.arange(cracked.sizes["increment"])))
     assert "cracks at 0.75 s" in draw_cracks(timed).get_title(loc="left")
-
-
-def test_of_each_part_the_widest_are_shown():
-    part = ["wall"] * 10 + ["dpc_slip"] * 3
-    frame = pd.DataFrame({"crack": range(13), "crack_part": part})
-    assert widest_of_each_part(frame)["crack"].tolist() == [0, 1, 2, 3, 4, 5, 6, 7, 10, 11]
 
 
 def test_before_anything_has_cracked_it_says_so(cracked: xr.Dataset):

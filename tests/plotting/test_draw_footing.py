@@ -7,7 +7,7 @@ from matplotlib.collections import PolyCollection
 import damagepred
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.plotting import draw, draw_footing, draw_wall, pictures, save_wall_pictures
+from damagepred.plotting import draw, draw_footing, draw_wall
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, footing_blocks, footing_rise, ground_profile
 from damagepred.plotting.sheet import plain_number
@@ -56,14 +56,6 @@ def test_a_wall_on_jacks_is_drawn_with_segments_supports_and_jacks(on_jacks):
     kilonewtons = [float(t.removesuffix(" kN")) for t in words(ax) if t.endswith(" kN")]
     drawn = [*on_jacks.support_load.values[1], load, load, load]
     assert kilonewtons == pytest.approx(np.array(drawn) / 1e3, abs=0.006)
-
-
-def test_idle_jacks_have_no_arrow_and_the_title_says_so(on_jacks):
-    assert on_jacks.attrs["limit"] == "jacks"
-    ax = draw_wall(on_jacks)
-    assert not arrows(ax)
-    assert words(ax).count("0 kN") == 3
-    assert "the jacks carry nothing any more" in ax.get_title(loc="left")
 
 
 def test_a_wall_on_a_mound_is_drawn_with_the_surface_of_the_ground(on_mound):
@@ -124,33 +116,6 @@ def test_load_of_the_jacks_and_where_it_ends(on_jacks):
         assert support.get_ydata() == pytest.approx(1e-3 * on_jacks.support_load.values[:, number])
 
 
-def test_the_form_of_a_footing_on_a_mound_is_drawn_over_the_mound_at_the_end(on_mound):
-    form, *_ = draw_footing(on_mound)
-    (line,) = (x for x in form.lines if x.get_label() == "ground")
-    mound = Mound().profile(line.get_xdata(), 1.2, "doming")
-    datum = float(footing_rise(on_mound, 0, footing_blocks(on_mound))[1].mean())
-    np.testing.assert_allclose(line.get_ydata(), 1e3 * (mound - datum), atol=1e-3)
-    title = form.get_title(loc="left").replace("\n", " ")
-    assert f"settled by {plain_number(-1e3 * datum)} mm" in title
-
-
-def test_stresses_leave_the_footing_out(on_jacks):
-    ax = draw(on_jacks, "stress_xx")
-    assert len(collection(ax, "footing")[0].get_paths()) == footing_blocks(on_jacks).sum()
-    assert len(collection(ax, "rigid blocks")[0].get_paths()) == (~footing_blocks(on_jacks)).sum()
-
-
-def test_pictures_of_a_footing_are_written(on_jacks, on_mound, monkeypatch, tmp_path):
-    always = ["wall.png", "dpc_opening.png", "cracks.png", "history.png", "footing.png"]
-    monkeypatch.setattr(pictures, "_save_all", lambda found, folder: list(found))
-    assert save_wall_pictures(on_jacks, tmp_path) == [*always, "jack_load.png", "stress_xx.png"]
-    assert save_wall_pictures(on_mound, tmp_path) == [*always, "stress_xx.png"]
-    axes = draw_footing(on_mound)[0].figure.axes
-    assert ["little wall" in ax.get_title(loc="left") for ax in axes[:3]] == [True, False, False]
-    assert [ax.get_xlabel() for ax in axes[:3]] == ["", "", "along the wall (m)"]
-    assert "surface movement (mm)" in [ax.get_ylabel() for ax in axes]
-
-
 def test_a_footing_of_zones_is_drawn_bent():
     scene = Scene(
         wall=Wall(length=0.96, height=0.15),
@@ -173,13 +138,3 @@ def test_what_has_no_footing_is_refused(on_dpc):
         draw_footing(on_dpc)
     with pytest.raises(InputError, match="variable = 'jack_load'"):
         draw(on_dpc, "jack_load")
-
-
-def test_slipped_joints_are_marked_if_asked_for(on_jacks):
-    slipped = on_jacks.copy(deep=True)
-    closed = (slipped.contact_kind.values == ContactKind.DPC) & (slipped.contact_opening.values[-1] <= 0)
-    assert closed.any()
-    slipped["contact_slip"].values[-1] = np.where(closed, 1e-3, 0.0)
-    (marks,) = collection(draw_wall(slipped, slips=True), "slips")
-    assert len(marks.get_segments()) == len(np.unique(slipped.contact_interface.values[closed]))
-    assert not collection(draw_wall(slipped), "slips")

@@ -7,7 +7,6 @@ import xarray as xr
 from damagepred.errors import InputError
 from damagepred.plotting import draw, draw_category_shares, draw_convergence, draw_fragility
 from damagepred.plotting.study import common_paths, quantile
-from damagepred.scene.site import site_classes
 from damagepred.uq.exceedance import running_probability
 
 
@@ -29,13 +28,6 @@ def test_paths_tell_collapsed_failed_and_missing_apart(study):
     assert paths.width[7] == pytest.approx(0.4 * paths.movement)
 
 
-def test_paths_that_were_ended_on_purpose_count_as_the_widest(study):
-    study["crack_width_max"][7, 2:] = np.nan  # the category stays: the study asked for no more
-    paths = common_paths(study)
-    assert np.isinf(paths.width[7, 2:]).all()
-    assert paths.category[7].tolist() == study.damage_category.values[7].tolist()
-
-
 def test_paths_with_their_own_increments_meet_on_a_common_grid(study):
     study["central_deflection"] = study.central_deflection * (1.0 + 0.1 * study.sample)
     paths = common_paths(study, points=18)
@@ -51,18 +43,6 @@ def test_quantiles_count_walls_that_ended_as_the_widest():
     assert quantile(width, 0.5) == pytest.approx([2.0, 3.0, np.nan], nan_ok=True)
     assert quantile(width, 1.0) == pytest.approx([3.0, np.nan, np.nan], nan_ok=True)
     assert quantile(np.array([[0.0], [1.0]]), 0.1) == pytest.approx([0.1])
-
-
-def test_all_paths_and_quantiles_are_drawn(study):
-    ax = draw(study, "crack_width_max")
-    (walls,) = (c for c in ax.collections if c.get_label() == "each wall")
-    assert len(walls.get_segments()) == 8
-    assert [line.get_label() for line in ax.lines if line.get_label() == "median"]
-    assert ax.get_xlabel() == "central deflection (mm)"
-    assert ax.get_ylabel() == "widest crack (mm), logarithmic above 0.1"
-    title = ax.get_title(loc="left")
-    for words in ("eight walls", "8 walls", "1 collapsed", "1 failed", "1 not run yet"):
-        assert words in title
 
 
 def test_every_line_of_a_study_is_its_quantile(study):
@@ -119,28 +99,6 @@ def legend(ax):
     return [text.get_text() for text in ax.get_legend().get_texts()]
 
 
-def test_fragility_names_median_dispersion_and_reasons(curves):
-    ax = draw_fragility(curves)
-    assert legend(ax) == [
-        "category 1 (very slight): median 10 mm, dispersion 0.40",
-        "category 2 (slight): median beyond 40 mm, to which walls were moved",
-        "category 3 (moderate): no curve, never reached",
-    ]
-    assert len(ax.collections) == 2
-    assert ax.get_ylim() == (0.0, 1.0)
-    assert ax.get_xlabel() == "central deflection (mm)"
-    line = ax.lines[0]
-    assert line.get_xdata() == pytest.approx(1e3 * curves.intensity.values)
-    assert line.get_ydata() == pytest.approx(curves.probability.values[0])
-    assert "8 walls, 1 of them failed; band: 90% confidence" in ax.get_title(loc="left")
-
-
-def test_empirical_steps_are_drawn_if_there(curves):
-    curves["empirical"] = (("category", "intensity"), np.zeros((3, 21)))
-    steps = [line for line in draw_fragility(curves).lines if line.get_drawstyle() == "steps-post"]
-    assert len(steps) == 3
-
-
 def test_shares_of_walls_are_points_at_the_increments_and_bands_are_straight_between_them(curves):
     """Of walls that are known at the increments alone, a step or a rectangle would tell where between them."""
     curves["empirical"] = curves["probability"].fillna(0.0)
@@ -159,19 +117,6 @@ def test_shares_of_walls_are_points_at_the_increments_and_bands_are_straight_bet
     assert ax.lines[0].get_xdata() == pytest.approx(1e3 * curves["intensity"].values[at])
     band = ax.collections[0].get_paths()[0].vertices
     assert sorted(set(band[:, 0].round(6))) == [0.0, 10.0, 20.0, 40.0]
-
-
-def test_deflection_ratios_are_shown_as_fractions(curves):
-    ratio = curves.assign_coords(intensity=("intensity", curves.intensity.values / 6.0, {"units": "1"}))
-    ratio["median"] = curves["median"] / 6.0
-    ratio.attrs["intensity_measure"] = "deflection_ratio"
-    ax = draw_fragility(ratio)
-    assert ax.get_xlabel() == "deflection ratio"
-    ax.figure.canvas.draw()
-    labels = [tick.get_text() for tick in ax.get_xticklabels()]
-    assert labels[0] == "0"
-    assert "1/200" in labels
-    assert "median 1/600," in legend(ax)[0]
 
 
 def test_what_holds_no_curves_is_refused(study):
@@ -276,18 +221,3 @@ def test_bands_and_medians_of_curves_are_drawn_in_their_unit(curves):
     assert ax.get_xlabel() == "curvature (1/m)"
     assert legend(ax)[0] == "category 1 (very slight): median 0.01 1/m, dispersion 0.40"
     assert "one dispersion for all categories" in ax.get_title(loc="left")
-
-
-def test_classes_of_sites_are_marked_on_movements_of_the_surface(curves):
-    curves.attrs["intensity_measure"] = "surface_movement"
-    ax = draw_fragility(curves)
-    assert ax.get_xlabel() == "surface movement $y_s$ (mm)"
-    marked = {t.get_text(): t.get_position()[0] for t in ax.texts}
-    low, places = 0.0, []
-    for site in site_classes():
-        high = min(1e3 * site.up_to, 40.0)
-        if high > low:
-            assert marked[site.name] == pytest.approx((max(1e3 * site.above, 0.0) + high) / 2)
-            places += [high] if high < 40.0 else []
-        low = high
-    assert [line.get_xdata()[0] for line in ax.lines if line.get_linestyle() == ":"] == pytest.approx(places)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import damagepred
 from damagepred.errors import InputError
 from damagepred.plotting import draw_wall
 from damagepred.plotting.geometry import Faces, Motion, block_at, corners, ground_profile, polygons, round_exaggeration
@@ -33,22 +32,6 @@ def test_one_crack_is_drawn_for_each_cracked_interface(cracked, increment):
         assert len(expected) > 3
 
 
-def test_corners_move_with_their_block(cracked):
-    factor = 7.0
-    ax = draw_wall(cracked, exaggeration=factor)
-    drawn = np.concatenate([path.vertices[:-1] for path in collection(ax, "bricks").get_paths()])
-    last = cracked.isel(increment=-1)
-    for i in range(last.sizes["vertex"]):
-        b = int(last.vertex_block[i])
-        arm = np.array([last.vertex_x[i] - last.block_x[b], last.vertex_y[i] - last.block_y[b]])
-        turn = float(last.block_rotation[b])
-        motion = np.array([last.block_displacement_x[b], last.block_displacement_y[b]]) + turn * np.array(
-            [-arm[1], arm[0]]
-        )
-        before = np.array([last.vertex_x[i], last.vertex_y[i]])
-        assert drawn[i] == pytest.approx(before + factor * motion, abs=1e-12)
-
-
 def test_points_turn_with_their_block_to_first_order_and_by_large_angles_in_full():
     turn = np.array([1e-4, 1.2, -2.5])
     x, y, moved = np.array([0.5, 1.0, -2.0]), np.array([0.1, 3.0, 0.7]), np.array([[0.1, 0.2], [0.3, -0.4], [1.0, 2.0]])
@@ -75,19 +58,6 @@ def test_gaps_are_as_wide_as_the_stored_openings(cracked):
     assert np.maximum(widest, 0.0)[inner] == pytest.approx(faces.opening[inner], abs=1e-9)
 
 
-def test_cracks_have_the_colour_of_their_category(cracked):
-    from matplotlib.colors import to_rgba
-
-    from damagepred.plotting.colours import CATEGORY_COLOURS
-
-    ax = draw_wall(cracked)
-    colours = {tuple(c) for c in collection(ax, "faces of cracks").get_colors()}
-    faces = Faces.of(cracked, -1)
-    width = faces.crack[faces.is_mortar & (faces.crack > 0.05e-3)]
-    expected = np.searchsorted([0.1e-3, 1e-3, 5e-3, 15e-3], width, side="right")
-    assert colours == {to_rgba(CATEGORY_COLOURS[c]) for c in expected}
-
-
 def test_the_bar_of_widths_has_limits_and_categories(cracked):
     ax = draw_wall(cracked)
     (bar,) = ax.child_axes
@@ -98,22 +68,6 @@ def test_the_bar_of_widths_has_limits_and_categories(cracked):
     assert [(t.get_text(), t.get_position()[0]) for t in numbers] == [
         (str(c), pytest.approx((c + 0.5) / 5)) for c in range(5)
     ]
-
-
-def test_a_long_wall_fills_its_picture_and_nothing_lies_on_the_title(cracked):
-    long = cracked.copy(deep=True)
-    for name in ("vertex_x", "block_x", "contact_x", "opening_left"):
-        if name in long.variables:
-            long[name] = 6.0 * long[name]  # 7.2 m by 0.3 m
-    ax = draw_wall(long)
-    ax.figure.canvas.draw()
-    sheet, wall = ax.figure.bbox, ax.get_window_extent()
-    assert wall.width > 0.85 * sheet.width
-    (bar,) = ax.child_axes
-    lowest_of_title = ax.title.get_window_extent().y0 if ax.get_title() else ax._left_title.get_window_extent().y0
-    for text in (*bar.texts, *bar.get_xticklabels(), ax.xaxis.label):
-        assert text.get_window_extent().y1 < wall.y0 + 1.0
-    assert lowest_of_title > wall.y1
 
 
 def test_ground_is_the_prescribed_profile(cracked):
@@ -133,19 +87,6 @@ def test_dpc_opening_is_drawn_apart_from_cracks(on_dpc):
     assert f"dpc, opening at most {float(last.dpc_opening_max) * 1e3:.2f} mm" in texts
 
 
-def test_title_and_axes_say_what_is_drawn(on_dpc):
-    ax = draw_wall(on_dpc, exaggeration=10)
-    title = ax.get_title(loc="left")
-    assert "little wall on a dpc" in title
-    assert "central deflection of 6 mm" in title
-    assert "damage category 0 (negligible)" in title
-    assert "10 times" in title
-    assert ax.get_xlabel().endswith("(m)")
-    assert ax.get_ylabel().endswith("(m)")
-    assert ax.get_aspect() == 1.0
-    assert "to scale" in draw_wall(on_dpc, exaggeration=1).get_title(loc="left")
-
-
 def test_automatic_exaggeration_is_round_and_near_the_target():
     for largest in (1e-5, 3e-3, 8e-3, 0.04, 0.25):
         factor = round_exaggeration(np.array([[0.0, -largest]]), 6.0)
@@ -162,17 +103,6 @@ def test_blocks_are_found_by_place(cracked):
     assert len(polygons(points, block)) == len(centre)
 
 
-def test_assembly_without_ground_or_cracks_is_drawn():
-    assembly = damagepred.Assembly(thickness=0.1)
-    for x in (0.0, 0.3):
-        assembly.add_block([(x, 0.0), (x + 0.3, 0.0), (x + 0.3, 0.2), (x, 0.2)])
-    assembly.support(0)
-    ds = damagepred.solve(assembly, increments=1)
-    ax = draw_wall(ds)
-    assert len(quads(ax, "cracks")) == 0
-    assert not any(c.get_label() == "footing" for c in ax.collections)
-
-
 def test_status_is_told_at_the_end_of_a_path(cracked):
     ended = cracked.assign_attrs(status="collapsed", status_message="part of the wall collapsed in increment 3")
     assert "part of the wall collapsed" in draw_wall(ended).get_title(loc="left")
@@ -186,10 +116,3 @@ def test_wrong_input_is_named(cracked, study):
         draw_wall(cracked, increment=9)
     with pytest.raises(InputError, match="exaggeration"):
         draw_wall(cracked, exaggeration=float("nan"))
-
-
-def test_given_axes_are_used(cracked):
-    from damagepred.plotting.sheet import new_figure
-
-    ax = new_figure().add_subplot()
-    assert draw_wall(cracked, ax) is ax

@@ -5,12 +5,11 @@ import subprocess
 import sys
 
 import pytest
-from matplotlib.text import Text
 
 from damagepred.errors import InputError, StudyError
-from damagepred.plotting import pictures, save_fragility_picture, save_study_pictures, save_wall_pictures
-from damagepred.plotting.pictures import _opening_width, half_way, stress_sheets
-from damagepred.plotting.sheet import PAGE_WIDTH, plain_number
+from damagepred.plotting import save_fragility_picture, save_study_pictures, save_wall_pictures
+from damagepred.plotting.pictures import _opening_width, stress_sheets
+from damagepred.plotting.sheet import plain_number
 from damagepred.plotting.stress import STRESSES
 
 PNG = b"\x89PNG"
@@ -24,44 +23,12 @@ def check(paths, names):
     assert sorted(p.name for p in folder.iterdir()) == sorted(names)
 
 
-@pytest.fixture
-def drawn(monkeypatch) -> list[str]:
-    """Names of the pictures that are drawn, without writing them."""
-    names: list[str] = []
-    monkeypatch.setattr(pictures, "_save_all", lambda found, folder: names.extend(found) or [folder])
-    return names
-
-
 def test_wall_pictures_are_written(on_dpc, tmp_path):
     before = ["wall.png", "dpc_opening.png", "footing_opening.png"]
     check(
         save_wall_pictures(on_dpc, str(tmp_path / "c" / "d")),
         [*before, "opening_width.png", "cracks.png", "history.png", "stress_xx.png"],
     )
-
-
-def test_a_wall_without_openings_has_no_picture_of_them(cracked, drawn, tmp_path):
-    save_wall_pictures(cracked, tmp_path)
-    before = ["wall.png", "dpc_opening.png", "footing_opening.png"]
-    assert drawn == [*before, "cracks.png", "history.png", "stress_xx.png"]
-
-
-def test_stresses_of_zones_are_drawn_and_their_states_if_any_has_yielded(deformable, drawn, tmp_path):
-    always = [
-        "wall.png",
-        "dpc_opening.png",
-        "cracks.png",
-        "history.png",
-        "stress_xx.png",
-        "stress_yy.png",
-        "stress_xy.png",
-    ]
-    save_wall_pictures(deformable, tmp_path)
-    assert drawn == [*always, "principal_stress.png", "zone_states.png"]
-    elastic = deformable.isel(increment=[0]).assign(zone_state=0 * deformable.zone_state[:1])
-    sheets = stress_sheets(elastic)
-    assert list(sheets) == [*always[4:], "principal_stress.png"]
-    assert [len(sheet.axes) for sheet in sheets.values()] == [1, 1, 1, 2]  # one increment
 
 
 def test_every_panel_is_the_stress_and_the_increment_of_its_file(deformable):
@@ -89,12 +56,6 @@ def test_openings_are_drawn_against_both_movements(on_dpc):
     assert right == ""
     no_dpc = on_dpc.assign(contact_kind=0 * on_dpc.contact_kind)
     assert len(_opening_width(no_dpc).axes) == 1
-
-
-def test_half_way_is_the_first_increment_past_half(deformable):
-    assert half_way(deformable) == 1
-    assert half_way(deformable.isel(increment=[0])) == 0
-    assert half_way(deformable.isel(increment=[0, 2])) == 1
 
 
 def test_study_pictures_are_written(study, tmp_path):
@@ -130,6 +91,7 @@ def test_folder_without_permission_is_named(study, tmp_path, monkeypatch):
         save_study_pictures(study, tmp_path)
 
 
+@pytest.mark.thorough
 def test_import_of_the_package_leaves_matplotlib_alone():
     code = "import sys, damagepred; assert 'matplotlib' not in sys.modules; import damagepred.plotting; "
     code += "assert 'matplotlib.pyplot' not in sys.modules"
@@ -141,21 +103,3 @@ def test_import_of_the_package_leaves_matplotlib_alone():
 )
 def test_numbers_are_plain(value, shown):
     assert plain_number(value) == shown
-
-
-def test_all_text_has_seven_points_where_a_picture_is_as_wide_as_a_page(
-    on_dpc, on_mound, deformable, study, curves, monkeypatch, tmp_path
-):
-    sheets = []
-    monkeypatch.setattr(pictures, "_save_all", lambda found, folder: sheets.extend(found.items()) or [folder])
-    for ds in (on_dpc, on_mound, deformable):
-        save_wall_pictures(ds, tmp_path)
-    save_study_pictures(study, tmp_path)
-    save_fragility_picture(curves, tmp_path / "curves.png")
-    assert len(sheets) > 20
-    for name, sheet in sheets:
-        sheet.canvas.draw()
-        scale = min(1.0, PAGE_WIDTH / sheet.get_figwidth())
-        shown = [t for t in sheet.findobj(Text) if t.get_visible() and t.get_text().strip()]
-        small = {t.get_text(): scale * t.get_size() for t in shown if scale * t.get_size() < 7.0}
-        assert not small, name

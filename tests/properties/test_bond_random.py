@@ -72,6 +72,7 @@ def common(first: list[tuple[float, float]], second: list[tuple[float, float]]) 
     return sum(max(0.0, min(b, d) - max(a, c)) for a, b in first for c, d in second)
 
 
+@pytest.mark.thorough
 @settings(max_examples=100, deadline=None, derandomize=True)
 @given(walls())
 def test_walls(scene: Scene):
@@ -143,27 +144,3 @@ def rim(scene: Scene) -> float:
         ):
             total += -length if at_edge else length
     return total
-
-
-@settings(max_examples=40, deadline=None, derandomize=True)
-@given(walls())
-def test_joints(scene: Scene):
-    """One joint for the bed under each brick, one for each perpend, course by course."""
-    geometry = wall_geometry(scene)
-    face, joints, n = geometry.interfaces, geometry.joints, len(geometry.blocks.x)
-    head = face.kind == ContactKind.HEAD_JOINT
-    beds = {int(b): set(face.joint[(face.block_b == b) & ~head]) for b in range(n)}
-    for brick, found in beds.items():
-        assert len(found) <= 1
-        assert found or geometry.blocks.y[brick] > scene.wall.block_height / 3  # only over openings without a bed
-    below = {frozenset(v) for v in beds.values() if v}
-    assert len(below) == sum(1 for v in beds.values() if v)  # no two bricks share one
-    assert len(set(face.joint[head])) == head.sum()
-    assert len(joints.kind) == len(below) + head.sum()
-    ground = joints.kind == ContactKind.FOOTING_INTERFACE
-    assert (np.diff(ground.astype(int)) >= 0).all()  # the ground last
-    assert (np.diff(joints.course[~ground]) >= 0).all()
-    for course in np.unique(joints.course):
-        for kind in np.unique(joints.kind):
-            x = joints.x[(joints.course == course) & (joints.kind == kind)]
-            assert (np.diff(x) > 0).all()  # left to right

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from damagepred.damage import HAIRLINE, Growth, find_cracks, group_widths, judge
+from damagepred.damage import HAIRLINE, Growth, find_cracks, judge
 from damagepred.damage.growth import WALL
 from damagepred.scene import Damage
-from tests.damage.pattern import Pattern, largest_group, rules_of
+from tests.damage.pattern import Pattern, rules_of
 
 WIDTHS = st.floats(0.0, 30e-3)
 
@@ -27,17 +27,6 @@ def cracked_walls(draw: st.DrawFn) -> Pattern:
 
 
 SETTINGS = settings(max_examples=60, deadline=None, derandomize=True)
-
-
-@SETTINGS
-@given(cracked_walls(), st.floats(1.0, 10.0))
-def test_wider_is_never_less_damage(wall: Pattern, factor: float):
-    before = wall.judge(Damage(count_rule=False))
-    wall.opening *= factor
-    after = wall.judge(Damage(count_rule=False))
-    assert after.damage_category >= before.damage_category
-    assert after.crack_width_max >= before.crack_width_max
-    assert after.dpc_separation_length >= before.dpc_separation_length
 
 
 @SETTINGS
@@ -66,19 +55,6 @@ def test_the_order_of_joints_does_not_matter(wall: Pattern, random):
     expected = wall.judge()
     for name, value in expected._asdict().items():
         assert getattr(again, name) == pytest.approx(value, rel=1e-12, abs=1e-9 if name.endswith("length") else 0), name
-
-
-@SETTINGS
-@given(cracked_walls(), st.floats(0.05, 2.0))
-def test_group_widths_are_where_the_largest_group_loses_one(wall: Pattern, distance: float):
-    found = find_cracks(wall.map, wall.opening, wall.slip, wall.cracked)
-    for count, width in zip((2, 3, 5), group_widths(found, distance, (2, 3, 5))):
-        if width == 0.0:
-            assert all(largest_group(found, w, distance) < count for w in found.width)
-            continue
-        assert width in found.width
-        assert largest_group(found, width, distance) >= count
-        assert all(largest_group(found, w, distance) < count for w in found.width[found.width > width * (1 + 1e-12)])
 
 
 @SETTINGS

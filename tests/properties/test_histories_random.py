@@ -9,6 +9,8 @@ import xarray as xr
 import damagepred
 from damagepred import Scene
 
+pytestmark = pytest.mark.quick_cases()
+
 FORMS = ("three_loads", "parabola", "arc", "mound")
 
 
@@ -104,18 +106,5 @@ def test_strains_and_creep_on_a_footing_make_no_energy(footing: str, seeds: Sequ
             check_energy(path)
 
 
-@pytest.mark.slow
-def test_strains_and_creep_of_many_random_histories_make_no_energy() -> None:
-    for seed in range(10, 24):
-        path = damagepred.solve(with_slow_strains(random_scene(seed), seed))
-        assert path.attrs["status"] == "complete"
-        check_energy(path)
-
-
 def test_ten_random_histories_make_no_energy() -> None:
     check_histories(range(10))
-
-
-@pytest.mark.slow
-def test_thirty_random_histories_make_no_energy() -> None:
-    check_histories(range(10, 40))

@@ -39,6 +39,7 @@ def scenes(draw: st.DrawFn) -> Scene:
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.timeout(120)
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(scenes())

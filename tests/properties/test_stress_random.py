@@ -15,6 +15,8 @@ from damagepred.solvers import solve_path
 from tests.properties.statics import Found, energy_made, not_finite, statics
 from tests.properties.strategies import number
 
+pytestmark = pytest.mark.quick_cases()
+
 
 def size(low: float, high: float) -> st.SearchStrategy[float]:
     """Powers of ten, and zero."""

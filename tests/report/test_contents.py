@@ -12,13 +12,11 @@ import xarray as xr
 
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.settings import StudySettings, read_frozen
-from damagepred.formatting import chance, length, number, quantity, with_band
+from damagepred.formatting import chance, length, quantity
 from damagepred.one_wall.solve import solve
-from damagepred.report.caveats import model_caveats, study_caveats, wall_caveats
-from damagepred.report.cracks import crack_parts
+from damagepred.report.caveats import model_caveats, study_caveats
 from damagepred.report.inputs import input_section, unsure
-from damagepred.report.limits import code_limits, study_limits, wall_limits
-from damagepred.report.parts import Drawing, Text
+from damagepred.report.limits import code_limits, study_limits
 from damagepred.report.quality import common_movement, energy_shares
 from damagepred.report.sources import field_source, source_of_value, sources_of_variable
 from damagepred.report.study import study_page
@@ -26,9 +24,7 @@ from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_page
 from damagepred.results.tables import Table, crack_columns
 from damagepred.scene import Scene
-from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fragility import fit_fragility
-from tests.conftest import SMALL_STUDY
 from tests.synthetic_studies import synthetic_study
 
 
@@ -59,18 +55,6 @@ def table(section: object, begins: str) -> Table:
 )
 def test_quantities_as_engineers_write_them(value: float, unit: str, shown: tuple[str, str]) -> None:
     assert quantity(value, unit) == shown
-
-
-def test_probabilities_are_never_rounded_to_certainty() -> None:
-    said = [chance(v) for v in (0.0, 1e-9, 0.0456, 0.456, 0.99999, 1.0, math.nan)]
-    assert said == ["0.00", "< 0.001", "0.046", "0.46", "> 0.999", "1.00", "–"]
-    assert with_band("0.46", "0.3", "0.6") == "0.46 (0.3 to 0.6)"
-    assert with_band("0.46", "–", "–") == "0.46"
-    assert with_band("–", "0.3", "0.6") == "–"
-    assert with_band("> 0.999", "> 0.999", "> 0.999") == "> 0.999"
-    assert number(1234567.0) == "1235000"
-    assert number(math.inf) == "∞"
-    assert length(math.nan) == "–"
 
 
 # -- inputs ---------------------------------------------------------------------------------------------------
@@ -149,15 +133,6 @@ def test_only_what_the_movement_reads_is_shown(shape: str, shown: set[str]) -> N
     assert set(groups) & {"Test rig", "Soil", "Mound"} == shown
 
 
-def test_every_shipped_scene_and_study_can_be_shown(data_folder: Path) -> None:
-    for file in sorted(data_folder.glob("bryant_*.toml")):
-        if file.stem == "bryant_study":
-            continue
-        rows = table(input_section(Scene.from_toml(file)), "The wall").rows
-        assert all(len(row) == 4 for row in rows)
-        assert all("{" not in cell and "None" not in cell for row in rows for cell in row)
-
-
 # -- code limits ----------------------------------------------------------------------------------------------
 
 
@@ -193,33 +168,6 @@ def test_probabilities_at_limits_are_those_of_curves_and_counts(tmp_path: Path) 
         assert row[5] == row[6] == "–"  # never reached: no curve
     share = (ds["damage_category"].values >= 1).any(axis=1).mean()
     assert counted.rows[-1][3].split()[0] <= chance(share)
-
-
-def test_limits_beyond_the_movement_are_marked(tmp_path: Path) -> None:
-    ds = open_study(synthetic_study(tmp_path / "house.dp", 60))
-    ds.attrs["span"] = 6.0  # limits up to 20 mm, walls moved to 6-9 mm
-    section = study_limits(ds, fit_fragility(ds, bootstrap=0), common_movement(ds))
-    fitted, counted = table(section, "Probability from"), table(section, "Counted among")
-    assert [row[2].endswith("†") for row in fitted.rows] == [False, True, True, True, True]
-    assert "extrapolated" in fitted.note
-    # walls that end before count as those followed further, as in estimate
-    for row, limit in zip(counted.rows, code_limits(6.0)[1]):
-        same = [exceedance(ds, c, limit.deflection, intensity="central_deflection") for c in range(1, len(row) - 2)]
-        for cell, one in zip(row[3:], same):
-            assert cell.split()[0] == ("not" if np.isnan(one.estimate.value) else chance(one.estimate.value))
-    assert same[-1].not_followed == 60
-    assert {row[-1] for row in counted.rows[2:]} == {"not moved as far"}
-
-
-def test_one_wall_at_the_limits(wall: xr.Dataset) -> None:
-    # 2.4 m: 1.2, 3, 4, 6 and 8 mm; increments of 3 mm
-    rows = table(wall_limits(wall), "This wall at").rows
-    category = wall["damage_category"].values
-    for row, increment in zip(rows, (1, 1, 2, 2, 3)):
-        assert row[3].startswith(str(category[increment]))
-        assert row[4] == length(float(wall["crack_width_max"].values[increment]))
-    short = wall.isel(increment=slice(0, 3))
-    assert table(wall_limits(short), "This wall at").rows[-1][3:] == ["not moved as far", "–"]
 
 
 # -- what a study tells ---------------------------------------------------------------------------------------
@@ -261,11 +209,6 @@ def test_what_varies_is_named_and_limits_without_entries_are_left_out(tmp_path: 
     assert study_limits(ds, fit_fragility(ds, bootstrap=0, points=5), 1e-5) is None
 
 
-def test_common_movement_is_what_all_walls_went_through(tmp_path: Path) -> None:
-    ds = open_study(synthetic_study(tmp_path / "house.dp", 30, missing=(0,)))
-    assert common_movement(ds) == ds["central_deflection"].values[1:, -1].min()
-
-
 def test_the_page_of_a_study_says_what_was_run(study_folder: Path) -> None:
     page = study_page(StudyFolder(study_folder), "2026-01-02 03:04", replay=False, bootstrap=20)
     sections = {section.name: section for section in page.sections}
@@ -293,50 +236,6 @@ def test_energy_that_does_not_balance_is_a_share_of_the_work(wall: xr.Dataset) -
     share = energy_shares(wall)
     work = max(abs(float(wall[n][-1])) for n in ("external_work", "elastic_energy", "friction_work", "released_energy"))
     assert share[-1] == pytest.approx(float(wall["energy_error"][-1]) / work)
-
-
-def test_gaps_below_the_wall_are_each_under_their_own_name(wall: xr.Dataset) -> None:
-    ends = {
-        "dpc_opening_max": 2e-3,
-        "dpc_separation_length": 0.5,
-        "footing_opening_max": 7e-3,
-        "footing_separation_length": 1.25,
-    }
-    growing = np.linspace(0.0, 1.0, wall.sizes["increment"])  # the last state counts
-    gaps = {name: wall[name].copy(data=growing * value) for name, value in ends.items()}
-    facts = dict(wall_page(wall.assign(gaps), "wall.nc", "today").facts)
-    for head, most, over in (("Damp-proof course", "2 mm", "0.5 m"), ("Bed on the footing", "7 mm", "1.25 m")):
-        assert facts[head].startswith(f"opens by {most} at most, ")
-        assert facts[head].endswith(f" over {over}")
-
-
-def test_the_page_of_a_wall_says_where_it_ends(wall: xr.Dataset) -> None:
-    page = wall_page(wall, "wall.nc", "today")
-    facts = dict(page.facts)
-    category = int(wall["damage_category"][-1])
-    assert facts["Damage"].startswith(f"category {category} ")
-    assert facts["Widest crack"] == length(float(wall["crack_width_max"][-1]))
-    assert "12 mm (1/200 of its length)" in facts["Movement"]
-    assert page.warnings == []
-    broken = wall.assign_attrs(status="failed", status_message="no equilibrium")
-    assert wall_page(broken, "wall.nc", "today").warnings == [
-        "The path is not complete: failed: no equilibrium. What follows is of its first part."
-    ]
-
-
-def test_the_table_of_cracks_is_that_of_the_wall(wall: xr.Dataset) -> None:
-    figure, cracks = crack_parts(wall)
-    assert isinstance(figure, Drawing)
-    assert isinstance(cracks, Table)
-    of_the_wall = [row for row in cracks.rows if row[1] == "wall"]
-    assert f"{of_the_wall[0][2]} mm" == length(float(wall["crack_width_max"][-1]))
-    x, y = map(float, of_the_wall[0][6].split(", "))
-    place = (abs(wall["contact_x"] - x) < 0.0051) & (abs(wall["contact_y"] - y) < 0.0051)
-    widest = float(wall["contact_opening"].values[-1][place.values].max())
-    assert widest == pytest.approx(float(wall["crack_width_max"][-1]))
-    assert {row[1] for row in cracks.rows} <= {"wall", "below dpc", "dpc opening", "dpc slip"}
-    (sound,) = crack_parts(wall.isel(increment=slice(0, 1)))
-    assert isinstance(sound, Text)
 
 
 def caveats(scene: dict) -> str:
@@ -381,21 +280,6 @@ def caveats(scene: dict) -> str:
 def test_what_a_model_leaves_out_is_said_where_it_does(words: str, said: dict, not_said: dict) -> None:
     assert words in caveats(said)
     assert words not in caveats(not_said)
-
-
-def test_what_must_be_known_of_one_wall_is_said() -> None:
-    scene = Scene.from_dict({})
-
-    def said(**attrs: object) -> list[str]:
-        (text,) = wall_caveats(xr.Dataset(attrs=attrs), scene).parts
-        return text.items[: -len(model_caveats(scene))]
-
-    (alone,) = said()
-    assert alone.startswith("This is one wall with the values stated.")
-    ended, sampled, cut = said(status="collapsed", status_message="it fell", sample=4, apex_limited_joints=7)
-    assert ended == "The path ended early: it fell."
-    assert sampled.startswith("This is one sampled wall of a study.")
-    assert cut.startswith("7 joints have a tensile strength beyond")
 
 
 def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
@@ -494,14 +378,6 @@ def test_what_the_file_gives_is_told_from_defaults_of_the_same_value(tmp_path: P
     ds = solve(replace(scene, title="the same"))
     rows = {(row[0], group): row[3] for row, group in _input_rows(wall_page(ds, "wall.nc", "today").sections[0])}
     assert rows["thickness", "Wall"] == "default"
-
-
-def test_a_study_file_tells_what_it_gives(tmp_path: Path) -> None:
-    (tmp_path / "house.toml").write_text(SMALL_STUDY, encoding="utf-8")
-    settings = StudySettings.from_toml(tmp_path / "house.toml")
-    given = tomllib.loads(SMALL_STUDY)["scene"]
-    assert settings.scene.given == {f"{table}.{key}" for table in given for key in given[table]}
-    assert settings.scene.with_values({"joint.friction": 0.6}).given == settings.scene.given
 
 
 def _input_rows(section: object) -> list[tuple[list[str], str]]:

@@ -13,7 +13,7 @@ import xarray as xr
 from damagepred.archive.files import write_dataset
 from damagepred.plotting.geometry import Faces, ground_profile
 from damagepred.report import write_report
-from damagepred.report.explorer import LEVELS, MOST_SHOWN, explorer
+from damagepred.report.explorer import LEVELS, explorer
 from tests.report.test_page import HTML, check_page
 
 
@@ -44,14 +44,6 @@ def test_blocks_joints_and_path_are_those_of_the_wall(wall: xr.Dataset) -> None:
     assert first[-1] == len(corner)
     assert len(first) == blocks + 1
     assert packed["movement"] == pytest.approx(1e3 * wall["central_deflection"].values)
-
-
-def test_a_long_path_is_thinned_and_keeps_its_ends(wall: xr.Dataset) -> None:
-    many = wall.isel(increment=np.repeat(np.arange(wall.sizes["increment"]), 30))
-    (packed,) = json.loads(explorer({"wall": many}))["walls"]
-    assert len(packed["movement"]) == MOST_SHOWN
-    assert packed["movement"][0] == 0.0
-    assert packed["movement"][-1] == pytest.approx(12.0)
 
 
 def test_a_title_cannot_end_the_data(wall: xr.Dataset, tmp_path: Path) -> None:

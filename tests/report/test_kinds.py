@@ -40,6 +40,7 @@ KINDS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_of_wall_has_a_page(kind: str, tmp_path: Path) -> None:
     tables = {name: {**SMALL.get(name, {}), **KINDS[kind].get(name, {})} for name in {**SMALL, **KINDS[kind]}}
@@ -59,15 +60,7 @@ def _run(study: Study, folder: Path, samples: int) -> None:
         study.run(folder, samples=samples, executor=here)
 
 
-def test_a_study_that_keeps_ends_alone_has_a_page(tmp_path: Path) -> None:
-    text = SMALL_STUDY.replace("[study]", '[study]\nmovement = "sampled"').replace('lower = "6 mm"', 'lower = "0.2 mm"')
-    study = Study(StudySettings.from_dict(tomllib.loads(text)))
-    _run(study, tmp_path / "ends.dp", 6)
-    root = check_page(write_report(tmp_path / "ends.dp", bootstrap=20).read_text(encoding="utf-8"))
-    assert [e.get("id") for e in root.iter(f"{HTML}figure")] == ["figure-fragility"]
-    assert "there are no paths to draw" in "".join(root.itertext())
-
-
+@pytest.mark.thorough
 def test_a_study_on_mounds_has_curves_against_the_ground_and_limits_of_the_footing(tmp_path: Path) -> None:
     text = SMALL_STUDY.replace(
         '[scene.movement]\nkind = "doming"\ncentral_deflection = "6 mm"\nincrements = 6',

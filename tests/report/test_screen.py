@@ -258,13 +258,6 @@ def test_every_number_of_another_judgement(wall: xr.Dataset, tmp_path: Path, sho
             compare(cell, "", list(found[category]) if category in found else [0, 0], cells[0])
 
 
-def test_shares_of_levels_are_shares_of_walls() -> None:
-    flags = {"flag_meanings": "none slight severe"}
-    level: Any = np.array([[0, 1], [1, 2], [0, 0], [1, 1]], dtype=np.int8)
-    ds = xr.Dataset({"deviation_level": (("sample", "increment"), level, flags)})
-    assert terminal._levels(ds) == ["out of level or plumb, at worst: 25.0% none, 50.0% slight, 25.0% severe"]
-
-
 def bands(names: Sequence[str], shape: tuple[int, ...] = (), first: float = 0.0) -> dict[str, Any]:
     """Values with lower and upper ends, no two of them alike."""
     values = {}
@@ -391,18 +384,6 @@ def test_zones_and_costs_of_an_explicit_run_in_numbers() -> None:
     assert zones_lines(ds) == []
 
 
-def test_levels_of_weighted_walls_and_of_one_wall() -> None:
-    flags = {"flag_meanings": "free may_stick sticks"}
-    level: Any = np.array([[0, 1], [-1, -1], [2, 0], [1, 1]], dtype=np.int8)
-    ds = xr.Dataset({"opening_sticking": (("sample", "increment"), level, flags), "weight": ("sample", [1.0, 2, 3, 4])})
-    words = "doors and windows, at worst: "
-    assert terminal._levels(ds) == [f"{words}20.0% not known, 50.0% may stick, 30.0% sticks"]
-    one = ds.isel(sample=2).drop_vars("weight")
-    one["deviation_level"] = "increment", np.array([1, 0], dtype=np.int8), {"flag_meanings": "none slight"}
-    assert terminal._levels(one) == ["out of level or plumb, at worst: slight", f"{words}sticks"]
-    assert terminal._levels(one.isel(increment=slice(0))) == []
-
-
 def test_names_of_categories_that_only_one_judgement_has(shown: Screen) -> None:
     """Categories beyond the new table bear the names of the old one; walls of which nothing is known come last."""
     names = ["negligible", "very_slight", "slight", "moderate", "severe", "very_severe"]
@@ -429,17 +410,6 @@ def test_names_of_categories_that_only_one_judgement_has(shown: Screen) -> None:
         ["not known", "1 (30.0%)", "1 (30.0%)"],
     ]
     assert shown.lines == ["by joints", "by bands"]
-
-
-def test_time_stands_for_the_deflection_and_cautions_follow(wall: xr.Dataset, shown: Screen) -> None:
-    ds = wall.assign(time=("increment", 0.37 * np.arange(wall.sizes["increment"])))
-    ds["footing_separation_length"] = 0.0 * wall["footing_separation_length"]  # with a dpc it is left out then
-    ds.attrs |= {"energy_error_share": 0.3, "energy_tolerance": 0.05}
-    terminal.wall_table(ds)
-    ((_, heads, rows),) = shown.tables
-    assert [row[heads.index("time\ns")] for row in rows[:4]] == ["0.000", "0.370", "0.740", "1.110"]
-    assert not any(head.startswith(("deflection", "bed\n")) for head in heads)
-    assert any(line.startswith("caution: Energy that does not balance is 0.3") for line in shown.lines)
 
 
 def test_cracks_that_are_too_many_run_through_bricks_or_are_not_there(
@@ -561,20 +531,6 @@ def test_output_that_cannot_be_written_is_lost_once_and_told(monkeypatch: pytest
     for error, lost in ((OSError(errno.EPIPE, "gone"), None), (OSError("odd"), "odd")):
         stream.error = error
         assert terminal.lost_output() == lost
-
-
-def test_columns_that_belong_together_stay_together() -> None:
-    """Heads of 2, 2, 2 and 4 letters take 5, 5, 5 and 7 columns, and the frame one more."""
-    columns, row = ["no", "aa\nx", "aa\ny", "b"], [["1", "2", "3", "four"]]
-    for width, parts in (
-        (23, [[0, 1, 2, 3]]),
-        (22, [[0, 1, 2], [0, 3]]),
-        (16, [[0, 1, 2], [0, 3]]),
-        (15, [[0, 1], [0, 2], [0, 3]]),
-    ):
-        assert terminal._parts_that_fit(columns, row, width) == parts
-    assert terminal._parts_that_fit(["no", "b", "c" * 20], [], 12) == [[0, 1], [0, 2]]  # wider than any screen
-    assert terminal._parts_that_fit(["no", "bbbb", "aa\nx", "aa\ny"], [], 22) == [[0, 1], [0, 2, 3]]
 
 
 def test_a_table_has_its_numbers_on_the_right_and_says_that_it_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,6 @@ from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.errors import InputError
 from damagepred.formatting import chance
 from damagepred.report import write_report
-from damagepred.report.study import study_page
 from damagepred.report.summary import answers, influences, study_summary, wall_summary
 from damagepred.uq.exceedance import exceedance
 from damagepred.uq.movement_distribution import MOUND, movement_distribution
@@ -46,14 +45,6 @@ def test_a_movement_that_is_asked_for(study: tuple[xr.Dataset, StudySettings]) -
         f"Category 1 (very slight) or worse: probability {chance(e.value)} (90% interval {chance(e.lower)} to "
         f"{chance(e.upper)}), about {100 * e.value:.0f} walls in 100."
     )
-
-
-def test_without_one_each_wall_counts_at_its_own_end(study: tuple[xr.Dataset, StudySettings]) -> None:
-    ds, _ = study
-    question, found = answers(ds)
-    assert question.startswith("At the end of each wall's own movement, a central deflection of ")
-    for category, one in found.items():
-        assert one.value == pytest.approx(np.mean(ds["damage_category"].values[:, -1] >= category))
 
 
 def test_a_site_class_and_a_single_surface_movement_are_named(study: tuple[xr.Dataset, StudySettings]) -> None:
@@ -102,13 +93,6 @@ def test_an_input_that_moves_the_ground_harms_at_its_own_ground_and_protects_now
     low, high = (float(end.replace("−", "-")) for end in re.findall(r"[−\d.]+", row[2])[1:])
     assert low < 0 < high
     assert not any("suction: change" in text and "protects" in text for text in section.parts[0].paragraphs)
-
-
-def test_the_page_begins_with_the_answers(tmp_path: Path) -> None:
-    folder = StudyFolder(synthetic_study(tmp_path / "house.dp", 40))
-    page = study_page(folder, "today", replay=False, bootstrap=50, at="3 mm")
-    assert page.question == "At a central deflection of 3 mm:"
-    assert [a.split(" or worse")[0] for a in page.answers[:2]] == ["Category 1 (very slight)", "Category 2 (slight)"]
 
 
 def test_a_movement_for_one_wall_is_refused(tmp_path: Path, wall: xr.Dataset) -> None:

@@ -8,7 +8,6 @@ from scipy.stats import kendalltau
 import damagepred
 from damagepred.damage.limits import load_scale
 from damagepred.errors import InputError
-from damagepred.plotting.analyses import draw_scales
 from tests.results.test_rejudge import study
 
 SCENE = """
@@ -80,9 +79,3 @@ def test_what_an_archive_does_not_hold_is_left_out_and_named() -> None:
 def test_levels_begin_at_their_limits() -> None:
     assert load_scale("psi").level([0.0, 1.0, 1.5, 2.5, 3.5, np.nan]).tolist() == [0, 1, 2, 3, 4, -1]
     assert load_scale("tilt").level([1 / 251, 1 / 250, 1 / 100]).tolist() == [0, 1, 2]
-
-
-def test_the_matrix_is_drawn() -> None:
-    found = damagepred.compare_scales(by_hand())
-    ax = draw_scales(found)
-    assert len(ax.texts) == found.sizes["scale"] ** 2

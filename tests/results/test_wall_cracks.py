@@ -8,12 +8,11 @@ import xarray as xr
 
 import damagepred
 from damagepred.archive.files import read_dataset, write_dataset
-from damagepred.damage import JointMap, find_cracks
 from damagepred.damage.growth import PARTS, WALL
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.results.wall_cracks import CRACK_VARIABLES, WallCracks, crack_frame
-from damagepred.scene import BlockMaterial, Dpc, Joint, Movement, Opening, Scene, Solver, Wall
+from damagepred.scene import Dpc, Joint, Movement, Opening, Scene, Wall
 
 MM = 1e-3
 WEAK = Scene(
@@ -50,17 +49,6 @@ def test_the_widest_crack_is_the_one_of_the_verdict(wall: xr.Dataset, found: xr.
     assert np.nan_to_num(found["crack_displacement"].values[-1, dpc]).max() > 0.05 * MM
 
 
-def test_joined_by_whole_joints_there_are_no_more_cracks_than_by_pieces(wall: xr.Dataset, found: xr.Dataset):
-    joints = JointMap.from_dataset(wall)
-    for increment in range(wall.sizes["increment"]):
-        state = [wall[f"contact_{n}"].values[increment].reshape(joints.contact_x.shape) for n in ("opening", "slip")]
-        cracked = wall["contact_state"].values[increment].reshape(joints.contact_x.shape) == 1
-        by_joints = find_cracks(joints, *state, cracked)
-        width = found["crack_width"].values[increment, found["crack_part"].values == WALL]
-        assert len(by_joints.width) <= np.isfinite(width).sum()
-        assert (np.nan_to_num(width) > 0).any() == bool(len(by_joints.width))
-
-
 def test_faces_move_apart_as_the_blocks_on_either_side_do(wall: xr.Dataset):
     """Opening, slip and their signs, against the rigid motion of the two bricks at a joint."""
     from damagepred.plotting.geometry import Motion, block_at, corners
@@ -85,23 +73,6 @@ def test_faces_move_apart_as_the_blocks_on_either_side_do(wall: xr.Dataset):
     expected = -apart[:, 0] * np.sin(angle) + apart[:, 1] * np.cos(angle)
     np.testing.assert_allclose(profile["piece_width"].values[joint], expected, atol=tolerance)
     assert profile["piece_width"].values[joint].max() > 1 * MM
-
-
-def test_a_profile_runs_end_to_end(wall: xr.Dataset, found: xr.Dataset):
-    profile = damagepred.crack_profile(wall)
-    assert set(np.unique(profile["piece_crack"].values)) == set(
-        found["crack"].values[np.isfinite(found["crack_length"].values[-1])]
-    )
-    for number in np.unique(profile["piece_crack"].values):
-        one = profile.isel(piece=profile["piece_crack"].values == number)
-        path = one.isel(piece=one["piece_on_path"].values >= 0)
-        assert path["piece_on_path"].values.tolist() == list(range(path.sizes["piece"]))
-        for axis in "xy":
-            np.testing.assert_allclose(path[f"piece_{axis}_end"].values[:-1], path[f"piece_{axis}_start"].values[1:])
-        length = np.hypot(*(one[f"piece_{a}_end"].values - one[f"piece_{a}_start"].values for a in "xy")).sum()
-        crack = found.sel(crack=number).isel(increment=-1)
-        assert length == pytest.approx(float(crack["crack_length"]))
-        assert one["piece_opening"].values.max() == float(crack["crack_width"])
 
 
 def test_numbers_are_kept_and_beginnings_are_told(found: xr.Dataset):
@@ -160,23 +131,6 @@ def test_bricks_that_have_failed_join_cracks(wall: xr.Dataset, found: xr.Dataset
     in_brick = np.isnan(profile["piece_opening"].values)
     assert in_brick.any()
     assert (profile["piece_kind"].values[in_brick] == len(ContactKind)).all()
-
-
-@pytest.mark.slow
-def test_zones_that_yield_make_cracks_through_bricks():
-    """Strong joints, weak bricks: what runs through bricks is told."""
-    ds = damagepred.solve(
-        Scene(
-            wall=Wall(length=0.96, height=0.3),
-            block=BlockMaterial(cohesion=30e3, friction=0.5, tensile_strength=5e3),
-            joint=Joint(tensile_strength=4e3, cohesion=60e3),
-            movement=Movement(kind="doming", shape="parabola", central_deflection=1 * MM, increments=2),
-            solver=Solver(blocks="deformable", zone_size=0.04, tolerance=1e-3),
-        )
-    )
-    assert ds["zone_state"].values.any()
-    found = damagepred.cracks(ds)
-    assert np.nanmax(found["crack_length_through_blocks"].values) > 0.02
 
 
 def test_what_cannot_be_is_said(wall: xr.Dataset):

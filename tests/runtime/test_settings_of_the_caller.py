@@ -46,6 +46,7 @@ def _strict() -> Iterator[None]:
         assert (np.random.get_state()[1] == before[4]).all()  # noqa: NPY002
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("_strict")
 def test_a_study_and_its_curves(tmp_path: Path) -> None:
     summary = damagepred.Study.from_text(SMALL_STUDY).run(tmp_path / "a.dp", samples=2)
@@ -82,6 +83,7 @@ def test_a_dataset_travels_after_the_accessor_was_used() -> None:
         _ = ds.damagepred.crack_width_maxx
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("backend", ["module://matplotlib_inline.no_such_backend", "nonsense", "svg"])
 def test_pictures_need_no_backend(backend: str) -> None:
     """A notebook's MPLBACKEND, inherited by a command whose environment has no such backend."""

@@ -30,12 +30,6 @@ def test_a_preset_sets_its_keys_and_no_others(method: str, accuracy: str):
     assert found == Solver(method=method, accuracy=accuracy)  # in Python as in a file
 
 
-def test_standard_is_the_defaults():
-    assert solver(accuracy="standard") == solver() == Solver()
-    assert {key: getattr(Solver(), key) for key in STANDARD} == STANDARD
-    assert all(set(keys) <= set(STANDARD) for by_method in PRESETS.values() for keys in by_method.values())
-
-
 def test_what_is_given_stands():
     found = solver(accuracy="reference", contacts_per_interface=9, zone_size="60 mm")
     assert (found.contacts_per_interface, found.zone_size, found.blocks) == (9, 0.06, "deformable")
@@ -73,11 +67,6 @@ def test_what_is_told_is_what_was_measured():
     assert 'accuracy = "standard";' in text
 
 
-def test_walls_are_told_from_walls_with_openings():
-    hole = Opening(x=2.0, y=0.9, width=0.9, height=1.2)
-    assert accuracy_lines(Scene(dpc=Dpc())) != accuracy_lines(Scene(dpc=Dpc(), opening=(hole,)))
-
-
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("dpc", [True, False])
 @pytest.mark.parametrize("hole", [True, False])
@@ -95,21 +84,6 @@ def test_the_error_of_damage_is_that_of_walls_that_crack(method: str, dpc: bool,
             assert quantity in part
             assert alike or f"{quantity}: error unknown" in part or "measured on other walls" in text
             assert "widest crack 0 %" not in part
-
-
-def test_no_error_is_told_that_no_wall_could_show():
-    """The wall of mortar that does not break has no crack, walls without a dpc no gap in it, and weight is weight."""
-    rows = measured()
-    assert rows
-    assert not [r for r in rows if r.wall == "window strong" and "crack" in r.quantity]
-    assert not [r for r in rows if r.wall in ("window strong", "stack") and r.quantity == "damage category"]
-    assert not [r for r in rows if "dpc" in r.quantity and "below" not in r.quantity and not r.dpc]
-    assert not [r for r in rows if r.quantity == "base reaction"]
-
-
-def test_keys_besides_the_preset_are_told():
-    scene = Scene(dpc=Dpc(), solver=Solver(contacts_per_interface=5))
-    assert 'accuracy = "standard", except contacts_per_interface;' in accuracy_lines(scene)[0]
 
 
 @pytest.mark.parametrize("method", METHODS)

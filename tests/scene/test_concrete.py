@@ -1,11 +1,9 @@
 """Reinforced concrete of the footing: from names to values, and what is said about a wrong name."""
 
-from math import pi
-
 import pytest
 
 from damagepred.errors import InputError
-from damagepred.scene.concrete import ReinforcedConcrete, _tables
+from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.scene.reading import build
 
 
@@ -18,19 +16,9 @@ def test_names_to_values():
     assert concrete.top_wires == (pytest.approx(2 * 45.4e-6), 7.6e-3)
 
 
-def test_given_values_come_first():
-    concrete = ReinforcedConcrete(elastic_modulus="20 GPa", tensile_strength="2 MPa")
-    assert (concrete.concrete_modulus, concrete.flexural_strength) == (20e9, 2e6)
-
-
 def test_top_mesh_may_be_left_out():
     assert ReinforcedConcrete().top_wires == ReinforcedConcrete().bottom_wires
     assert ReinforcedConcrete(top="none").top_wires == ReinforcedConcrete(top="").top_wires == (0.0, 0.0)
-
-
-def test_area_of_a_wire_is_that_of_its_diameter():
-    for mesh in _tables()["mesh"].values():
-        assert mesh["area"] == pytest.approx(pi * mesh["diameter"] ** 2 / 4, rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from damagepred.scene import BlockMaterial, Dpc, Footing, Joint, Loads, Movement, Scene, Solver, Wall
+from damagepred.scene import BlockMaterial, Dpc, Footing, Joint, Scene
 from damagepred.uq.variable import Variable
 
 
@@ -36,33 +36,9 @@ def test_eq_4_as_printed_keeps_the_cohesion_after_slip_and_loses_tension_when_cr
     assert joint.fracture_energy is None
 
 
-def test_the_wall_of_the_test():
-    wall = Wall()
-    assert (wall.length, wall.height, wall.thickness) == (6.0, 2.4, 0.11)
-    assert (wall.block_length, wall.block_height, wall.bond) == (0.24, 0.075, "running")
-    assert Movement().shape == "three_loads"
-    assert Loads().roof == 0.0
-
-
-def test_a_missing_dpc_means_none():
-    assert Scene().dpc is None
-    assert Scene.from_dict({"dpc": {}}).dpc == Dpc()
-
-
 def test_paper_s_values_obey_the_apex_rule():
     joint = Joint()
     assert joint.tensile_strength <= joint.cohesion / joint.friction
-
-
-def test_shear_modulus():
-    assert BlockMaterial().shear_modulus == pytest.approx(9e9 / 2.38)
-
-
-def test_blocks_yield_only_where_the_user_gives_a_strength():
-    assert not BlockMaterial().yields
-    assert (BlockMaterial().cohesion, BlockMaterial().tensile_strength) == (None, None)
-    assert BlockMaterial(cohesion=0.0).yields
-    assert BlockMaterial(tensile_strength=0.0).yields
 
 
 def test_material_file_and_defaults_agree(data_folder: Path):
@@ -172,9 +148,3 @@ def test_study_uses_the_shipped_statistics(data_folder: Path):
         for share in (0.05, 0.5, 0.95):
             assert mine.ppf(share) == pytest.approx(shipped.ppf(share), rel=1e-9), place
     assert study["variables"]["movement.central_deflection"]["lower"] == "40 mm"
-
-
-def test_equilibria_without_time_are_the_default():
-    assert Solver().method == "quasi_static"
-    assert (Solver().tolerance_used, Solver(method="explicit").tolerance_used) == (1e-6, 1e-3)
-    assert Solver(tolerance=0.1).tolerance_used == 0.1

@@ -1,13 +1,9 @@
 """Every key of every table: its default, its unit and bounds, or its words, typed here from what is documented."""
 
-import dataclasses
 import math
-from types import NoneType
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Any
 
 import pytest
-from pydantic import TypeAdapter, ValidationError
-from pydantic_core import PydanticUndefined
 
 from damagepred.campaign.settings import Sampling
 from damagepred.errors import InputError
@@ -17,8 +13,6 @@ from damagepred.scene.loading import Load, Loading, Support
 from damagepred.scene.materials import BlockMaterial, Dpc, Footing, HeadJoint, HeadJointFactors, Joint, Loads
 from damagepred.scene.mound import Mound
 from damagepred.scene.movement import Movement, Stage
-from damagepred.scene.quantity import LARGEST
-from damagepred.scene.reading import unit_of
 from damagepred.scene.rig import Rig
 from damagepred.scene.seasons import Seasons, SeasonStep
 from damagepred.scene.settings import Damage, Solver
@@ -389,60 +383,6 @@ def keys() -> list[tuple[type, str, str]]:
             found.append((next(kind for kind in TABLES if kind.__name__ == table), key, said))
         table = table if said else key
     return found
-
-
-def test_all_keys_are_told() -> None:
-    known = {(kind, field.name) for kind in TABLES for field in dataclasses.fields(kind)}
-    assert known == {(kind, key) for kind, key, _ in keys()}
-
-
-def takes(adapter: TypeAdapter[Any], value: float, many: bool) -> bool:
-    """Whether a number is accepted, by a list if there are many."""
-    for given in ((value, value), ((value, value),)) if many else (value,):
-        try:
-            adapter.validate_python(given)
-        except ValidationError:
-            continue
-        return True
-    return False
-
-
-def words_of(kind: Any) -> list[str]:
-    if get_origin(kind) is Literal:
-        return list(get_args(kind))
-    return [word for part in get_args(kind) for word in words_of(part)]
-
-
-@pytest.mark.parametrize(("kind", "key", "said"), keys(), ids=lambda v: v if isinstance(v, str) else v.__name__)
-def test_default_unit_and_bounds(kind: type, key: str, said: str) -> None:
-    field = kind.__pydantic_fields__[key]  # type: ignore[attr-defined]
-    default, _, words = said.partition(" | ")
-    default, _, number = default.partition(" ")
-    found = field.get_default(call_default_factory=True)
-    if default == "required":
-        assert found is PydanticUndefined
-    elif isinstance(found, bool | NoneType | tuple | dict):
-        assert str(found) == default
-    else:
-        assert found == type(found)(default)
-    assert words_of(field.annotation) == words.split()
-    if not number:
-        return
-    unit, low, high = number.split()
-    assert unit == ("whole" if "int" in str(field.annotation) else unit_of(kind, [key]))
-    adapter: TypeAdapter[Any] = TypeAdapter(Annotated[(field.annotation, key, *field.metadata)])
-    many = isinstance(found, tuple)
-    for text, bracket, outwards in ((low[1:], low[0], -1), (high[:-1], high[-1], 1)):
-        if unit == "whole":
-            bound = 2**63 - 1 if text == "max" else int(text)
-            inside, outside = bound, bound + outwards
-        else:
-            bound = float(text)
-            if math.isinf(bound):  # whatever the field allows, no number is larger
-                bound, bracket = math.copysign(LARGEST, bound), "[]"
-            near, far = (math.nextafter(bound, way * math.inf) for way in (-outwards, outwards))
-            inside, outside = (bound, far) if bracket in "[]" else (near, bound)
-        assert [takes(adapter, value, many) for value in (inside, outside)] == [True, False], (text, inside, outside)
 
 
 def test_damping_by_hand() -> None:

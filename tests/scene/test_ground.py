@@ -9,7 +9,7 @@ import pytest
 from damagepred.campaign.template import template
 from damagepred.errors import InputError
 from damagepred.guide import page
-from damagepred.scene import Footing, Joint, Mound, Movement, ReinforcedConcrete, Rig, Scene, Soil, Solver
+from damagepred.scene import Joint, Mound, Movement, ReinforcedConcrete, Rig, Scene, Soil, Solver
 from damagepred.scene.assumed import ground_line
 
 EVERYTHING = {
@@ -48,12 +48,6 @@ def test_the_movement_says_what_the_footing_is_unless_the_solver_does(movement: 
     scene = Scene(movement=Movement(shape=movement), solver=Solver(footing=said))
     assert scene.footing_model == model
     assert scene.movement.prescribed == (movement not in ("jacks", "mound"))
-
-
-@pytest.mark.parametrize("shape", ["jacks", "mound"])
-def test_a_footing_that_finds_its_form_has_no_profile(shape: str):
-    with pytest.raises(InputError, match=f"movement.shape = '{shape}'.*'three_loads'"):
-        Movement(shape=shape).profile(0.0, 6.0)
 
 
 def test_all_tables_come_back_from_toml():
@@ -95,14 +89,6 @@ def test_nested_numbers_can_be_sampled(place: str, value: float):
     assert found == value
 
 
-def test_which_places_may_hold_a_number():
-    for place in ("mound.exponent", "footing.joint.residual_friction", "rig.jack_load", "rig.jacks.3"):
-        assert Scene.takes_number(place)
-        assert place not in Scene().number_places()
-    for place in ("wall.bond", "mound.colour", "footing.concrete", "movement.increments", "nothing.at.all"):
-        assert not Scene.takes_number(place)
-
-
 def test_a_number_that_is_left_out_is_no_misspelling():
     from damagepred.campaign.settings import StudySettings
 
@@ -116,20 +102,6 @@ def test_a_number_that_is_left_out_is_no_misspelling():
 
 
 # -- rig -------------------------------------------------------------------------------------------------------------
-
-
-def test_the_rig_of_the_test_is_the_default():
-    rig = Rig()
-    assert rig.support_places(6.0) == (0.0, 6.0)
-    assert rig.jack_places(6.0) == (1.5, 3.0, 4.5)
-    assert (rig.support, rig.control, rig.jack_load, rig.stop_at_zero) == ("held", "deflection", None, True)
-    assert (rig.supports, rig.jacks, rig.support_stiffness) == ((), (), 1e10)
-
-
-def test_places_are_told_in_order():
-    rig = Rig(supports=(5.0, 1.0), jacks=(4.0, 2.0, 3.0))
-    assert rig.support_places(6.0) == (1.0, 5.0)
-    assert rig.jack_places(6.0) == (2.0, 3.0, 4.0)
 
 
 def test_places_at_the_very_ends_and_beyond_the_supports_are_accepted():
@@ -191,24 +163,6 @@ def test_a_mound_without_its_tables_says_what_it_assumes(
     assert line is not None
     assert all(words in line for words in said)
     assert not any(words in line for words in unsaid)
-
-
-def test_what_is_given_sampled_or_no_mound_is_not_assumed() -> None:
-    given = {"mound": {"surface_movement": 0.05}, "soil": {"swelling_stiffness": 3e6}}
-    assert ground_line(Scene.from_dict({"movement": {"shape": "mound"}} | given)) is None
-    assert ground_line(Scene()) is None
-    places = ("mound.surface_movement", "soil.swelling_stiffness")
-    assert ground_line(Scene.from_dict({"movement": {"shape": "mound"}}), places) is None
-
-
-def test_mesh_just_fits_into_the_footing():
-    concrete = ReinforcedConcrete(bottom="3-L8TM", top="none", cover=0.04)
-    wires = concrete.bottom_wires[1]
-    Footing(depth=0.0401 + wires, concrete=concrete)
-    with pytest.raises(ValueError, match="cover"):
-        Footing(depth=0.04 + wires, concrete=concrete)
-    with pytest.raises(ValueError, match="cover"):  # the top mesh needs as much again
-        Footing(depth=0.06 + wires, concrete=ReinforcedConcrete(bottom="3-L8TM", cover=0.04))
 
 
 def test_what_the_template_hints_at_is_a_study():

@@ -117,11 +117,6 @@ def test_a_profile_in_metres_keeps_the_length_of_the_wall(tmp_path: Path, table:
         assert Study.from_toml(tmp_path / "study.toml").settings.scene.in_metres == ()
 
 
-def test_a_form_without_unit_takes_kind_and_size_of_the_scene(tmp_path: Path) -> None:
-    form = scene(tmp_path, FORM, 'kind = "doming"\ncentral_deflection = "11.7 mm"').movement
-    np.testing.assert_allclose(form.profile(np.array([2.0, 4.0]), 4.0), [-8.2e-3, -39.8e-3])
-
-
 def test_the_movement_of_a_mound_has_sign_and_size(tmp_path: Path) -> None:
     text = "x (m),movement (mm)\n0,-30\n1,-12\n4,2\n"
     found = scene(tmp_path, text, table="mound")
@@ -140,15 +135,6 @@ def test_the_movement_of_a_mound_has_sign_and_size(tmp_path: Path) -> None:
     ):
         with pytest.raises(InputError, match=said):
             scene(tmp_path, wrong, keys, table="mound")
-
-
-def test_a_history_in_other_units(tmp_path: Path) -> None:
-    (tmp_path / "h.csv").write_text("Time (months);movement (mm);increments\n6;-4,5;2\n12;2;3\n")
-    (tmp_path / "wall.toml").write_text(WALL + '[movement]\nhistory = "h.csv"\n')
-    stages = Scene.from_toml(tmp_path / "wall.toml").movement.stage
-    assert [s.time for s in stages] == pytest.approx([0.5, 1.0])
-    assert [s.central_deflection for s in stages] == pytest.approx([4.5e-3, 2e-3])
-    assert [(s.kind, s.increments) for s in stages] == [("dishing", 2), ("doming", 3)]
 
 
 RUN = """[wall]
@@ -212,6 +198,7 @@ def test_records_that_do_not_fit_the_run(tmp_path: Path, record: str, keys: str,
         dynamics(tmp_path, record, keys, base)
 
 
+@pytest.mark.thorough
 def test_a_run_that_ends_before_the_shaking_says_so_and_rest_waits_for_it(tmp_path: Path) -> None:
     shaken = "0,0\n0.02,0\n0.03,1\n0.05,-1\n0.06,0\n"
     (tmp_path / "q.csv").write_text(shaken)

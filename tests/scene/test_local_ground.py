@@ -36,13 +36,6 @@ def test_settle_goes_down_on_drying_soil_and_heave_up_on_wet_soil(kind: str, end
     assert scene.soil.stiffness(scene.movement.kind) == stiffness
 
 
-def test_the_wall_is_that_of_the_older_word_on_the_same_soil() -> None:
-    new = solve(on_ground("settle"))
-    old = solve(on_ground("dishing", soil={"swelling_stiffness": 6.0e6, "shrinking_stiffness": 3.0e6}))
-    assert np.array_equal(new["block_displacement_y"].values, old["block_displacement_y"].values)
-    assert not np.array_equal(new["block_displacement_y"], solve(on_ground("dishing"))["block_displacement_y"])
-
-
 @pytest.mark.parametrize(("word", "kind"), [("sagging", "dishing"), ("hogging", "doming")])
 def test_synonyms(word: str, kind: str) -> None:
     scene = Scene.from_dict({"movement": {"kind": word, "stage": [{"kind": word, "central_deflection": 8e-3}]}})
@@ -103,14 +96,6 @@ def test_older_words_and_values_that_nothing_reads_are_named(tmp_path: Path) -> 
     assert unread.startswith("soil.shrinking_stiffness: not read with movement.shape = 'mound', kind = 'dishing'")
 
 
-def test_a_climatic_zone_that_does_not_count_is_named() -> None:
-    log = [{"thickness": 5, "shrink_swell_index": 0.04}]
-    scene = on_ground("doming", {"shape": "walsh", "suction_depth": 3.0}, soil_layer=log, suction={"climate_zone": 3})
-    assert ground_cautions(scene) == [
-        "mound.suction_depth = 3 m counts, and not the 2.3 m of suction.climate_zone = 3",
-    ]
-
-
 def test_a_log_gives_a_tree_no_class_and_a_tunnel_nothing() -> None:
     """By hand: 0.04 x 1.2 x (0.8625 + 0.4868) m = 64.8 mm."""
     log = [{"thickness": 5, "shrink_swell_index": 0.04}]
@@ -143,6 +128,7 @@ cov = 0.1
 """
 
 
+@pytest.mark.thorough
 def test_a_tree_has_no_site_class(command: Run, tmp_path: Path) -> None:
     file, folder = tmp_path / "tree.toml", tmp_path / "tree.dp"
     file.write_text(STUDY)

@@ -10,7 +10,6 @@ from damagepred import Joint, Scene, solve
 from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.inputs.data_files import CONFIDENCE
-from damagepred.report.sources import source_of_value
 from damagepred.scene import masonry_library
 
 DUTCH = "clay brick, Dutch, 1940s"
@@ -64,35 +63,9 @@ def test_a_value_of_the_library_can_be_taken_away_and_stays_away(tables: dict, v
         assert value(StudySettings.from_dict(study.to_dict(), source="study").scene) is None
 
 
-def test_none_is_no_number_where_a_joint_needs_one() -> None:
-    assert Scene.from_dict({"joint": {"fracture_energy": "none"}}) == Scene()
-    with pytest.raises(InputError, match=r"\[joint\] cohesion = 'none': is not a number"):
-        Scene.from_dict({"material": DUTCH, "joint": {"cohesion": "none"}})
-    with pytest.raises(InputError, match="or take it away: shear_fracture_energy = 'none'"):
-        Scene.from_dict({"material": DUTCH, "joint": {"brittle_shear": True}})
-
-
-def test_own_keys_win_and_others_stay_those_of_the_material() -> None:
-    scene = Scene.from_dict({"material": DUTCH, "joint": {"cohesion": "0.3 MPa"}})
-    assert (scene.joint.cohesion, scene.joint.tensile_strength) == (0.3e6, 0.16e6)
-
-
 def test_in_python_as_in_a_file() -> None:
     assert Scene(material=DUTCH) == Scene.from_dict({"material": DUTCH})
     assert Scene(material=DUTCH, joint=Joint()).joint == Joint()  # a whole table is given
-
-
-def test_written_and_changed_it_stays() -> None:
-    scene = Scene.from_dict({"material": DUTCH})
-    assert Scene.from_dict(scene.to_dict()) == scene
-    weaker = scene.with_values({"joint.tensile_strength": 0.1e6})
-    assert (weaker.joint.tensile_strength, weaker.joint.cohesion) == (0.1e6, 0.17e6)
-    assert replace(scene, title="other").joint == scene.joint
-
-
-def test_without_a_material_the_defaults_stay() -> None:
-    assert Scene.from_dict({}) == Scene()
-    assert Scene().material is None
 
 
 def test_a_wrong_name_is_answered_by_the_names() -> None:
@@ -128,13 +101,6 @@ def test_a_study_samples_the_scatter_of_the_library() -> None:
 def test_scatter_needs_a_material() -> None:
     with pytest.raises(InputError, match=r"material_scatter: needs scene\.material"):
         StudySettings.from_dict({"scene": {}, "study": {"material_scatter": True}}, source="study")
-
-
-def test_the_report_names_the_source() -> None:
-    said = str(source_of_value("joint", "cohesion", 0.17e6, [], DUTCH))
-    assert said == f"{DUTCH}, Korswagen, thesis, TU Delft 2024 (reported)"
-    assert "library" not in str(source_of_value("joint", "cohesion", 0.3e6, ["joint.cohesion"], DUTCH))
-    assert str(source_of_value("joint", "cohesion", 0.3e6, ["joint.cohesion"], DUTCH)) == "as given"
 
 
 def test_the_compressive_strength_of_the_library_acts_on_nothing_that_is_far_from_it() -> None:

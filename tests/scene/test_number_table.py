@@ -95,17 +95,6 @@ def test_a_header_may_be_left_out_where_columns_go_by_their_place(tmp_path: Path
         read_number_table(written(tmp_path, "0,1,5\n2,3,5\n"), columns=2, header=False)
 
 
-def test_units_of_header_and_key_agree(tmp_path: Path) -> None:
-    table = read_number_table(written(tmp_path, "specimen,strength (MPa),age (28 days)\nA1,0.4,3\n"))
-    assert table.find("strength") == table.find("strength (MPa)") == 1
-    assert table.numbers(1, "Pa").tolist() == table.numbers(1, "Pa", "N/mm2").tolist() == [0.4e6]
-    assert table.numbers(2, "Pa", "kPa").tolist() == [3e3], "a remark in brackets is no unit"
-    with pytest.raises(InputError, match="unit = 'kPa' is another"):
-        table.numbers(1, "Pa", "kPa")
-    with pytest.raises(InputError, match="line 2, specimen = 'A1'"):
-        table.numbers(0, "1")
-
-
 def test_workbooks(tmp_path: Path) -> None:
     pytest.importorskip("openpyxl")
     frame = pd.DataFrame({"x (m)": [0, 1.5], "level (mm)": [1, -3.25]})

@@ -11,7 +11,6 @@ from damagepred.campaign.replay import replay
 from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
-from damagepred.report.caveats import model_caveats
 from damagepred.results.tables import path_columns
 from damagepred.results.year_tables import year_columns, year_frame
 from damagepred.scene import Movement, Seasons, SeasonStep
@@ -82,20 +81,6 @@ def test_on_a_mound_the_surface_moves() -> None:
     assert scene.mound.surface_movement == max(s.surface_movement for s in scene.movement.stage)
 
 
-def test_written_and_read_again_it_is_the_same() -> None:
-    scene = Scene.from_dict({**SMALL, "movement": {"seasons": {"years": 2, "step": [{"year": 1, "movement": "3 mm"}]}}})
-    assert Scene.from_dict(scene.to_dict()) == scene
-
-
-def test_constants_can_be_sampled() -> None:
-    scene = Scene.from_dict({**SMALL, "movement": {"seasons": {"years": 2, "swing_cov": 0}}})
-    other = scene.with_values({"movement.seasons.swing": 0.02, "movement.seasons.trend": 0.004})
-    assert other.movement.stage[0].central_deflection == pytest.approx(0.01 + 0.001)
-    for place in ("movement.central_deflection", "movement.stage.1.central_deflection"):
-        with pytest.raises(InputError, match="follows from other keys"):
-            scene.with_values({place: 0.01})
-
-
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
@@ -115,6 +100,7 @@ def test_jacks_do_not_pull() -> None:
         Scene.from_dict({"movement": {"shape": "jacks", "seasons": {"years": 2}}})
 
 
+@pytest.mark.thorough
 def test_each_sample_of_a_study_has_seasons_of_its_own_and_replays(tmp_path: Path) -> None:
     tables = {
         "scene": {**SMALL, "movement": {"seasons": {"years": 2, "swing": "4 mm", "increments": 2}}},
@@ -180,16 +166,6 @@ def test_a_wall_that_was_not_followed_counts_by_what_it_reached() -> None:
     failed = of_years([[0, 4, -1]], SampleStatus.FAILED)
     both = xr.concat([ds, failed], "sample")
     assert [c.cells for c in year_columns(both)] == [c.cells for c in year_columns(ds)]
-
-
-def test_assumed_constants_of_seasons_are_named() -> None:
-    scene = Scene.from_dict({"movement": {"seasons": {"years": 2, "swing": 0.02, "correlation": 0.5}}})
-    said = next(line for line in model_caveats(scene) if "seasons" in line)
-    assert "variation of the swing of 0.3" in said
-    assert "correlation" not in said
-    assert not any("seasons have" in line for line in model_caveats(Scene()))
-    sampled = [f"movement.seasons.{key}" for key in ("swing_cov", "trend", "shift")]
-    assert not any("seasons have" in line for line in model_caveats(scene, sampled))
 
 
 def test_defaults_of_seasons_are_named_with_their_units_and_those_given_are_not():

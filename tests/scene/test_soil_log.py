@@ -8,11 +8,9 @@ import pytest
 import tomli_w
 from scipy.integrate import quad
 
-from damagepred import Footing, Movement, Scene, Study, open_study
-from damagepred.campaign.replay import replay
+from damagepred import Footing, Movement, Scene
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.site_classes import site_line, surface_movements
-from damagepred.enumerations import SampleStatus
 from damagepred.errors import InputError
 from damagepred.scene import Seasons, SoilLayer, Suction, surface_movement
 from damagepred.scene.assumed import assumed_seasons, ground_line
@@ -27,28 +25,10 @@ def layer(thickness: float, index: float) -> SoilLayer:
     return SoilLayer(thickness=thickness, shrink_swell_index=index)
 
 
-def test_cracked_clay_under_a_triangle_of_suction() -> None:
-    """I_ss du H / 2: the mean of the triangle."""
-    found = surface_movement([layer(5, 0.04)], Suction(change=1.2, cracked_share=1), 2.3)
-    assert found == pytest.approx(0.04 * 1.2 * 2.3 / 2, rel=1e-14)
-
-
-def test_uncracked_clay_has_the_restraint_of_its_depth() -> None:
-    """The integral of (2 - z/5) (1 - z/H) from 0 to H is H (1 - H/30)."""
-    found = surface_movement([layer(5, 0.03)], Suction(change=1.5, cracked_share=0), 3.0)
-    assert found == pytest.approx(0.03 * 1.5 * 3.0 * (1 - 3.0 / 30), rel=1e-14)
-
-
 def test_nothing_strains_below_the_depth_at_which_alpha_is_0() -> None:
     """The integral of (1 - z) (1 - z/2) from 0 to 1 is 5/12."""
     suction = Suction(change=1.0, cracked_share=0, restraint=1, restraint_depth=1)
     assert surface_movement([layer(5, 0.03)], suction, 2.0) == pytest.approx(0.03 * 5 / 12, rel=1e-14)
-
-
-def test_layers_cut_anywhere_add_up() -> None:
-    whole = surface_movement([layer(4, 0.04)], Suction(), 2.3)
-    parts = surface_movement([layer(t, 0.04) for t in (0.3, 0.85, 1.0, 1.85)], Suction(), 2.3)
-    assert parts == pytest.approx(whole, rel=1e-13)
 
 
 def test_any_log_is_the_integral() -> None:
@@ -224,12 +204,6 @@ def test_each_mean_that_is_not_the_scenes_value_is_named() -> None:
     ]
 
 
-def test_what_follows_from_the_log_is_not_sampled() -> None:
-    log = [{"thickness": "4 m", "shrink_swell_index": "4 %"}]
-    with pytest.raises(InputError, match="follows from other keys"):
-        Scene.from_dict({**FOOTED, "soil_layer": log}).with_values({"mound.surface_movement": 0.03})
-
-
 def test_the_climatic_zone_gives_depth_and_change_of_suction_where_they_are_not_given() -> None:
     scene = Scene.from_dict({**FOOTED, "soil_layer": LOG, "suction": {"climate_zone": 3}})
     assert (scene.mound.suction_depth, scene.suction.change) == (2.3, 1.2)
@@ -277,36 +251,6 @@ def test_a_swing_beside_a_log_is_refused(tmp_path: Path) -> None:
     )
     with pytest.raises(InputError, match=r"follows from .*soil_layer.*; give swing_share"):
         Scene.from_toml(tmp_path / "wall.toml")
-
-
-def test_a_study_with_log_seasons_strain_and_creep_runs_and_replays(tmp_path: Path) -> None:
-    tables = {
-        "scene": {
-            **FOOTED,
-            "wall": {"length": 1.44, "height": 0.6},
-            "dpc": {"course": 2},
-            "movement": {"shape": "mound", "seasons": {"years": 1, "increments": 2}},
-            "mound": {"shape": "mitchell"},
-            "soil_layer": LOG,
-            "suction": {"climate_zone": 2},
-            "strain": {"growth": 5e-4, "temperature_swing": 20},
-            "creep": {"coefficient": 1.0, "relaxation_time": 1.0},
-        },
-        "study": {"samples": 2, "seed": 3},
-        "variables": {
-            place: {"distribution": "uniform", "lower": low, "upper": high}
-            for place, low, high in (
-                ("soil_layer.1.shrink_swell_index", 0.02, 0.05),
-                ("strain.growth", 2e-4, 8e-4),
-                ("creep.coefficient", 0.5, 1.5),
-            )
-        },
-    }
-    Study(StudySettings.from_dict(tables, source="study")).run(tmp_path / "a.dp", samples=2)
-    ds = open_study(tmp_path / "a.dp")
-    assert (ds["status"] == SampleStatus.COMPLETE).all()
-    assert len(np.unique(ds["surface_movement"].values.max(axis=1))) == 2
-    assert replay(tmp_path / "a.dp", 1)[1].startswith("bit for bit")
 
 
 def test_site_classes_have_the_probabilities_of_the_lognormal_index() -> None:

@@ -37,10 +37,6 @@ def test_the_first_break_does_not_depend_on_the_increments():
     assert coarse == pytest.approx(fine, rel=0.01)
 
 
-def test_halves_are_alike():
-    np.testing.assert_allclose(broken_at(2), broken_at(2, symmetric_half=False), rtol=1e-6)
-
-
 def test_bonds_that_soften_by_slip_have_a_load_factor_of_failure():
     """The first slip of a bond that softens by slip is recorded as its failure, without an event."""
     joint = Joint(tensile_strength=15e3, cohesion=12e3, friction=0.8, fracture_energy=50.0, shear_fracture_energy=100.0)

@@ -16,7 +16,6 @@ from damagepred.solvers import solve_path
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
-from damagepred.solvers.quasi_static import equilibrium
 from damagepred.solvers.quasi_static.continuation import LEAST_HALVINGS, Continuation
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 
@@ -72,14 +71,6 @@ def test_the_bracket_ends_where_a_wall_stands_in_smaller_steps(monkeypatch: pyte
     assert path.state.load_factor == fell[0]
 
 
-def test_few_distant_equilibria_are_searched_until_collapse_is_bracketed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Under a growing push a wall of few courses slides at mu; beyond it, few expensive searches are needed."""
-    monkeypatch.setattr(equilibrium, "coulomb_fixed_point", within(6, equilibrium.coulomb_fixed_point))
-    last = list(solve_path(pushed(3, 4, 1.5), Solver(), 1))[-1]
-    assert last.collapsed
-    assert 1.5 * last.last_stable_load_factor == pytest.approx(0.75, abs=2e-4)
-
-
 def test_a_wall_above_its_limit_load_collapses_in_a_few_ten_thousand_cycles(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ten slender courses alternate between sticking and slipping as they collapse."""
     cycles = []
@@ -131,30 +122,3 @@ def test_steps_are_not_halved_without_end(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(path, "snap_through", within(2 * CONTROL.max_halvings, path.snap_through))
     assert path.advance(1.0, 1.0) < path.tolerance
     assert path.state.load_factor == 1.0
-
-
-def test_bonds_that_break_before_the_collapse_are_broken_in_the_collapsed_wall(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The collapse was found in a step beyond the movement at which they break."""
-    path = pulled(1e-4, Joint(tensile_strength=1e5, cohesion=1e5))
-    find, predict = Equilibrium.find, Equilibrium.predict
-    fell: list[float] = []
-
-    def fall_at_the_end(state: Any, *_: Any) -> Any:
-        fell.append(state.load_factor)
-        state.displacement[6:8] += 1.0
-        return state, np.inf
-
-    def not_at_the_end(self: Equilibrium, state: Any, *arguments: Any, **named: Any) -> float:
-        return 1.0 if state.load_factor == 1.0 else find(self, state, *arguments, **named)
-
-    def at_first_blindly(self: Equilibrium, state: Any, target: Any) -> Any:
-        return predict(self, state, target) if fell else (state.displacement, 1.0)
-
-    monkeypatch.setattr(path, "snap_through", fall_at_the_end)
-    monkeypatch.setattr(path, "_allowed_halvings", 0)
-    monkeypatch.setattr(Equilibrium, "find", not_at_the_end)
-    monkeypatch.setattr(Equilibrium, "predict", at_first_blindly)
-    assert path.advance(1.0, 1.0) == np.inf
-    broken = np.isfinite(path.broken_at)
-    assert broken.any()
-    assert path.state.history.cracked[broken].all()

@@ -8,15 +8,10 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import Model, wall_model
-from damagepred.kernels.interface.commit import commit_joint_history
-from damagepred.kernels.jit import kernel
 from damagepred.scene import Scene, Solver
 from damagepred.solvers.quasi_static import elimination_tree
-from damagepred.solvers.quasi_static.continuation import Continuation
 from damagepred.solvers.quasi_static.linear_system import MultifrontalSystem
-from damagepred.solvers.quasi_static.options import ReturnMappingOptions
 from damagepred.solvers.quasi_static.stepper import quasi_static_path
-from damagepred.solvers.symmetry import reduce_by_symmetry
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 
@@ -42,47 +37,6 @@ def test_condensed_and_full_systems_are_the_same(name: str, dpc: bool, deflectio
         np.testing.assert_allclose(condensed.displacement, whole.displacement, atol=2e-6)
         np.testing.assert_array_equal(condensed.state == 1, whole.state == 1)
         assert condensed.energy.elastic_energy == pytest.approx(whole.energy.elastic_energy, rel=1e-5)
-
-
-def test_half_a_wall_is_condensed_along_its_axis() -> None:
-    model = reduce_by_symmetry(wall_model(Scene.from_toml(DATA / "bryant_dishing.toml")))
-    assert model is not None
-    path = Continuation(model, Solver(method="quasi_static"))
-    path.advance(1.0, 0.0)
-    guides = np.flatnonzero(model.guides)
-    assert np.isin(path.equilibrium.equations.active, guides).sum() < 0.5 * len(guides)
-
-
-def test_condensed_energy_is_that_of_the_joints() -> None:
-    scene = Scene.from_toml(DATA / "bryant_dishing.toml").with_values({"movement.central_deflection": 4e-3})
-    model = wall_model(scene)
-    live = np.zeros(len(model.supports.live_load))
-    live[1 : 3 * model.n_blocks : 3] = -0.2 * model.mean_block_weight * np.random.default_rng(3).random(model.n_blocks)
-    model = replace(model, supports=model.supports._replace(live_load=live))
-    path = Continuation(model, Solver(method="quasi_static"))
-    path.advance(1.0, 0.0)
-    path.advance(1.0, 0.4)
-    assert path.equilibrium.condensed
-    listed, everything = path.equilibrium.equations.active, np.arange(len(model.interfaces.kind))
-    joints, _ = path.equilibrium.commit_joint_history(path.state, path.never_opened)
-    assert 0 < len(listed) < 0.5 * len(everything)
-    still, on_ground, state = model.ground.at(0.4), model.ground.at(0.0), path.state
-    by_joint = [
-        kernel(commit_joint_history)(
-            chosen,
-            model.interface_records,
-            model.joint_parameters,
-            ReturnMappingOptions().for_kernels(),
-            still,
-            state.history,
-            state.displacement,
-            path.never_opened,
-            on_ground,
-        )[3]
-        for chosen in (everything, listed)
-    ]
-    assert by_joint[1] < 0.8 * by_joint[0]  # else it would hardly matter
-    assert joints.stored == pytest.approx(by_joint[0], rel=1e-7)
 
 
 def test_a_dilatant_joint_without_cohesion_slides_while_condensed() -> None:

@@ -17,17 +17,17 @@ from damagepred.errors import ConvergenceError
 from damagepred.kernels.equilibrium.joints import fill_bond_loads
 from damagepred.one_wall.judged_path import model_of
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Scene, Solver, Wall
-from damagepred.solvers import Increment, solve_path
+from damagepred.solvers import solve_path
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import dynamic_relaxation as relaxation
 from damagepred.solvers.quasi_static import linear_system, residual
 from damagepred.solvers.quasi_static.continuation import Continuation
-from damagepred.solvers.quasi_static.equilibrium import Equilibrium, Methods
+from damagepred.solvers.quasi_static.equilibrium import Equilibrium
 from damagepred.solvers.quasi_static.stepper import quasi_static_path
 from damagepred.solvers.state.wall_state import State
 from tests.properties.test_quasi_static_laws import random_wall
 from tests.solvers.test_symmetry_reduction import mirrored
-from tests.solvers.walls import small_scene, stack, weak_pair
+from tests.solvers.walls import small_scene, weak_pair
 from tests.validation.test_quasi_static_balance import unbalanced
 
 CONTROL = DEFAULTS.continuation
@@ -189,27 +189,6 @@ def test_a_symmetric_wall_solved_in_full_cracks_symmetrically(kind: str, dpc: Dp
     assert cracked > 5, "nothing to check"
 
 
-def test_half_or_whole_condensed_or_not() -> None:
-    model = wall_model(cracking())
-    paths = [
-        list(solve_path(model, Solver(method="quasi_static", condense=condense, symmetric_half=half), 3))
-        for condense in (True, False)
-        for half in (True, False)
-    ]
-    reference = paths[-1]
-    assert (reference[-1].state == ContactState.CRACKED).sum() > 5
-    for path in paths[:-1]:
-        for one, other in zip(path, reference, strict=True):
-            widest = max(float(np.abs(other.opening).max()), 1e-6)
-            np.testing.assert_allclose(one.opening, other.opening, rtol=0, atol=1e-4 * widest)
-            largest = float(np.abs(other.normal_stress).max())
-            np.testing.assert_allclose(one.normal_stress, other.normal_stress, rtol=0, atol=1e-3 * largest)
-            np.testing.assert_array_equal(one.state == ContactState.CRACKED, other.state == ContactState.CRACKED)
-            for name in ("external_work", "elastic_energy", "released_energy"):
-                assert getattr(one.energy, name) == pytest.approx(getattr(other.energy, name), rel=2e-2, abs=1e-6), name
-            assert one.base_reaction == pytest.approx(other.base_reaction, rel=2e-2, abs=1e-6)
-
-
 # -- jumps ------------------------------------------------------------------------------------------------------------
 
 
@@ -251,6 +230,7 @@ def test_a_broken_bond_parts_where_it_opens_by_less_than_it_once_bore() -> None:
     assert last.history.cracked[beneath].all()
 
 
+@pytest.mark.thorough
 def test_jumps_end_in_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
     """A wall without bond in which something slides unstably."""
     jumps: list[float] = []
@@ -333,54 +313,6 @@ def test_a_path_continues_after_snap_through(monkeypatch: pytest.MonkeyPatch, la
     assert len(steps) == scene.movement.increments + 1
     for step in steps:
         assert np.abs(unbalanced(model, step)).max() < 1.05e-6
-
-
-def test_cyclic_stick_slip_is_accepted_with_its_residual(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Newton's method is disabled for some steps: the relaxed state is accepted, and the path continues."""
-    scene, model = random_wall("paper", 1)
-    without = list(quasi_static_path(model, WHOLE, scene.movement.increments))
-    find, find_nearby, snap_through, hidden = (
-        Equilibrium.find,
-        Equilibrium.find_nearby,
-        Continuation.snap_through,
-        set[float](),
-    )
-
-    def hides(state: State) -> bool:
-        return state.load_factor > 0.2 and len(hidden) < 4
-
-    def no_find(self: Equilibrium, state: State, start: np.ndarray | None = None, *methods: Methods) -> float:
-        return 1.0 if hides(state) else find(self, state, start, *methods)
-
-    def not_directly(self: Equilibrium, state: State) -> tuple[float, np.ndarray]:
-        if not hides(state):
-            return find_nearby(self, state)
-        return max(self.residual(state, state.displacement)[1], 2e-6), state.displacement
-
-    def then_shows(
-        self: Continuation, state: State, start_load_factor: float, cycles_share: float = 1.0
-    ) -> tuple[State, float]:
-        found = snap_through(self, state, start_load_factor, cycles_share)
-        hidden.add(state.load_factor)
-        return found
-
-    monkeypatch.setattr(Continuation, "snap_through", then_shows)
-    at_once = replace(WHOLE, advanced={"continuation": {"stagnation_limit": 0}})
-    monkeypatch.setattr(Equilibrium, "find", no_find)
-    monkeypatch.setattr(Equilibrium, "find_nearby", not_directly)
-    steps = list(quasi_static_path(model, at_once, scene.movement.increments))
-    assert hidden, "nothing to check"
-    assert len(steps) == len(without)
-    largest = np.array([step.unbalanced_force_ratio for step in steps])
-    assert 1e-6 < largest.max() < CONTROL.fallback_residual_tolerance
-    assert (largest[[step.load_factor < min(hidden) for step in steps]] < 1e-6).all()
-    assert largest[-1] < 1e-6
-    for step, other in zip(steps, without, strict=True):
-        widest = float(np.abs(other.opening).max())
-        # friction slips in both directions during relaxation
-        np.testing.assert_allclose(step.opening, other.opening, rtol=0, atol=0.05 * widest)
 
 
 def test_an_accepted_state_moves_its_condensed_courses() -> None:
@@ -497,82 +429,6 @@ def test_quality_of_a_quasi_static_path_is_on_record() -> None:
     assert ds["released_energy"].values[-1] > 0
     assert (ds["fracture_work"].values == 0).all()  # brittle bonds dissipate none
     assert (np.diff(ds["energy_error"].values) >= 0).all()
-
-
-def test_an_explicit_path_has_none() -> None:
-    scene = small_scene(movement=Movement(central_deflection=1e-4, increments=1), method="explicit")  # type: ignore[arg-type]
-    ds = damagepred.solve(scene)
-    for name in QUALITY:
-        assert np.isnan(ds[name].values).all(), name
-
-
-@pytest.mark.parametrize("count", [1, 4])
-def test_energy_of_a_stack_under_its_own_weight(count: int) -> None:
-    model = stack(count, QUASI_STATIC)
-    step = next(iter(solve_path(model, QUASI_STATIC, 1)))
-    weight = 0.24 * 0.075 * 0.11 * model.density[0] * GRAVITY
-    face = model.interfaces
-    above = np.array([np.sum(model.blocks.y > y) for y in face.y])
-    springs = model.properties.normal_stiffness * face.contact_area.sum(axis=1)
-    stored = float(((weight * above) ** 2 / (2 * springs)).sum())
-    assert step.energy.elastic_energy == pytest.approx(stored, rel=1e-6)
-    # under an increasing load the work is the same
-    assert step.energy.external_work == pytest.approx(stored, rel=1e-6)
-    for name in ("friction_work", "fracture_work", "released_energy", "energy_error"):
-        assert getattr(step.energy, name) == pytest.approx(0.0, abs=1e-6 * stored), name
-    assert step.joint_law_violation == pytest.approx(0.0, abs=1e-6 * stored)
-
-
-def stretched(joint: Joint, by: float, increments: int = 1) -> tuple[list[Increment], float]:
-    """Pull one block off another, without gravity; return the path and the stiffness of the joint (N/m)."""
-    pair = Assembly(joint=joint, gravity=(0.0, 0.0))
-    low, high = (pair.add_block(rectangle(0.0, y, 0.2, y + 0.1)) for y in (0.0, 0.1))
-    pair.support(low)
-    pair.support(high)
-    pair.move(high, y=by)
-    model = pair.build(QUASI_STATIC)
-    spring = float(model.properties.normal_stiffness[0] * model.interfaces.contact_area.sum())
-    return list(solve_path(model, QUASI_STATIC, increments)), spring
-
-
-def test_energy_of_a_stretched_joint() -> None:
-    by = 1e-6
-    *_, last = stretched(Joint(tensile_strength=1e6, cohesion=2e6), by)[0]
-    spring = stretched(Joint(tensile_strength=1e6, cohesion=2e6), by)[1]
-    assert last.energy.elastic_energy == pytest.approx(0.5 * spring * by**2, rel=1e-9)
-    assert last.energy.external_work == pytest.approx(0.5 * spring * by**2, rel=1e-9)
-
-
-def test_a_brittle_bond_releases_its_energy() -> None:
-    joint = Joint(tensile_strength=0.1e6, cohesion=0.2e6)
-    steps, spring = stretched(joint, 1e-4)
-    area = 0.2 * 0.11
-    free = (0.1e6 * area) ** 2 / (2 * spring)
-    assert steps[-1].energy.released_energy == pytest.approx(free, rel=0.03)
-    assert steps[-1].energy.external_work == pytest.approx(free, rel=0.03)
-    assert steps[-1].energy.elastic_energy == 0.0
-
-
-def test_a_softening_bond_dissipates_its_fracture_energy() -> None:
-    joint = Joint(tensile_strength=0.1e6, cohesion=0.2e6, fracture_energy=10.0)
-    steps, _ = stretched(joint, 3e-4, 200)  # it is gone at 0.2 mm
-    assert steps[-1].energy.fracture_work == pytest.approx(10.0 * 0.2 * 0.11, rel=1e-6)
-    assert steps[-1].energy.external_work == pytest.approx(10.0 * 0.2 * 0.11, rel=0.02)
-    assert steps[-1].energy.elastic_energy == 0.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["dishing", "doming"])
-@pytest.mark.parametrize("length", [2.4, 2.7, 3.6])
-def test_larger_symmetric_walls_crack_symmetrically(kind: str, length: float) -> None:
-    scene = cracking()
-    scene = replace(
-        scene, wall=replace(scene.wall, length=length, height=0.9), movement=replace(scene.movement, kind=kind)
-    )
-    model = wall_model(scene)
-    for step in solve_path(model, WHOLE, 6):
-        image = mirrored(model, step)
-        np.testing.assert_array_equal(step.state == ContactState.CRACKED, image.state == ContactState.CRACKED)
 
 
 def test_every_factorisation_is_made_with_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:

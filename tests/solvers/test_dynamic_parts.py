@@ -12,8 +12,7 @@ from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError, InputError
 from damagepred.kernels.dynamics.contact import BONDED, FREE
-from damagepred.one_wall.judged_path import model_of
-from damagepred.scene import BaseMotion, BlockMaterial, Dpc, Dynamics, Joint, Solver, Wall
+from damagepred.scene import BaseMotion, BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers.dynamics.base_motion import base_displacement, from_record
 from damagepred.solvers.dynamics.body_arrays import body_arrays
 from damagepred.solvers.dynamics.body_motion import motion_of
@@ -22,7 +21,7 @@ from damagepred.solvers.dynamics.options import DEFAULTS
 from damagepred.solvers.dynamics.time_step import time_step
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.assembly.reference import voronoi
-from tests.solvers.dynamic_scenes import STIFF, THICKNESS, deepest, dry, on_plate, run, stack, started
+from tests.solvers.dynamic_scenes import STIFF, THICKNESS, dry, on_plate, stack, started
 
 ORIGIN = np.array([0.3, 0.2])
 
@@ -54,15 +53,6 @@ def test_points_cover_every_face_once(assembly: Assembly) -> None:
     ends = np.unique(np.column_stack((points["own_edge"], np.round(along / e["length"], 9)))[own], axis=0)
     for edge in np.flatnonzero(faces):
         assert {0.0, 1.0} <= set(ends[ends[:, 0] == edge][:, 1])
-
-
-def test_first_edges_are_in_touch() -> None:
-    """Opening and shear of every contact are zero before any motion, also 10 km from the origin."""
-    for shift in (0.0, 1e4):
-        course = started(cells(shift).build(STIFF), 1e-4, start="unstressed")
-        opening, shear = course._bonded_kinematics()
-        assert np.abs(opening).max() < 1e-12 + 1e-15 * shift
-        assert np.abs(shear).max() < 1e-12 + 1e-15 * shift
 
 
 def test_forces_are_those_of_small_displacements() -> None:
@@ -231,34 +221,6 @@ def test_damping_takes_its_share_of_the_time_step() -> None:
     assert time_step(omega, settings) == pytest.approx(bare * (np.sqrt(1 + xi * xi) - xi))
 
 
-@pytest.mark.parametrize("damping", ["none", "rayleigh", "local"])
-def test_the_full_time_step_is_stable_in_any_contact(damping: str) -> None:
-    """At the limit: a collapsing heap of cells, with light and heavy blocks."""
-    assembly = Assembly(thickness=THICKNESS, joint=dry(1e9, 0.3))
-    for i, corners in enumerate(voronoi(np.random.default_rng(5), 12)):
-        assembly.add_block(corners + np.array([0.0, 0.2]), BlockMaterial(density=200.0 if i % 3 else 20000.0))
-    floor = assembly.add_block(rectangle(-2.0, -0.1, 3.0, 0.0))
-    assembly.support(floor)
-    ds = run(
-        assembly,
-        0.6,
-        6,
-        start="unstressed",
-        time_step_safety=1.0,
-        damping=damping,
-        damping_ratio=0.3,
-        frequency=0.1,
-        second_frequency=300.0,
-    )
-    fallen = float(ds["external_work"].values[-1])
-    gained = ds["kinetic_energy"] + ds["elastic_energy"] - ds["external_work"]
-    assert fallen > 100.0
-    assert float(gained.max()) < 0.05 * fallen
-    height = ds["block_y"].values + ds["block_displacement_y"].values
-    assert np.delete(height, floor, axis=1).min() > 0.0, "nothing falls through the floor"
-    assert max(deepest(ds, step) for step in range(7)) < 2e-3
-
-
 def test_energy_of_a_first_state_and_points() -> None:
     course = started(stack(2).build(STIFF), 1e-3)
     assert course.begins_in_equilibrium
@@ -266,20 +228,6 @@ def test_energy_of_a_first_state_and_points() -> None:
     assert (status[: len(course.initial_points)] == BONDED).all()
     assert (status[len(course.initial_points) :] == FREE).all()
     assert course.energy.balance().energy_error == 0.0
-
-
-def test_wall_of_a_scene_runs_in_time() -> None:
-    scene = Scene(wall=Wall(length=0.96, height=0.3), dynamics=Dynamics(duration=0.01, outputs=2))
-    ds = damagepred.solve(scene)
-    assert ds["time"].values == pytest.approx([0.0, 0.005, 0.01])
-    assert np.abs(ds["block_displacement_y"].values - ds["block_displacement_y"].values[0]).max() < 1e-12
-
-
-def test_the_model_of_a_scene_in_time_is_the_one_that_is_solved() -> None:
-    """A dry dpc, whose joints have one part in time and several in equilibrium."""
-    scene = Scene(wall=Wall(length=0.96, height=0.3), dpc=Dpc(course=1), dynamics=Dynamics(duration=1e-3, outputs=1))
-    assert model_of(scene).n_contacts == damagepred.solve(scene).sizes["contact"]
-    assert model_of(scene).n_contacts < model_of(replace(scene, dynamics=None)).n_contacts
 
 
 def test_steps_are_counted_in_any_batches() -> None:
@@ -327,20 +275,6 @@ def test_undamped_dry_joints_are_given_shorter_steps() -> None:
     for wall, share in ((on_plate(), 0.25), (stack(2), 0.5)):
         course = started(wall.build(STIFF), 0.1)
         assert course.time_step == pytest.approx(share * 2.0 / course.frequency.touched, rel=0.01)
-
-
-@pytest.mark.parametrize(("side", "high", "count", "stiffness"), [(0.3, 1.0, 3, 82e9), (1.0, 3.0, 2, 1e10)])
-def test_bouncing_gains_hardly_any_energy(side: float, high: float, count: int, stiffness: float) -> None:
-    """Undamped dry blocks bounce on unstressed joints a hundred times: with half of the limit 2 to 4 %."""
-    hopping = Assembly(thickness=THICKNESS, joint=dry(stiffness, 0.6))
-    hopping.support(hopping.add_block(rectangle(-5.0 * side, -side, 10.0 * side, 0.0)))
-    for k in range(count):
-        hopping.add_block(rectangle(0.0, side * high * k, side, side * high * (k + 1)))
-    model = hopping.build(STIFF)
-    bounce = 2.0 * np.pi * np.sqrt(model.mass[1] * count / (stiffness * side * THICKNESS))
-    steps = list(started(model, 200.0 * bounce, 20, start="unstressed"))
-    most = max(step.energy.kinetic_energy + step.energy.elastic_energy for step in steps)
-    assert max(abs(step.energy.energy_error) for step in steps) < 0.015 * most
 
 
 @pytest.mark.parametrize(

@@ -88,25 +88,6 @@ def test_only_rectangles_that_are_not_held_are_elastic() -> None:
     assert model.size == 3 * (other + 2) + 2
 
 
-@pytest.mark.parametrize(
-    "tables",
-    [
-        {},
-        {"dpc": {"course": 2}, "movement": {"kind": "doming"}},
-        {"wall": {"bond": "stack"}},
-        {"movement": {"shape": "mound"}, "mound": {"surface_movement": 5e-3}},
-    ],
-    ids=["dishing", "doming", "stack", "mound"],
-)
-def test_half_of_a_symmetric_wall_is_the_whole(tables: dict[str, dict[str, Any]]) -> None:
-    always = {"symmetry": {"small_wall": 0}}
-    settings = ({"blocks": "elastic", "symmetric_half": half, "advanced": always} for half in (True, False))
-    found = [solve(scene(**tables, solver=solver)) for solver in settings]
-    for name in ("block_strain", "block_curvature", "contact_normal_stress", "contact_opening", "block_rotation"):
-        half, whole = (ds[name].values for ds in found)
-        np.testing.assert_allclose(half, whole, atol=1e-6 * np.abs(whole).max())
-
-
 def test_explicit_solver_gives_the_same() -> None:
     settings = ({"method": "quasi_static"}, {"method": "explicit", "tolerance": 1e-4})
     strong = {"tensile_strength": 1e6, "cohesion": 1e6}
@@ -160,6 +141,7 @@ def held_in_place(angle: float) -> DynamicRun:
     return dynamic_run(wall.build(settings), settings, Dynamics(duration=1e-4, outputs=1, start="unstressed"))
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("angle", [0.0, 0.4])
 def test_forces_in_time_are_those_of_small_displacements(angle: float) -> None:
     course = held_in_place(angle)
@@ -181,6 +163,7 @@ def test_forces_in_time_are_those_of_small_displacements(angle: float) -> None:
     assert course.frequency.touched > course.frequency.intact
 
 
+@pytest.mark.thorough
 def test_a_run_in_time_begins_and_stays_in_equilibrium() -> None:
     bonded = {name: table for name, table in scene().to_dict().items() if name != "dpc"}
     time = {"duration": 0.02, "outputs": 4}
@@ -194,6 +177,7 @@ def test_a_run_in_time_begins_and_stays_in_equilibrium() -> None:
 RAYLEIGH = {"damping": "rayleigh", "frequency": 1000, "second_frequency": 4000}
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize(
     ("joint", "damping"),
     [(DRY, RAYLEIGH), ({"fracture_energy": 10.0}, {}), ({"dilation": 0.2, "brittle_shear": True}, {})],

@@ -7,28 +7,13 @@ import pytest
 
 from damagepred.assembly import Assembly, wall_model
 from damagepred.assembly.assembly import rectangle
-from damagepred.enumerations import ContactKind, ContactState
+from damagepred.enumerations import ContactState
 from damagepred.kernels.explicit.motion import damped
 from damagepred.scene import Joint, Movement, Solver
 from damagepred.solvers.driver import Outcome
 from damagepred.solvers.explicit.stepper import ExplicitStepper, explicit_path
 from damagepred.solvers.state.joint_history import fields_of
-from tests.solvers.walls import small_scene, small_wall, stack, weak_pair
-
-
-@pytest.mark.parametrize("elastic_start", [True, False])
-def test_stack_under_self_weight(elastic_start):
-    """u_i = W i (2 n - i + 1) / (2 k_n A), i counted from the bottom."""
-    count, settings = 8, Solver(method="explicit", tolerance=1e-4, lump_block_elasticity=False)
-    model = stack(count, settings)
-    rest = next(explicit_path(model, settings, 1, elastic_start=elastic_start))
-    weight = float(model.mass[0]) * 9.81
-    i = np.arange(1, count + 1)
-    stiffness = model.properties.normal_stiffness[0] * model.interfaces.contact_area[0].sum()
-    expected = -weight * i * (2 * count - i + 1) / (2 * stiffness)
-    np.testing.assert_allclose(rest.displacement[:, 1], expected, rtol=1e-3)
-    assert rest.base_reaction == pytest.approx(count * weight, rel=1e-3)
-    assert np.abs(rest.displacement[:, [0, 2]]).max() < 1e-12
+from tests.solvers.walls import small_scene, small_wall, weak_pair
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -77,15 +62,6 @@ def test_a_wall_that_moves_steadily_does_not_ring(monkeypatch: pytest.MonkeyPatc
     assert np.median(forces) < 0.03
 
 
-def test_a_wall_that_is_not_moved_stays_intact():
-    scene = small_scene(movement=Movement(central_deflection=0.0, increments=2))
-    path = list(explicit_path(wall_model(scene), scene.solver, 2))
-    for increment in path:
-        assert (increment.state == ContactState.INTACT).all()
-        assert not increment.collapsed
-    np.testing.assert_allclose(path[0].displacement, path[2].displacement, atol=1e-12)
-
-
 def test_elastic_start_is_harmless():
     model, settings = small_wall(), Solver(method="explicit", tolerance=1e-6)
     direct = next(explicit_path(model, settings, 4))
@@ -130,32 +106,6 @@ def test_slip_and_stress_of_a_state_belong_to_the_same_cycle():
     assert abs(slid) > 1e-6
     elastic = stiffness * (slid - picture.slip)
     np.testing.assert_allclose(picture.shear_stress, elastic, atol=1e-9 * stiffness * abs(slid))
-
-
-def test_a_mirrored_wall_moves_as_in_a_mirror():
-    """Window near the left end, and near the right, with cracks. Slow movement, because slip is irreversible."""
-    scenes = [small_scene(x, tolerance=1e-3, ramp_cycles=10_000) for x in (0.48, 2.4 - 0.48 - 0.48)]
-    models = [wall_model(scene) for scene in scenes]
-    ends = [list(explicit_path(m, s.solver, 4)) for m, s in zip(models, scenes)]
-    left, right = models[0].blocks, models[1].blocks
-    twin = np.array([int(np.hypot(2.4 - x - right.x, y - right.y).argmin()) for x, y in zip(left.x, left.y)])
-    np.testing.assert_allclose(right.x[twin], 2.4 - left.x, atol=1e-9)
-    for step in (1, 4):
-        one, other = ends[0][step].displacement, ends[1][step].displacement[twin] * (-1.0, 1.0, -1.0)
-        assert np.abs(one - other)[:, :2].max() < 0.01 * np.abs(one)[:, :2].max()
-    dpc = [np.sort(p[4].opening[m.interfaces.kind == ContactKind.DPC].ravel()) for p, m in zip(ends, models)]
-    np.testing.assert_allclose(*dpc, atol=0.01 * dpc[0].max())
-
-
-def test_two_runs_are_the_same_to_the_last_bit():
-    model = small_wall(0.48)
-    settings = small_scene().solver
-    first, second = (list(explicit_path(model, settings, 4)) for _ in range(2))
-    assert len(first) == len(second) == 5
-    assert (first[-1].state == ContactState.CRACKED).any()
-    for one, other in zip(first, second):
-        for field in dataclasses.fields(one):
-            np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
 
 
 def test_the_weight_of_the_wall_reaches_the_ground_at_every_increment():

@@ -226,6 +226,7 @@ def cracking(law: str = "cracked") -> Scene:
     return replace(scene, footing=replace(scene.footing, concrete=concrete))
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("law", ["cracked", "branson"])
 def test_footing_that_cracks_is_the_quasi_static_one(law: str) -> None:
     model, explicit, quasi_static = both(cracking(law))

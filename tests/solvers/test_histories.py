@@ -53,6 +53,7 @@ GROUNDS = [
 ]
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("method", ["quasi_static", "explicit"])
 @pytest.mark.parametrize("ground", GROUNDS, ids=lambda g: "-".join(g.values()))
 def test_a_growing_movement_cut_into_stages_is_the_one_run(ground: dict[str, str], method: str) -> None:

@@ -15,6 +15,8 @@ from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import Dpc, Dynamics, Joint, Mound, Movement, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
 
+pytestmark = pytest.mark.quick_cases()
+
 WALL = Wall(length=3.6, height=0.9, block_length=0.24, block_height=0.09)
 CONSTANT: Mapping[str, Mound] = {
     "mitchell": Mound(shape="mitchell", surface_movement=0.06, suction_depth=2.5),

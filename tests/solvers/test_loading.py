@@ -89,41 +89,6 @@ def bonded_wall(courses: int = 6, joint: Joint | None = None) -> Assembly:
     return wall
 
 
-def test_dead_and_live_load_are_superposed_in_an_elastic_wall(solver: Solver) -> None:
-    """Superposition: dead and half of the live load, and the same as dead load."""
-    live, dead = bonded_wall(), bonded_wall()
-    live.push_body(x=0.4)
-    live.push(live.n_blocks - 1, x=200.0, y=-500.0, moment=10.0)
-    for block, load in enumerate(live.build().supports.live_load.reshape(-1, 3)):
-        dead.load(block, x=0.5 * load[0], y=0.5 * load[1], moment=0.5 * load[2])
-    exact = damagepred.solve(dead, solver=solver, increments=1).isel(increment=0)
-    found = damagepred.solve(live, solver=solver, increments=2).isel(increment=1)
-    for name in ("block_displacement_x", "block_displacement_y", "block_rotation"):
-        scale = float(np.abs(exact[name]).max())
-        assert float(np.abs(found[name] - exact[name]).max()) < 1e-4 * scale
-
-
-@pytest.mark.parametrize("weak", [False, True])
-def test_condensed_courses_carry_the_live_load(weak: bool) -> None:
-    """The same with condensed and full courses; the wall cracks at its base."""
-    joint = Joint(tensile_strength=3e3, cohesion=20e3) if weak else None
-    paths = []
-    for condense in (True, False):
-        wall = bonded_wall(joint=joint)
-        wall.push_body(x=0.3)
-        wall.push(wall.n_blocks - 1, y=-300.0)
-        paths.append(damagepred.solve(wall, solver=replace(SOLVERS["quasi_static"], condense=condense), increments=4))
-    assert (paths[0]["contact_state"].values[-1] == 1).any() == weak
-    for name in ("block_displacement_x", "block_rotation", "contact_normal_stress"):
-        scale = float(np.abs(paths[1][name]).max())
-        np.testing.assert_allclose(paths[0][name], paths[1][name], atol=1e-6 * scale)
-    for ds in paths:
-        went = ds["elastic_energy"] + ds["friction_work"] + ds["released_energy"]
-        work = float(ds["external_work"][-1])
-        assert float(np.abs(ds["external_work"] - went)[-1]) < 1e-4 * work
-        assert float(ds["energy_error"][-1]) < 1e-4 * work
-
-
 def test_a_live_load_is_mirrored_or_the_wall_is_solved_in_full() -> None:
     quasi_static = SOLVERS["quasi_static"]
     wall = bonded_wall(courses=4)
@@ -209,22 +174,6 @@ def test_a_level_beam_stays_level_and_shares_its_load_by_stiffness(solver: Solve
     moment = -(-20e3 * -0.2) - (up * np.array([-0.4, 0.4])).sum()
     assert float(beam["block_support_moment"]) == pytest.approx(moment, rel=1e-3)
     assert abs(float(two_columns(solver, level=False)["block_rotation"])) > 1e-7
-
-
-def test_condensed_courses_follow_a_beam_on_top() -> None:
-    """A beam that is displaced along the top and free to rise moves the condensed courses below."""
-    paths = []
-    for condense in (True, False):
-        wall = bonded_wall()
-        beam = wall.add_block(rectangle(0.0, 0.6, 0.6, 0.7), course=6)
-        wall.load(beam, y=-5e3)
-        wall.support(beam, x=False, y=False)
-        wall.move(beam, x=2e-5)
-        solver = replace(SOLVERS["quasi_static"], condense=condense)
-        paths.append(damagepred.solve(wall, solver=solver, increments=2))
-    force = [ds["block_support_force_x"].values[-1, beam] for ds in paths]
-    assert force[0] == pytest.approx(force[1], rel=1e-6)
-    assert force[0] > 1e3
 
 
 def test_supports_of_single_gridpoints_balance_force_and_moment(solver: Solver) -> None:

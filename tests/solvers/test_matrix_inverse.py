@@ -33,6 +33,7 @@ def made(size: int, kind: str) -> np.ndarray:
     return 0.5 * (whole + whole.T)
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("kind", ["positive", "not positive", "skew"])
 @pytest.mark.parametrize("size", [1, 3, 31, 33, 64, 97, 200])
 def test_inverse(size: int, kind: str) -> None:

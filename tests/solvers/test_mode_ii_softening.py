@@ -91,25 +91,6 @@ def test_slip_reduces_the_tensile_strength_too(share: float) -> None:
     assert (slid > 0.15 * s_c) == (share > 0.0)
 
 
-def test_a_very_small_fracture_energy_is_a_brittle_joint() -> None:
-    scene = Scene(wall=Wall(length=1.2, height=0.3), joint=replace(WEARS, shear_fracture_energy=0.1))
-    model = wall_model(scene)
-    law = model.properties
-    assert law.brittle_shear.all()
-    assert not law.critical_slip.any()
-    assert (law.critical_opening > 0).all(), "tension still softens"
-    assert model.snap_back_limited == len(model.joints.kind)
-    assert wall_model(replace(scene, joint=WEARS)).snap_back_limited == 0
-    model = wall_model(replace(scene, joint=WEARS))
-    enough = model.properties
-    assert not enough.brittle_shear.any()
-    np.testing.assert_allclose(enough.critical_slip, 2 * SHEAR_ENERGY / (0.375e6 - 0.05e6))
-    np.testing.assert_allclose(
-        model.joint_parameters["slip_weight"] * enough.critical_slip,
-        enough.critical_opening - enough.tensile_strength / enough.normal_stiffness,
-    )
-
-
 @pytest.mark.parametrize("shear_energy", [None, SHEAR_ENERGY])
 def test_joints_too_soft_to_soften_in_tension_are_counted(shear_energy: float | None) -> None:
     little = Joint(fracture_energy=0.1, shear_fracture_energy=shear_energy)

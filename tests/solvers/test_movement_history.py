@@ -1,7 +1,6 @@
 """Movement in stages: there and back, and from dishing to doming."""
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,31 +24,6 @@ def stage(kind: str, deflection: float, increments: int) -> dict[str, object]:
 def solved(*stages: dict[str, object], **tables: object) -> xr.Dataset:
     movement = {"central_deflection": max(s["central_deflection"] for s in stages), "stage": list(stages)}
     return damagepred.solve(Scene.from_dict({**WALL, "movement": movement, **tables}))
-
-
-@pytest.mark.parametrize("method", ["quasi_static", "explicit"])
-def test_a_growing_movement_cut_into_stages_is_the_one_run(method: str) -> None:
-    solver = {"method": method}
-    one = {"central_deflection": 4e-3, "increments": 8}
-    whole = damagepred.solve(Scene.from_dict({**WALL, "movement": one, "solver": solver}))
-    cut = solved(stage("dishing", 1e-3, 2), stage("dishing", 3e-3, 4), stage("dishing", 4e-3, 2), solver=solver)
-    for name in ("block_displacement_x", "block_displacement_y", "contact_opening", "contact_slip"):
-        np.testing.assert_allclose(cut[name], whole[name], rtol=0, atol=1e-9 * 4e-3)
-    assert cut["stage"].values.tolist() == [0, 1, 1, 2, 2, 2, 2, 3, 3]
-
-
-@pytest.mark.parametrize("joint", [{}, DRY], ids=["bonded", "dry"])
-def test_a_closed_cycle_makes_no_energy(joint: dict[str, float]) -> None:
-    path = solved(stage("dishing", 4e-3, 4), stage("doming", 4e-3, 8), stage("dishing", 0.0, 4), joint=joint)
-    assert path.attrs["status"] == "complete"
-    assert path["central_deflection"].values[[4, 8, 12, 16]] == pytest.approx([4e-3, 0.0, 4e-3, 0.0])
-    assert path["progress"].values[[4, 8, 12, 16]] == pytest.approx([1.0, 0.0, -1.0, 0.0])
-    error = path["energy_error"].values
-    for name in ("friction_work", "fracture_work", "released_energy"):
-        assert (np.diff(path[name]) >= -np.diff(error) - 1e-12).all()
-    dissipated = sum(path[name].values for name in ("friction_work", "fracture_work", "released_energy"))
-    balance = path["external_work"] - path["elastic_energy"] - dissipated
-    assert (np.abs(balance) <= error + 1e-9).all()
 
 
 def test_the_worst_width_stays_and_the_present_one_remains_after_the_cycle() -> None:
@@ -85,27 +59,6 @@ def test_the_dpc_closes_again_in_both_solvers(joint: dict[str, float]) -> None:
     for path in (quasi_static, explicit):
         assert path["dpc_opening_max"].values[-1] < 0.01e-3
     np.testing.assert_allclose(quasi_static["dpc_opening_max"], explicit["dpc_opening_max"], rtol=0, atol=0.02e-3)
-
-
-def test_stages_are_written_and_read_again(tmp_path: Path) -> None:
-    movement = {"central_deflection": 4e-3, "stage": [stage("doming", 4e-3, 3), stage("dishing", 0.0, 2)]}
-    scene = Scene.from_dict({**WALL, "movement": movement})
-    (tmp_path / "wall.toml").write_text(scene.to_toml())
-    assert Scene.from_toml(tmp_path / "wall.toml") == scene
-    assert scene.movement.increment_count == 5
-
-
-@pytest.mark.parametrize(
-    ("movement", "said"),
-    [
-        ({"shape": "mound"}, "each stage has a surface_movement"),
-        ({"central_deflection": 5e-3}, "must be the largest of the stages"),
-    ],
-)
-def test_stages_that_do_not_fit_are_refused(movement: dict[str, object], said: str) -> None:
-    given = {"central_deflection": 4e-3, "stage": [stage("dishing", 4e-3, 2)], **movement}
-    with pytest.raises(InputError, match=said):
-        Scene.from_dict({**WALL, "movement": given})
 
 
 def test_a_number_of_increments_beside_stages_is_refused() -> None:

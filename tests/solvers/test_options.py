@@ -101,6 +101,7 @@ def test_all_values_are_recorded_with_a_wall() -> None:
     assert recorded.keys() == option_classes().keys()
 
 
+@pytest.mark.thorough
 def test_a_replay_solves_with_what_was_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file, out = tmp_path / "study.toml", tmp_path / "study.dp"
     file.write_text(STUDY)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from damagepred.assembly import Assembly, Model
+from damagepred.assembly import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.section import SectionMemory
 from damagepred.enumerations import ZoneState
@@ -21,7 +21,6 @@ from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import BlockMaterial, Dynamics, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.dynamics.body_arrays import _spread
-from damagepred.solvers.explicit import stepper as explicit
 from damagepred.solvers.explicit.jack_servo import GAIN_RATIO, LINE_STIFFNESS_RATIO, Pump
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
 from damagepred.solvers.options import DEFAULTS
@@ -33,7 +32,7 @@ from damagepred.solvers.state.zone_history import zone_results
 from damagepred.solvers.system.collapse_criterion import largest_elastic_displacement
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 from damagepred.solvers.system.footing_forces import section_response_of
-from tests.solvers.dynamic_scenes import STIFF, stack, started
+from tests.solvers.dynamic_scenes import STIFF
 from tests.verification.test_energy_accounts import DRY, ELASTIC, ONE_STEP, concrete_on_jacks, on_jacks
 
 SOFT = Joint(
@@ -203,73 +202,7 @@ def test_points_on_a_stretch_of_a_face() -> None:
     np.testing.assert_allclose(_spread(0.2, 0.5, 0.3, True, True, 100), [(0.2, 0.05), (0.35, 0.2), (0.5, 0.05)])
 
 
-def test_a_projectile_follows_the_parabola() -> None:
-    """To rounding: central differences are exact at constant acceleration, with a start at minus half a step."""
-    wall = Assembly(thickness=0.11, block=BlockMaterial(elastic_modulus=1e6))
-    wall.add_block(rectangle(0.0, 0.0, 0.3, 0.1))
-    wall.set_velocity(0, x=0.4, y=2.0)
-    model = wall.build(STIFF)
-    run = dynamic_run(model, STIFF, Dynamics(duration=0.1, outputs=4, damping="none", start="unstressed"))
-    for step in list(run)[1:]:
-        t = step.time
-        np.testing.assert_allclose(step.displacement[0, :2], [0.4 * t, 2.0 * t - 0.5 * GRAVITY * t**2], rtol=1e-9)
-        assert abs(step.displacement[0, 2]) < 1e-9
-        fast = 2.0 - GRAVITY * (t + 0.5 * run.time_step * np.array([-1.0, 1.0]))
-        assert step.energy.kinetic_energy == pytest.approx(0.5 * model.mass[0] * (0.4**2 + fast.prod()), rel=1e-9)
-
-
-def test_energies_of_a_block_under_local_damping() -> None:
-    wall = Assembly(thickness=0.11)
-    wall.add_block(rectangle(0.0, 0.0, 0.3, 0.1))
-    wall.set_velocity(0, y=2.0)
-    model = wall.build(STIFF)
-    damped = Dynamics(duration=0.1, outputs=4, damping="local", local_damping=0.35, start="unstressed")
-    run = dynamic_run(model, STIFF, damped)
-    path, dt = list(run), run.time_step
-    for step in path[1:]:
-        before = 2.0 + 0.5 * GRAVITY * dt - 1.35 * GRAVITY * step.time
-        assert step.energy.kinetic_energy == pytest.approx(
-            0.5 * model.mass[0] * before * (before - 1.35 * GRAVITY * dt)
-        )
-        assert abs(step.energy.energy_error) < 1e-9 * path[0].energy.kinetic_energy
-
-
-def test_elastic_energy_alone_shows_divergence() -> None:
-    run = started(stack(2).build(STIFF), 1e-3)
-    points = run.bodies.points
-    assert run.energy.elastic_energy() > 0.0
-    points["sigma"] *= 3.0
-    points["tau"] *= 3.0
-    assert not run.energy.diverged(10.0, 1e9)
-    assert run.energy.diverged(8.0, 1e9)
-
-
 EXPLICIT = Solver(method="explicit", lump_block_elasticity=False, symmetric_half=False)
-
-
-def bridge() -> Model:
-    """A block bonded between two others, one of which moves away: the other bond alone cannot carry it."""
-    wall = Assembly(thickness=0.11, joint=Joint(normal_stiffness=2e9, tensile_strength=150e3, cohesion=150e3))
-    for x, end in ((0.0, 0.1), (0.1, 1.0), (1.0, 1.1)):
-        wall.add_block(rectangle(x, 0.0, end, 0.1))
-    wall.support(0)
-    wall.move(2, x=1e-3, y=0.0, rotation=0.0)
-    return wall.build(EXPLICIT)
-
-
-def test_cycles_of_increments_add_up_to_those_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    runs: list[DampedTimeStepping] = []
-
-    class Noted(DampedTimeStepping):
-        def __init__(self, *given: object, **more: object) -> None:
-            super().__init__(*given, **more)  # type: ignore[arg-type]
-            runs.append(self)
-
-    monkeypatch.setattr(explicit, "DampedTimeStepping", Noted)
-    path = list(explicit.explicit_path(bridge(), EXPLICIT, 4))
-    assert path[-1].collapsed
-    assert path[0].counters.cycles > 0
-    assert sum(step.counters.cycles for step in path) == runs[0].cycles
 
 
 def test_bound_of_the_work_of_loads_by_hand() -> None:

@@ -41,6 +41,7 @@ def test_without_a_caution_the_result_does_not_depend_on_increments(kind: str) -
     assert difference(coarse, fine) < 0.01
 
 
+@pytest.mark.thorough
 def test_dependence_on_increments_is_reported() -> None:
     """In one increment the wall snaps through, in 160 it is followed; final positions differ."""
     coarse, fine = (dry_wall("doming", 3.36, 1.5, n) for n in (1, 160))

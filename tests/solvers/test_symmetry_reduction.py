@@ -1,10 +1,8 @@
 """The expanded solution of half a symmetric wall is that of the whole wall; only symmetric walls are halved."""
 
-import dataclasses
 import itertools
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,7 +22,6 @@ from damagepred.solvers.symmetry import HalfModel, reduce_by_symmetry
 from tests.solvers.walls import stack
 from tests.validation.test_quasi_static_balance import unbalanced
 
-DATA = Path(__file__).resolve().parents[2] / "data"
 QUASI_STATIC, EXPLICIT = Solver(method="quasi_static"), Solver(method="explicit", tolerance=1e-5)
 SOLVERS = [QUASI_STATIC, EXPLICIT]
 WEAK = Joint(tensile_strength=0.1e6, cohesion=0.1e6)
@@ -166,6 +163,7 @@ WALLS = {
 }
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("name", WALLS)
 def test_small_walls_follow_the_same_path(name: str) -> None:
     model, wall = wall_model(WALLS[name]), WALLS[name]
@@ -193,6 +191,7 @@ WALLS_OF_ZONES = {
 }
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("name", WALLS_OF_ZONES)
 def test_deformable_walls_follow_the_same_path(name: str) -> None:
     wall = WALLS_OF_ZONES[name]
@@ -205,48 +204,7 @@ def test_deformable_walls_follow_the_same_path(name: str) -> None:
     assert (pairs[-1][0].state == ContactState.CRACKED).sum() > 10, "nothing happened"
 
 
-@pytest.mark.parametrize("name", WALLS_OF_ZONES)
-def test_half_of_a_deformable_wall(name: str) -> None:
-    whole = wall_model(WALLS_OF_ZONES[name])
-    half = halved(whole)
-    assert whole.mesh is not None
-    assert half.mesh is not None
-    axis = WALLS_OF_ZONES[name].wall.length / 2
-    assert half.mesh.x.min() > axis - 1e-9
-    assert half.mesh.zone_area.sum() == pytest.approx(whole.mesh.zone_area.sum() / 2)
-    assert len(half.mesh.zones) == len(whole.mesh.zones) / 2
-    assert half.supports.load.sum() == pytest.approx(whole.supports.load.sum() / 2)
-    across = np.flatnonzero(half.geometry.halved)
-    held = np.isin(half.mesh.gridpoint_block, across) & (half.mesh.x < axis + 1e-9)
-    assert set(half.mesh.dof_x[held]) <= set(half.supports.prescribed)
-    assert half.blocks.area[across] == pytest.approx(whole.blocks.area[half.geometry.kept[across]] / 2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("length", [EVEN, ODD])
-def test_the_explicit_solver_follows_the_same_path_with_zones(length: float) -> None:
-    settings = Solver(method="explicit", blocks="deformable", tolerance=1e-4, ramp_cycles=10_000)
-    wall = scene(length, joint=Joint(tensile_strength=1e6, cohesion=1e6), solver=settings)
-    model = wall_model(replace(wall, movement=Movement(central_deflection=5e-6, increments=1)))
-    compare(model, settings, 1, displacement=2e-3, stress=2e-2)
-
-
-@pytest.mark.parametrize(
-    ("name", "deflection"),
-    [
-        ("bryant_dishing", 8e-3),
-        ("bryant_doming", 7e-3),
-        # later bricks are detached
-        ("bryant_window_dishing", 3e-3),
-        ("bryant_window_doming", 3e-3),
-    ],
-)
-def test_the_walls_of_the_test_follow_the_same_path(name: str, deflection: float) -> None:
-    tested = Scene.from_toml(DATA / f"{name}.toml").with_values({"movement.central_deflection": deflection})
-    pairs = compare(wall_model(tested), QUASI_STATIC, 2, displacement=1e-5, stress=1e-4)
-    assert (pairs[-1][0].state == ContactState.CRACKED).sum() > 100
-
-
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("length", [EVEN, ODD])
 @pytest.mark.parametrize("deflection", [5e-6, 1.5e-3])
 def test_the_explicit_solver_follows_the_same_path(length: float, deflection: float) -> None:
@@ -293,6 +251,7 @@ def test_a_joint_on_the_axis_opens_as_in_the_whole_wall(solver: Solver) -> None:
     assert not (one.state[axis] == ContactState.SLIPPING).any()
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: solver.method)
 def test_a_joint_on_the_axis_softens_as_in_the_whole_wall(solver: Solver) -> None:
     """Its tension softens to zero over 2 x 10 N/m / 0.05 MPa = 0.4 mm of opening, of which the half has 0.2 mm."""
@@ -302,21 +261,6 @@ def test_a_joint_on_the_axis_softens_as_in_the_whole_wall(solver: Solver) -> Non
     softening = (whole.state[axis] == ContactState.CRACKED) & (whole.normal_stress[axis] > 5e3)
     assert softening.any()
     np.testing.assert_allclose(one.normal_stress[axis][softening], whole.normal_stress[axis][softening], rtol=1e-2)
-
-
-def test_signs_on_the_left_are_those_of_the_whole_wall() -> None:
-    model = model_of(kind="doming")
-    *_, one = solve_path(model, QUASI_STATIC, 4)
-    *_, whole = solve_path(model, replace(QUASI_STATIC, symmetric_half=False), 4)
-    left = model.interfaces.x < EVEN / 2 - 1e-6
-    for name in ("slip", "shear_stress"):
-        there = getattr(whole, name)[left]
-        told = np.abs(there) > 0.01 * np.abs(there).max()
-        assert told.sum() > 20
-        assert (np.sign(getattr(one, name)[left]) == np.sign(there))[told].all(), name
-    turn = whole.displacement[model.blocks.x < EVEN / 2 - 1e-6, 2]
-    told = np.abs(turn) > 0.01 * np.abs(turn).max()
-    assert (np.sign(one.displacement[model.blocks.x < EVEN / 2 - 1e-6, 2]) == np.sign(turn))[told].all()
 
 
 # -- by hand ----------------------------------------------------------------------------------------------------------
@@ -359,68 +303,7 @@ def wall_by_hand() -> Assembly:
     return wall
 
 
-def test_a_wall_by_hand() -> None:
-    wall = wall_by_hand()
-    wall.load(14, x=100.0, y=-700.0, at=(0.1, 0.4))
-    wall.load(17, x=-100.0, y=-700.0, at=(0.86, 0.4))
-    model = wall.build()
-    assert model.supports.load.reshape(-1, 3)[14, 2] != 0.0
-    pairs = compare(model, QUASI_STATIC, 4, displacement=1e-5, stress=1e-4)
-    assert (pairs[-1][0].state == ContactState.CRACKED).sum() > 10
-
-
 # -- what the half is -------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", WALLS)
-def test_the_half_is_half_the_wall(name: str) -> None:
-    whole = wall_model(WALLS[name])
-    part = halved(whole)
-    face, n = part.interfaces, part.n_blocks
-    across = np.isclose(part.blocks.x, WALLS[name].wall.length / 2)
-    assert whole.n_blocks == 2 * n - across.sum()
-    np.testing.assert_allclose(
-        part.supports.load.reshape(-1, 3).sum(axis=0)[1], whole.supports.load.reshape(-1, 3).sum(axis=0)[1] / 2
-    )
-    assert (np.sort(part.supports.prescribed) == np.sort(np.ravel(3 * np.flatnonzero(across)[:, None] + [0, 2]))).all()
-    # the ground comes last, and is block a
-    with_ground = face.block_a == n
-    assert (np.flatnonzero(with_ground) == np.arange(len(face.x))[-len(part.ground.full.normal) :]).all()
-    assert face.block_b.max() < n
-    assert len(part.ground.full.normal) == len(part.ground.full.shear) == with_ground.sum()
-    axis = with_ground & (face.kind == ContactKind.HEAD_JOINT)
-    inner = whole.interfaces.kind != ContactKind.FOOTING_INTERFACE
-    # a joint on the axis is there whole, and the bed joints that the axis cuts are there in half
-    area = face.contact_area.sum(axis=1)
-    kept = area[~axis & (face.kind != ContactKind.FOOTING_INTERFACE)].sum() + area[axis].sum() / 2
-    assert kept == pytest.approx(whole.interfaces.contact_area[inner].sum() / 2)
-    assert area[face.kind == ContactKind.FOOTING_INTERFACE].sum() == pytest.approx(
-        whole.interfaces.contact_area[~inner].sum() / 2
-    )
-
-
-def test_a_joint_on_the_axis_softens_over_half_the_opening() -> None:
-    joint = replace(WEAK, fracture_energy=20.0)
-    model = model_of(bond="stack", joint=joint)
-    part = halved(model)
-    axis, law = part.geometry.on_axis, part.properties
-    assert axis.sum() == 12
-    assert law.critical_opening[~axis] == pytest.approx(2 * 20.0 / 0.1e6)
-    assert law.critical_opening[axis] == pytest.approx(20.0 / 0.1e6)
-    whole = model.properties.normal_stiffness[part.geometry.faces]
-    assert law.normal_stiffness == pytest.approx(np.where(axis, 2.0, 1.0) * whole)
-
-
-def test_every_array_of_an_increment_is_unfolded() -> None:
-    model = model_of()
-    *_, of_half = quasi_static.quasi_static_path(halved(model), QUASI_STATIC, 1)
-    unfolded = halved(model).expand(of_half)
-    per_block, per_contact = (model.n_blocks, 3), model.interfaces.contact_area.shape
-    assert unfolded.strain is None  # of elastic blocks: see test_elastic_blocks
-    arrays = {f.name for f in dataclasses.fields(Increment) if "Array" in str(f.type)}
-    for name in arrays - {"strain"}:
-        expected = per_block if name in ("displacement", "support_force") else per_contact
-        assert getattr(unfolded, name).shape == expected, name
 
 
 def test_energies_of_the_half_are_doubled() -> None:
@@ -584,6 +467,7 @@ def leaning() -> Model:
     return wall.build()
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("name", NOT_SYMMETRIC)
 def test_asymmetric_walls_are_solved_in_full(name: str) -> None:
     assert reduce_by_symmetry(NOT_SYMMETRIC[name]()) is None
@@ -627,18 +511,3 @@ def test_an_error_names_the_block_by_its_number_in_the_whole_wall() -> None:
     assert (model.blocks.x[there], model.blocks.y[there]) == (part.blocks.x[here], part.blocks.y[here])
     assert caught.value.increment == of_half.value.increment
     assert str(caught.value) == str(of_half.value).replace(f"block {here} (", f"block {there} (")
-
-
-def test_a_small_wall_under_dead_load_alone_is_solved_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its solution takes less time than the check of symmetry; moved or pushed walls are checked."""
-
-    def looked_at(*_: object) -> None:
-        raise AssertionError("looked at")
-
-    monkeypatch.setattr("damagepred.solvers.symmetry.reduce_by_symmetry", looked_at)
-    wall = Assembly()
-    wall.rest_on_ground([wall.add_block(rectangle(0.0, 0.0, 0.24, 0.075))])
-    assert not next(iter(solve_path(wall.build(Solver()), Solver(), 1))).collapsed
-    wall.push_body(x=0.1)
-    with pytest.raises(AssertionError, match="looked at"):
-        next(iter(solve_path(wall.build(Solver()), Solver(), 1)))

@@ -11,6 +11,8 @@ from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Joint, Loads, Mov
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import continuation as path
 
+pytestmark = pytest.mark.quick_cases()
+
 JOINT = Joint(
     normal_stiffness=23.24e9,
     shear_stiffness=13.267e9,

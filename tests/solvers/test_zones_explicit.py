@@ -149,31 +149,6 @@ def test_loads_on_blocks_keep_force_and_moment_when_spread() -> None:
     np.testing.assert_allclose(mass, model.mass, rtol=1e-12)
 
 
-@pytest.mark.parametrize(("plane", "poisson"), [("stress", 0.0), ("strain", 0.0)])
-@pytest.mark.parametrize("zone_size", [0.3, 0.07])
-def test_a_stack_of_deformable_blocks_settles_as_its_mean_should(plane: str, poisson: float, zone_size: float) -> None:
-    """Without lateral strain a column is a chain of bars: u = rho g H^2 / 2 E + joints, on the mean of the top."""
-    modulus, height, density = 1e9, 0.9, 2000.0
-    assembly = Assembly(block=BlockMaterial(elastic_modulus=modulus, poisson_ratio=poisson, density=density))
-    for i in range(3):
-        assembly.add_block(rectangle(0, 0.3 * i, 0.6, 0.3 * (i + 1)), zone_size=zone_size, course=i)
-    assembly.rest_on_ground([0])
-    settings = dataclasses.replace(EXPLICIT, plane=plane)  # type: ignore[type-var]
-    model = assembly.build(settings)
-    last = list(solve_path(model, settings, 1))[-1]
-    assert last.zones is not None
-    assert model.mesh is not None
-    weight = density * 9.81
-    exact = -(weight * height**2 / 2 / modulus + weight * (0.9 + 0.6 + 0.3) / 82e9)
-    top = last.zones.displacement[np.isclose(model.mesh.y, height), 1]
-    assert top.mean() == pytest.approx(exact, rel=2e-3)
-    assert last.base_reaction == pytest.approx(weight * height * 0.6 * 0.11, rel=1e-9)
-    # stress at the foot of each zone's centroid: the weight above
-    middle = model.mesh.y[model.mesh.zones].mean(axis=1)
-    error = last.zones.stress[:, 1] + weight * (height - middle)
-    assert np.abs(error).max() < 0.5 * weight * zone_size
-
-
 def test_cycling_converges_to_the_elastic_solution() -> None:
     assembly = Assembly(block=BlockMaterial(elastic_modulus=2e9), joint=Joint(tensile_strength=1e9, cohesion=1e9))
     for i in range(4):

@@ -1,25 +1,19 @@
 """Steps of the estimates, compared with hand calculation."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred.archive.folder import StudyFolder
 from damagepred.errors import InputError
 from damagepred.uq.design import Sampler
 from damagepred.uq.estimate import Estimate
-from damagepred.uq.exceedance import exceedance
 from damagepred.uq.fields import JointPlaces, WallFields, stated_correlation
-from damagepred.uq.fragility import stripes_from_counts
 from damagepred.uq.fragility.turnbull import Npmle
 from damagepred.uq.intensity import attributes, chosen_intensity, intensity_values, movement_measure
-from damagepred.uq.marginals import Table
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
 from damagepred.uq.variable import JointField, Variable
-from tests.synthetic_studies import synthetic_study
 
 
 def test_walls_and_fields_of_a_crossed_design() -> None:
@@ -29,41 +23,11 @@ def test_walls_and_fields_of_a_crossed_design() -> None:
     assert plain.wall_of(np.arange(3)).tolist() == [plain.field_of(i) for i in range(3)] == [0, 1, 2]
 
 
-def test_table_of_values_at_its_values() -> None:
-    table = Table([3.0, 1.0, 7.0], [2, 5, 3])
-    at = [0.9, 1.0, 3.0, 6.9, 7.0]
-    np.testing.assert_allclose(table.sf(at), [1.0, 0.5, 0.3, 0.3, 0.0], atol=1e-15)
-    np.testing.assert_allclose(table.cdf(at), [0.0, 0.5, 0.7, 0.7, 1.0], atol=1e-15)
-    assert table.isf([0.5, 0.49, 0.3, 0.29]).tolist() == [1.0, 3.0, 3.0, 7.0]
-    assert (table.mean(), table.std()) == pytest.approx((3.2, math.sqrt(0.5 * 2.2**2 + 0.2 * 0.2**2 + 0.3 * 3.8**2)))
-
-
 def test_quantiles_of_partly_or_never_known_values() -> None:
     found = Npmle(np.array([0.0, 2.0, 5.0]), np.array([1.0, 3.0, np.inf]), np.array([0.25, 0.35, 0.4]))
     assert [found.quantile(q) for q in (0.2, 0.25, 0.26, 0.6, 0.61)] == [1.0, 1.0, 3.0, 3.0, np.inf]
     np.testing.assert_allclose(found.probability(np.array([0.9, 1.0, 2.9, 3.0])), [0.0, 0.25, 0.25, 0.6])
     assert Npmle(*(np.empty(0) for _ in range(3))).quantile(0.5) == np.inf
-
-
-@pytest.mark.parametrize(
-    ("movement", "counts"),
-    [
-        ([1, 2], [[3, 1], [2.5, 2]]),
-        ([1, 2], [[3, 1], [2, -1]]),
-        ([1, np.inf], [[3, 1], [2, 1]]),
-        ([-1, 2], [[3, 1], [2, 1]]),
-    ],
-)
-def test_counts_that_are_none(movement: list[float], counts: list[list[float]]) -> None:
-    with pytest.raises(InputError, match="must be finite and not negative"):
-        stripes_from_counts(np.array(movement), np.array(counts))
-
-
-def test_stripes_in_order() -> None:
-    ds = stripes_from_counts(np.array([0.0, 2.0]), np.array([[3, 1, 0], [0, 2, 1]]), intensity="roof_drift", units="1")
-    assert ds["roof_drift"].values.tolist() == [0.0] * 4 + [2.0] * 3
-    assert ds["damage_category"].values.tolist() == [0, 0, 0, 1, 1, 1, 2]
-    assert (ds.attrs["highest_category"], ds["roof_drift"].attrs["long_name"]) == (2, "roof drift")
 
 
 def test_a_coefficient_has_no_unit_where_the_mean_has_one() -> None:
@@ -134,17 +98,6 @@ def test_measures_of_the_movement_by_hand() -> None:
         chosen_intensity(ds, "surface_movement")
     ds["surface_movement"].values[0, 0] = 0.0
     assert movement_measure(ds) == "surface_movement"
-
-
-def test_the_requested_measure_is_read(tmp_path: Path) -> None:
-    """Walls of 1.44 m: a ratio is the deflection over it, and its probability that of the deflection."""
-    ds = StudyFolder(synthetic_study(tmp_path / "house.dp", 40)).results()
-    deflection = exceedance(ds, 1, 2e-3).estimate
-    ratio = exceedance(ds, 1, 2e-3 / 1.44, intensity="deflection_ratio").estimate
-    assert ratio == pytest.approx(deflection)
-    assert 0.1 < deflection.value < 0.95
-    with pytest.raises(InputError, match=r"at = -0\.001: must be greater than 0"):
-        exceedance(ds, 1, -1e-3)
 
 
 def test_rules_to_stop_by_hand() -> None:

@@ -11,13 +11,15 @@ from damagepred.analyses import limit_state
 from damagepred.analyses.limit_state import Question, margin
 from damagepred.analyses.variance_shares import _output_of
 from damagepred.enumerations import SampleStatus
-from damagepred.uq.capacity import capacities, censored_before, interpolated_capacity, probability_reached, reached_by
+from damagepred.uq.capacity import capacities, censored_before, probability_reached, reached_by
 from damagepred.uq.exceedance import category_capacities, exceedance, known_hits, pseudo_values, running_probability
 from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.movement_distribution import as_distribution
 from damagepred.uq.stopping import StopWhen
 from tests.analyses.test_rare import settings
 from tests.uq.test_fragility import study
+
+pytestmark = pytest.mark.quick_cases()
 
 MARKS = np.arange(9) * 1e-3
 
@@ -105,14 +107,6 @@ def test_the_limit_state_has_the_sign_of_the_others(wall: int, monkeypatch: pyte
             assert (found.least <= 1e-9) == (probability_reached(lower, upper, at) == 1.0)
             if np.isfinite(upper):
                 assert lower * (1 - 1e-9) <= (found.least + 1) * at <= upper * (1 + 1e-9)
-
-
-def test_within_an_interval() -> None:
-    lower, upper = np.array([2.0, 2.0, 5.0, 0.0]), np.array([4.0, np.inf, 5.0, 0.0])
-    np.testing.assert_allclose(probability_reached(lower, upper, 3.0), [0.5, 0.0, 0.0, 1.0])
-    np.testing.assert_array_equal(censored_before(lower, upper, 3.0), [False, True, False, False])
-    assert interpolated_capacity((2.0, 4.0), (1e-3, 3e-3), 2e-3) == pytest.approx(3.0)
-    assert interpolated_capacity((2.0, 4.0), (2e-3, 2e-3), 2e-3) == 4.0
 
 
 def test_the_movement_is_the_largest_so_far() -> None:

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import optimize, special
@@ -24,7 +23,7 @@ from damagepred.uq.fragility import (
 )
 from damagepred.uq.fragility.estimators import fit_grouped
 from damagepred.uq.fragility.grouped_data import group_intervals
-from tests.uq.test_fragility import BETA, NAMES, RATE, WIDTHS, fail, known, lognormal, study
+from tests.uq.test_fragility import BETA, RATE, WIDTHS, fail, known, lognormal, study
 from tests.uq.test_fragility_single import study as single_study
 
 
@@ -88,37 +87,6 @@ def test_paths_are_fitted_by_the_product_of_the_categories_likelihoods(seed: int
     assert fit.dispersion == pytest.approx(np.exp(best[3]), rel=1e-6)
 
 
-def test_known_curves_of_one_dispersion_are_recovered() -> None:
-    ds = study(known(np.random.default_rng(4), 500), end=100.0)
-    curves = fit_fragility(ds, model="common", categories=[2, 3, 4], bootstrap=200)
-    assert (curves["fit_status"] == "fitted").all()
-    np.testing.assert_allclose(np.log(curves["median"] / (WIDTHS[1:] / RATE)), 0.0, atol=3 * BETA / np.sqrt(500))
-    np.testing.assert_allclose(curves["dispersion"], BETA, rtol=0.12)
-    assert len(np.unique(curves["dispersion"])) == 1
-    assert (curves["median_lower"] < curves["median"]).all()
-    assert (curves["median"] < curves["median_upper"]).all()
-    # one dispersion is what made these: it is no worse, with three parameters less
-    assert curves.attrs["aic_common"] < curves.attrs["aic_separate"] + 1.0
-
-
-def crossing(walls: int, ratio: float, seed: int) -> xr.Dataset:
-    """Walls whose separate curves cross: the worse category scatters far more."""
-    random = np.random.default_rng(seed)
-    first = lognormal(random, 10.0, 0.05, walls)
-    second = first * np.exp(np.abs(ratio * random.standard_normal(walls)) + 0.01)
-    return study(np.column_stack((first, second)), end=60.0, increments=300)
-
-
-def test_where_separate_curves_cross_those_of_a_common_dispersion_do_not() -> None:
-    ds = crossing(200, 0.8, 3)
-    separate = fit_fragility(ds, categories=[1, 2], bootstrap=0)
-    common = fit_fragility(ds, categories=[1, 2], bootstrap=0, model="common")
-    assert separate.attrs["curves_cross"] == 1
-    assert common.attrs["curves_cross"] == 0
-    # and the criterion says that one dispersion is not what made these
-    assert separate.attrs["aic_separate"] < separate.attrs["aic_common"] - 50
-
-
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(
     st.lists(st.lists(st.integers(1, 13), min_size=3, max_size=3), min_size=3, max_size=25),
@@ -137,47 +105,7 @@ def test_medians_stand_in_the_categories_order(capacity: list[list[int]], fails:
         assert (worse <= lesser + 1e-6).all()
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
-@given(st.integers(0, 10**6), st.integers(8, 60), st.floats(0.1, 1.5))
-def test_ordinal_curves_do_not_cross_either(seed: int, walls: int, scatter: float) -> None:
-    random = np.random.default_rng(seed)
-    movement = random.uniform(1, 25, walls)
-    worse = np.sort(np.exp(scatter * random.standard_normal((walls, 3))) * np.array([4.0, 6.0, 8.0]), axis=1)
-    category = (movement[:, None] >= worse).sum(axis=1)
-    fit = fit_ordinal(movement, category, [1, 2, 3])
-    median = fit.median[np.isfinite(fit.median)]
-    assert (np.diff(median) >= -1e-9 * median[:-1]).all()
-
-
-def test_two_categories_that_the_same_walls_reached_have_one_curve() -> None:
-    movement, category = ordinal(1)
-    category = np.where(category == 2, 3, category)
-    found = fit_ordinal(movement, category, [1, 2, 3])
-    assert found.median[1] == found.median[2]
-    alone = fit_ordinal(movement, np.where(category == 3, 2, category), [1, 2])
-    np.testing.assert_allclose(found.median[:2], alone.median, rtol=1e-8)
-
-
-def test_a_category_that_no_wall_reached_does_not_affect_the_others() -> None:
-    capacity = known(np.random.default_rng(1), 60)
-    capacity[:, 3] = 999.0
-    both = [
-        fit_fragility(study(c, end=60.0), model="common", categories=range(1, c.shape[1] + 1), bootstrap=20)
-        for c in (capacity, capacity[:, :3])
-    ]
-    assert str(both[0]["fit_status"].values[3]) == "never reached"
-    assert np.isnan(both[0]["median"].values[3])
-    np.testing.assert_allclose(both[0]["median"][:3], both[1]["median"], rtol=1e-9)
-    np.testing.assert_allclose(both[0]["median_upper"][:3], both[1]["median_upper"], rtol=1e-9)
-
-
-def test_with_one_category_it_is_the_separate_curve() -> None:
-    ds = study(known(np.random.default_rng(2), 50), end=60.0)
-    one, other = (fit_fragility(ds, model=m, categories=[2], bootstrap=30) for m in ("common", "separate"))
-    for name in ("median", "dispersion", "median_lower", "dispersion_upper"):
-        np.testing.assert_allclose(one[name], other[name], rtol=1e-9)
-
-
+@pytest.mark.thorough
 @pytest.mark.parametrize(("model", "single"), [("common", False), ("common", True)])
 def test_bands_cover_the_true_value_about_nine_times_in_ten(model: str, single: bool) -> None:
     hits, repetitions = np.zeros(2), 30
@@ -241,10 +169,6 @@ def test_counts_that_cannot_be_used(movement: list, counts: list, words: str) ->
         stripes_from_counts(movement, counts)
 
 
-def test_flags_are_kept() -> None:
-    assert stripes({4.0: study([[3.0]], end=4.0)})["damage_category"].attrs["flag_meanings"] == NAMES
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -266,21 +190,3 @@ def test_without_information_each_category_has_a_note() -> None:
     curves = fit_fragility(study(np.tile([3.5, 7.5], (20, 1)), end=12.0, increments=12), model="common", bootstrap=20)
     assert curves["fit_status"].values[:2].tolist() == ["all walls within one increment: refine the increments"] * 2
     assert curves["fit_status"].values[2] == "never reached"
-
-
-def test_a_category_that_lacks_scatter_borrows_it_from_another() -> None:
-    random = np.random.default_rng(3)
-    capacity = np.column_stack((np.full(60, 3.5), lognormal(random, 15.0, 0.3, 60)))
-    curves = fit_fragility(study(capacity, end=40.0, increments=40), model="common", categories=[1, 2], bootstrap=0)
-    assert (curves["fit_status"] == "fitted").all()
-    alone = fit_fragility(study(capacity, end=40.0, increments=40), categories=[1, 2], bootstrap=0)
-    assert alone["fit_status"].values.tolist() == ["all walls within one increment: refine the increments", "fitted"]
-
-
-def test_few_walls_have_no_band() -> None:
-    """A bound on the walls that reached a category alone would give bands to the unusual studies of 20 walls."""
-    for count, has_band in ((20, False), (30, True)):
-        capacity = lognormal(np.random.default_rng(3), 8.0, 0.4, count)[:, None] * np.array([1.0, 1.2])
-        found = fit_fragility(study(capacity, end=30.0, increments=60), model="common", bootstrap=100)
-        assert np.isfinite(found["median_lower"][:2]).all() == has_band
-        assert ("no band: of so few walls" in str(found["fit_note"].values[0])) != has_band

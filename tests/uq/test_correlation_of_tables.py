@@ -9,8 +9,8 @@ from scipy import special, stats
 from damagepred.errors import InputError
 from damagepred.uq.correlation import NatafCurve, gaussian_correlation
 from damagepred.uq.design import Design
-from damagepred.uq.marginals import Mixture, Table
-from damagepred.uq.variable import Component, Variable
+from damagepred.uq.marginals import Table
+from damagepred.uq.variable import Variable
 
 COIN = Table([0.0, 1.0])
 
@@ -62,67 +62,6 @@ def test_the_attainable_range_of_tables_is_reported():
     }
     with pytest.raises(InputError, match=r'"a" with "b" = 0.4: .* between -0\.3333 and 0\.3333'):
         Design.make(variables, dict.fromkeys(variables, "1"), {frozenset("ab"): 0.4}, "random", 1)
-
-
-def test_curves_rise_from_end_to_end():
-    pairs = [(COIN, stats.lognorm(0.5)), (Table(np.arange(50.0) ** 2), COIN), (COIN, COIN)]
-    for first, second in pairs:
-        curve = NatafCurve(first, second)
-        values = curve(np.linspace(-1, 1, 401))
-        assert (np.diff(values) > 0).all()
-        assert values[[0, 200, -1]] == pytest.approx([curve.low, 0.0, curve.high], abs=1e-9)
-
-
-def test_a_mixture_of_two_equal_parts_is_that_part():
-    part = stats.lognorm(0.4)
-    both = Mixture([part, part], [1, 3])
-    assert both.quantile(np.array([-2.0, 0.5])) == pytest.approx(np.exp([-0.8, 0.2]), rel=1e-9)
-    assert gaussian_correlation(both, stats.norm(), 0.5) == pytest.approx(gaussian_correlation(part, stats.norm(), 0.5))
-
-
-def test_no_correlation_without_scatter():
-    for without in (Table([3.0]), stats.cauchy()):
-        with pytest.raises(ValueError, match="has no correlation"):
-            gaussian_correlation(without, COIN, 0.1)
-
-
-WEAK = tuple(
-    Component(weight=w, distribution="lognormal", mean=m, cov=0.3) for w, m in ((0.95, 0.453e6), (0.05, 0.2265e6))
-)
-VARIABLES = {
-    "weibull": Variable(distribution="weibull", mean=1.0, cov=0.4),
-    "gamma": Variable(distribution="gamma", mean=1.0, cov=0.8),
-    "beta": Variable(distribution="beta", alpha=0.7, beta=2.0, lower=0.0, upper=1.0),
-    "discrete": Variable(distribution="discrete", values=(1, 2, 5), weights=(5, 3, 2)),
-    "empirical": Variable(distribution="empirical", values=(0.41, 0.52, 0.38, 0.75, 0.44, 0.61, 0.52)),
-    "scipy": Variable(distribution="scipy", name="gumbel_r", mean=1.0, cov=0.3),
-    "mixture": Variable(distribution="mixture", components=WEAK),
-}
-
-
-@pytest.mark.parametrize(
-    ("a", "b", "wanted"),
-    [
-        ("weibull", "gamma", 0.7),
-        ("gamma", "beta", -0.5),
-        ("discrete", "empirical", 0.6),
-        ("discrete", "beta", -0.4),
-        ("empirical", "mixture", 0.8),
-        ("mixture", "scipy", -0.7),
-        ("discrete", "scipy", 0.5),
-    ],
-)
-def test_samples_have_the_stated_correlation_within_its_confidence_limits(a: str, b: str, wanted: float):
-    count = 40_000
-    variables = {name: VARIABLES[name] for name in (a, b)}
-    design = Design.make(variables, dict.fromkeys(variables, "1"), {frozenset((a, b)): wanted}, "random", 17)
-    values = design.wall_values(count)
-    x, y = ((v - v.mean()) / v.std() for v in values.values())
-    found = (x * y).mean()
-    # standard error of a correlation, whatever the distributions (delta method)
-    error = np.std(x * y - 0.5 * found * (x**2 + y**2)) / math.sqrt(count)
-    assert found == pytest.approx(wanted, abs=3.5 * error)
-    assert error < 0.008
 
 
 def test_probabilities_of_a_table_on_and_between_its_values() -> None:

@@ -39,6 +39,7 @@ def covered_enough(found: list[Estimate], exact: float) -> bool:
     return bool(stats.binom.cdf(hits, len(found), found[0].confidence) > 1e-3)
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize(("beta", "scale", "share"), [(3.0, 1.0, 0.0), (4.0, 1.3, 0.0), (3.0, 1.0, 0.2)])
 def test_importance_sampling_is_unbiased_and_estimates_its_error(beta: float, scale: float, share: float) -> None:
     exact = special.ndtr(-beta)
@@ -50,13 +51,6 @@ def test_importance_sampling_is_unbiased_and_estimates_its_error(beta: float, sc
     assert np.sqrt(np.mean([f.error**2 for f in found])) == pytest.approx(values.std(ddof=1), rel=0.4)
     assert covered_enough(found, exact)
     assert np.mean([f.half_width for f in found]) < 2.2 * values.std(ddof=1)
-
-
-def test_a_wrong_weight_is_detected() -> None:
-    """The same check fails without weights: it is sensitive."""
-    exact = special.ndtr(-3.0)
-    values = np.array([rare(3.0, 300, seed).value for seed in range(30)]) * 1.15
-    assert abs(values.mean() - exact) > 4 * values.std(ddof=1) / np.sqrt(len(values))
 
 
 def test_weights_average_to_one_and_a_nominal_share_bounds_them() -> None:
@@ -75,26 +69,12 @@ def test_weights_average_to_one_and_a_nominal_share_bounds_them() -> None:
         assert effective_samples(weight) < 4096
 
 
-def test_without_proposals_there_are_no_weights() -> None:
-    assert Design.make(NORMALS, UNITS, {}, "sobol", 1).weights(8) is None
-    assert effective_samples(np.ones(7)) == pytest.approx(7)
-
-
-@pytest.mark.parametrize("share", [0.02, 0.2, 0.5])
-def test_random_samples_cover(share: float) -> None:
-    random = np.random.default_rng(4)
-    found = [probability(random.random(150) < share) for _ in range(600)]
-    # Wilson's interval covers as stated on average over shares; at one of them it may miss by what counts leave open
-    assert 0.86 <= coverage(found, share) <= 0.97
-    lower, upper = stats.binomtest(30, 150).proportion_ci(0.9, method="wilson")
-    assert probability(np.arange(150) < 30)[2:4] == pytest.approx((lower, upper), abs=2e-4)
-
-
 def smooth_and_rough(points: np.ndarray, noise: np.random.Generator) -> np.ndarray:
     """A wall's damage: a sum of its variables, and random noise that no sampler can stratify."""
     return special.ndtri(points).sum(axis=1) + noise.standard_normal(len(points))
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("limit", [0.0, 2.4, 4.5])
 def test_replicates_of_sobol_points_cover(limit: float) -> None:
     """With 8 scrambles the error follows from their variance; treated as random, it is conservative."""
@@ -112,18 +92,6 @@ def test_replicates_of_sobol_points_cover(limit: float) -> None:
     assert covered_enough(plain, exact)
     if limit < 4:  # the gain of the replicates appears in their intervals
         assert np.mean([f.half_width for f in found]) < 0.95 * np.mean([f.half_width for f in safe])
-
-
-def test_replicates_of_a_mean_cover() -> None:
-    label = np.arange(128) % 8
-    found = []
-    for seed in range(300):
-        points = unit_points("sobol", 3, 128, seed, 8)
-        found.append(mean(np.exp(points.sum(axis=1)), replicate=label))
-    exact = (np.e - 1) ** 3
-    assert covered_enough(found, exact)
-    assert coverage(found, exact) < 0.96  # and not because they are wide
-    assert np.mean([f.error for f in found]) < 0.1 * np.exp(1.5) / np.sqrt(128)
 
 
 def test_the_error_of_replicates_is_that_of_the_mean_of_their_means() -> None:

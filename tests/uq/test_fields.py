@@ -64,23 +64,6 @@ def test_neighbours_in_a_course_are_correlated_as_stated(masonry: Fields, place:
     assert along(masonry, place, 8) == pytest.approx(0.0, abs=0.02)
 
 
-def test_courses_are_independent(masonry: Fields):
-    values = masonry.values[TENSION]
-    for lower, upper in ((3, 4), (4, 5), (7, 8)):
-        a, b = masonry.beds(lower), masonry.beds(upper)
-        n = min(len(a), len(b))
-        assert correlation(values[:, a[:n]], values[:, b[:n]]) == pytest.approx(0.0, abs=0.05)
-        # the last joint of a course and the first of the next are neighbours in memory, not in the wall
-        assert correlation(values[:, a[-1]], values[:, b[0]]) == pytest.approx(0.0, abs=0.15)
-
-
-def test_beds_and_perpends_are_independent(masonry: Fields):
-    values = masonry.values[TENSION]
-    heads = np.flatnonzero((masonry.course == 5) & (masonry.kind == ContactKind.HEAD_JOINT))
-    beds = masonry.beds(5)[: len(heads)]
-    assert correlation(values[:, beds], values[:, heads]) == pytest.approx(0.0, abs=0.05)
-
-
 def test_the_scatter_is_the_same_everywhere_and_at_the_first_joint_too(masonry: Fields):
     values = np.log(masonry.values[TENSION])
     sigma = np.sqrt(np.log(1 + 0.3**2))
@@ -93,26 +76,6 @@ def test_the_scatter_is_the_same_everywhere_and_at_the_first_joint_too(masonry: 
         assert standard[:, joints].var() == pytest.approx(1.0, abs=0.08)
     # and no single joint stands out: 400 samples know a variance to about 7 %
     assert np.abs(standard.var(axis=0) - 1).max() < 0.4
-
-
-def test_tension_and_cohesion_of_one_joint_are_correlated_as_stated(masonry: Fields):
-    tension, cohesion = masonry.values[TENSION], masonry.values[COHESION]
-    assert correlation(tension, cohesion) == pytest.approx(0.7, abs=0.01)
-    first = [masonry.beds(c)[0] for c in range(3, 12)]
-    assert correlation(tension[:, first], cohesion[:, first]) == pytest.approx(0.7, abs=0.04)
-    beds = masonry.beds(5)
-    assert correlation(tension[:, beds[1:]], cohesion[:, beds[:-1]]) < 0.35  # the neighbour's: 0.7 times 0.4
-
-
-def test_samples_are_independent(masonry: Fields):
-    values = masonry.values[TENSION]
-    assert correlation(values[1:], values[:-1]) == pytest.approx(0.0, abs=0.01)
-
-
-def test_uncorrelated_fields():
-    fields = sample({TENSION: field(1e6, 0.3, 0.0), COHESION: field(1e6, 0.3, 0.0)}, None, 100)
-    assert along(fields, TENSION, 1) == pytest.approx(0.0, abs=0.03)
-    assert correlation(fields.values[TENSION], fields.values[COHESION]) == pytest.approx(0.0, abs=0.02)
 
 
 @pytest.mark.parametrize("lags", [(0.6, 0.0), (0.0, 0.6), (0.7, 0.3)])
@@ -167,15 +130,3 @@ def test_an_opening_separates_neighbours():
     left, right = beside & (joints.x < 1.0), beside & (joints.x > 1.4)
     assert len(set(sequence[left])) == len(set(sequence[right])) == 1
     assert not set(sequence[left]) & set(sequence[right])
-
-
-def test_sequences_of_a_wall_are_its_beds_and_its_perpends():
-    joints = wall_geometry(Scene(dpc=Dpc())).joints
-    sequence = course_sequences(joints.course, joints.kind, joints.x)
-    for number in np.unique(sequence):
-        mine = sequence == number
-        assert len(set(joints.course[mine])) == 1
-        assert len(set(joints.kind[mine])) == 1
-        assert (np.diff(joints.x[mine]) > 0).all()
-    # 32 courses: perpends in each; beds in each but the lowest, which lies on the footing
-    assert len(np.unique(sequence)) == 32 + 31 + 1

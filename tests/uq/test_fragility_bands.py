@@ -42,20 +42,6 @@ def coverage(situation: str, repetitions: int, walls: int, bootstrap: int) -> di
     return {name: count / repetitions for name, count in held.items()}
 
 
-def test_the_situations_are_those_of_their_names() -> None:
-    found = capacities(made_up("60 % censored", 0, 4000), 1)
-    assert np.isinf(found.upper).mean() == pytest.approx(0.6, abs=0.03)
-    assert made_up("10 % failed", 0, 2000)["status"].values.astype(bool).mean() == pytest.approx(0.1, abs=0.02)
-
-
-@pytest.mark.parametrize("situation", ["10 % failed", "both"])
-def test_the_band_covers_the_true_value_where_walls_fail(situation: str) -> None:
-    held = coverage(situation, 40, 100, 100)
-    for name, share in held.items():
-        assert 0.75 <= share <= 1.0, (name, held)  # 0.9 expected; less than 0.75 comes in 1 % of binomial draws
-    assert min(held.values()) < 1.0
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("situation", SITUATIONS)
 def test_the_coverage_of_the_band_of_90_percent_is_85_to_95_percent(situation: str) -> None:
@@ -132,6 +118,7 @@ def test_few_walls_have_student_s_and_chi_squared_s_limits() -> None:
             assert float(curve[f"dispersion_{end}"]) == pytest.approx(exact, rel=0.06)
 
 
+@pytest.mark.thorough
 def test_the_band_covers_the_true_value_where_few_walls_reach_the_category() -> None:
     """A tenth of 32 walls; resamples that have fewer than three of them would leave the band with nearly no width."""
     end, fitted, held = 7.0, 0, 0
@@ -144,13 +131,6 @@ def test_the_band_covers_the_true_value_where_few_walls_reach_the_category() -> 
             held += bool(last["probability_lower"] <= 0.1 <= last["probability_upper"])
     assert fitted > 40
     assert 0.8 <= held / fitted < 1.0
-
-
-def test_a_first_increment_that_hides_the_scatter_is_reported() -> None:
-    ds = study(np.append(np.linspace(0.1, 0.9, 15), [1.5, 2.5, 3.5]), end=10.0, increments=10)
-    assert "15 of 18 walls reached it in the first increment" in str(
-        fit_fragility(ds, bootstrap=0)["fit_note"].values[0]
-    )
 
 
 def test_the_known_part_of_a_failed_wall_counts() -> None:
@@ -193,17 +173,3 @@ def test_a_wall_that_failed_beyond_a_movement_is_known_at_it() -> None:
     assert np.isnan(beyond.estimate.value)
     assert (beyond.failed_undamaged, beyond.failed_damaged) == pytest.approx((4 / 10, 1.0))
     assert (beyond.estimate.lower, beyond.estimate.upper) == (exceedance(ds, 1, 7.0).estimate.lower, 1.0)
-
-
-def test_weighted_walls_drawn_again_scatter_about_their_own_fit() -> None:
-    """Strong walls weigh nine times the weak ones; without that, or the other way round, the median is another."""
-    random = np.random.default_rng(4)
-    capacity = np.sort(random.lognormal(2.0, 0.5, 80))
-    weight = np.where(np.arange(80) < 40, 1.0, 9.0)
-    estimator = CompositeLikelihood([0], group_intervals(capacity[None] * 0.95, capacity[None] * 1.05, weight))
-    best = estimator.estimate
-    again = resample(estimator, 300, np.random.default_rng(5)).replicates
-    error = again.std(axis=0, ddof=1)
-    assert (np.abs(again.mean(axis=0) - best) < 0.6 * error).all()
-    unlike = CompositeLikelihood([0], group_intervals(capacity[None] * 0.95, capacity[None] * 1.05, 1.0 / weight))
-    assert (np.abs(unlike.estimate - best) > 2 * error).any()

@@ -54,15 +54,6 @@ def check(curves: xr.Dataset, walls: int) -> None:
     assert (width < 0.5 * error).all()
 
 
-@pytest.mark.parametrize(("walls", "own_movement"), [(100_000, False), (25_000, True)])
-def test_many_walls(walls: int, own_movement: bool) -> None:
-    ds = archive(walls, own_movement)
-    began = time.process_time()
-    curves = fit_fragility(ds, bootstrap=200)
-    assert time.process_time() - began < 6  # a million are to take less than a minute
-    check(curves, walls)
-
-
 def test_resamples_by_one_step_have_the_errors_of_fitted_ones() -> None:
     ds = archive(3000, True)
     fitted, stepped = (

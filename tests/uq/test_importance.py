@@ -4,16 +4,13 @@ import numpy as np
 import pytest
 from scipy import special
 
-from damagepred.plotting.fragility import draw_fragility
 from damagepred.uq.correlation import gaussian_correlation
 from damagepred.uq.design import Design, Sampler
 from damagepred.uq.estimate import probability
 from damagepred.uq.fields import course_autoregression
-from damagepred.uq.fragility import fit_fragility
 from damagepred.uq.importance import Proposal, conditional_shift, cross_entropy_shift
 from damagepred.uq.variable import Variable
 from tests.cli.conftest import Run, command  # noqa: F401
-from tests.uq.test_fragility import fail, lognormal, study
 
 NORMALS = {place: Variable(distribution="normal", mean=0.0, std=1.0) for place in ("a", "b")}
 
@@ -61,20 +58,7 @@ def test_the_proposed_shift_is_the_mean_beyond_the_limit() -> None:
         assert found.error.max() < 0.15
 
 
-def test_failures_that_favour_weak_walls_are_drawn_as_bands() -> None:
-    ds = study(lognormal(np.random.default_rng(3), 8.0, 0.4, 80), end=20.0, increments=20)
-    assert "probability_failed_damaged" not in fit_fragility(ds, categories=[1], bootstrap=0)
-    for wall in range(12):
-        fail(ds, wall, 3)
-    curves = fit_fragility(ds, categories=[1], bootstrap=0)
-    low, high = (curves[f"probability_failed_{end}"].values[0] for end in ("undamaged", "damaged"))
-    middle = np.flatnonzero(np.abs(curves["probability"].values[0] - 0.5) < 0.3)
-    assert (low < curves["probability"].values[0])[middle].all()
-    assert (high > curves["probability"].values[0])[middle].all()
-    ax = draw_fragility(curves.assign_coords(category_name=("category", ["slight"])))
-    assert any(band.get_hatch() == "////" for band in ax.collections)
-
-
+@pytest.mark.thorough
 def test_skewed_values_along_a_course_are_correlated_as_stated() -> None:
     """Lognormal in closed form: neighbours as asked for, two joints apart by what the power of the normals' gives."""
     marginal, cov, wanted = Variable(distribution="lognormal", mean=1.0, cov=0.8).frozen("a", "1"), 0.8, 0.5

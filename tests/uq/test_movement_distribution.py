@@ -9,7 +9,7 @@ from scipy import integrate, stats
 
 from damagepred.errors import InputError
 from damagepred.uq.exceedance import exceedance
-from damagepred.uq.movement_distribution import POINTS, as_distribution, movement_distribution
+from damagepred.uq.movement_distribution import movement_distribution
 
 
 def lognormal_study(walls: int = 2000, end: float = 0.1, increments: int = 50, failed: int = 0) -> xr.Dataset:
@@ -46,13 +46,6 @@ def test_a_distribution_of_the_movement_is_the_reliability_integral(median: floa
     assert exceedance(lognormal_study(end=0.2, increments=200), 1, text).estimate.value == pytest.approx(
         expected, abs=4e-3
     )
-
-
-def test_one_movement_is_itself() -> None:
-    ds = lognormal_study(200)
-    found = [exceedance(ds, 1, at) for at in (0.05, "50 mm", as_distribution("50 mm"))]
-    assert found[0] == found[1] == found[2]
-    assert len(movement_distribution("h1").points) == POINTS
 
 
 def test_failed_walls_are_between_bounds() -> None:

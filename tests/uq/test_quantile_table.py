@@ -6,7 +6,6 @@ from scipy import stats
 
 from damagepred.uq.marginals import Mixture, Table, from_normal
 from damagepred.uq.quantile_table import JointQuantile
-from tests.regressions.measure import Rounds
 
 MARGINALS = {
     "truncated normal": stats.truncnorm(-2, 2, loc=0.5, scale=0.1),
@@ -51,14 +50,3 @@ def test_formulas_need_no_table(marginal: object) -> None:
     quick = JointQuantile(marginal)  # type: ignore[arg-type]
     np.testing.assert_array_equal(quick(z), from_normal(marginal, z))  # type: ignore[arg-type]
     assert quick._table is None
-
-
-def test_thousands_of_joints_take_a_fraction_of_a_millisecond() -> None:
-    """Against the same work one by one, so that a busy machine does not matter."""
-    marginal, z = MARGINALS["sound and weak"], np.random.default_rng(1).standard_normal(2448)
-    quick = JointQuantile(marginal)
-    quick(z)
-
-    found = Rounds()
-    found.add(lambda: quick(z), lambda: marginal.quantile(z), 7)
-    assert found.ratio < 0.2, found

@@ -8,10 +8,8 @@ import pytest
 from damagepred.errors import InputError
 from damagepred.uq.selection import (
     SelectionOptions,
-    betting_lower_bound,
     hoeffding_bounds,
     select_cheapest,
-    select_least_expected,
 )
 
 LIMIT = 0.1
@@ -59,47 +57,3 @@ def test_what_is_not_decided_is_said() -> None:
     assert (found.chosen, found.sure) == (None, False)
     with pytest.raises(InputError, match="between 0 and 1"):
         select_cheapest(np.array([1.0]), lambda k, n: even[:n], 1.5, SelectionOptions())
-
-
-def test_the_least_expected_cost_is_that_of_brute_force_in_95_of_100_repetitions() -> None:
-    random, right, beyond_regret, samples, sure = np.random.default_rng(5), 0, 0, [], 0
-    options, steps, tolerance = SelectionOptions(confidence=0.95, first=64, most=8192), np.array([1.0, 4.0, 15.0]), 0.1
-    for _ in range(100):
-        # ten alternatives with nested categories; most of their samples are common
-        first = random.uniform(0.02, 0.6, 10)
-        probability = first[:, None] * np.array([1.0, 0.4, 0.1])
-        cost = 4.0 * random.random(10)
-        truth = cost + probability @ steps
-        common, own = random.random(8192), random.random((10, 8192))
-        uniform = np.where(random.random((10, 8192)) < 0.9, common, own)
-
-        def losses(k: int, count: int, u: np.ndarray = uniform, p: np.ndarray = probability) -> np.ndarray:
-            return (u[k, :count, None] < p[k]) @ steps
-
-        found = select_least_expected(cost, losses, 20.0, options, tolerance)
-        excess = truth[found.chosen] - truth.min()
-        right += excess <= tolerance
-        beyond_regret += excess > found.regret
-        sure += found.sure
-        samples.append(found.samples.sum())
-        assert ((found.lower <= truth) & (truth <= found.upper)).all()
-    assert right >= 95
-    assert beyond_regret <= 5
-    assert sure >= 80
-    assert np.mean(samples) < 0.5 * 10 * 8192
-
-
-def test_bounds_by_betting_hold_as_often_as_they_say_and_follow_the_spread() -> None:
-    random, wrong, ever = np.random.default_rng(7), 0, 0
-    for _ in range(400):
-        values = np.minimum(random.exponential(0.1, 100), 1.0)
-        bounds = [betting_lower_bound(values[:n], 0.1) for n in (25, 50, 100)]
-        wrong += bounds[-1] > 0.1 * (1.0 - np.exp(-10.0))
-        ever += max(bounds) > 0.1 * (1.0 - np.exp(-10.0))
-    assert wrong <= ever <= 40
-    narrow = np.full(200, 0.5) + 0.01 * random.random(200)
-    assert betting_lower_bound(narrow, 0.001) > 0.45
-    assert hoeffding_bounds(float(narrow.mean()), 200, 0.001)[0] < 0.4
-    assert betting_lower_bound(np.zeros(10), 0.1) == 0.0
-    # nothing but ones: not above the exact bound of a binomial share, error^(1/n), nor below that of one stake of 16
-    assert (0.01 / 16) ** 0.01 <= betting_lower_bound(np.ones(100), 0.01) <= 0.01**0.01

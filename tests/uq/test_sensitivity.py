@@ -56,13 +56,6 @@ def test_openturns_computes_the_same_from_its_own_points() -> None:
     np.testing.assert_allclose(ours["total"], theirs.getTotalOrderIndices(), atol=0.015)
 
 
-def test_an_additive_function_has_no_interactions() -> None:
-    points = saltelli_points(4, 2**11, 5)
-    found = sobol_indices(points @ np.array([1.0, 2.0, 3.0, 0.0]), list("abcd"), resamples=0)
-    np.testing.assert_allclose(found["first_order"], np.array([1, 4, 9, 0]) / 14, atol=0.01)
-    np.testing.assert_allclose(found["total"], np.array([1, 4, 9, 0]) / 14, atol=0.01)
-
-
 def test_intervals_of_random_points_have_the_stated_coverage() -> None:
     first, total = closed_form()
     held = []

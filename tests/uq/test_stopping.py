@@ -6,16 +6,9 @@ import xarray as xr
 from scipy import special, stats
 
 from damagepred.errors import InputError
-from damagepred.uq.capacity import probability_reached
 from damagepred.uq.estimate import probability
 from damagepred.uq.exceedance import exceedance, median_movement
 from damagepred.uq.stopping import StopWhen, interim_confidence, interim_sizes
-
-
-def test_interim_analyses_double() -> None:
-    assert interim_sizes(64, 1000) == [64, 128, 256, 512, 1000]
-    assert interim_sizes(64, 64) == [64]
-    assert interim_sizes(64, 10) == [10]
 
 
 def test_the_factor_is_that_of_the_tables() -> None:
@@ -96,11 +89,7 @@ def test_failed_walls_are_bounded_not_dropped() -> None:
     assert (found.failed_undamaged, found.failed_damaged) == (0.5, 0.75)
 
 
-def test_shares_of_steps() -> None:
-    lower, upper = np.array([0.0, 0.01, 0.02, 0.01]), np.array([0.01, 0.02, np.inf, 0.01])
-    np.testing.assert_allclose(probability_reached(lower, upper, 0.015), [1, 0.5, 0, 1])
-
-
+@pytest.mark.thorough
 @pytest.mark.parametrize("replicates", [1, 8])
 def test_medians_cover(replicates: int) -> None:
     hits = 0

@@ -75,11 +75,13 @@ def check(name: str, times: int, samples: int) -> None:
     assert max(f.evaluations for f in found) < 8 * samples
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_unbiased_with_the_stated_coverage(name: str) -> None:
     check(name, 40, 500)
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize(
     ("unknown_from", "lower", "upper"),
     [
@@ -106,34 +108,6 @@ def test_unknown_samples_give_bounds(unknown_from: Callable[[Array], Array], low
         assert stats.binom.cdf(sum(f.lower <= exact <= f.upper for f in found), 24, 0.8) > 1e-3
 
 
-def test_the_variation_is_that_of_the_formula_by_hand() -> None:
-    """Two levels of 20 samples with margins as written here; Au and Beck (2001), equations 27 to 30.
-
-    Level 1: 5 of 20 independent samples reach it: 1/4, variation^2 = (1 - 1/4) / (1/4 x 20) = 3/20.
-    Level 2: 5 chains of 4 samples reach it at 7 of 20: 7/20. Correlations within chains over 1, 2 and 3 steps are
-    31/91, -9/91 and -49/91 of the variance 91/400: gamma = 2 (3/4 x 31 - 2/4 x 9 - 1/4 x 49) / 91 = 1/7, and
-    variation^2 = (1 - 7/20) / (7/20 x 20) x (1 + 1/7) = 26/245.
-    """
-    chains = np.array([[0, 1, 1, 1], [0, 0, 1, 1], [0, 0, 0, 1], [0, 0, 1, 0], [0, 0, 0, 0]])
-    first = np.where(np.arange(20) % 4 == 0, 1.0, 10.0)
-    margins = np.concatenate((first, np.where(chains[:, 1:].T.ravel(), -1.0, 1.0)))
-    found = subset_simulation(lambda z, numbers: margins[numbers], 2, samples=20, level_share=0.25)
-    assert found.evaluations == len(margins)
-    assert [level.share for level in found.levels] == pytest.approx([1 / 4, 7 / 20], rel=1e-14)
-    assert [level.variation**2 for level in found.levels] == pytest.approx([3 / 20, 26 / 245], rel=1e-13)
-    assert found.probability == pytest.approx(7 / 80, rel=1e-14)
-    assert found.variation**2 == pytest.approx(3 / 20 + 26 / 245, rel=1e-13)
-    spread = 1.6448536269514722 * np.sqrt(np.log(1 + 3 / 20 + 26 / 245))  # of a lognormal, 90 %
-    assert (found.lower, found.upper) == pytest.approx((7 / 80 * np.exp(-spread), 7 / 80 * np.exp(spread)), rel=1e-12)
-
-
-def test_a_likely_event_needs_one_level() -> None:
-    found = subset_simulation(linear(0.5), 3, samples=500)
-    assert len(found.levels) == 1
-    assert found.evaluations == 500
-    assert found.lower < special.ndtr(-0.5) < found.upper
-
-
 def test_followed_again_from_kept_evaluations_it_is_the_same() -> None:
     kept: dict[int, float] = {}
 
@@ -151,17 +125,6 @@ def test_followed_again_from_kept_evaluations_it_is_the_same() -> None:
     assert subset_simulation(series, 2, samples=200, seed=4).probability != first.probability
 
 
-def test_steps_and_ties_do_not_mislead() -> None:
-    """Margins known in steps only: levels are as likely as they are, not as they were to be."""
-    g = linear(3.0)
-    found = [
-        subset_simulation(lambda z, n: np.ceil(4 * g(z, n)) / 4, 2, samples=500, seed=s).probability for s in range(24)
-    ]
-    # below the upper bound no sample exceeds 0
-    error = np.std(found, ddof=1) / np.sqrt(len(found))
-    assert abs(np.mean(found) - special.ndtr(-3.0)) < 4 * error
-
-
 def test_a_plateau_is_reported() -> None:
     found = subset_simulation(lambda z, n: np.where(z[:, 0] > 6, -1.0, 1.0), 2, samples=100)
     assert not found.reached
@@ -176,22 +139,6 @@ def test_a_plateau_is_reported() -> None:
 def test_sizes_that_do_not_fit(samples: int, share: float) -> None:
     with pytest.raises(InputError, match="level_share"):
         subset_simulation(series, 2, samples=samples, level_share=share)
-
-
-def late(z: Array, _: Array) -> Array:
-    """Two regions of the same probability, one of which appears only at late levels."""
-    return np.minimum(3.0 - z[:, 0], 5.0 * (3.0 - z[:, 1]))
-
-
-def test_independent_runs_reveal_the_error_of_a_single_run() -> None:
-    exact, times = 1 - special.ndtr(3.0) ** 2, 24
-    held = {1: 0, 5: 0}
-    for seed in range(times):
-        for runs in held:
-            found = subset_simulation(late, 2, samples=100, seed=seed, runs=runs)
-            held[runs] += found.lower <= exact <= found.upper
-    assert stats.binom.cdf(held[5], times, 0.9) > 1e-3
-    assert held[1] < held[5]
 
 
 def test_runs_are_independent_and_the_first_is_that_of_one_alone() -> None:

@@ -45,6 +45,7 @@ def test_it_is_the_maximum_of_the_likelihood() -> None:
     np.testing.assert_allclose(found["median_lower_bound"], np.where(expected > 9.0, 9.0, np.nan))
 
 
+@pytest.mark.thorough
 def test_bands_cover_the_true_value_about_nine_times_in_ten() -> None:
     """Half of the walls censored."""
     hits, repetitions = np.zeros(3), 40
@@ -73,26 +74,6 @@ def test_the_share_explained_by_the_second_variable() -> None:
     idle = fit_surface(ds, 1, "wall.length", bootstrap=100)
     assert idle["slope_lower"] < 0 < idle["slope_upper"]
     assert idle.attrs["aic_with"] > idle.attrs["aic_without"] - 4
-
-
-def test_probability_rises_with_the_movement_and_falls_with_the_strength() -> None:
-    found = fit_surface(walls(5), 1, "joint.tensile_strength", bootstrap=30, points=(21, 11))
-    assert found["probability"].dims == ("second", "intensity")
-    assert (np.diff(found["probability"], axis=1) >= 0).all()
-    assert (np.diff(found["probability"], axis=0) <= 0).all()
-    assert (found["probability_lower"] <= found["probability"] + 1e-9).all()
-    assert found["second"].attrs["units"] == "Pa"
-
-
-def test_a_linear_scale_for_what_may_be_negative() -> None:
-    ds = walls(6)
-    moved = ds.assign(shift=("sample", np.log(ds["joint.tensile_strength"].values / 1e6)))
-    found = fit_surface(moved, 1, "shift", bootstrap=0)
-    assert found.attrs["scale"] == "linear"
-    log = fit_surface(ds, 1, "joint.tensile_strength", bootstrap=0)
-    assert float(found["slope"]) == pytest.approx(float(log["slope"]), rel=1e-6)
-    with pytest.raises(InputError, match="not positive"):
-        fit_surface(moved, 1, "shift", scale="log")
 
 
 def test_a_median_beyond_the_movement_is_a_lower_bound() -> None:
@@ -150,13 +131,6 @@ def test_what_is_no_second_variable(name: str, words: str) -> None:
     ds = walls(8, 30).assign(same=("sample", np.ones(30)))
     with pytest.raises(InputError, match=words):
         fit_surface(ds, 1, name)
-
-
-def test_a_category_that_was_never_reached_has_no_surface() -> None:
-    found = fit_surface(walls(9, 40), 3, "joint.tensile_strength", bootstrap=20)
-    assert str(found["fit_status"].values) == "never reached"
-    assert np.isnan(found["probability"]).all()
-    assert "no surface" in draw_fragility(found).texts[0].get_text()
 
 
 def test_the_drawing_names_its_axes_in_the_units_of_engineers() -> None:

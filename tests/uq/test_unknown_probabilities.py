@@ -11,7 +11,7 @@ from damagepred.plotting.study import quantile
 from damagepred.report.typical import typical_and_worst
 from damagepred.results.rejudge import shares as category_shares
 from damagepred.uq.exceedance import exceedance, median_movement, running_probability
-from damagepred.uq.fragility import fit_surface, stripes
+from damagepred.uq.fragility import fit_surface
 from tests.uq.test_stopping import study
 
 CAPACITY = np.array([0.0035, 0.0065, 0.0125, 0.03])
@@ -31,15 +31,6 @@ def test_no_estimate_beyond_the_largest_movement() -> None:
     assert (found.failed_undamaged, found.failed_damaged, found.not_followed) == (0.0, 1.0, 20)
     (said,) = estimate_lines([Alternative("", found, 20.0)], 1, 0.5)
     assert "at 500 mm) is unknown, between 0 and 1" in said
-
-
-def test_categories_reached_before_stay_known_beyond() -> None:
-    found = exceedance(study(CAPACITY), 1, 0.5)
-    assert np.isnan(found.estimate.value)
-    assert found.estimate.lower == exceedance(study(CAPACITY), 1, 0.02).estimate.lower > 0.3
-    assert (found.estimate.upper, found.failed_undamaged, found.failed_damaged) == (1.0, 0.75, 1.0)
-    every = exceedance(study(CAPACITY[:3]), 1, 0.5).estimate  # all have: no more can
-    assert every.value == 1.0
 
 
 def test_censored_walls_count_up_to_their_end() -> None:
@@ -97,13 +88,6 @@ def test_bounds_of_failed_walls_count_their_weights(heavy: float) -> None:
     assert found.failed_damaged == pytest.approx(min((1.5 + heavy) / 5, 1.0))
     assert found.estimate.value == pytest.approx((1.5 + heavy * 1.5 / 2.5) / 5)
     assert found.failed_undamaged <= found.estimate.value
-
-
-def test_stripes_keep_weights() -> None:
-    weighted = study(CAPACITY, weight=np.array([2.0, 1.0, 0.5, 0.25]))
-    both = stripes({0.01: weighted, 0.02: study(CAPACITY)})
-    np.testing.assert_array_equal(both["weight"], [2.0, 1.0, 0.5, 0.25, 1, 1, 1, 1])
-    assert "weight" not in stripes({0.01: study(CAPACITY)})
 
 
 def test_shares_and_quantiles_are_weighted() -> None:

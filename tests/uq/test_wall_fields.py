@@ -10,7 +10,7 @@ from damagepred.campaign.sample import joint_places
 from damagepred.campaign.settings import StudySettings
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
-from damagepred.scene import Dpc, Opening, Scene, Wall
+from damagepred.scene import Dpc, Scene, Wall
 from damagepred.study import Study
 from damagepred.uq.design import Design
 from damagepred.uq.fields import stated_correlation
@@ -85,19 +85,6 @@ def test_the_correlation_is_as_stated_at_that_distance(
     assert error < 0.035
 
 
-@pytest.mark.parametrize("changed", ["x", "y", "kind"])
-def test_walls_that_differ_in_one_thing_alone_have_each_its_own_fields(changed: str):
-    """A design that has drawn on one wall draws on the next as one that has not."""
-    fields = {TENSION: variable(JointField(correlation_length=0.5))}
-    value = getattr(PLACES, changed)
-    next_wall = PLACES._replace(**{changed: np.zeros_like(value) if changed == "kind" else 2.0 * value})
-    used = design(fields)
-    first = used.joint_values(0, PLACES)[TENSION]
-    second = used.joint_values(0, next_wall)[TENSION]
-    np.testing.assert_array_equal(second, design(fields).joint_values(0, next_wall)[TENSION])
-    assert (second != first).any()
-
-
 def test_the_marginal_is_kept_and_every_joint_scatters_alike():
     values = drawn({TENSION: variable(JointField(correlation_length=0.5))})[TENSION]
     s = math.sqrt(math.log(1.16))
@@ -106,16 +93,6 @@ def test_the_marginal_is_kept_and_every_joint_scatters_alike():
         assert stats.kstest(standard[:, joint], "norm").pvalue > 1e-3
         assert stats.kstest(standard[:, joint] + 0.3, "norm").pvalue < 1e-3  # another median is seen
     assert np.abs(standard.var(axis=0) - 1).max() < 0.35
-
-
-def test_kinds_of_joints_and_samples_are_independent():
-    values = drawn({TENSION: variable(JointField(correlation_length=2.0))})[TENSION]
-    bed, head = (
-        values[:, kind == PLACES.kind].mean(axis=1) for kind in (ContactKind.BED_JOINT, ContactKind.HEAD_JOINT)
-    )
-    assert bed.std() > 0.2  # with such a length whole walls are strong or weak
-    assert abs(np.corrcoef(bed, head)[0, 1]) < 3.5 / math.sqrt(600)
-    assert abs(np.corrcoef(bed[1:], bed[:-1])[0, 1]) < 3.5 / math.sqrt(600)
 
 
 LENGTHS = [
@@ -180,31 +157,6 @@ def test_a_smooth_field_cannot_follow_a_rough_one():
         design(fields, 0.9).joint_values(0, PLACES)
 
 
-def test_a_sample_is_the_same_whatever_was_drawn_before():
-    fields = {TENSION: variable(JointField(correlation_length=0.5))}
-    expected = design(fields).joint_values(7, PLACES)[TENSION]
-    again = design(fields)
-    other = joint_places(Scene(wall=Wall(length=2.4, height=0.6)))
-    for number, places in ((3, PLACES), (7, other)):
-        again.joint_values(number, places)
-    np.testing.assert_array_equal(again.joint_values(7, PLACES)[TENSION], expected)
-
-
-def test_an_opening_parts_a_course_but_not_a_wall():
-    scene = Scene(wall=Wall(length=2.4, height=0.6), opening=(Opening(x=0.96, y=0.15, width=0.48, height=0.45),))
-    places = joint_places(scene)
-    beds = np.flatnonzero(places.kind == ContactKind.BED_JOINT)
-    row = beds[np.isclose(places.y[beds], places.y[beds].max())]
-    left, right = row[places.x[row] < 1.0], row[places.x[row] > 1.4]
-    a, b = np.searchsorted(beds, [left[-1], right[0]])
-    over = {
-        way: stated_correlation(JointField(correlation_length=0.5, over=way), places, beds)
-        for way in ("course", "wall")
-    }
-    assert over["course"][a, b] == 0.0
-    assert over["wall"][a, b] == pytest.approx(math.exp(-(places.x[right[0]] - places.x[left[-1]]) / 0.5))
-
-
 def test_weak_units_come_in_patches():
     """A mixture through a field: as often as stated, and weak joints near weak joints."""
     parts = [{"weight": w, "distribution": "lognormal", "mean": m, "cov": 0.05} for w, m in ((0.95, 1.0), (0.05, 0.5))]
@@ -214,8 +166,3 @@ def test_weak_units_come_in_patches():
     assert share.mean() == pytest.approx(0.05, abs=3.5 * share.std() / math.sqrt(200))
     i, j = pairs(ContactKind.BED_JOINT, UNIT, 0.0)
     assert (values[:, i] & values[:, j]).mean() > 3 * 0.05**2
-
-
-def test_fields_by_distance_need_places():
-    with pytest.raises(InputError, match="need the places of the joints"):
-        design({TENSION: variable(JointField(correlation_length=0.5))}).joint_values(0, PLACES.sequence)

@@ -11,7 +11,6 @@ import pytest
 
 from damagepred.analyses.back_analysis import InferenceOptions
 from damagepred.scene import Movement
-from damagepred.uq.observations import CrackObservation, Discrepancy
 from tests.validation.test_validation_cases import module
 
 STUDY = Path(__file__).resolve().parents[2] / "studies" / "back_analysis"
@@ -54,6 +53,7 @@ def test_all_causes_move_the_ground_alike(synthetic: ModuleType) -> None:
         assert x[most] / causes.LENGTH == pytest.approx(place[name], abs=0.03), name
 
 
+@pytest.mark.thorough
 def test_a_small_run_infers_the_causes(synthetic: ModuleType, tmp_path: Path) -> None:
     run = module("back_analysis_run", STUDY / "run.py")
     study = tmp_path / "study.toml"
@@ -73,32 +73,3 @@ def test_a_small_run_infers_the_causes(synthetic: ModuleType, tmp_path: Path) ->
     page = run.page_text({"cracks": {**found, "stored_walls": 6}})
     assert page.startswith("| 8 cases: 4 walls, 2 surveys each | measured | expected |")
     assert "| cracks | 6 | 8 |" in page
-
-
-def test_surveys_draw_their_discrepancy(synthetic: ModuleType) -> None:
-    """Widths scatter between surveys as the fit says, and all widths of a survey share one discrepancy."""
-
-    class Wall:
-        def widest(self, crack: CrackObservation, count: int) -> tuple[np.ndarray, ...]:
-            return (np.full(count, 5e-3),)
-
-    class Walls:
-        movement = np.zeros((1, 1))
-
-        def replayed(self, sample: int) -> Wall:
-            return Wall()
-
-    def spreads(widths: list[np.ndarray]) -> np.ndarray:
-        return np.log([np.std(one[one > 0]) for one in widths])
-
-    survey = synthetic.Survey(tuple((x, 0.1) for x in np.linspace(0.0, 1.0, 40)), visible=1e-9)
-    random = np.random.default_rng(8)
-    seen = [survey.of(Walls(), 0, 0, random).crack for _ in range(200)]
-    expected = []
-    for normal in random.standard_normal((1000, 2)):
-        model = Discrepancy().at(normal)
-        deviation = np.sqrt(2e-4**2 + model.width**2 + (5e-3 * model.width_share) ** 2)
-        expected.append(5e-3 + deviation * random.standard_normal(40))
-    found, wanted = spreads([np.array([c.width or 0.0 for c in one]) for one in seen]), spreads(expected)
-    assert np.median(found) == pytest.approx(np.median(wanted), abs=0.15)
-    assert np.std(found) == pytest.approx(np.std(wanted), rel=0.15)

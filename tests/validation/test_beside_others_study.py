@@ -13,6 +13,7 @@ ROOM = Path(__file__).resolve().parents[2] / "studies" / "benchmarks" / "beside_
 WEIGHT = 5 * 6 * 0.24 * 0.075 * 0.11 * 2000 * 9.81
 
 
+@pytest.mark.thorough
 def test_damagepred_in_the_comparison(tmp_path: Path) -> None:
     run.main(["--quick", "--output", str(tmp_path)])
     runs = pd.read_csv(tmp_path / "runs.csv").set_index(["case", "solver", "settings"])
@@ -26,32 +27,6 @@ def test_damagepred_in_the_comparison(tmp_path: Path) -> None:
     np.testing.assert_allclose(dropped["displacement"][1:4, 1], -8e-3, atol=1e-4)
     carried = runs.loc["gap", "weight on what dropped"]
     assert ((carried > 0.09) & (carried < 0.25)).all()
-
-
-def test_convergence_of_a_run() -> None:
-    from studies.benchmarks.beside_others.cases import dry_wall
-    from studies.benchmarks.beside_others.record import HOLD, Record, Wall
-
-    case = dry_wall("settling", "5x6") | {"levels": [1e-1, 1e-3]}
-    record = Record(case, limit=1.0)
-    residuals = [1.0, 0.05, 0.5, 0.09, 0.01, *[1e-4] * HOLD]
-    for i, residual in enumerate(residuals):
-        record.seconds = 0.01 * i
-        go_on = record.look(0.1 * (i + 1), residual)
-        assert go_on == (i < len(residuals) - 1)
-    assert record.settled() == [0.03, 0.05]  # not at the dip before
-    wall = Wall(case)
-    falling = np.tile([0.0, -9.81e-3, 0.0], (len(wall.mass), 1))
-    assert wall.from_velocity(falling, 1e-3) == pytest.approx(wall.weight.max() / wall.weight.mean())
-
-
-def test_another_solver_without_its_environment_is_noted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv(run.environments.ENVIRONMENTS, str(tmp_path))
-    (tmp_path / "pymunk" / "bin").mkdir(parents=True)
-    (tmp_path / "pymunk" / "bin" / "python").symlink_to("/bin/false")
-    row = run.one("settling", "5x6", "pymunk", "dt 0.001, iterations 10")
-    assert row["note"] == "exit code 1"
-    assert np.isnan(row["s at 0.1"])
 
 
 def test_the_committed_data() -> None:

@@ -14,6 +14,8 @@ import xarray as xr
 import damagepred
 from damagepred.scene import Scene, Solver
 
+pytestmark = pytest.mark.quick_cases()
+
 DATA = Path(__file__).resolve().parents[2] / "data"
 BED, HEAD, DPC, FOOTING = range(4)
 

@@ -76,15 +76,6 @@ def test_the_dpc_is_measured(study):
     assert dpc.sliding == 2e-3
 
 
-def test_a_line_has_its_share_of_explained_variance(study):
-    x = np.arange(5.0)
-    exact = study.measures.line_through(x, 2.0 - 3.0 * x)
-    assert (exact.slope, exact.start, exact.r2) == pytest.approx((-3.0, 2.0, 1.0))
-    bent = study.measures.line_through(x, (x - 2.0) ** 2)
-    assert bent.slope == pytest.approx(0.0, abs=1e-12)
-    assert bent.r2 == pytest.approx(0.0, abs=1e-12)
-
-
 def test_limits_of_the_solid_wall_on_jacks(study):
     """The limit of an elastic footing bonded to two courses is about 3 mm, on a sheet 6, with earlier cracks near 8."""
     found = {}
@@ -158,26 +149,3 @@ def test_tables_have_the_measured_values(study, small, tmp_path):
     assert "old" not in page
     assert page.startswith("a <!-- t -->")
     assert page.endswith("<!-- end of t --> b")
-
-
-def test_pictures_are_drawn(study, small, tmp_path):
-    study.figures.save(study.figures.window_width(small, small.whole["elastic"]), tmp_path / "width.png")
-    study.figures.draw_case(small, tmp_path)
-    assert sorted(p.name for p in tmp_path.iterdir()) == [
-        "development.png",
-        "footing.png",
-        "jack_load.png",
-        "width.png",
-    ]
-    assert len(study.figures.deformation(small).axes) >= 2
-    stress = study.figures.window_stress(small.whole["prescribed"], (1, 2))
-    assert len([ax for ax in stress.axes if "stress at" in ax.get_title(loc="left")]) == 4
-
-
-def test_one_parameter_is_changed_at_a_time(study):
-    scene = study.cases.on_jacks(study.cases.read_case("dishing").scene)
-    names = [v.name for v in study.sensitivity.variants(19.8e3)]
-    assert len(set(names)) == len(names)
-    changed = [v.change(scene).to_dict() != scene.to_dict() for v in study.sensitivity.variants(19.8e3)]
-    assert changed == [False] + [True] * (len(names) - 1)
-    assert study.sensitivity.courses_below(scene) == pytest.approx(0.15 * 0.11 * 2000.0 * 9.81)

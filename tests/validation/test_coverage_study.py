@@ -5,7 +5,6 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-import pandas as pd
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -23,6 +22,7 @@ def study() -> ModuleType:
     return module
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("interval", "samples"),
     [
@@ -40,13 +40,6 @@ def test_intervals_have_the_stated_coverage(study: ModuleType, interval: str, sa
     for row in rows:
         assert row["given"] > 0.9, row
         assert row["coverage"] >= 46 / 60, row
-
-
-def test_the_table_marks_low_coverage(study: ModuleType, tmp_path: Path) -> None:
-    found = study.run(tmp_path, 3, 1, ["estimate, 8"])
-    assert len(pd.read_csv(tmp_path / "coverage.csv")) == len(found) == 4
-    found.assign(coverage=0.5, error=0.01).to_csv(tmp_path / "coverage.csv", index=False)
-    assert "**0.50 ± 0.01**" in study.table(tmp_path)
 
 
 def test_the_page_is_that_of_the_table(study: ModuleType) -> None:

@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import pytest
+
 import damagepred
 from damagepred.scene import Scene, Solver
 
 
+@pytest.mark.thorough
 def test_solvers_agree_on_a_crack_band_of_several_joints(data_folder: Path) -> None:
     scene = Scene.from_toml(data_folder / "bryant_window_dishing.toml")
     found = [damagepred.solve(scene, solver=Solver(method=method)) for method in ("quasi_static", "explicit")]

@@ -41,6 +41,7 @@ def test_files_are_valid_and_the_page_has_their_alternatives(run: ModuleType, tm
             assert page.count(f"| {footing} + {joint} | {cost + more} |") == 4
 
 
+@pytest.mark.thorough
 def test_a_few_walls_of_two_alternatives(run: ModuleType, tmp_path: Path) -> None:
     """With two walls each nothing is decided, and costs are those said; the same walls answer for both targets."""
     text = (STUDY / "choices.toml").read_text(encoding="utf-8")

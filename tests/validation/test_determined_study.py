@@ -42,6 +42,7 @@ def test_both_solvers_determine_a_small_wall_on_a_dpc() -> None:
         assert np.mean(openings) == pytest.approx(7.56e-3, rel=2e-3)
 
 
+@pytest.mark.thorough
 def test_the_quick_form(capsys: pytest.CaptureFixture[str]) -> None:
     """The dry wall: single joints move, its crack band and category do not."""
     RUN["main"](["--quick"])

@@ -2,7 +2,6 @@
 
 import importlib
 import sys
-import tomllib
 from pathlib import Path
 from types import ModuleType
 
@@ -12,9 +11,9 @@ import pytest
 import xarray as xr
 
 from damagepred.assembly import wall_geometry
-from damagepred.campaign.settings import StudySettings
 from damagepred.damage.limits import construction_limits
-from damagepred.uq.variable import Variable
+
+pytestmark = pytest.mark.quick_cases()
 
 ROOT = Path(__file__).resolve().parents[2]
 GUIDANCE = ROOT / "studies" / "guidance"
@@ -34,17 +33,6 @@ def module(name: str) -> ModuleType:
             sys.modules.pop(own, None)
 
 
-def test_scatter_is_that_of_the_tables() -> None:
-    tables = tomllib.loads((ROOT / "data" / "statistics" / "masonry.toml").read_text())
-    settings = StudySettings.from_toml(GUIDANCE / "wall.toml")
-    marginals = settings.design().marginals
-    keys = ("distribution", "mean", "cov", "lower", "upper")
-    for place in settings.variables:
-        given = Variable(**{k: v for k, v in tables[place].items() if k in keys}).frozen(place, "1")
-        for share in (0.05, 0.5, 0.95):
-            assert marginals[place].ppf(share) == pytest.approx(given.ppf(share), rel=1e-9), place
-
-
 @pytest.mark.parametrize("name", STUDIES)
 def test_every_variant_is_a_wall_and_differs_from_the_others(name: str) -> None:
     room = module("room")
@@ -61,17 +49,6 @@ def test_every_variant_is_a_wall_and_differs_from_the_others(name: str) -> None:
             assert scene.loads.roof in (0.0, pytest.approx(3000 * scene.wall.length))
 
 
-def test_walls_that_several_studies_share_are_run_once() -> None:
-    room = module("room")
-    first = {
-        name: room.archive_of(
-            Path(), room.study_of(room.read_variants(GUIDANCE / name)[1][0].settings, "doming", None, 1)
-        )
-        for name in ("construction", "dpc", "joints", "bond")
-    }
-    assert len(set(first.values())) == 1
-
-
 def walls(categories: list[list[int]], status: list[int]) -> xr.Dataset:
     both, shape = ("sample", "increment"), (len(categories), 3)
     deflection = np.broadcast_to([0.0, 3e-3, 15e-3], shape)
@@ -86,25 +63,6 @@ def walls(categories: list[list[int]], status: list[int]) -> xr.Dataset:
     )
 
 
-def test_shares_at_the_limits_and_walls_that_failed_on_either_side() -> None:
-    tables = module("tables")
-    ds = walls([[0, 1, 3], [0, 0, 1], [0, 0, -1], [0, 2, -1]], [0, 0, 2, 2])
-    rows = tables.rows_of([tables.Case("plain", "doming", ds)], construction_limits())
-    assert list(dict.fromkeys(rows["limit"])) == ["L/2000", "L/800", "L/600", "L/400"]  # L/300 is beyond the path
-    at = {(r.limit, r.category): r for r in rows.itertuples()}
-    assert [at["L/2000", k].reached for k in (1, 2, 3)] == [2, 1, 0]
-    assert at["L/2000", 1].failed == 0  # all were followed so far
-    last = at["L/400", 1]
-    assert (last.reached, last.failed, last.walls) == (3, 1, 4)  # one had reached it before it failed
-    assert last.share == 1.0
-    assert last.lower < 0.75 < last.upper == pytest.approx(1.0)  # as if it had been undamaged, and damaged
-    # between two increments only the one before is known
-    assert at["L/800", 1].reached == at["L/2000", 1].reached
-    text = tables.markdown(rows)
-    assert text.splitlines()[-1].startswith("| plain | doming | 50 / 25 / 0 | 50 / 25 / 0 |")
-    assert text.splitlines()[-1].endswith("| 3 / 15 / > 15 |")  # by which two of the four were there
-
-
 def quick(name: str, tmp_path: Path, samples: int) -> pd.DataFrame:
     room = module("room")
     folder = tmp_path / name
@@ -112,18 +70,6 @@ def quick(name: str, tmp_path: Path, samples: int) -> pd.DataFrame:
     assert room.run_study(GUIDANCE / name, asked.split()) == 0
     assert (folder / "damage.png").stat().st_size > 10_000
     return pd.read_csv(folder / "table.csv")
-
-
-def test_a_study_in_its_quick_form(tmp_path: Path) -> None:
-    """One articulated wall, in one step to L/2000."""
-    room, tables = module("room"), module("tables")
-    _, variants = room.read_variants(GUIDANCE / "construction")
-    study = room.study_of(variants[1].settings, "doming", 1, 0.2)
-    assert room.run_walls(study, tmp_path / "one.dp", 1, 1).done == 1
-    ds = room.open_study(tmp_path / "one.dp")
-    rows = tables.rows_of([tables.Case("articulated", "doming", ds)], construction_limits())
-    assert set(rows["limit"]) == {"L/2000"}
-    assert (rows["median control joint opening max (mm)"] > 0.1).all()
 
 
 @pytest.mark.slow

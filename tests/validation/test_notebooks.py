@@ -39,6 +39,7 @@ def test_stored_outputs_are_complete_and_small(path: Path) -> None:
     assert f"{path.name}" in (FOLDER / "README.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "path",
     [pytest.param(p, id=p.stem, marks=() if p.stem == QUICK else pytest.mark.slow) for p in NOTEBOOKS],

@@ -31,6 +31,7 @@ def effective_reached(room: dict[str, ModuleType], normal: np.ndarray, factor: f
     return room["walls"].Bank(upper - STEP, upper, np.ones_like(upper))
 
 
+@pytest.mark.thorough
 def test_errors_of_walls_with_a_known_answer(room: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(room["errors"], "DRAWS", 120)
     monkeypatch.setattr(room["errors"], "powers", lambda a, b: [n for n in (64, 256, 1024) if n <= b])
@@ -55,15 +56,6 @@ def test_errors_of_walls_with_a_known_answer(room: dict[str, ModuleType], monkey
     floors = pd.DataFrame(room["errors"].floors_of("joints", banks)).set_index("what")
     assert floors.loc["two contacts", "difference"] == pytest.approx(0.08, abs=0.005)
     assert abs(floors.loc["lognormal form", "difference"]) < 4 * floors.loc["lognormal form", "error"] + 1e-3
-
-
-def test_bias_and_variance_are_separated(room: dict[str, ModuleType]) -> None:
-    found = 1.1 + 0.05 * np.random.default_rng(2).standard_normal(4000)
-    ask, truth = room["errors"].Question("median", np.nan), room["errors"].Truth(1.0, 0.0)
-    row = room["errors"].row_of(ask, "random", 1, 1.0, found, truth)
-    assert row["error"] == pytest.approx(math.hypot(0.1, 0.05), rel=0.03)
-    assert row["bias"] == pytest.approx(0.1, rel=0.03)
-    assert row["lower"] < math.hypot(0.1, 0.05) < row["upper"]
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from damagepred.assembly import Model, wall_model
-from damagepred.enumerations import ContactKind, ContactState
+from damagepred.enumerations import ContactState
 from damagepred.scene import Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
 
@@ -101,26 +101,3 @@ def test_blocks_balance_and_joints_obey_their_law(name: str) -> None:
         check_joint_law(model, step)
     if name not in ("bryant",):
         assert (steps[-1].state == ContactState.CRACKED).sum() > 10, "nothing to check"
-
-
-def test_openings_belong_to_the_displacements() -> None:
-    scene = walls()["window on a dpc"]
-    model = wall_model(scene)
-    *_, step = solve_path(model, scene.solver, scene.movement.increments)
-    face, n = model.interfaces, model.n_blocks
-    normal = np.column_stack((face.normal_x, face.normal_y))
-    tangent = np.column_stack((face.normal_y, -face.normal_x))
-    where = np.stack((face.x, face.y), axis=-1)[:, None] + face.contact_offset[..., None] * tangent[:, None]
-
-    def moved(block: np.ndarray) -> np.ndarray:
-        centre = np.column_stack((model.blocks.x, model.blocks.y))[block]
-        x, y, turn = step.displacement[block].T
-        arm = where[face.block_b < n][: len(block)] - centre[:, None]
-        return np.stack((x[:, None] - turn[:, None] * arm[..., 1], y[:, None] + turn[:, None] * arm[..., 0]), -1)
-
-    inner = face.kind != ContactKind.FOOTING_INTERFACE
-    assert inner[: inner.sum()].all()
-    count = int(inner.sum())
-    jump = moved(face.block_b[:count]) - moved(face.block_a[:count])
-    opening = np.einsum("mqc,mc->mq", jump, normal[:count])
-    np.testing.assert_allclose(step.opening[:count], opening, atol=1e-12)

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import damagepred
 from damagepred.enumerations import ContactKind
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 
+pytestmark = pytest.mark.quick_cases()
+
 DATA = Path(__file__).resolve().parents[2] / "data"
 QUASI_STATIC = Solver(method="quasi_static")
-HEAD = 1
 
 
 def cracking(opening: Opening | None, dpc: bool, kind: str = "dishing") -> Scene:
@@ -28,58 +28,7 @@ def cracking(opening: Opening | None, dpc: bool, kind: str = "dishing") -> Scene
     )
 
 
-def middles(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return the interfaces' middles (m, 2), and which of them are perpends (m,)."""
-    per = int((ds["contact_interface"].values == 0).sum())
-    middle = np.column_stack([ds[f"contact_{c}"].values.reshape(-1, per).mean(axis=1) for c in "xy"])
-    return middle, ds["contact_kind"].values.reshape(-1, per)[:, 0] == HEAD
-
-
-def reflected(a: xr.Dataset, b: xr.Dataset, length: float) -> np.ndarray:
-    """Return, for each contact of b, the number of its mirror image in a."""
-    (there, _), (here, head) = middles(a), middles(b)
-    place = {(round(x, 5), round(y, 5)): i for i, (x, y) in enumerate(there)}
-    assert len(place) == len(there) == len(here)
-    other = np.array([place[round(length - x, 5), round(y, 5)] for x, y in here])
-    per = a.sizes["contact"] // len(there)
-    within = np.arange(per)
-    # contacts of a bed joint run from left to right, those of a perpend do not
-    return (per * other[:, None] + np.where(head[:, None], within, within[::-1])).ravel()
-
-
-def same_after_reflection(a: xr.Dataset, b: xr.Dataset, length: float) -> None:
-    image = reflected(a, b, length)
-    assert a["contact_x"].values[image] == pytest.approx(length - b["contact_x"].values, abs=1e-5)
-    assert ((a["contact_state"].values == 1)[:, image] == (b["contact_state"].values == 1)).all()
-    widest = np.abs(a["contact_opening"].values).max()
-    assert widest > 0.1e-3, "nothing opened"
-    np.testing.assert_allclose(
-        a["contact_opening"].values[:, image], b["contact_opening"].values, atol=5e-3 * widest, rtol=0
-    )
-    for name in ("crack_width_max", "crack_band_width_max", "base_crack_width_max", "dpc_opening_max"):
-        np.testing.assert_allclose(a[name], b[name], atol=1e-3 * widest, rtol=0)
-
-
 DOOR = Opening(kind="door", x=0.48, width=0.48, height=0.6)
-
-
-@pytest.mark.parametrize(
-    ("opening", "dpc"),
-    [(Opening(x=0.48, y=0.3, width=0.48, height=0.3), True), (DOOR, True), (DOOR, False)],
-    ids=["window on dpc", "door on dpc", "door"],
-)
-def test_a_mirrored_wall_does_the_mirrored_thing(opening: Opening, dpc: bool) -> None:
-    scene = cracking(opening, dpc)
-    mirrored = replace(scene, opening=(replace(opening, x=2.4 - opening.right),))
-    same_after_reflection(damagepred.solve(scene), damagepred.solve(mirrored), 2.4)
-
-
-@pytest.mark.parametrize("kind", ["dishing", "doming"])
-@pytest.mark.parametrize("dpc", [False, True])
-def test_symmetric_walls_crack_symmetrically(kind: str, dpc: bool) -> None:
-    opening = Opening(x=0.96, y=0.3, width=0.48, height=0.3) if dpc else None
-    ds = damagepred.solve(cracking(opening, dpc=dpc, kind=kind))
-    same_after_reflection(ds, ds, 2.4)
 
 
 @pytest.mark.parametrize("scale", [0.5, 3.0])

@@ -4,6 +4,8 @@ import pytest
 
 from studies.benchmarks.skips import run
 
+pytestmark = pytest.mark.thorough
+
 
 @pytest.mark.parametrize("name", ["condense", "half", "correct", "restart", "keep", "elastic start"])
 def test_the_answer_is_the_same_without_a_skip(name: str) -> None:

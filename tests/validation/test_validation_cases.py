@@ -70,14 +70,7 @@ def test_observations_of_the_spandrels_have_the_reported_moments() -> None:
     assert seen.std() / seen.mean() == pytest.approx(0.22, abs=0.005)
 
 
-def test_facades_have_the_reported_openings(paths: None) -> None:
-    facades = module("validation_facades", CASES / "facades" / "run.py").FACADES
-    for size, share in (("7 x 5.5", 0.235), ("17 x 3.8", 0.09), ("12 x 3", 0.174)):
-        facade = next(f for f in facades if f.name == size)
-        area = sum(hole["width"] * hole["height"] for hole in facade.tables())
-        assert area / (facade.length * facade.height) == pytest.approx(share, abs=0.005)
-
-
+@pytest.mark.thorough
 def test_a_case_runs_and_goes_on(paths: None, tmp_path: Path) -> None:
     """Three panels of the shear test, twice: the second time nothing is solved again."""
     case = module("validation_panel", CASES / "shear_panel" / "run.py")
@@ -98,6 +91,7 @@ def test_every_case_can_be_read(paths: None, case: str) -> None:
     assert "COMMIT" not in text
 
 
+@pytest.mark.thorough
 def test_crossed_walls_share_the_variance_of_a_column_as_its_closed_form(paths: None, tmp_path: Path) -> None:
     """The force that shortens an elastic column is the product of stiffness and thickness, so shares are known."""
     crossing = module("crossing", CASES / "crossing.py")
@@ -150,6 +144,7 @@ def test_two_bricks_on_each_other_vibrate_as_their_closed_form(paths: None) -> N
     assert np.abs(found / upright - 1.0).min() < 1e-6
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("halfway", "end", "stages", "share"), [(2.6, 9.0, 1, 1.0), (2.4, 2.6, 2, 0.5), (1.0, 2.4, 2, 0.0)]
 )
@@ -173,6 +168,7 @@ def test_facades_are_followed_until_all_are_beyond_the_level(
     assert np.array(asked) == pytest.approx(np.array([(0.5 * whole, 4), (whole, 8)][:stages]))
 
 
+@pytest.mark.thorough
 def test_the_discrepancy_of_widths_is_what_the_cases_say(paths: None) -> None:
     """The shipped data, the page and the defaults are those of a new fit."""
     fitting = module("validation_discrepancy", CASES / "discrepancy.py")
@@ -189,6 +185,7 @@ def test_the_discrepancy_of_widths_is_what_the_cases_say(paths: None) -> None:
     assert " to " in origins["width"][0]
 
 
+@pytest.mark.thorough
 def test_the_fit_finds_a_known_discrepancy(paths: None) -> None:
     fitting = module("validation_discrepancy", CASES / "discrepancy.py")
     random = np.random.default_rng(4)

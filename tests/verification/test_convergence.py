@@ -10,6 +10,8 @@ from damagepred.scene import Solver
 from tests.verification.blocks import BRICK, Unit, on_plate
 from tests.verification.manual import ClosedForm, Verify
 
+pytestmark = pytest.mark.quick_cases()
+
 RATE = ClosedForm(
     chapter="Convergence",
     title="Contacts of a joint that is partly open",

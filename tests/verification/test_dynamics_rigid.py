@@ -26,6 +26,8 @@ from tests.solvers.dynamic_scenes import (
 from tests.verification.dry_walls import tipping_slope
 from tests.verification.manual import ClosedForm, Verify
 
+pytestmark = pytest.mark.quick_cases()
+
 CHAPTER = "Dynamics"
 
 HOUSNER = ClosedForm(

@@ -10,6 +10,8 @@ from damagepred.scene import Solver
 from tests.verification.blocks import BRICK, STONE, UNITS, G, Unit, on_plate, stack
 from tests.verification.manual import ClosedForm, Verify
 
+pytestmark = pytest.mark.quick_cases("solver")
+
 CHAPTER = "Elastic joints"
 
 STACK = ClosedForm(

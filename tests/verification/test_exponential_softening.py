@@ -15,6 +15,8 @@ from tests.verification.conftest import SOLVERS
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.test_fracture_energy import AREA, CHAPTER, F_T, G_F, JOINT, K_S, U_0, B, H, T, forces, on_plate
 
+pytestmark = pytest.mark.quick_cases("solver")
+
 A = 5.0
 MEAN = (1 - np.exp(-A)) / A - np.exp(-A) / 2
 W_C = U_0 + (G_F / F_T - U_0 / 2) / MEAN

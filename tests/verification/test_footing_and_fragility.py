@@ -56,24 +56,6 @@ def beam_under_three_loads(xi: np.ndarray) -> tuple[np.ndarray, float, float]:
     return np.interp(np.minimum(xi, 1 - xi), x, deflection) / middle, 1 / middle, slope[0] / middle
 
 
-@pytest.mark.parametrize("length", [3.0, 6.0, 14.5])
-@pytest.mark.parametrize(("kind", "deflection"), [("dishing", 8e-3), ("doming", 30e-3)])
-def test_the_footing_bends_like_a_beam(verify: Verify, kind: str, deflection: float, length: float) -> None:
-    movement = Movement(kind=kind, central_deflection=deflection)  # type: ignore[arg-type]
-    x = np.linspace(0.0, length, 241)
-    shape, _, _ = beam_under_three_loads(x / length)
-    verify(
-        BEAM,
-        case=f"{kind}, L = {length:g} m, δ = {1e3 * deflection:g} mm",
-        solver="profile",
-        quantity="deflection",
-        unit="m",
-        computed=movement.profile(x, length),
-        exact=shape * deflection * (1 if kind == "doming" else -1),
-        tolerance=1e-7,
-    )
-
-
 def test_figures_of_the_footing(verify: Verify) -> None:
     shape, stiffness, slope = beam_under_three_loads(np.array([0.25]))
     profile = Movement(kind="doming", central_deflection=1.0).profile

@@ -23,6 +23,8 @@ from tests.verification.footings import (
 )
 from tests.verification.manual import ClosedForm, Verify
 
+pytestmark = pytest.mark.quick_cases("solver")
+
 CHAPTER = "Footing and ground"
 
 JACKS = ClosedForm(
@@ -150,16 +152,6 @@ def test_the_jacks_carry_the_footing_when_the_path_begins(verify: Verify, solver
         assert abs(first.deflection) < 1e-5 * sag
 
 
-@pytest.mark.parametrize("kind", ["dishing", "doming"])
-def test_an_elastic_footing_stores_the_work_of_its_jacks(kind: str) -> None:
-    """The load of the jacks changes straight with the deflection: its mean does the work, in one increment."""
-    size = 2e-3 * PAPER.line_weight * PAPER.length**4 / PAPER.bending
-    first, last = path_of(PAPER.on_jacks(kind, size, 16, stop_at_zero=False), Solver())
-    assert abs(last.jack_load - first.jack_load) > 0.1 * first.jack_load
-    assert last.energy.external_work == pytest.approx(last.energy.elastic_energy, rel=1e-6)
-    assert last.energy.energy_error < 1e-6 * last.energy.external_work
-
-
 def sag(strip: Strip, load: float) -> float:
     """Return the sag of a beam between supports at its ends (m)."""
     w, length = strip.line_weight + load, strip.length
@@ -208,21 +200,6 @@ def test_the_footing_sags_between_supports(
         computed=sagged(strip, solver, load, pieces),
         exact=sag(strip, load),
         tolerance=tolerance,
-    )
-
-
-def test_the_papers_footing_sags_by_8_mm(verify: Verify, solver: Solver) -> None:
-    exact = 5 * 2250 * 6**4 / (384 * 7e9 * 0.3**4 / 12)
-    assert exact == pytest.approx(8.0e-3, rel=5e-3)
-    verify(
-        SAG,
-        case=f"thin, 2250 N/m in all: {PAPER}",
-        solver=solver.method,
-        quantity="δ",
-        unit="m",
-        computed=sagged(PAPER, solver, 2250 - PAPER.line_weight, 100),
-        exact=exact,
-        tolerance=1e-2,
     )
 
 
@@ -346,22 +323,6 @@ def test_equal_jacks_bend_a_footing_of_zones(verify: Verify) -> None:
         computed=(many * found[1] - few * found[0]) / (many - few),
         exact=exact,
         tolerance=2e-2,
-    )
-
-
-@pytest.mark.slow
-def test_equal_jacks_bend_a_footing_of_zones_in_time(verify: Verify, solver: Solver) -> None:
-    strip = PAPER
-    exact = 19 * strip.length**3 / (384 * strip.bending) + strip.length / (2 * strip.shear)
-    verify(
-        ZONED,
-        case=f"4 cells over the depth, both solvers: {strip}",
-        solver=solver.method,
-        quantity="δ/P",
-        unit="m/N",
-        computed=zoned(strip, solver, 4),
-        exact=exact,
-        tolerance=0.9 / 16,
     )
 
 
@@ -507,22 +468,4 @@ def test_a_bed_that_slips_stiffens_it_less(verify: Verify, slip: float) -> None:
         computed=(4 * fine - coarse) / 3,
         exact=sag_with_slip(strip, course, modulus, slip, load),
         tolerance=5e-4,
-    )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("slip", [1e8, 1e10, 1e14])
-def test_both_solvers_bend_footing_and_brickwork_alike(verify: Verify, solver: Solver, slip: float) -> None:
-    strip, course, load, modulus = PAPER, 0.15, 1e3, 9e9
-    coarse, fine = (brickwork(strip, n, 1, course, modulus, slip, load, solver) for n in (20, 40))
-    case = f"both solvers, k_s {slip / 1e9:g} N/mm³, {1e3 * course:g} mm of E {modulus / 1e6:g} MPa: {strip}"
-    verify(
-        NEWMARK,
-        case=case,
-        solver=solver.method,
-        quantity="δ, to size 0",
-        unit="m",
-        computed=(4 * fine - coarse) / 3,
-        exact=sag_with_slip(strip, course, modulus, slip, load),
-        tolerance=1e-3,
     )

@@ -24,6 +24,8 @@ from tests.verification.footings import (
 )
 from tests.verification.manual import ClosedForm, Verify
 
+pytestmark = pytest.mark.quick_cases("solver")
+
 CHAPTER = "Footing and ground"
 
 SETTLES = ClosedForm(

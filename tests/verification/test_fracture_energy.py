@@ -22,6 +22,8 @@ from tests.kernels.one_joint import one_joint
 from tests.verification.conftest import SOLVERS
 from tests.verification.manual import ClosedForm, Verify
 
+pytestmark = pytest.mark.quick_cases("solver")
+
 B, H, T = 0.24, 0.075, 0.11
 AREA = B * T
 SLOW = pytest.mark.slow
@@ -139,11 +141,6 @@ def balanced(ds: xr.Dataset, put_in: float, within: float) -> None:
 @pytest.mark.parametrize("law", LAWS)
 def test_pulling_off_takes_the_fracture_energy(verify: Verify, solver: Solver, law: str) -> None:
     check_pull(verify, solver, law, LAWS[law], dpc=False)
-
-
-@pytest.mark.parametrize("law", ["nothing else", "brittle shear", "G_II 0.999", "G_II 50"])
-def test_pulling_off_above_a_dpc_takes_the_fracture_energy(verify: Verify, solver: Solver, law: str) -> None:
-    check_pull(verify, solver, f"{law}, above a dpc", LAWS[law], dpc=True)
 
 
 def check_pull(verify: Verify, solver: Solver, case: str, joint: Joint, dpc: bool) -> None:

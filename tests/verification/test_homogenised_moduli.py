@@ -24,6 +24,8 @@ from damagepred.kernels.interface.kinematics import interface_displacement
 from damagepred.one_wall.judged_path import model_of
 from damagepred.solvers.system.discrete_system import DiscreteSystem
 
+pytestmark = pytest.mark.quick_cases()
+
 RIGID_BRICKS = {"blocks": "rigid", "lump_block_elasticity": False}
 FORMATS = [(0.24, 0.075), (0.24, 0.086), (0.3, 0.15), (0.4, 0.2), (0.6, 0.2), (0.22, 0.06)]
 RATIOS = [(82e9, 36e9), (10e9, 10e9), (150e9, 30e9)]

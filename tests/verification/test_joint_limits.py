@@ -13,6 +13,8 @@ from damagepred.scene import Solver
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, on_plate
 from tests.verification.manual import ClosedForm, Verify
 
+pytestmark = pytest.mark.quick_cases("solver")
+
 SLOW = pytest.mark.slow
 CHAPTER = "Joints that open, break and slide"
 
@@ -80,54 +82,6 @@ def test_a_joint_without_tension_opens(verify: Verify, solver: Solver, unit: Uni
         exact=2 * force / (unit.k_n * unit.t * pressed**2),
         tolerance=0.002,
     )
-
-
-@pytest.mark.parametrize("share", [0.2, 0.25, 0.3, 0.34, 0.38, 0.4])
-@pytest.mark.parametrize("unit", UNITS, ids=str)
-def test_a_joint_without_tension_opens_as_it_comes(verify: Verify, solver: Solver, unit: Unit, share: float) -> None:
-    """At the defaults; three contacts alone are wrong by 21, 27, 8, 17, 46 and 60 % here."""
-    force = 1e5 * unit.area
-    assembly, block = on_plate(unit, unit.joint(), (0.0, 0.0))
-    assembly.load(block, y=-force, at=(share * unit.b, unit.h))
-    ds = damagepred.solve(assembly, solver=solver, increments=1).isel(increment=-1)
-    pressed = 3 * (unit.b / 2 - share * unit.b)
-    verify(
-        OPENED,
-        case=f"e = {share:g} b, N/A 0.1 MPa, {solver.no_tension_parts} x 3 contacts: {unit}",
-        solver=solver.method,
-        quantity="rotation",
-        unit="rad",
-        computed=-float(ds["block_rotation"][block]),
-        exact=2 * force / (unit.k_n * unit.t * pressed**2),
-        tolerance=0.12 if share > 0.34 else 0.05,
-    )
-    # the forces of the contacts alone hold the block
-    push = -ds["contact_normal_stress"].values * ds["contact_length"].values * unit.t
-    assert push.sum() == pytest.approx(force, rel=1e-5)
-    assert push @ ds["contact_x"].values == pytest.approx(share * unit.b * force, rel=1e-5)
-
-
-@pytest.mark.parametrize("share", [0.0, 0.25, 0.38])
-@pytest.mark.parametrize("unit", [BRICK, STONE], ids=str)
-def test_contacts_of_a_dry_joint_that_never_open_are_not_cracked(solver: Solver, unit: Unit, share: float) -> None:
-    """The part that the closed form presses is intact, the part it opens is cracked, though neither has a bond.
-
-    In time steps the block swings while its load comes on: contacts beyond the edge open once, and close.
-    """
-    force = 1e5 * unit.area
-    assembly, block = on_plate(unit, unit.joint(), (0.0, 0.0))
-    assembly.load(block, y=-force, at=(share * unit.b, unit.h))
-    ds = damagepred.solve(assembly, solver=solver, increments=2)
-    edge = unit.b / 2 - min(3 * (unit.b / 2 - share * unit.b), unit.b)  # left end of what is pressed
-    x, state = ds["contact_x"].values, ds["contact_state"].values
-    cracked = ds["contact_state"].attrs["flag_meanings"].split().index("cracked")
-    margin, swing = 0.08 * unit.b, (0.08 if solver.method == "quasi_static" else 0.35) * unit.b
-    assert (state[:, x > edge + swing] != cracked).all()
-    assert (state[-1, x < edge - margin] == cracked).all()
-    assert (x < edge - margin).any() == (share > 0.2)
-    if solver.method == "quasi_static":
-        opened = ds["contact_opening"].values.max(axis=0) > 0.0
-        np.testing.assert_array_equal(state[-1] == cracked, opened)
 
 
 @pytest.mark.parametrize("share", [0.05, 0.25, 0.35])

@@ -62,7 +62,6 @@ WALLS = (
     ),
 )
 """How far the explicit solver pushes, somewhere beyond the fall, and the wall."""
-QUICK = {("explicit", 0), ("explicit", 1), ("explicit", 2)}
 
 
 def limit(wall: DryWall) -> float:
@@ -103,20 +102,6 @@ def test_linear_program_for_one_block(verify: Verify, b: float, h: float, fricti
         quantity="λ",
         computed=limit(wall),
         exact=min(friction, b / h),
-        tolerance=1e-9,
-    )
-
-
-@pytest.mark.parametrize(("slope", "friction"), [(0.1, 0.2), (0.1, 0.3), (0.2, 0.4)])
-def test_linear_program_for_a_leaning_wall(verify: Verify, slope: float, friction: float) -> None:
-    wall = DryWall("", leaning(running_bond(5, 3, 0.4, 0.175, True), -slope), friction)
-    verify(
-        BLOCK,
-        case=f"1.2 m x 5 courses of 175 mm, tan β = {slope:g}, μ = {friction:g}",
-        solver="linear program",
-        quantity="λ",
-        computed=limit(wall),
-        exact=(friction - slope) / (1 + friction * slope),
         tolerance=1e-9,
     )
 
@@ -190,7 +175,7 @@ def test_linear_program_for_ferris_and_tin_loi(verify: Verify) -> None:
     )
 
 
-@pytest.mark.parametrize("method", ["explicit", pytest.param("quasi_static", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("method", ["quasi_static", pytest.param("explicit", marks=pytest.mark.thorough)])
 def test_ferris_and_tin_loi(verify: Verify, method: str) -> None:
     solver = Solver(method=method, lump_block_elasticity=False)  # type: ignore[arg-type]
     verify(
@@ -207,7 +192,9 @@ def test_ferris_and_tin_loi(verify: Verify, method: str) -> None:
 @pytest.mark.parametrize(
     ("wall", "top", "method"),
     [
-        pytest.param(wall, top, method, marks=() if (method, i) in QUICK else pytest.mark.slow, id=f"{method}-{i}")
+        pytest.param(
+            wall, top, method, marks=() if method == "quasi_static" or i == 0 else pytest.mark.slow, id=f"{method}-{i}"
+        )
         for method in ("explicit", "quasi_static")
         for i, (top, wall) in enumerate(WALLS)
     ],

@@ -5,7 +5,6 @@ import re
 import shlex
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from tests.conftest import ROOT
@@ -20,37 +19,6 @@ OTHER = ClosedForm(title="Three and | three", formula="3 + 3 = 6", source="Deriv
 @pytest.fixture
 def cases() -> list[Case]:
     return []
-
-
-@pytest.mark.parametrize(
-    ("computed", "exact", "scale", "error"),
-    [
-        (4.1, 4.0, None, 0.025),
-        (-4.0, 4.0, None, 2.0),
-        ([1.0, 2.2, 4.0], [1.0, 2.0, 4.0], None, 0.05),
-        ([0.01], 0.0, 0.1, 0.1),
-        ([1.1, 100.0], [1.0, 100.0], [1.0, 100.0], 0.1),
-        ([4.0, np.nan], 4.0, None, np.nan),
-        ([4.0, np.inf], 4.0, None, np.inf),
-        ("slides", "rests", None, np.inf),
-        (np.bool_(True), False, None, np.inf),
-    ],
-)
-def test_an_error_beyond_the_tolerance_fails_and_is_kept(cases, computed, exact, scale, error):
-    verify = Verify(cases, "file::test")
-    with pytest.raises(AssertionError, match="Two and two"):
-        verify(FORM, case="a", computed=computed, exact=exact, scale=scale, tolerance=0.02)
-    assert cases[0].error == pytest.approx(error, nan_ok=True)
-    page = Manual(cases, ["file::test"]).page()
-    assert "1 cases, 0 passed" in page
-    assert "**1 failed**" in page
-    assert "**Failed:** `file::test`" in page
-
-
-@pytest.mark.parametrize(("computed", "exact"), [([1.0], [0.0]), ([], []), (1.0, np.nan)])
-def test_what_cannot_be_compared_is_refused(cases, computed, exact):
-    with pytest.raises(ValueError, match=r"compare|scale"):
-        Verify(cases, "t")(FORM, case="a", computed=computed, exact=exact, tolerance=1.0)
 
 
 def test_the_page_has_chapters_in_order_and_all_cases(cases):
@@ -69,14 +37,6 @@ def test_the_page_has_chapters_in_order_and_all_cases(cases):
     assert page == Manual(cases, left_out=2).page()
 
 
-def test_one_title_is_one_closed_form(cases):
-    verify = Verify(cases, "t")
-    verify(FORM, case="a", computed=1.0, exact=1.0)
-    verify(ClosedForm(FORM.title, "2 + 3", "Derived.", "Zones"), case="a", computed=1.0, exact=1.0)
-    with pytest.raises(ValueError, match="same title: Two and two"):
-        Manual(cases).page()
-
-
 class Collected:
     """Number of tests that a command collects."""
 
@@ -84,6 +44,7 @@ class Collected:
         self.count = len(session.items)
 
 
+@pytest.mark.thorough
 def test_the_readme_states_the_number_of_tests_and_of_closed_forms() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     (row,) = re.findall(r"\*\*(\d+) tests\*\* of (\d+) closed forms .*\| `python -m pytest (.*)` \|", text)

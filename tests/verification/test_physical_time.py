@@ -12,13 +12,12 @@ from scipy import special
 
 import damagepred
 from damagepred import Assembly
-from damagepred.assembly.assembly import rectangle
 from damagepred.one_wall.judged_path import dynamic_run
 from damagepred.scene import BlockMaterial, Solver
 from damagepred.scene.dynamics import Dynamics
 from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, stack
 from tests.verification.manual import ClosedForm, Verify
-from tests.verification.test_vibration import CHAIN, CHAPTER, DECREMENT, DROP, SLIDE, chain
+from tests.verification.test_vibration import CHAPTER, DROP, chain
 
 SLOW = pytest.mark.slow
 RIGID = Solver(lump_block_elasticity=False)
@@ -60,43 +59,8 @@ def compiled_runs() -> None:
     solve(weightless(BRICK, 1), Dynamics(duration=1e-4, outputs=1))
 
 
-def zeros(time: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Return when a value passes through zero, by straight lines between the outputs."""
-    before = np.flatnonzero(value[:-1] * value[1:] < 0)
-    return time[before] + value[before] / (value[before] - value[before + 1]) * np.diff(time)[before]
-
-
 def solve(assembly: Assembly, dynamics: Dynamics) -> xr.Dataset:
     return damagepred.solve(assembly, solver=RIGID, dynamics=dynamics)
-
-
-@pytest.mark.parametrize(
-    ("unit", "n", "j"),
-    [
-        pytest.param(BRICK, 1, 1, marks=SLOW),
-        pytest.param(BLOCK, 5, 1, marks=SLOW),
-        (BLOCK, 5, 5),
-        pytest.param(STONE, 10, 3, marks=SLOW),
-    ],
-)
-def test_a_stack_swings_at_its_frequency(verify: Verify, unit: Unit, n: int, j: int) -> None:
-    exact = float(chain(unit, n, j))
-    assembly = weightless(unit, n)
-    for i in range(n):
-        assembly.set_velocity(i, y=1e-3 * np.sin((2 * j - 1) * np.pi / (2 * n + 1) * (i + 1)))
-    duration = 10.25 * 2 * np.pi / exact
-    ds = solve(assembly, Dynamics(duration=duration, outputs=1000, time_step_safety=0.05, new_contacts=False))
-    found = zeros(ds["time"].values, ds["block_displacement_y"].values[:, -1])
-    verify(
-        CHAIN,
-        case=f"n = {n}, j = {j}, 10 periods: {unit}",
-        solver="dynamic",
-        quantity="ω",
-        unit="rad/s",
-        computed=np.pi * (len(found) - 1) / (found[-1] - found[0]),
-        exact=exact,
-        tolerance=1e-3,
-    )
 
 
 @pytest.mark.parametrize(
@@ -133,33 +97,6 @@ def test_the_time_step(verify: Verify, unit: Unit, settings: Dynamics) -> None:
     )
 
 
-@pytest.mark.parametrize("damping", [pytest.param(0.1, marks=SLOW), pytest.param(0.5, marks=SLOW), 0.8])
-def test_local_damping_of_one_block(verify: Verify, damping: float) -> None:
-    unit = BLOCK
-    omega = float(chain(unit, 1, 1))
-    assembly = weightless(unit, 1)
-    assembly.set_velocity(0, y=1e-3)
-    settings = Dynamics(
-        duration=6 * np.pi / omega,
-        outputs=2000,
-        damping="local",
-        local_damping=damping,
-        time_step_safety=0.005,
-        new_contacts=False,
-    )
-    u = np.abs(solve(assembly, settings)["block_displacement_y"].values[:, 0])
-    peaks = u[1:-1][(u[1:-1] > u[:-2]) & (u[1:-1] >= u[2:])]
-    verify(
-        DECREMENT,
-        case=f"α = {damping:g}, half cycles: {unit}",
-        solver="dynamic",
-        quantity="ratio of amplitudes",
-        computed=peaks[1:4] / peaks[:3],
-        exact=np.sqrt((1 - damping) / (1 + damping)),
-        tolerance=5e-3,
-    )
-
-
 THROWN = [(BRICK, 1e-4), pytest.param(BLOCK, 1e-3, marks=SLOW), pytest.param(STONE, 0.05, marks=SLOW)]
 
 
@@ -188,42 +125,6 @@ def test_a_block_thrown_up_lands_on_its_joint(verify: Verify, unit: Unit, height
         scale=exact,
         computed=[y[:deepest].max(), -y[deepest], y[deepest:].max()],
         tolerance=5e-3,
-    )
-
-
-@pytest.mark.parametrize("wider", [0.0, 0.3])
-@pytest.mark.parametrize(("unit", "height"), THROWN)
-def test_a_block_dropped_on_a_plate(verify: Verify, unit: Unit, height: float, wider: float) -> None:
-    """New contacts of blocks that did not touch before, with flush corners."""
-    assembly = Assembly(thickness=unit.t, joint=unit.joint(), block=unit.material)
-    plate = assembly.add_block(rectangle(-wider * unit.b, -unit.h, (1 + wider) * unit.b, 0.0))
-    block = assembly.add_block(unit.at(0.0, height))
-    assembly.support(plate)
-    sag = unit.weight / (unit.k_n * unit.area)
-    duration = 2 * np.sqrt(2 * height / G) + 2 * np.pi / float(chain(unit, 1, 1))
-    ds = solve(assembly, Dynamics(duration=duration, outputs=1500, time_step_safety=0.05))
-    y = ds["block_displacement_y"].values[:, block] + height
-    deepest = int(y.argmin())
-    case = f"H = {1e3 * height:g} mm, K H/W = {height / sag:.3g}, plate {1 + 2 * wider:g} b wide: {unit}"
-    verify(
-        DROP,
-        case=case,
-        solver="dynamic",
-        quantity="u_max",
-        unit="m",
-        computed=-y[deepest],
-        exact=sag * (1 + np.sqrt(1 + 2 * height / sag)),
-        tolerance=0.1 if wider else 5e-3,
-    )
-    verify(
-        DROP,
-        case=case,
-        solver="dynamic",
-        quantity="H of the rebound",
-        unit="m",
-        computed=y[deepest:].max(),
-        exact=height,
-        tolerance=1e-4,
     )
 
 
@@ -264,31 +165,5 @@ def test_a_wave_in_a_stack(verify: Verify, unit: Unit, modulus: float | None) ->
         unit="m",
         computed=u[behind],
         exact=plateau * shape[behind],
-        tolerance=1e-2,
-    )
-
-
-@pytest.mark.parametrize(("unit", "friction", "slope"), [(BRICK, 0.5, 0.6), (BLOCK, 0.3, 0.5), (STONE, 0.4, 0.6)])
-def test_a_block_slides_down_an_incline(verify: Verify, unit: Unit, friction: float, slope: float) -> None:
-    angle, duration = np.arctan(slope), 0.5
-    along = G * (np.sin(angle) - friction * np.cos(angle)) * duration**2 / 2
-    assembly = Assembly(
-        thickness=unit.t,
-        gravity=(G * np.sin(angle), -G * np.cos(angle)),
-        joint=unit.joint(friction=friction),
-        block=unit.material,
-    )
-    plate = assembly.add_block(rectangle(-unit.b, -unit.h, 2 * unit.b + along, 0.0))
-    block = assembly.add_block(unit.at(0.0, 0.0))
-    assembly.support(plate)
-    ds = solve(assembly, Dynamics(duration=duration, outputs=20))
-    verify(
-        SLIDE,
-        case=f"tan α = {slope:g}, tan φ = {friction:g}, T = {duration:g} s: {unit}",
-        solver="dynamic",
-        quantity="distance",
-        unit="m",
-        computed=ds["block_displacement_x"].values[-1, block],
-        exact=along,
         tolerance=1e-2,
     )

@@ -16,6 +16,8 @@ from damagepred.assembly.assembly import rectangle
 from damagepred.scene import Joint, Solver
 from tests.verification.manual import ClosedForm, Verify
 
+pytestmark = pytest.mark.quick_cases("solver")
+
 B, H, T = 0.6, 0.4, 0.11
 STRENGTH, ENERGY, K_N = 0.2e6, 10.0, 82e9
 JOINT = Joint(tensile_strength=STRENGTH, fracture_energy=ENERGY)

@@ -38,31 +38,6 @@ def test_a_free_bar_grows_by_its_strain(blocks: str) -> None:
     assert np.abs(found["contact_normal_stress"].values[-1]).max() < 0.02 * GROWTH * 9e9
 
 
-@pytest.mark.parametrize("lumped", [False, True])
-def test_a_restrained_bar_is_pressed_by_its_modulus(lumped: bool) -> None:
-    """In the middle of a long bar that is bonded to stiff ground the stress is strain times modulus."""
-    stiff = replace(STRONG, shear_stiffness=1e15)
-    ds = solve(bar(stiff, "rigid", length=12.0, lump_block_elasticity=lumped))
-    head = (ds["contact_kind"].values == 1) & (np.abs(ds["contact_x"].values - 6.0) < 2.0)
-    law = Scene().joint
-    modulus = 1.0 / (1.0 / (law.normal_stiffness * 0.2) + (1.0 / 9e9 if lumped else 0.0))
-    assert ds["contact_normal_stress"].values[-1, head] == pytest.approx(-GROWTH * modulus, rel=0.02)
-    half = ds["contact_normal_stress"].values[-2, head]
-    assert half == pytest.approx(0.5 * ds["contact_normal_stress"].values[-1, head], rel=1e-6)
-
-
-def test_a_bar_on_an_elastic_bed_follows_volkersen() -> None:
-    """Rigid bricks on a bed of shear springs: the displacement is that of a bar with shear lag."""
-    length, bed_shear = 6.0, 5e8
-    wall = bar(replace(STRONG, shear_stiffness=bed_shear), "rigid", lump_block_elasticity=False)
-    found = solve(wall)
-    x, moved = found["block_x"].values - length / 2.0, found["block_displacement_x"].values[-1]
-    axial = wall.joint.normal_stiffness * 0.2 * 0.1  # modulus times height, per metre of thickness
-    rate = np.sqrt(bed_shear / axial)
-    expected = GROWTH * np.sinh(rate * x) / (rate * np.cosh(rate * length / 2.0))
-    assert moved == pytest.approx(expected, abs=0.01 * np.abs(expected).max())
-
-
 def test_a_column_rises_and_stays_free_of_stress() -> None:
     """A stack on level ground rises; the weight alone presses on its beds."""
     column = Scene(
@@ -106,20 +81,6 @@ def test_temperature_adds_to_growth() -> None:
         for strain in (None, Strain())
     )
     np.testing.assert_allclose(nothing["contact_opening"].values, without["contact_opening"].values, atol=1e-9)
-
-
-def test_both_solvers_agree_on_a_strained_wall() -> None:
-    """The explicit solver has the same strains."""
-    small = Scene(
-        wall=Wall(length=1.2, height=0.6, block_length=0.3, block_height=0.1),
-        joint=STRONG,
-        movement=Movement(central_deflection="0.2 mm", increments=2),
-        strain=Strain(growth=0.2e-3),
-    )
-    one, other = (solve(replace(small, solver=Solver(method=method))) for method in ("quasi_static", "explicit"))
-    for name in ("block_displacement_x", "block_displacement_y"):
-        largest = np.abs(one[name].values[-1]).max()
-        np.testing.assert_allclose(other[name].values[-1], one[name].values[-1], atol=0.02 * largest)
 
 
 def test_strains_in_time_are_refused() -> None:

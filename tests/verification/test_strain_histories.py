@@ -39,6 +39,7 @@ def bar(bed: Joint, movement: Movement, length: float = 2.0, **changed: object) 
     )
 
 
+@pytest.mark.quick_cases("method")
 @pytest.mark.parametrize("method", SOLVERS)
 @pytest.mark.parametrize("blocks", ["rigid", "elastic", "deformable"])
 def test_a_free_bar_grows_shrinks_and_grows_again(blocks: str, method: str) -> None:
@@ -120,6 +121,7 @@ def test_a_strain_of_nothing_leaves_a_history_as_it_is(footing: str) -> None:
         np.testing.assert_allclose(other[name], one[name], rtol=0, atol=2e-6)
 
 
+@pytest.mark.thorough
 def test_both_solvers_agree_on_a_wall_that_grows_through_the_seasons() -> None:
     wall = Scene(
         wall=Wall(length=1.92, height=0.6),
@@ -147,6 +149,7 @@ def test_both_solvers_agree_on_a_footing_under_bricks_with_strain_and_creep(foot
     check_energy(one)
 
 
+@pytest.mark.quick_cases
 @pytest.mark.parametrize("shape", ["mitchell", "walsh"])
 def test_both_solvers_agree_on_soil_with_strain_and_creep(shape: str) -> None:
     size = 20e-3

@@ -25,6 +25,8 @@ from tests.verification.zoned_blocks import (
     zones_of,
 )
 
+pytestmark = pytest.mark.quick_cases("solver")
+
 CHAPTER = "Zones"
 THICKNESS = 0.1
 
@@ -297,20 +299,3 @@ def test_a_brick_of_default_zones_bends(
         exact=0.5 * moduli(material, plane)[0] * second * bend**2 * length,
         tolerance=1e-3,
     )
-
-
-@pytest.mark.parametrize("plane", ["stress", "strain"])
-def test_the_closed_forms_obey_elasticity(plane: str) -> None:
-    """Strains follow from stresses, and stresses are in equilibrium: by finite differences."""
-    rng = np.random.default_rng(1)
-    x, y, step = rng.uniform(0.1, 0.9, 20), rng.uniform(-0.4, 0.4, 20), 1e-4
-    modulus, ratio = moduli(BRICKWORK, plane)
-    for beam in (cantilever(BRICKWORK, plane, 1.0, 0.5, 1e5), deep_beam(BRICKWORK, plane, 1.0, 0.5, 1e5)):
-        d_x = (beam.displacement(x + step, y) - beam.displacement(x - step, y)) / (2 * step)
-        d_y = (beam.displacement(x, y + step) - beam.displacement(x, y - step)) / (2 * step)
-        s_x, s_y, s_xy = beam.stress(x, y).T
-        strain = np.stack((s_x - ratio * s_y, s_y - ratio * s_x, 2 * (1 + ratio) * s_xy)) / modulus
-        np.testing.assert_allclose(np.stack((d_x[:, 0], d_y[:, 1], d_y[:, 0] + d_x[:, 1])), strain, atol=1e-11)
-        t_x = (beam.stress(x + step, y) - beam.stress(x - step, y)) / (2 * step)
-        t_y = (beam.stress(x, y + step) - beam.stress(x, y - step)) / (2 * step)
-        np.testing.assert_allclose(t_x[:, [0, 2]] + t_y[:, [2, 1]], 0.0, atol=1.0)

@@ -21,6 +21,8 @@ from tests.verification.zoned_blocks import (
     zones_of,
 )
 
+pytestmark = pytest.mark.quick_cases("solver")
+
 CHAPTER = "Zones"
 
 PATCH = ClosedForm(

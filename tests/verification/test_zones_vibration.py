@@ -16,6 +16,8 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import BRICKWORK, CONCRETE, NAMES, RUBBER, order
 
+pytestmark = pytest.mark.quick_cases()
+
 CHAPTER = "Vibration and time stepping"
 
 BAR = ClosedForm(

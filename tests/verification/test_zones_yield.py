@@ -16,6 +16,8 @@ from damagepred.solvers import Increment
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.zoned_blocks import moduli, point_forces, solved, zones_of
 
+pytestmark = pytest.mark.quick_cases("solver")
+
 CHAPTER = "Zones"
 LENGTH, HEIGHT, THICKNESS = 0.3, 0.5, 0.1
 ALLOWED = {"explicit": 3e-3, "quasi_static": 1e-5}
