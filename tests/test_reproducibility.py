@@ -43,11 +43,10 @@ def test_every_product_and_factorisation_is_made_with_one_thread(plain: dict[str
 @pytest.mark.parametrize(
     ("options", "variables"),
     [
-        ((), {"OPENBLAS_NUM_THREADS": "1"}),
         (("--first", "numpy,scipy.linalg,numba"), {"OPENBLAS_NUM_THREADS": "4", "OMP_NUM_THREADS": "4"}),
         (("--first", "xarray,matplotlib.pyplot", "--beside"), {}),
     ],
-    ids=["one thread", "four threads, numpy first", "beside other threads, xarray first"],
+    ids=["four threads, numpy first", "beside other threads, xarray first"],
 )
 def test_threads_and_imports_change_no_bit(
     options: tuple[str, ...], variables: dict[str, str], plain: dict[str, Any], tmp_path: Path

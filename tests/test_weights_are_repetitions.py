@@ -14,7 +14,7 @@ from damagepred import compare_scales
 from damagepred.archive.folder import StudyFolder, open_study
 from damagepred.campaign.settings import read_frozen
 from damagepred.cli import terminal
-from damagepred.plotting import draw, draw_category_shares
+from damagepred.plotting import draw_category_shares
 from damagepred.report.caveats import study_caveats
 from damagepred.results.rejudge import shares
 from damagepred.uq.exceedance import exceedance
@@ -58,12 +58,6 @@ def _heights(ds: xr.Dataset, _: Path) -> Any:
     found = [band.get_paths()[0].vertices for band in bands]
     plt.close("all")
     return np.concatenate(found).ravel()
-
-
-def _lines(ds: xr.Dataset, _: Path) -> Any:
-    found = [line.get_ydata() for line in draw(ds, "crack_width_max").lines if len(line.get_ydata()) > 2]
-    plt.close("all")
-    return np.concatenate(found)
 
 
 def _at_start(ds: xr.Dataset, _: Path) -> Any:

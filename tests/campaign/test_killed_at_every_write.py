@@ -32,7 +32,7 @@ from tests.synthetic_studies import synthetic_study
 
 pytestmark = [pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a fork"), pytest.mark.slow]
 
-SAMPLES = 3
+SAMPLES = 2
 
 
 def run(folder: Path, samples: int = SAMPLES, **more: bool) -> None:

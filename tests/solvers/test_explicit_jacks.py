@@ -1,7 +1,6 @@
 """Footings on jacks and on the ground in the explicit solver: its path is the quasi-static one."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,7 +22,6 @@ from damagepred.solvers.system.footing_forces import section_forces, section_res
 from damagepred.solvers.system.loading_stages import unilateral_supports
 from damagepred.solvers.system.zero_support_load import IllinoisRegulaFalsi
 
-DATA = Path(__file__).parents[2] / "data"
 WHOLE = Solver(method="explicit", symmetric_half=False)
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 import damagepred
 from damagepred import Assembly, Scene
 from damagepred.assembly.assembly import rectangle
-from damagepred.scene import Dpc, Joint, Movement, Solver, Wall
+from damagepred.scene import Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static.step_control import (
@@ -28,7 +28,6 @@ from tests.solvers.walls import stack
 
 DATA = Path(__file__).parents[2] / "data"
 DRY = Joint(tensile_strength=0.0, cohesion=0.0)
-WEAK = Joint(tensile_strength=0.05e6, cohesion=0.05e6)
 
 
 def error_share(ds: xr.Dataset) -> float:
@@ -42,28 +41,6 @@ def test_the_tested_walls_balance_at_twenty_increments(name: str) -> None:
     scene = Scene.from_toml(DATA / f"bryant_{name}.toml")
     assert scene.movement.increments == 20
     assert error_share(damagepred.solve(scene)) < 0.01
-
-
-def walls(count: int) -> list[Scene]:
-    """Return random small walls: dry, weak, on a dpc, dishing and doming."""
-    rng = np.random.default_rng(17)
-    drawn = []
-    for _ in range(count):
-        length, courses = 0.24 * rng.integers(5, 11), rng.integers(4, 11)
-        joint = (DRY, WEAK, Joint())[rng.integers(3)]
-        drawn.append(
-            Scene(
-                wall=Wall(length=float(length), height=float(0.075 * courses)),
-                joint=replace(joint, friction=float(rng.uniform(0.4, 1.0))),
-                dpc=Dpc(course=1, friction=float(rng.uniform(0.3, 0.7))) if rng.random() < 0.5 else None,
-                movement=Movement(
-                    kind=("dishing", "doming")[rng.integers(2)],
-                    central_deflection=float(rng.uniform(0.5e-3, 4e-3)),
-                    increments=20,
-                ),
-            )
-        )
-    return drawn
 
 
 def over_a_gap() -> Assembly:

@@ -121,7 +121,6 @@ def sampled(written: dict, unit: str, count: int = 4000, seed: int = 3) -> np.nd
     return Design.make({PLACE: variable}, {PLACE: unit}, {}, "random", seed).wall_values(count)[PLACE]
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("name", FAMILIES)
 def test_samples_follow_the_stated_distribution(name: str):
     written, unit, cdf, mean, std = FAMILIES[name]

@@ -24,6 +24,6 @@ def study() -> ModuleType:
 @pytest.mark.slow
 def test_everything_at_once(study: ModuleType, tmp_path: Path) -> None:
     pytest.importorskip("distributed")
-    found = study.mistreat(list(study.TREATMENTS), walls=6, kills=3, place=tmp_path)
+    found = study.mistreat(list(study.TREATMENTS), walls=4, kills=2, place=tmp_path)
     assert set(found) == set(study.TREATMENTS)
     assert "parts kept" in found["disk"]

@@ -49,20 +49,6 @@ def test_every_variant_is_a_wall_and_differs_from_the_others(name: str) -> None:
             assert scene.loads.roof in (0.0, pytest.approx(3000 * scene.wall.length))
 
 
-def walls(categories: list[list[int]], status: list[int]) -> xr.Dataset:
-    both, shape = ("sample", "increment"), (len(categories), 3)
-    deflection = np.broadcast_to([0.0, 3e-3, 15e-3], shape)
-    return xr.Dataset(
-        {
-            "damage_category": (both, np.array(categories, dtype=np.int8)),
-            "deflection_ratio": (both, deflection / 6.0),
-            "crack_width_max": (both, np.array(categories) * 1e-3),
-            "status": ("sample", np.array(status, dtype=np.int8)),
-        },
-        coords={"central_deflection": (both, deflection)},
-    )
-
-
 def quick(name: str, tmp_path: Path, samples: int) -> pd.DataFrame:
     room = module("room")
     folder = tmp_path / name

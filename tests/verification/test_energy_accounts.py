@@ -381,7 +381,6 @@ CASES: dict[str, Callable[[], Case]] = {
 }
 
 
-@pytest.mark.quick_cases("method")
 @pytest.mark.parametrize("name", CASES)
 def test_accounts_are_those_of_forces_and_ways(name: str) -> None:
     case = CASES[name]()

@@ -15,7 +15,6 @@ from tests.verification.manual import ClosedForm, Verify
 
 pytestmark = pytest.mark.quick_cases("solver")
 
-SLOW = pytest.mark.slow
 CHAPTER = "Joints that open, break and slide"
 
 OPENED = ClosedForm(
@@ -152,15 +151,16 @@ def test_a_bond_breaks_at_its_strength(
         )
 
 
+@pytest.mark.quick_cases("solver", "offset")
 @pytest.mark.parametrize("offset", [-0.01, 0.01])
 @pytest.mark.parametrize(
     ("unit", "friction"),
     [
-        pytest.param(BRICK, 0.5, marks=SLOW),
-        pytest.param(BRICK, 1.0, marks=SLOW),
         (BLOCK, 0.3),
         (STONE, 0.75),
         (STONE, 1.2),
+        (BRICK, 0.5),
+        (BRICK, 1.0),
     ],
 )
 def test_a_block_slides_beyond_the_friction_angle(
@@ -195,10 +195,11 @@ def test_a_block_slides_beyond_the_friction_angle(
         assert moved > 10 * abs(ds["block_rotation"].values[-1, block]) * unit.h  # it does not topple
 
 
+@pytest.mark.quick_cases("solver", "offset")
 @pytest.mark.parametrize("offset", [-0.01, 0.01])
 @pytest.mark.parametrize(
     ("b", "h"),
-    [(0.11, 0.44), (0.24, 0.75), pytest.param(1.0, 1.5, marks=SLOW), pytest.param(0.6, 4.8, marks=SLOW)],
+    [(0.11, 0.44), (0.24, 0.75), (1.0, 1.5), (0.6, 4.8)],
 )
 def test_a_slender_block_topples(verify: Verify, solver: Solver, b: float, h: float, offset: float) -> None:
     unit = replace(BRICK, name="", b=b, h=h)

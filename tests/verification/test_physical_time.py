@@ -19,7 +19,8 @@ from tests.verification.blocks import BLOCK, BRICK, STONE, UNITS, G, Unit, stack
 from tests.verification.manual import ClosedForm, Verify
 from tests.verification.test_vibration import CHAPTER, DROP, chain
 
-SLOW = pytest.mark.slow
+pytestmark = pytest.mark.quick_cases
+
 RIGID = Solver(lump_block_elasticity=False)
 STEP = ClosedForm(
     chapter=CHAPTER,
@@ -97,7 +98,7 @@ def test_the_time_step(verify: Verify, unit: Unit, settings: Dynamics) -> None:
     )
 
 
-THROWN = [(BRICK, 1e-4), pytest.param(BLOCK, 1e-3, marks=SLOW), pytest.param(STONE, 0.05, marks=SLOW)]
+THROWN = [(BRICK, 1e-4), (BLOCK, 1e-3), (STONE, 0.05)]
 
 
 @pytest.mark.parametrize(("unit", "height"), THROWN)

@@ -104,9 +104,7 @@ def test_a_stack_is_springs_in_series(
     )
 
 
-@pytest.mark.parametrize(
-    "share", [pytest.param(0.2, marks=pytest.mark.slow), pytest.param(0.3, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("share", [0.2, 0.3])
 def test_a_joint_opens_under_a_deformable_block(verify: Verify, solver: Solver, share: float) -> None:
     b, height, thickness, stress = 0.24, 0.12, 0.11, 1e5
     pieces = 8
@@ -168,7 +166,6 @@ def beam_on_bed(
     [
         (BRICKWORK, 0.1, 2e-2, 0.025),
         pytest.param(BRICKWORK, 0.1, 2e-3, 0.025, marks=pytest.mark.slow),
-        pytest.param(CONCRETE, 0.2, 1e-2, 0.025, marks=pytest.mark.slow),
     ],
 )
 def test_a_brick_on_a_joint_is_a_beam_on_a_bed(
