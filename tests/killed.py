@@ -39,13 +39,7 @@ def _armed(action: Callable[[], object], folder: Path, at: int, count: Path) -> 
 
 
 def run_killed(action: Callable[[], object], folder: Path, at: int) -> tuple[int, int]:
-    """Run an action in a fork of this process, killed before its write number ``at`` below ``folder``.
-
-    Returns
-    -------
-    tuple of int
-        Exit code, ``KILLED`` if it was killed; and how often it wrote, -1 if it was killed.
-    """
+    """Run an action in a fork of this process, killed before its write number ``at`` below ``folder``."""
     count = folder.parent / "writes.txt"
     count.unlink(missing_ok=True)
     child = os.fork()

@@ -306,19 +306,7 @@ def test_associated_return_is_the_closest_point(plane, material, nu):
 
 
 def drive(plane, material, strained, steps, held=(), nu=NU):
-    """Strain one zone in steps, with the other strains such that their stresses stay as ``held`` says.
-
-    Parameters
-    ----------
-    strained : array (3,)
-        Growth of e_xx, e_yy, g_xy each step; NaN where the stress is prescribed.
-    held : tuple of float
-        Stresses held, for each NaN.
-
-    Returns
-    -------
-    stress (steps, 4), code (steps,)
-    """
+    """Strain one zone in steps, with the other strains such that their stresses stay as ``held`` says."""
     elasticity, strength = parameters(plane, material, nu)
     c11, c12, c33, c13, czz, _, _ = elasticity
     stiffness = np.array([[c11, c12, 0, c13], [c12, c11, 0, c13], [0, 0, c33, 0], [c13, c13, 0, czz]])

@@ -80,15 +80,7 @@ def results(only: list[str]) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def differences(before: xr.Dataset, after: xr.Dataset, tolerance: float) -> list[str]:
-    """Return the differences between two datasets, in words.
-
-    Parameters
-    ----------
-    before, after : xarray.Dataset
-        Two results of the same wall.
-    tolerance : float
-        Largest difference allowed, relative to the largest value of the variable; 0 compares bit by bit.
-    """
+    """Return the differences between two datasets, in words."""
     found = []
     for name in sorted({*map(str, before.variables), *map(str, after.variables)} - set(VARYING)):
         if name not in before.variables or name not in after.variables:

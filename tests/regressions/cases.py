@@ -39,23 +39,7 @@ class Ready(NamedTuple):
 
 @dataclass(frozen=True)
 class Case:
-    """Something timed.
-
-    Attributes
-    ----------
-    name : str
-        What it is.
-    unit : str
-        Of the time that people read.
-    prepare : callable
-        Prepares the work in a separate folder.
-    beside : mapping of str to int
-        Number of repetitions of each yardstick: about as long as the work, and of its kind.
-    bound : float
-        How many times the baseline's ratio it may take.
-    rounds : int
-        Times it is measured.
-    """
+    """Something timed."""
 
     name: str
     unit: str

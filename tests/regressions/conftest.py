@@ -49,13 +49,6 @@ def reference(processors: dict[str, dict[str, Any]], model: str) -> tuple[dict[s
     """Return the cases to compare a processor with, and the factor on their bounds.
 
     A processor without a baseline is compared with the largest ratio of the others, case by case.
-
-    Parameters
-    ----------
-    processors : dict
-        See ``kept``.
-    model : str
-        Of the processor.
     """
     if model in processors:
         return processors[model]["cases"], 1.0

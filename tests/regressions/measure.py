@@ -54,21 +54,7 @@ class Rounds:
 
 
 def slow(found: Rounds, work: Work, yardstick: Work, rounds: int, most: float, pause: float = PAUSE) -> bool:
-    """Return whether a case is slow: its ratio above ``most``, and still when it is measured again.
-
-    Parameters
-    ----------
-    found : Rounds
-        What was measured; more is added if it looks slow.
-    work, yardstick : callable
-        The case, and what it is compared with.
-    rounds : int
-        Times to measure both in a try.
-    most : float
-        Largest ratio that is not slow.
-    pause : float
-        Seconds between two tries.
-    """
+    """Return whether a case is slow: its ratio above ``most``, and still when it is measured again."""
     for _ in range(TRIES - 1):
         if found.ratio <= most:
             return False

@@ -13,17 +13,7 @@ from damagepred.arrays import FloatArray
 
 
 class Resting(NamedTuple):
-    """A beam in equilibrium.
-
-    Attributes
-    ----------
-    x, level : array (n,)
-        Places, and how far the beam has gone up there (m).
-    pressure : array (n,)
-        Force of the ground for each length (N/m, upwards).
-    moment : array (n,)
-        Bending moment, sagging positive (N m).
-    """
+    """A beam in equilibrium."""
 
     x: FloatArray
     level: FloatArray
@@ -57,25 +47,7 @@ def on_springs(
     ground: Callable[[FloatArray], FloatArray],
     pieces: int = 600,
 ) -> Resting:
-    """Rest a beam with free ends on springs that do not pull.
-
-    Parameters
-    ----------
-    length, bending, shear : float
-        L (m), E I (N m2) and kappa G A (N).
-    spring : float
-        Of the ground, for each length (N/m2).
-    load : float
-        N/m, downwards.
-    ground : callable
-        x (m) -> how far the ground's surface has gone up (m).
-    pieces : int
-        Elements; springs are at their ends.
-
-    Notes
-    -----
-    The set of pressed springs is guessed, the linear problem solved, and the set taken from that, until it stays.
-    """
+    """Rest a beam with free ends on springs that do not pull."""
     h = length / pieces
     x = h * np.arange(pieces + 1)
     share = np.full(pieces + 1, h)

@@ -13,19 +13,7 @@ G = 9.81
 
 @dataclass(frozen=True)
 class Unit:
-    """A rectangular block and the joint under it.
-
-    Attributes
-    ----------
-    name : str
-        What it is.
-    b, h, t : float
-        Length, height and thickness (m).
-    density : float
-        kg/m3.
-    k_n, k_s : float
-        Normal and shear stiffness of the joint (Pa/m).
-    """
+    """A rectangular block and the joint under it."""
 
     name: str
     b: float
@@ -96,19 +84,7 @@ def stack(unit: Unit, count: int, joint: Joint | None = None, material: BlockMat
 def on_plate(
     unit: Unit, joint: Joint, gravity: tuple[float, float] = (0.0, -G), plates: int = 1
 ) -> tuple[Assembly, int]:
-    """Return an assembly with one unit, its middle over x = 0, on a fixed plate, and the unit's number.
-
-    Parameters
-    ----------
-    unit : Unit
-        The block.
-    joint : Joint
-        Under it.
-    gravity : tuple of float
-        Acceleration (m/s2); (0, 0) for a weightless block.
-    plates : int
-        Number of equal pieces of the plate, each with a separate interface.
-    """
+    """Return an assembly with one unit, its middle over x = 0, on a fixed plate, and the unit's number."""
     assembly = Assembly(thickness=unit.t, gravity=gravity, joint=joint, block=unit.material)
     top = assembly.add_block(unit.at(-unit.b / 2, 0.0))
     for i in range(plates):

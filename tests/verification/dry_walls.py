@@ -17,24 +17,7 @@ DENSITY, THICKNESS, G = 2000.0, 0.2, 9.81
 
 @dataclass(frozen=True)
 class DryWall:
-    """Blocks, some of which are fixed.
-
-    Attributes
-    ----------
-    name : str
-        What it is.
-    blocks : list of polygons
-        Corners counter-clockwise (m).
-    friction : float
-        Of all joints.
-    held : tuple of int
-        Blocks that do not move.
-    push : str
-        ``sideways``: a horizontal force on every block, times its weight; ``load``: a vertical one on the block
-        ``loaded``, times the weight of all.
-    loaded : int
-        The block that carries the load.
-    """
+    """Blocks, some of which are fixed."""
 
     name: str
     blocks: list[Rectangle]
@@ -127,15 +110,6 @@ def tipping_slope(width: float, height: float, weight: float, stiffness: float) 
 
     A rotation θ presses the joint over a length c, N = k θ c²/2, so N acts at b/2 - c/3 from the middle. Its lever arm
     (h/2)(tan α + θ) is largest against that at θ = (a/h)^(2/3), a² = 2 N/(9 k). Small angles, and c < b.
-
-    Parameters
-    ----------
-    width, height : float
-        Of the block (m).
-    weight : float
-        N per metre of thickness.
-    stiffness : float
-        Normal stiffness of the joint (Pa/m).
     """
     squared = 2.0 * weight / (9.0 * stiffness)
     return (width - 3.0 * np.cbrt(squared * height)) / height

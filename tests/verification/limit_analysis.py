@@ -65,19 +65,7 @@ def joints_between(blocks: Sequence[Polygon]) -> list[Joint]:
 def collapse_factor(
     blocks: Sequence[Polygon], held: set[int], friction: float, dead: FloatArray, live: FloatArray
 ) -> float:
-    """Return the largest factor on the live load.
-
-    Parameters
-    ----------
-    blocks : sequence of polygons
-        Corners counter-clockwise (m), n blocks.
-    held : set of int
-        Blocks that do not move.
-    friction : float
-        mu of all joints.
-    dead, live : array (n, 3)
-        Force (N) at the centroid and moment (N m) on each block.
-    """
+    """Return the largest factor on the live load."""
     joints = joints_between(blocks)
     centroid = [area_and_centroid(np.array(block, dtype=float))[1] for block in blocks]
     free = [i for i in range(len(blocks)) if i not in held]

@@ -12,8 +12,7 @@ keeps the case for the page::
 
     def test_a_stack_settles(verify, solver):
         ...
-        verify(STACK, case="10 bricks", solver=solver.method, quantity="settlement", unit="m",
-               computed=found, exact=expected, tolerance=1e-6)
+        verify(STACK, "10 bricks", solver.method, "settlement (m)", found, expected, 1e-6)
 
 The page is written by ``COMMAND``.
 """
@@ -56,21 +55,7 @@ CHAPTERS = (
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """A result known without the program.
-
-    Attributes
-    ----------
-    title : str
-        Heading on the page; one section a title.
-    formula : str
-        As plain text with unicode; may have several lines.
-    source : str
-        Where it comes from: a publication, or in a line how it is derived.
-    chapter : str
-        One of ``CHAPTERS``, or another.
-    note : str
-        What a reader should know of the comparison, above all what is approximate in it and why.
-    """
+    """A result known without the program: formula as plain text, and where it comes from or how it is derived."""
 
     title: str
     formula: str
@@ -81,34 +66,13 @@ class ClosedForm:
 
 @dataclass(frozen=True)
 class Case:
-    """One comparison: a number, or the worst of several, or a verdict.
-
-    Attributes
-    ----------
-    form : ClosedForm
-        What it is compared with.
-    test : str
-        Test that made it, as file::function.
-    case, solver, quantity, unit : str
-        Size and material; who computed; what.
-    computed, exact : float or str
-        The pair that differs most, or two verdicts.
-    count : int
-        Number of pairs.
-    error : float
-        Largest difference over the scale; 0 or infinite for verdicts.
-    allowed : float
-        Largest error that passes.
-    seconds : float
-        Wall time.
-    """
+    """One comparison: a verdict, or of `count` numbers the pair that differs most; the error is over the scale."""
 
     form: ClosedForm
     test: str
     case: str
     solver: str
     quantity: str
-    unit: str
     computed: float | str
     exact: float | str
     count: int
@@ -124,20 +88,12 @@ class Case:
     def __str__(self) -> str:
         return (
             f"{self.form.title}, {self.case}, {self.solver}: {self.quantity} {_number(self.computed)}, exact "
-            f"{_number(self.exact)} {self.unit}; error {self.error:.3g}, allowed {self.allowed:.3g}"
+            f"{_number(self.exact)}; error {self.error:.3g}, allowed {self.allowed:.3g}"
         )
 
 
 class Verify:
-    """What the fixture ``verify`` is: compares, keeps and asserts.
-
-    Parameters
-    ----------
-    cases : list of Case
-        Where to keep.
-    test : str
-        Name of the test.
-    """
+    """What the fixture ``verify`` is: compares, keeps and asserts."""
 
     def __init__(self, cases: list[Case], test: str) -> None:
         self._cases, self._test = cases, test
@@ -146,43 +102,22 @@ class Verify:
     def __call__(
         self,
         form: ClosedForm,
-        *,
         case: str,
+        solver: str,
+        quantity: str,
         computed: Any,
         exact: Any,
         tolerance: float = 0.0,
         scale: float | FloatArray | None = None,
-        solver: str = "",
-        quantity: str = "",
-        unit: str = "",
     ) -> None:
-        """Compare what was computed with the closed form.
+        """Compare numbers, words or truths with the closed form; errors over the scale, or the largest exact value.
 
-        Parameters
-        ----------
-        form : ClosedForm
-            The closed form.
-        case : str
-            Size and material.
-        computed, exact : float, array of float, str or bool
-            What to compare; verdicts must be the same.
-        tolerance : float
-            Largest error that passes.
-        scale : float or array, optional
-            What errors are measured by, in the unit of the quantity; by default the largest exact value. The exact
-            values themselves where they differ in size.
-        solver : str
-            ``explicit``, ``quasi_static``, ... or empty where there is none.
-        quantity, unit : str
-            What was computed, in SI units.
-
-        Notes
-        -----
-        The time of a case runs from the test's start, or from its last comparison, to the call.
+        `case` is size and material; `solver` what computed, or empty; `quantity` has its unit in brackets. The time of
+        a case runs from the test's start, or from its last comparison, to the call.
         """
         now = time.perf_counter()
         pair = compare(computed, exact, scale)
-        kept = Case(form, self._test, case, solver, quantity, unit, *pair, allowed=tolerance, seconds=now - self._since)
+        kept = Case(form, self._test, case, solver, quantity, *pair, allowed=tolerance, seconds=now - self._since)
         self._cases.append(kept)
         self._since = time.perf_counter()
         assert kept.passed, str(kept)
@@ -208,17 +143,7 @@ def compare(computed: Any, exact: Any, scale: float | FloatArray | None) -> tupl
 
 @dataclass
 class Manual:
-    """The cases of a session.
-
-    Attributes
-    ----------
-    cases : list of Case
-        In the order of the tests.
-    failed : list of str
-        Tests that failed, in a comparison or otherwise.
-    left_out : int
-        Tests that were not run.
-    """
+    """The cases of a session, its failed tests, and the number of tests left out."""
 
     cases: list[Case] = field(default_factory=list)
     failed: list[str] = field(default_factory=list)
@@ -295,7 +220,7 @@ def _section(form: ClosedForm, cases: Sequence[Case]) -> list[str]:
 
 
 def _row(case: Case) -> str:
-    quantity = case.quantity + (f" ({case.unit})" if case.unit else "")
+    quantity = case.quantity
     if case.count > 1:
         quantity += f", worst of {case.count}"
     verdict = isinstance(case.exact, str)

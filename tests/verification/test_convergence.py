@@ -51,20 +51,20 @@ def test_the_open_joint_converges(verify: Verify, solver: Solver, rule: str, con
         found[pieces] = error(solver, BRICK, rule, contacts, pieces)
         verify(
             RATE,
-            case=f"{pieces} x {contacts} contacts, {rule}: {BRICK}",
-            solver=solver.method,
-            quantity="error of θ",
-            computed=found[pieces],
-            exact=0.0,
+            f"{pieces} x {contacts} contacts, {rule}: {BRICK}",
+            solver.method,
+            "error of θ",
+            found[pieces],
+            0.0,
+            6 / (pieces * contacts) ** 2,
             scale=1.0,
-            tolerance=6 / (pieces * contacts) ** 2,
         )
     verify(
         RATE,
-        case=f"{contacts} contacts a piece, {rule}: {BRICK}",
-        solver=solver.method,
-        quantity="order",
-        computed=np.log(found[2] / found[32]) / np.log(16),
-        exact=2.0,
-        tolerance=0.1,
+        f"{contacts} contacts a piece, {rule}: {BRICK}",
+        solver.method,
+        "order",
+        np.log(found[2] / found[32]) / np.log(16),
+        2.0,
+        0.1,
     )

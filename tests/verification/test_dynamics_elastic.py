@@ -140,18 +140,9 @@ def test_a_brick_rings_alone(verify: Verify, mode: int, angle: float) -> None:
     name = ("stretching", "bending")[mode]
     exact = first * cosine(omega, course.time_step, time)
     case = f"{name}, turned by {angle}"
-    verify(ALONE, case=case, solver="dynamic", quantity="amplitude", computed=strain, exact=exact, tolerance=1e-8)
+    verify(ALONE, case, "dynamic", "amplitude", strain, exact, 1e-8)
     highest = np.sqrt(max(k / m for k, m in zip(STIFFNESS, INERTIA)))
-    verify(
-        ALONE,
-        case=name,
-        solver="dynamic",
-        quantity="highest ω",
-        unit="rad/s",
-        computed=course.frequency.intact,
-        exact=highest,
-        tolerance=1e-9,
-    )
+    verify(ALONE, name, "dynamic", "highest ω (rad/s)", course.frequency.intact, highest, 1e-9)
 
 
 def test_a_brick_on_a_spring_has_two_modes(verify: Verify) -> None:
@@ -171,13 +162,12 @@ def test_a_brick_on_a_spring_has_two_modes(verify: Verify) -> None:
     for k, (quantity, unit) in enumerate((("displacement", "m"), ("strain", ""))):
         verify(
             ON_SPRING,
-            case="brick on a head joint, hurled along it",
-            solver="dynamic",
-            quantity=quantity,
-            unit=unit,
-            computed=found[:, k],
-            exact=exact[:, k],
-            tolerance=1e-6,
+            "brick on a head joint, hurled along it",
+            "dynamic",
+            f"{quantity} ({unit})",
+            found[:, k],
+            exact[:, k],
+            1e-6,
         )
 
 
@@ -197,13 +187,12 @@ def test_a_brick_bends_between_two_springs(verify: Verify) -> None:
     exact = 1e-3 * dt * np.sin(shifted * time) / np.sin(shifted * dt)
     verify(
         BENDING_ON_SPRINGS,
-        case="brick between two plates",
-        solver="dynamic",
-        quantity="curvature",
-        unit="1/m",
-        computed=np.array([i.strain[0, 1] for i in path if i.strain is not None]),
-        exact=exact,
-        tolerance=1e-5,
+        "brick between two plates",
+        "dynamic",
+        "curvature (1/m)",
+        np.array([i.strain[0, 1] for i in path if i.strain is not None]),
+        exact,
+        1e-5,
     )
 
 
@@ -233,16 +222,7 @@ def test_a_free_bar_of_bricks_rings_as_a_bar(verify: Verify, mode: str, toleranc
     time = np.array([i.time for i in path])
     moved = np.array([i.displacement[:, axis] for i in path]) @ shape
     (_, found), _ = curve_fit(lambda t, a, w: a * np.sin(w * t), time, moved, (1e-4 / omega * (shape**2).sum(), omega))
-    verify(
-        BAR,
-        case=f"12 bricks, {mode}",
-        solver="dynamic",
-        quantity="ω",
-        unit="rad/s",
-        computed=found,
-        exact=omega,
-        tolerance=tolerance,
-    )
+    verify(BAR, f"12 bricks, {mode}", "dynamic", "ω (rad/s)", found, omega, tolerance)
 
 
 def frequencies(**solver: Any) -> np.ndarray:
@@ -269,13 +249,12 @@ def test_a_bonded_wall_has_the_frequencies_of_one_of_zones(verify: Verify) -> No
     for k in range(4):
         verify(
             WALL,
-            case=f"mode {k + 1}; rigid bricks {100 * (rigid[k] / exact[k] - 1):+.2f} %",
-            solver="eigenvalues",
-            quantity="frequency",
-            unit="Hz",
-            computed=elastic[k],
-            exact=exact[k],
-            tolerance=1.1e-2,
+            f"mode {k + 1}; rigid bricks {100 * (rigid[k] / exact[k] - 1):+.2f} %",
+            "eigenvalues",
+            "frequency (Hz)",
+            elastic[k],
+            exact[k],
+            1.1e-2,
         )
     assert np.abs(elastic / exact - 1)[1:].max() < 3e-3
     assert np.abs(rigid / exact - 1)[:3].max() < 5e-3
@@ -303,23 +282,23 @@ def test_bricks_in_flight_keep_energy_and_momentum(verify: Verify, dry: bool) ->
     case = "two bricks strike" if dry else "two bonded bricks spin"
     verify(
         AUDIT,
-        case=case,
-        solver="dynamic",
-        quantity="momentum, angular momentum",
-        computed=momentum(course),
-        exact=before,
+        case,
+        "dynamic",
+        "momentum, angular momentum",
+        momentum(course),
+        before,
+        1e-9,
         scale=float(np.abs(before).max()),
-        tolerance=1e-9,
     )
     verify(
         AUDIT,
-        case=case,
-        solver="dynamic",
-        quantity="energy error over the energy",
-        computed=max(abs(e.energy_error) for e in energy),
-        exact=0.0,
+        case,
+        "dynamic",
+        "energy error over the energy",
+        max(abs(e.energy_error) for e in energy),
+        0.0,
+        1e-3,
         scale=energy[0].kinetic_energy,
-        tolerance=1e-3,
     )
 
 
@@ -342,12 +321,12 @@ def test_ringing_is_damped(verify: Verify, damping: str, mode: int) -> None:
     peak = strain[1:-1][(strain[1:-1] > strain[:-2]) & (strain[1:-1] > strain[2:])]
     verify(
         DAMPED,
-        case=f"{damping}, {('stretching', 'bending')[mode]}",
-        solver="dynamic",
-        quantity="peak over the one before",
-        computed=peak[1:3] / peak[:2],
-        exact=[np.exp(-2 * np.pi * ratio / np.sqrt(1 - ratio**2))] * 2,
-        tolerance=3e-3,
+        f"{damping}, {('stretching', 'bending')[mode]}",
+        "dynamic",
+        "peak over the one before",
+        peak[1:3] / peak[:2],
+        [np.exp(-2 * np.pi * ratio / np.sqrt(1 - ratio**2))] * 2,
+        3e-3,
     )
     end = path[-1].energy
     assert abs(end.energy_error) < 1e-3 * end.damping_work
@@ -372,11 +351,4 @@ def test_the_limit_of_the_time_step(verify: Verify, share: float, stable: bool) 
         grown = np.abs(course.motion.strains.velocity).max() > 1e-2
     except DivergenceError:
         grown = True
-    verify(
-        STABLE,
-        case=f"dt = {share} x 2/ω_max, 5000 steps",
-        solver="dynamic",
-        quantity="bounded",
-        computed=not grown,
-        exact=stable,
-    )
+    verify(STABLE, f"dt = {share} x 2/ω_max, 5000 steps", "dynamic", "bounded", not grown, stable)

@@ -125,23 +125,21 @@ def test_a_rocking_block_is_upright_when_housner_says(verify: Verify, slendernes
         errors.append(abs(found / exact - 1))
     verify(
         HOUSNER,
-        case=f"b/h = {slenderness}, θ0 = {share} α, k_n = 1e11 Pa/m",
-        solver="dynamic",
-        quantity="quarter period, exact form",
-        unit="s",
-        computed=found,
-        exact=exact,
-        tolerance=3e-4,
+        f"b/h = {slenderness}, θ0 = {share} α, k_n = 1e11 Pa/m",
+        "dynamic",
+        "quarter period, exact form (s)",
+        found,
+        exact,
+        3e-4,
     )
     verify(
         HOUSNER,
-        case=f"b/h = {slenderness}, θ0 = {share} α, k_n = 1e11 Pa/m",
-        solver="dynamic",
-        quantity="quarter period, slender block",
-        unit="s",
-        computed=found,
-        exact=slender,
-        tolerance=0.15 * alpha**2,
+        f"b/h = {slenderness}, θ0 = {share} α, k_n = 1e11 Pa/m",
+        "dynamic",
+        "quarter period, slender block (s)",
+        found,
+        slender,
+        0.15 * alpha**2,
     )
     assert errors[2] < 0.5 * errors[0] or errors[0] < 1e-5, "it converges as the contact gets stiffer"
 
@@ -193,12 +191,12 @@ def test_a_rocking_block_loses_at_impacts_what_housner_says(
     for number, share in enumerate(found):
         verify(
             IMPACT,
-            case=f"b/h = {slenderness}, R = {radius:g} m, k_n = {stiffness:g} Pa/m{told}, impact {number + 1}",
-            solver="dynamic",
-            quantity="r",
-            computed=float(share),
-            exact=exact,
-            tolerance=0.015,
+            f"b/h = {slenderness}, R = {radius:g} m, k_n = {stiffness:g} Pa/m{told}, impact {number + 1}",
+            "dynamic",
+            "r",
+            float(share),
+            exact,
+            0.015,
         )
     # what is lost is booked as damping, but for what bounces still and what rubs
     lost = float(
@@ -239,26 +237,8 @@ def test_a_block_bounces_to_where_it_came_from(verify: Verify, height: float, st
     weight, k_all = DENSITY * 0.24 * THICKNESS * G, stiffness * 0.6 * THICKNESS
     case = f"H = {1e3 * height:g} mm, k_n = {stiffness:g} Pa/m"
     deepest = weight / k_all * (1 + np.sqrt(1 + 2 * k_all * height / weight))
-    verify(
-        BOUNCE,
-        case=case,
-        solver="dynamic",
-        quantity="u_max",
-        unit="m",
-        computed=-y.min(),
-        exact=deepest,
-        tolerance=0.01,
-    )
-    verify(
-        BOUNCE,
-        case=case + ", third bounce",
-        solver="dynamic",
-        quantity="H",
-        unit="m",
-        computed=y[int(4000 * 2.2 / 3.3) :].max(),
-        exact=height,
-        tolerance=1e-3,
-    )
+    verify(BOUNCE, case, "dynamic", "u_max (m)", -y.min(), deepest, 0.01)
+    verify(BOUNCE, case + ", third bounce", "dynamic", "H (m)", y[int(4000 * 2.2 / 3.3) :].max(), height, 1e-3)
 
 
 def rectangular_slip(peak: float, length: float, mu: float, omega: float) -> float:
@@ -311,13 +291,12 @@ def test_a_pulse_moves_a_block_by_newmarks_slip(
         exact = half_sine_slip(abs(peak), 0.1, mu)
     verify(
         SLIDE,
-        case=f"{kind}, {peak:g} m/s², μ = {mu}, k_s = {stiffness:g} Pa/m",
-        solver="dynamic",
-        quantity="way relative to the base",
-        unit="m",
-        computed=-np.sign(peak) * (x[-1, 1] - x[-1, 0]),
-        exact=exact,
-        tolerance=2e-4 if kind == "rectangular" else 2e-3,
+        f"{kind}, {peak:g} m/s², μ = {mu}, k_s = {stiffness:g} Pa/m",
+        "dynamic",
+        "way relative to the base (m)",
+        -np.sign(peak) * (x[-1, 1] - x[-1, 0]),
+        exact,
+        2e-4 if kind == "rectangular" else 2e-3,
     )
     assert np.abs(ds["energy_error"]).max() < 1e-4 * ds["friction_work"].max()
 
@@ -334,11 +313,9 @@ def test_a_block_on_an_incline(verify: Verify, degrees: float, slides: bool, ang
     case = f"{degrees:g}°, μ = 0.5, scene turned by {angle:g} rad"
     if slides:
         exact = 0.5 * G * (np.sin(slope) - 0.5 * np.cos(slope)) * 0.3**2
-        verify(
-            INCLINE, case=case, solver="dynamic", quantity="way", unit="m", computed=way, exact=exact, tolerance=5e-3
-        )
+        verify(INCLINE, case, "dynamic", "way (m)", way, exact, 5e-3)
     else:
-        verify(INCLINE, case=case, solver="dynamic", quantity="stays", computed=bool(abs(way) < 1e-6), exact=True)
+        verify(INCLINE, case, "dynamic", "stays", bool(abs(way) < 1e-6), True)
     assert abs(moved @ [-np.sin(angle), np.cos(angle)]) < 1e-5
 
 
@@ -347,14 +324,7 @@ def test_a_slender_block_on_an_incline_topples(verify: Verify, offset: float, to
     slope = np.arctan(0.25) + np.radians(offset)
     ds = run(on_plate(0.1, 0.4, dry(1e10, 1.0), slope=slope), 1.5, 15, damping="viscous", frequency=1.0)
     fallen = bool(ds["block_rotation"].values[-1, 1] < -1.0)
-    verify(
-        INCLINE,
-        case=f"b/h = 0.25, {offset:+g}° from atan(b/h)",
-        solver="dynamic",
-        quantity="topples",
-        computed=fallen,
-        exact=topples,
-    )
+    verify(INCLINE, f"b/h = 0.25, {offset:+g}° from atan(b/h)", "dynamic", "topples", fallen, topples)
 
 
 @pytest.mark.parametrize(("share", "topples"), [(0.97, False), (1.03, True)])
@@ -373,11 +343,11 @@ def test_a_slender_block_tips_by_its_own_rotation(
     ds = run(block, 4.0, 8, fine, damping="rayleigh", damping_ratio=0.05, frequency=0.5, second_frequency=1000.0)
     verify(
         TIPS,
-        case=f"b/h = {slender:g}, k_n = {stiffness:g} Pa/m, {share:g} of the limit",
-        solver="dynamic",
-        quantity="topples",
-        computed=bool(ds["block_rotation"].values[-1, 1] < -0.2),
-        exact=topples,
+        f"b/h = {slender:g}, k_n = {stiffness:g} Pa/m, {share:g} of the limit",
+        "dynamic",
+        "topples",
+        bool(ds["block_rotation"].values[-1, 1] < -0.2),
+        topples,
     )
 
 
@@ -391,23 +361,14 @@ def test_a_turn_stresses_a_joint_by_centrifugal_force_alone(verify: Verify, spin
     exact = DENSITY * 0.075 * spin**2 * 0.0375
     verify(
         SPIN,
-        case=f"ω = {spin:.3g} rad/s, one turn",
-        solver="dynamic",
-        quantity="σ below twice its mean",
-        computed=bool(max(worst) < 2.001 * exact),
-        exact=True,
+        f"ω = {spin:.3g} rad/s, one turn",
+        "dynamic",
+        "σ below twice its mean",
+        bool(max(worst) < 2.001 * exact),
+        True,
     )
     mean = np.mean(long_run_stress(spin))
-    verify(
-        SPIN,
-        case=f"ω = {spin:.3g} rad/s",
-        solver="dynamic",
-        quantity="σ",
-        unit="Pa",
-        computed=mean,
-        exact=exact,
-        tolerance=0.03,
-    )
+    verify(SPIN, f"ω = {spin:.3g} rad/s", "dynamic", "σ (Pa)", mean, exact, 0.03)
 
 
 def long_run_stress(spin: float) -> list[float]:
@@ -423,25 +384,15 @@ def test_a_flying_pair_keeps_what_it_has(verify: Verify, shift: float) -> None:
     before = momentum(course)
     first, *_, last = (course.energy.balance() for _ in course)
     case = f"0.5 s, {course.steps} steps, {shift / 1e3:g} km from the origin"
+    verify(KEPT, case, "dynamic", "momentum and angular momentum (kg m/s, kg m²/s)", momentum(course), before, 1e-9)
     verify(
         KEPT,
-        case=case,
-        solver="dynamic",
-        quantity="momentum and angular momentum",
-        unit="kg m/s, kg m²/s",
-        computed=momentum(course),
-        exact=before,
-        tolerance=1e-9,
-    )
-    verify(
-        KEPT,
-        case=case,
-        solver="dynamic",
-        quantity="kinetic and elastic energy",
-        unit="J",
-        computed=last.kinetic_energy + last.elastic_energy,
-        exact=first.kinetic_energy,
-        tolerance=1e-6,
+        case,
+        "dynamic",
+        "kinetic and elastic energy (J)",
+        last.kinetic_energy + last.elastic_energy,
+        first.kinetic_energy,
+        1e-6,
     )
 
 
@@ -470,13 +421,13 @@ def test_energy_is_kept_over_many_steps(verify: Verify, kind: str) -> None:
     assert ds["cycles"].sum() > 1e5
     verify(
         AUDIT,
-        case=f"{kind}, {int(ds['cycles'].sum())} steps",
-        solver="dynamic",
-        quantity="largest error, share",
-        computed=float(np.abs(ds["energy_error"]).max()) / exchanged(ds),
-        exact=0.0,
+        f"{kind}, {int(ds['cycles'].sum())} steps",
+        "dynamic",
+        "largest error, share",
+        float(np.abs(ds["energy_error"]).max()) / exchanged(ds),
+        0.0,
+        1e-3,
         scale=1.0,
-        tolerance=1e-3,
     )
 
 

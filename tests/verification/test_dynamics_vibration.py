@@ -62,26 +62,24 @@ def test_a_stack_vibrates_in_its_modes(verify: Verify, n: int, mode: int, stiffn
     exact = 1e-3 * dt / np.sin(shifted * dt) * np.sin(shifted * time) * shape
     verify(
         MODES,
-        case=f"{n} bricks, mode {mode}, k_n = {stiffness:g} Pa/m",
-        solver="dynamic",
-        quantity="displacement",
-        unit="m",
-        computed=ds["block_displacement_y"].values,
-        exact=exact,
-        tolerance=1e-8,
+        f"{n} bricks, mode {mode}, k_n = {stiffness:g} Pa/m",
+        "dynamic",
+        "displacement (m)",
+        ds["block_displacement_y"].values,
+        exact,
+        1e-8,
     )
     error = np.abs(ds["energy_error"].values).max() / ds["kinetic_energy"].values[0]
     assert error < 1e-9
     highest = 2 * root * np.sin((2 * n - 1) * np.pi / (2 * (2 * n + 1)))
     verify(
         HIGHEST,
-        case=f"{n} bricks, k_n = {stiffness:g} Pa/m",
-        solver="dynamic",
-        quantity="ω",
-        unit="rad/s",
-        computed=ds.attrs["highest_frequency"],
-        exact=highest,
-        tolerance=1e-9,
+        f"{n} bricks, k_n = {stiffness:g} Pa/m",
+        "dynamic",
+        "ω (rad/s)",
+        ds.attrs["highest_frequency"],
+        highest,
+        1e-9,
     )
     assert ds.attrs["highest_frequency_bound"] >= highest
 
@@ -122,12 +120,12 @@ def test_damping_takes_what_it_should(verify: Verify, damping: dict) -> None:
         ratio, tolerance = np.exp(-2 * np.pi * xi / np.sqrt(1 - xi**2)), 2e-3
     verify(
         DECAY,
-        case=", ".join(f"{v}" for v in damping.values()),
-        solver="dynamic",
-        quantity="peak over the one before",
-        computed=peak[1:3] / peak[:2],
-        exact=[ratio] * 2,
-        tolerance=tolerance,
+        ", ".join(f"{v}" for v in damping.values()),
+        "dynamic",
+        "peak over the one before",
+        peak[1:3] / peak[:2],
+        [ratio] * 2,
+        tolerance,
     )
     balance = course.energy.balance()
     assert abs(balance.energy_error) < 1e-3 * balance.damping_work
@@ -153,14 +151,7 @@ def test_the_limit_of_the_time_step(verify: Verify, share: float, stable: bool) 
     except DivergenceError:
         grown = True
     assert start > 0
-    verify(
-        STABLE,
-        case=f"dt = {share} x 2/ω_max, 3000 steps",
-        solver="dynamic",
-        quantity="bounded",
-        computed=not grown,
-        exact=stable,
-    )
+    verify(STABLE, f"dt = {share} x 2/ω_max, 3000 steps", "dynamic", "bounded", not grown, stable)
 
 
 def test_a_run_that_diverges_says_so() -> None:

@@ -58,13 +58,12 @@ def test_a_stack_settles_under_its_own_weight(verify: Verify, solver: Solver, un
     i = np.arange(1, n + 1)
     verify(
         STACK,
-        case=f"n = {n}: {unit}",
-        solver=solver.method,
-        quantity="settlement",
-        unit="m",
-        computed=-ds["block_displacement_y"].values[-1],
-        exact=unit.weight * i * (2 * n - i + 1) / (2 * unit.k_n * unit.area),
-        tolerance=1e-6,
+        f"n = {n}: {unit}",
+        solver.method,
+        "settlement (m)",
+        -ds["block_displacement_y"].values[-1],
+        unit.weight * i * (2 * n - i + 1) / (2 * unit.k_n * unit.area),
+        1e-6,
     )
 
 
@@ -78,13 +77,12 @@ def test_elastic_blocks_settle_more(verify: Verify, solver: Solver, unit: Unit, 
     carried = unit.weight * np.arange(n, 0, -1)
     verify(
         SERIES,
-        case=f"n = {n}, E {1e-6 * modulus:g} MPa: {unit}",
-        solver=solver.method,
-        quantity="settlement",
-        unit="m",
-        computed=-ds["block_displacement_y"].values[-1],
-        exact=np.cumsum(carried / unit.area * (1 / unit.k_n + span / modulus)),
-        tolerance=1e-6,
+        f"n = {n}, E {1e-6 * modulus:g} MPa: {unit}",
+        solver.method,
+        "settlement (m)",
+        -ds["block_displacement_y"].values[-1],
+        np.cumsum(carried / unit.area * (1 / unit.k_n + span / modulus)),
+        1e-6,
     )
 
 
@@ -99,13 +97,12 @@ def test_a_joint_turns_under_an_eccentric_load(verify: Verify, solver: Solver, u
     # the edge that is just about to open is the place of the largest settlement, whatever the eccentricity
     verify(
         TILT,
-        case=case,
-        solver=solver.method,
-        quantity="settlement and b/2 times rotation",
-        unit="m",
-        computed=[-float(ds["block_displacement_y"]), -float(ds["block_rotation"]) * unit.b / 2],
-        exact=[force / (unit.k_n * unit.area), 6 * force * share / (unit.k_n * unit.t * unit.b)],
-        tolerance=1e-6,
+        case,
+        solver.method,
+        "settlement and b/2 times rotation (m)",
+        [-float(ds["block_displacement_y"]), -float(ds["block_rotation"]) * unit.b / 2],
+        [force / (unit.k_n * unit.area), 6 * force * share / (unit.k_n * unit.t * unit.b)],
+        1e-6,
     )
 
 
@@ -123,12 +120,12 @@ def test_the_rule_for_the_contacts(verify: Verify, solver: Solver, rule: str, co
     ds = damagepred.solve(assembly, solver=settings, increments=1).isel(increment=-1, block=block)
     verify(
         SPRINGS,
-        case=f"{contacts} contacts, {rule}: {unit}",
-        solver=solver.method,
-        quantity="rotation over that of the continuous joint",
-        computed=float(ds["block_rotation"]) * unit.k_n * unit.t * unit.b**3 / (12 * moment),
-        exact=share,
-        tolerance=1e-6,
+        f"{contacts} contacts, {rule}: {unit}",
+        solver.method,
+        "rotation over that of the continuous joint",
+        float(ds["block_rotation"]) * unit.k_n * unit.t * unit.b**3 / (12 * moment),
+        share,
+        1e-6,
     )
 
 
@@ -154,11 +151,10 @@ def test_a_block_sticks_on_an_incline(
     shear, along = unit.weight * np.sin(angle), unit.k_n * unit.t * unit.b**3 / 12
     verify(
         STUCK,
-        case=f"α = {degrees:g}°, tan φ 0.9, C and f_t {1e-3 * cohesion:g} kPa: {unit}",
-        solver=solver.method,
-        quantity="shear displacement and h/2 times rotation",
-        unit="m",
-        computed=[ds["block_displacement_x"].values[block] + turned * unit.h / 2, -turned * unit.h / 2],
-        exact=[shear / (unit.k_s * unit.area), shear * (unit.h / 2) ** 2 / along],
-        tolerance=1e-6,
+        f"α = {degrees:g}°, tan φ 0.9, C and f_t {1e-3 * cohesion:g} kPa: {unit}",
+        solver.method,
+        "shear displacement and h/2 times rotation (m)",
+        [ds["block_displacement_x"].values[block] + turned * unit.h / 2, -turned * unit.h / 2],
+        [shear / (unit.k_s * unit.area), shear * (unit.h / 2) ** 2 / along],
+        1e-6,
     )

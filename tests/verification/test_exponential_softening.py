@@ -65,14 +65,13 @@ def test_sliding_follows_the_curve(verify: Verify, solver: Solver, times: float)
     ]
     verify(
         CURVE,
-        case=f"slid, G_II {times:g} times the elastic energy",
-        solver=solver.method,
-        quantity="shear stress",
-        unit="Pa",
-        computed=force / AREA,
-        exact=exact,
+        f"slid, G_II {times:g} times the elastic energy",
+        solver.method,
+        "shear stress (Pa)",
+        force / AREA,
+        exact,
+        1e-5,
         scale=JOINT.cohesion,
-        tolerance=1e-5,
     )
 
 
@@ -87,11 +86,10 @@ def test_a_block_that_is_shot_off_loses_the_fracture_energy(verify: Verify, soft
     first, *_, last = (step.energy for step in dynamic_run(wall.build(solver), solver, dynamics))
     verify(
         CURVE,
-        case=f"shot off, {softening}",
-        solver="dynamic",
-        quantity="lost kinetic energy and fracture work over area",
-        unit="N/m",
-        computed=[(first.kinetic_energy - last.kinetic_energy) / AREA, last.fracture_work / AREA],
-        exact=[G_F, G_F],
-        tolerance=1e-3,
+        f"shot off, {softening}",
+        "dynamic",
+        "lost kinetic energy and fracture work over area (N/m)",
+        [(first.kinetic_energy - last.kinetic_energy) / AREA, last.fracture_work / AREA],
+        [G_F, G_F],
+        1e-3,
     )

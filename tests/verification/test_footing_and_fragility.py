@@ -62,21 +62,21 @@ def test_figures_of_the_footing(verify: Verify) -> None:
     step = 1e-7
     verify(
         BEAM,
-        case="L = 1, δ = 1",
-        solver="profile",
-        quantity="w(L/4) and w'(0)",
-        computed=[profile(np.array([0.25]), 1.0)[0], profile(np.array([step]), 1.0)[0] / step],
-        exact=[27 / 38, 60 / 19],
-        tolerance=1e-6,
+        "L = 1, δ = 1",
+        "profile",
+        "w(L/4) and w'(0)",
+        [profile(np.array([0.25]), 1.0)[0], profile(np.array([step]), 1.0)[0] / step],
+        [27 / 38, 60 / 19],
+        1e-6,
     )
     verify(
         BEAM,
-        case="L = 1, δ = 1",
-        solver="beam equation",
-        quantity="w(L/4), w'(0) and P",
-        computed=[shape[0], slope, stiffness],
-        exact=[27 / 38, 60 / 19, 384 / 19],
-        tolerance=1e-9,
+        "L = 1, δ = 1",
+        "beam equation",
+        "w(L/4), w'(0) and P",
+        [shape[0], slope, stiffness],
+        [27 / 38, 60 / 19, 384 / 19],
+        1e-9,
     )
 
 
@@ -90,13 +90,12 @@ def test_the_arc_is_a_circle(verify: Verify, length: float, deflection: float) -
     a, b, c = np.linalg.solve(np.column_stack((2 * points, np.ones(3))), (points**2).sum(axis=1))
     verify(
         ARC,
-        case=f"L = {length:g} m, δ = {1e3 * deflection:g} mm",
-        solver="profile",
-        quantity="deflection",
-        unit="m",
-        computed=w,
-        exact=b + np.sqrt(c + a**2 + b**2 - (x - a) ** 2),
-        tolerance=1e-6,
+        f"L = {length:g} m, δ = {1e3 * deflection:g} mm",
+        "profile",
+        "deflection (m)",
+        w,
+        b + np.sqrt(c + a**2 + b**2 - (x - a) ** 2),
+        1e-6,
     )
 
 
@@ -119,13 +118,12 @@ def test_a_flexible_wall_follows_its_footing(verify: Verify, kind: str) -> None:
         underside[i] = moved[inside][np.abs(moved[inside] - rise[i] - opening).argmin()]
     verify(
         GROUND,
-        case=f"{kind}, 4.8 m x 0.15 m, δ = 0.2 mm",
-        solver="quasi_static",
-        quantity="underside less opening",
-        unit="m",
-        computed=underside - ds["contact_opening"].values[ground],
-        exact=rise,
-        tolerance=1e-6,
+        f"{kind}, 4.8 m x 0.15 m, δ = 0.2 mm",
+        "quasi_static",
+        "underside less opening (m)",
+        underside - ds["contact_opening"].values[ground],
+        rise,
+        1e-6,
     )
 
 

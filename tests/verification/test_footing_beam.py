@@ -110,23 +110,22 @@ def test_equal_jacks_bend_the_footing(verify: Verify, solver: Solver, strip: Str
     case = f"{kind}, {support}: {strip}"
     verify(
         JACKS,
-        case=case,
-        solver=solver.method,
-        quantity="δ/P, twice, and w(L/4)/P",
-        unit="m/N",
-        computed=found[[0, 2, 1]],
-        exact=[thin + sheared / 2] * 2 + [27 / 38 * thin + 3 / 8 * sheared],
-        tolerance=1e-3,
+        case,
+        solver.method,
+        "δ/P, twice, and w(L/4)/P (m/N)",
+        found[[0, 2, 1]],
+        [thin + sheared / 2] * 2 + [27 / 38 * thin + 3 / 8 * sheared],
+        1e-3,
     )
     if strip is SLENDER:
         verify(
             JACKS,
-            case=f"thin; {case}",
-            solver=solver.method,
-            quantity="384 E I δ/(19 P L³) and w(L/4)/δ",
-            computed=[found[0] / thin, found[1] / found[0]],
-            exact=[1, 27 / 38],
-            tolerance=1e-3,
+            f"thin; {case}",
+            solver.method,
+            "384 E I δ/(19 P L³) and w(L/4)/δ",
+            [found[0] / thin, found[1] / found[0]],
+            [1, 27 / 38],
+            1e-3,
         )
 
 
@@ -139,16 +138,7 @@ def test_the_jacks_carry_the_footing_when_the_path_begins(verify: Verify, solver
         w, length, thin, shear = strip.line_weight + load, strip.length, strip.bending, strip.shear
         sag = 5 * w * length**4 / (384 * thin) + w * length**2 / (8 * shear)
         by_one = 19 * length**3 / (384 * thin) + length / (2 * shear)
-        verify(
-            JACKS,
-            case=f"level, {load:g} N/m: {strip}",
-            solver=solver.method,
-            quantity="P",
-            unit="N",
-            computed=first.jack_load,
-            exact=sag / by_one,
-            tolerance=1e-3,
-        )
+        verify(JACKS, f"level, {load:g} N/m: {strip}", solver.method, "P (N)", first.jack_load, sag / by_one, 1e-3)
         assert abs(first.deflection) < 1e-5 * sag
 
 
@@ -193,13 +183,12 @@ def test_the_footing_sags_between_supports(
 ) -> None:
     verify(
         SAG,
-        case=f"{load:.0f} N/m, {pieces} segments: {strip}",
-        solver=solver.method,
-        quantity="δ",
-        unit="m",
-        computed=sagged(strip, solver, load, pieces),
-        exact=sag(strip, load),
-        tolerance=tolerance,
+        f"{load:.0f} N/m, {pieces} segments: {strip}",
+        solver.method,
+        "δ (m)",
+        sagged(strip, solver, load, pieces),
+        sag(strip, load),
+        tolerance,
     )
 
 
@@ -212,25 +201,16 @@ def test_shorter_segments_sag_more_like_the_beam(
     load = strip.line_weight
     found = np.array([sagged(strip, solver, load, n) for n in pieces])
     for n, value in zip(pieces, found, strict=True):
-        verify(
-            CHAIN,
-            case=f"{n} segments: {strip}",
-            solver=solver.method,
-            quantity="δ",
-            unit="m",
-            computed=value,
-            exact=sag_of_chain(strip, load, n),
-            tolerance=4e-4,
-        )
+        verify(CHAIN, f"{n} segments: {strip}", solver.method, "δ (m)", value, sag_of_chain(strip, load, n), 4e-4)
     errors = np.abs(found - sag(strip, load))
     verify(
         SAG,
-        case=f"{pieces[0]} to {pieces[2]} segments: {strip}",
-        solver=solver.method,
-        quantity="order",
-        computed=np.log(errors[0] / errors[2]) / np.log(4),
-        exact=order,
-        tolerance=0.1,
+        f"{pieces[0]} to {pieces[2]} segments: {strip}",
+        solver.method,
+        "order",
+        np.log(errors[0] / errors[2]) / np.log(4),
+        order,
+        0.1,
     )
 
 
@@ -243,48 +223,19 @@ def test_the_ends_cantilever(verify: Verify, solver: Solver, strip: Strip, load:
     last = path_of(model, solver, 3)[-1]
     assert last.ended == "supports"
     case = f"{support}, {load:g} N/m: {strip}"
-    verify(
-        ENDS,
-        case=case,
-        solver=solver.method,
-        quantity="P",
-        unit="N",
-        computed=last.jack_load,
-        exact=weight / 3,
-        tolerance=1e-5,
-    )
-    verify(
-        ENDS,
-        case=case,
-        solver=solver.method,
-        quantity="δ",
-        unit="m",
-        computed=last.deflection,
-        exact=exact,
-        tolerance=2e-3,
-    )
+    verify(ENDS, case, solver.method, "P (N)", last.jack_load, weight / 3, 1e-5)
+    verify(ENDS, case, solver.method, "δ (m)", last.deflection, exact, 2e-3)
     _, carried = reactions(model, last, ContactKind.SUPPORT)
-    verify(
-        ENDS,
-        case=case,
-        solver=solver.method,
-        quantity="all of the supports' load",
-        unit="N",
-        computed=carried.sum(),
-        exact=0.0,
-        scale=weight,
-        tolerance=1e-5,
-    )
+    verify(ENDS, case, solver.method, "all of the supports' load (N)", carried.sum(), 0.0, 1e-5, scale=weight)
     x, bent = moments(model, last)
     verify(
         ENDS,
-        case=case,
-        solver=solver.method,
-        quantity="moment at x = L/4 (without P's peak)",
-        unit="N m",
-        computed=np.interp(0.24 * length, x, bent),
-        exact=-weight / length * (0.24 * length) ** 2 / 2,
-        tolerance=1e-2,
+        case,
+        solver.method,
+        "moment at x = L/4 (without P's peak) (N m)",
+        np.interp(0.24 * length, x, bent),
+        -weight / length * (0.24 * length) ** 2 / 2,
+        1e-2,
     )
 
 
@@ -303,26 +254,16 @@ def test_equal_jacks_bend_a_footing_of_zones(verify: Verify) -> None:
     exact = 19 * strip.length**3 / (384 * strip.bending) + strip.length / (2 * strip.shear)
     found = [zoned(strip, solver, n) for n in cells]
     for n, value in zip(cells, found, strict=True):
-        verify(
-            ZONED,
-            case=f"{n} cells over the depth: {strip}",
-            solver=solver.method,
-            quantity="δ/P",
-            unit="m/N",
-            computed=value,
-            exact=exact,
-            tolerance=0.9 / n**2,
-        )
+        verify(ZONED, f"{n} cells over the depth: {strip}", solver.method, "δ/P (m/N)", value, exact, 0.9 / n**2)
     few, many = (n**2 for n in cells)
     verify(
         ZONED,
-        case=f"{cells[0]} and {cells[1]} cells, to size 0: {strip}",
-        solver=solver.method,
-        quantity="δ/P",
-        unit="m/N",
-        computed=(many * found[1] - few * found[0]) / (many - few),
-        exact=exact,
-        tolerance=2e-2,
+        f"{cells[0]} and {cells[1]} cells, to size 0: {strip}",
+        solver.method,
+        "δ/P (m/N)",
+        (many * found[1] - few * found[0]) / (many - few),
+        exact,
+        2e-2,
     )
 
 
@@ -342,23 +283,7 @@ def brickwork(
     load: float,
     solver: Solver | None = None,
 ) -> float:
-    """Return the sag (m) of a footing with courses of rigid bricks on it, where the jacks of dishing carry nothing.
-
-    Parameters
-    ----------
-    strip : Strip
-        The footing.
-    pieces, courses : int
-        Bricks in a course, and courses, in stack bond.
-    course, modulus : float
-        Height of a course (m) and E of the brickwork (Pa), Poisson's ratio 0.2.
-    slip : float
-        k_s of the bed between footing and first course (Pa/m).
-    load : float
-        Along the top of the wall (N/m).
-    solver : Solver, optional
-        In place of the quasi-static one.
-    """
+    """Return the sag (m) of a footing with courses of rigid bricks on it, where the jacks of dishing carry nothing."""
     h, thickness = strip.length / pieces, 0.11
     bound = {"tensile_strength": BOUND, "cohesion": BOUND, "friction": 1.0}
     perpends = Joint(normal_stiffness=modulus / h, shear_stiffness=modulus / 2.4 / h, **bound)
@@ -417,27 +342,10 @@ def test_bonded_brickwork_stiffens_the_footing(verify: Verify, courses: int, mod
     found = np.array([brickwork(strip, n, courses, course, modulus, 1e14, load) for n in pieces])
     case = f"{courses} courses of {1e3 * course:g} mm, E {modulus / 1e6:g} MPa: {strip}"
     limit = (4 * found[2] - found[1]) / 3
-    verify(
-        TRANSFORMED,
-        case=case,
-        solver="quasi_static",
-        quantity="δ, to size 0",
-        unit="m",
-        computed=limit,
-        exact=exact,
-        tolerance=5e-4,
-    )
+    verify(TRANSFORMED, case, "quasi_static", "δ, to size 0 (m)", limit, exact, 5e-4)
     assert exact < 0.9 * sag(strip, w - strip.line_weight), "the bricks must matter"
     errors = np.abs(found - limit)
-    verify(
-        TRANSFORMED,
-        case=case,
-        solver="quasi_static",
-        quantity="order",
-        computed=np.log2(errors[0] / errors[1]),
-        exact=2.0,
-        tolerance=0.2,
-    )
+    verify(TRANSFORMED, case, "quasi_static", "order", np.log2(errors[0] / errors[1]), 2.0, 0.2)
 
 
 def sag_with_slip(strip: Strip, course: float, modulus: float, slip: float, load: float) -> float:
@@ -461,11 +369,10 @@ def test_a_bed_that_slips_stiffens_it_less(verify: Verify, slip: float) -> None:
     case = f"k_s {slip / 1e9:g} N/mm³, {1e3 * course:g} mm of E {modulus / 1e6:g} MPa: {strip}"
     verify(
         NEWMARK,
-        case=case,
-        solver="quasi_static",
-        quantity="δ, to size 0",
-        unit="m",
-        computed=(4 * fine - coarse) / 3,
-        exact=sag_with_slip(strip, course, modulus, slip, load),
-        tolerance=5e-4,
+        case,
+        "quasi_static",
+        "δ, to size 0 (m)",
+        (4 * fine - coarse) / 3,
+        sag_with_slip(strip, course, modulus, slip, load),
+        5e-4,
     )

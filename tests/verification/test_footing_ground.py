@@ -86,37 +86,12 @@ def test_the_footing_settles_and_tilts(verify: Verify, solver: Solver, strip: St
     w, x = strip.line_weight + load, np.linspace(0.0, strip.length, 11)
     settled = -w / (stiffness * strip.width)
     case = f"{kind}, {load:g} N/m, k {stiffness / 1e6:g} N/mm²/m: {strip}"
-    verify(
-        SETTLES,
-        case=case,
-        solver=solver.method,
-        quantity="level",
-        unit="m",
-        computed=level(model, first, x),
-        exact=settled,
-        tolerance=1e-5,
-    )
+    verify(SETTLES, case, solver.method, "level (m)", level(model, first, x), settled, 1e-5)
     ground = 0.02 * (0.25 + 0.75 * x / strip.length) * (1 if kind == "doming" else -1)
-    verify(
-        SETTLES,
-        case=f"tilting; {case}",
-        solver=solver.method,
-        quantity="level",
-        unit="m",
-        computed=level(model, last, x),
-        exact=settled + ground,
-        tolerance=1e-4,
-    )
+    verify(SETTLES, f"tilting; {case}", solver.method, "level (m)", level(model, last, x), settled + ground, 1e-4)
     _, bent = moments(model, last)
     verify(
-        SETTLES,
-        case=f"tilting; {case}",
-        solver=solver.method,
-        quantity="moment over w L²/8",
-        computed=bent,
-        exact=0.0,
-        scale=w * strip.length**2 / 8,
-        tolerance=1e-4,
+        SETTLES, f"tilting; {case}", solver.method, "moment over w L²/8", bent, 0.0, 1e-4, scale=w * strip.length**2 / 8
     )
 
 
@@ -139,26 +114,16 @@ def test_a_wall_settles_with_its_footing(verify: Verify, solver: Solver, stiffne
     settled = -weight / (stiffness * strip.width * 2.4)
     case = f"wall of 8 courses, k {stiffness / 1e6:g} N/mm²/m: {strip}"
     segments, allowed = model.footing, 2e-3 if solver.method == "explicit" else 1e-6
-    verify(
-        SETTLES,
-        case=case,
-        solver=solver.method,
-        quantity="settlement",
-        unit="m",
-        computed=first.displacement[segments, 1],
-        exact=settled,
-        tolerance=allowed,
-    )
+    verify(SETTLES, case, solver.method, "settlement (m)", first.displacement[segments, 1], settled, allowed)
     ground = 0.01 * (0.2 + 0.8 * model.blocks.x[segments] / 2.4)
     verify(
         SETTLES,
-        case=f"tilting; {case}",
-        solver=solver.method,
-        quantity="level",
-        unit="m",
-        computed=last.displacement[segments, 1],
-        exact=settled + ground,
-        tolerance=allowed,
+        f"tilting; {case}",
+        solver.method,
+        "level (m)",
+        last.displacement[segments, 1],
+        settled + ground,
+        allowed,
     )
 
 
@@ -186,27 +151,9 @@ def test_a_slender_footing_on_an_elastic_foundation(
     end = 2 * force * rate / k * (np.sinh(z) * np.cosh(z) - np.sin(z) * np.cos(z)) / (np.sinh(z) ** 2 - np.sin(z) ** 2)
     case = f"λL = {z:.3g}: {strip}"
     found = settled_by(strip, solver, stiffness, length / 2, force, pieces)
-    verify(
-        HETENYI,
-        case=f"middle, {case}",
-        solver=solver.method,
-        quantity="w(0), w(L/2), w(L)",
-        unit="m",
-        computed=found,
-        exact=[away, middle, away],
-        tolerance=1e-2,
-    )
+    verify(HETENYI, f"middle, {case}", solver.method, "w(0), w(L/2), w(L) (m)", found, [away, middle, away], 1e-2)
     found = settled_by(strip, solver, stiffness, 0.0, force, pieces)
-    verify(
-        HETENYI,
-        case=f"end, {case}",
-        solver=solver.method,
-        quantity="w(0)",
-        unit="m",
-        computed=found[0],
-        exact=end,
-        tolerance=1.5e-2,
-    )
+    verify(HETENYI, f"end, {case}", solver.method, "w(0) (m)", found[0], end, 1.5e-2)
 
 
 @pytest.mark.parametrize("place", [0.0, 0.25, 0.5])
@@ -223,13 +170,12 @@ def test_a_stocky_footing_on_an_elastic_foundation(
     z = (k / (4 * strip.bending)) ** 0.25 * length
     verify(
         HETENYI,
-        case=f"P at {at / length:.3g} L, λL = {z:.3g}, {pieces} segments: {strip}",
-        solver=solver.method,
-        quantity="w(0), w(L/2), w(L)",
-        unit="m",
-        computed=found,
-        exact=exact,
-        tolerance=3e-3 * (61 / pieces) ** 2,
+        f"P at {at / length:.3g} L, λL = {z:.3g}, {pieces} segments: {strip}",
+        solver.method,
+        "w(0), w(L/2), w(L) (m)",
+        found,
+        exact,
+        3e-3 * (61 / pieces) ** 2,
     )
 
 
@@ -244,22 +190,22 @@ def test_shorter_segments_rest_more_like_the_beam(verify: Verify) -> None:
     for n, error in zip(pieces, errors, strict=True):
         verify(
             HETENYI,
-            case=f"{n} segments, λh = {18.8 / n:.2g}: {strip}",
-            solver="quasi_static",
-            quantity="error of w",
-            computed=error,
-            exact=0.0,
+            f"{n} segments, λh = {18.8 / n:.2g}: {strip}",
+            "quasi_static",
+            "error of w",
+            error,
+            0.0,
+            200 / n**2,
             scale=1.0,
-            tolerance=200 / n**2,
         )
     verify(
         HETENYI,
-        case=f"31 to 121 segments: {strip}",
-        solver="quasi_static",
-        quantity="order",
-        computed=-np.polyfit(np.log(pieces), np.log(np.abs(errors)), 1)[0],
-        exact=2.0,
-        tolerance=0.1,
+        f"31 to 121 segments: {strip}",
+        "quasi_static",
+        "order",
+        -np.polyfit(np.log(pieces), np.log(np.abs(errors)), 1)[0],
+        2.0,
+        0.1,
     )
 
 
@@ -305,50 +251,39 @@ def test_the_footing_lifts_off(
     x = np.linspace(0.0, length, 13)
     verify(
         LIFTS,
-        case=case,
-        solver=solver.method,
-        quantity="level",
-        unit="m",
-        computed=level(model, last, x),
-        exact=np.interp(x, known.x, known.level),
+        case,
+        solver.method,
+        "level (m)",
+        level(model, last, x),
+        np.interp(x, known.x, known.level),
+        1e-2,
         scale=mound.largest(kind),
-        tolerance=1e-2,  # type: ignore[arg-type]
     )
     place, bent = moments(model, last)
     exact = np.interp(place, known.x, known.moment)
-    verify(
-        LIFTS,
-        case=case,
-        solver=solver.method,
-        quantity="moment",
-        unit="N m",
-        computed=bent,
-        exact=exact,
-        tolerance=2e-2,
-    )
+    verify(LIFTS, case, solver.method, "moment (N m)", bent, exact, 2e-2)
     _, carried = reactions(model, last, ContactKind.SOIL)
     off = 1 - (known.pressure > 0).mean()
     assert off > 0.05, "the footing must lift off"
     share = model.interfaces.contact_area[model.interfaces.kind == ContactKind.SOIL].ravel() / (strip.width * length)
     verify(
         LIFTS,
-        case=case,
-        solver=solver.method,
-        quantity="share of the length lifted off",
-        computed=share[carried <= 0].sum(),
-        exact=off,
+        case,
+        solver.method,
+        "share of the length lifted off",
+        share[carried <= 0].sum(),
+        off,
+        1.5 / pieces,
         scale=1.0,
-        tolerance=1.5 / pieces,
     )
     verify(
         LIFTS,
-        case=case,
-        solver=solver.method,
-        quantity="all that the ground carries",
-        unit="N",
-        computed=carried.sum(),
-        exact=(strip.line_weight + load) * length,
-        tolerance=1e-5,
+        case,
+        solver.method,
+        "all that the ground carries (N)",
+        carried.sum(),
+        (strip.line_weight + load) * length,
+        1e-5,
     )
 
 
@@ -370,51 +305,31 @@ def test_the_footing_bends_over_a_step(verify: Verify, strip: Strip, depth: floa
     assert edge + b < length - 3 * h
     case = f"{1e3 * depth:g} mm, a = {a:.3g} m, h = {h:.2g} m: {strip}"
     x, bent = moments(model, last)
-    verify(
-        STEP,
-        case=case,
-        solver="quasi_static",
-        quantity="M(edge)",
-        unit="N m",
-        computed=bent[np.abs(x - edge).argmin()],
-        exact=-q * a**2 / 4,
-        tolerance=1e-2,
-    )
+    verify(STEP, case, "quasi_static", "M(edge) (N m)", bent[np.abs(x - edge).argmin()], -q * a**2 / 4, 1e-2)
     place, carried = reactions(model, last, ContactKind.SOIL)
     verify(
         STEP,
-        case=case,
-        solver="quasi_static",
-        quantity="R(edge)",
-        unit="N",
-        computed=carried[np.abs(place - edge) < h].sum(),
-        exact=q * a * (3 / 4 + r / 2 + 1 / (4 * r)),
-        tolerance=1e-2,
+        case,
+        "quasi_static",
+        "R(edge) (N)",
+        carried[np.abs(place - edge) < h].sum(),
+        q * a * (3 / 4 + r / 2 + 1 / (4 * r)),
+        1e-2,
     )
     near = (place > edge - 2 * a) & (place < edge + 2 * b) & (np.abs(place - edge) > 1.5 * h) & (carried > 0)
     before, after = place[near & (place < edge)].max(), place[near & (place > edge)].min()
-    verify(
-        STEP,
-        case=case,
-        solver="quasi_static",
-        quantity="a and b",
-        unit="m",
-        computed=[edge - before, after - edge],
-        exact=[a, b],
-        scale=1.0,
-        tolerance=2.5 * h,
-    )
+    verify(STEP, case, "quasi_static", "a and b (m)", [edge - before, after - edge], [a, b], 2.5 * h, scale=1.0)
     known = np.linspace(0.0, a, 7)
     rise = q / strip.bending * (a * known**3 / 24 - known**4 / 24)
     verify(
         STEP,
-        case=case,
-        solver="quasi_static",
-        quantity="rise before the edge over the step",
-        computed=level(model, last, edge - a + known) / depth,
-        exact=rise / depth,
+        case,
+        "quasi_static",
+        "rise before the edge over the step",
+        level(model, last, edge - a + known) / depth,
+        rise / depth,
+        5e-3,
         scale=1.0,
-        tolerance=5e-3,
     )
 
 
@@ -428,48 +343,20 @@ def test_the_footing_is_lifted_at_its_end(verify: Verify, strip: Strip, rise: fl
     assert free < 0.8 * length
     case = f"{1e3 * rise:g} mm, ℓ = {free:.3g} m, h = {h:.2g} m: {strip}"
     place, carried = reactions(model, last, ContactKind.SOIL)
-    verify(
-        LIFTED,
-        case=case,
-        solver="quasi_static",
-        quantity="R",
-        unit="N",
-        computed=carried[place > length - h / 4].sum(),
-        exact=q * free / 2,
-        tolerance=1e-2,
-    )
+    verify(LIFTED, case, "quasi_static", "R (N)", carried[place > length - h / 4].sum(), q * free / 2, 1e-2)
     _, bent = moments(model, last)
-    verify(
-        LIFTED,
-        case=case,
-        solver="quasi_static",
-        quantity="M",
-        unit="N m",
-        computed=bent.max(),
-        exact=q * free**2 / 8,
-        tolerance=1e-2,
-    )
+    verify(LIFTED, case, "quasi_static", "M (N m)", bent.max(), q * free**2 / 8, 1e-2)
     pressed = place[(carried > 0) & (place < length - h)]
-    verify(
-        LIFTED,
-        case=case,
-        solver="quasi_static",
-        quantity="ℓ",
-        unit="m",
-        computed=length - pressed.max(),
-        exact=free,
-        scale=1.0,
-        tolerance=2.5 * h,
-    )
+    verify(LIFTED, case, "quasi_static", "ℓ (m)", length - pressed.max(), free, 2.5 * h, scale=1.0)
     known = np.linspace(0.0, free, 7)
     up = q / (24 * strip.bending) * (2 * free * known**3 - known**4)
     verify(
         LIFTED,
-        case=case,
-        solver="quasi_static",
-        quantity="level over δ",
-        computed=level(model, last, length - free + known) / rise,
-        exact=up / rise,
+        case,
+        "quasi_static",
+        "level over δ",
+        level(model, last, length - free + known) / rise,
+        up / rise,
+        5e-3,
         scale=1.0,
-        tolerance=5e-3,
     )

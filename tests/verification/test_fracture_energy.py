@@ -150,16 +150,7 @@ def check_pull(verify: Verify, solver: Solver, case: str, joint: Joint, dpc: boo
     # the law is straight between its corners; that at u_0 lies in the first increment
     work = 0.5 * AREA * F_T * U_0 + 0.5 * (AREA * F_T + force[1]) * (way[1] - U_0)
     work += np.trapezoid(force[1:], way[1:])
-    verify(
-        MODE_I,
-        case=case,
-        solver=solver.method,
-        quantity="work over area",
-        unit="N/m",
-        computed=work / AREA,
-        exact=G_F,
-        tolerance=1e-6,
-    )
+    verify(MODE_I, case, solver.method, "work over area (N/m)", work / AREA, G_F, 1e-6)
     if solver.method == "quasi_static":
         balanced(ds, G_F * AREA, 1e-6)
         for name in ("fracture_work", "external_work"):
@@ -173,16 +164,7 @@ def test_turning_off_takes_the_fracture_energy(verify: Verify, solver: Solver, l
     turn = 1.25 * W_C / B
     wall.move(brick, rotation=turn, y=1.5 * B * turn, x=-turn * H / 2)
     ds = damagepred.solve(wall, solver=replace(solver, ramp_cycles=200), increments=200)
-    verify(
-        TURNED,
-        case=law,
-        solver=solver.method,
-        quantity="work over area",
-        unit="N/m",
-        computed=delivered(ds, brick) / AREA,
-        exact=G_F,
-        tolerance=0.01,
-    )
+    verify(TURNED, law, solver.method, "work over area (N/m)", delivered(ds, brick) / AREA, G_F, 0.01)
     if solver.method == "quasi_static":
         balanced(ds, G_F * AREA, 0.01)
         assert float(ds["fracture_work"][-1]) == pytest.approx(G_F * AREA, rel=1e-6)
@@ -225,26 +207,24 @@ def test_slip_breaks_what_opening_has_left(verify: Verify, solver: Solver, law: 
     case = f"{law}, slid by {share:g} C/k_s"
     verify(
         MIXED,
-        case=case,
-        solver=solver.method,
-        quantity="work over area",
-        unit="N/m",
-        computed=delivered(ds, brick) / AREA,
-        exact=put_in,
+        case,
+        solver.method,
+        "work over area (N/m)",
+        delivered(ds, brick) / AREA,
+        put_in,
+        0.01,
         scale=max(put_in, 0.05 * G_F),
-        tolerance=0.01,
     )
     if solver.method == "quasi_static":
         verify(
             MIXED,
-            case=case,
-            solver=solver.method,
-            quantity="fracture work over area",
-            unit="N/m",
-            computed=float(ds["fracture_work"][-1]) / AREA,
-            exact=fracture,
+            case,
+            solver.method,
+            "fracture work over area (N/m)",
+            float(ds["fracture_work"][-1]) / AREA,
+            fracture,
+            0.01,
             scale=max(put_in, 0.05 * G_F),
-            tolerance=0.01,
         )
         balanced(ds, max(put_in, 0.05 * G_F) * AREA, 0.01)
 
@@ -275,14 +255,13 @@ def test_the_first_slip_leaves_the_residual_strength(
     force, _ = forces(ds, box)
     verify(
         BOX,
-        case=f"p {1e-6 * pressure:g} MPa" + (", bond softens" if softens else ""),
-        solver=solver.method,
-        quantity="shear stress",
-        unit="Pa",
-        computed=force[:, 0] / AREA,
-        exact=exact,
+        f"p {1e-6 * pressure:g} MPa" + (", bond softens" if softens else ""),
+        solver.method,
+        "shear stress (Pa)",
+        force[:, 0] / AREA,
+        exact,
+        1e-5,
         scale=peak,
-        tolerance=1e-5,
     )
     if solver.method == "quasi_static":
         assert float(ds["fracture_work"][-1]) == 0.0  # slip sets free what the joint holds
@@ -301,13 +280,12 @@ def test_a_half_softened_joint_has_taken_its_share(verify: Verify, law: str, sha
     names = ("fracture_work", "elastic_energy")
     verify(
         HALF,
-        case=f"{law}, opened to {share:g} w_c",
-        solver=QUASI_STATIC.method,
-        unit="N/m",
-        quantity="fracture work and elastic energy over area",
-        computed=[float(ds[n][-1]) / AREA for n in names],
-        exact=exact,
-        tolerance=1e-6,
+        f"{law}, opened to {share:g} w_c",
+        QUASI_STATIC.method,
+        "fracture work and elastic energy over area (N/m)",
+        [float(ds[n][-1]) / AREA for n in names],
+        exact,
+        1e-6,
     )
     assert float(ds["external_work"][-1]) == pytest.approx(AREA * sum(exact), rel=1e-6)
     balanced(ds, AREA * sum(exact), 1e-6)

@@ -73,13 +73,12 @@ def test_a_joint_without_tension_opens(verify: Verify, solver: Solver, unit: Uni
     pressed = 3 * (unit.b / 2 - share * unit.b)
     verify(
         OPENED,
-        case=f"e = {share:g} b, N/A 0.1 MPa, {pieces} x {solver.no_tension_parts} x 3 contacts: {unit}",
-        solver=solver.method,
-        quantity="rotation",
-        unit="rad",
-        computed=-float(ds["block_rotation"]),
-        exact=2 * force / (unit.k_n * unit.t * pressed**2),
-        tolerance=0.002,
+        f"e = {share:g} b, N/A 0.1 MPa, {pieces} x {solver.no_tension_parts} x 3 contacts: {unit}",
+        solver.method,
+        "rotation (rad)",
+        -float(ds["block_rotation"]),
+        2 * force / (unit.k_n * unit.t * pressed**2),
+        0.002,
     )
 
 
@@ -93,13 +92,12 @@ def test_a_plate_on_springs_lifts(verify: Verify, solver: Solver, unit: Unit, co
     ds = damagepred.solve(assembly, solver=settings, increments=1).isel(increment=-1, block=block)
     verify(
         OPENED_SPRINGS,
-        case=f"e = {share:g} b, N/A 0.1 MPa, {contacts} midpoints: {unit}",
-        solver=solver.method,
-        quantity="settlement and b/2 times rotation",
-        unit="m",
-        computed=[-float(ds["block_displacement_y"]), -float(ds["block_rotation"]) * unit.b / 2],
-        exact=springs_without_tension(unit, contacts, share),
-        tolerance=1e-5,
+        f"e = {share:g} b, N/A 0.1 MPa, {contacts} midpoints: {unit}",
+        solver.method,
+        "settlement and b/2 times rotation (m)",
+        [-float(ds["block_displacement_y"]), -float(ds["block_rotation"]) * unit.b / 2],
+        springs_without_tension(unit, contacts, share),
+        1e-5,
     )
 
 
@@ -132,22 +130,21 @@ def test_a_bond_breaks_at_its_strength(
     case = f"{over:g} F, e = {share:g} b, f_t {1e-6 * strength:g} MPa: {unit}"
     verify(
         RELEASE,
-        case=case,
-        solver=solver.method,
-        quantity="verdict",
-        computed="breaks" if (ds["contact_state"].values[-1] == 1).any() else "holds",
-        exact="breaks" if over > 1 else "holds",
+        case,
+        solver.method,
+        "verdict",
+        "breaks" if (ds["contact_state"].values[-1] == 1).any() else "holds",
+        "breaks" if over > 1 else "holds",
     )
     if over < 1:
         verify(
             RELEASE,
-            case=case,
-            solver=solver.method,
-            quantity="edge stress",
-            unit="Pa",
-            computed=ds["contact_normal_stress"].values[-1].max(),
-            exact=over * strength,
-            tolerance=1e-6,
+            case,
+            solver.method,
+            "edge stress (Pa)",
+            ds["contact_normal_stress"].values[-1].max(),
+            over * strength,
+            1e-6,
         )
 
 
@@ -172,23 +169,22 @@ def test_a_block_slides_beyond_the_friction_angle(
     ds = damagepred.solve(assembly, solver=solver, increments=1)
     verify(
         INCLINE,
-        case=f"tan α = {slope:.4g}, tan φ = {friction:g}: {unit}",
-        solver=solver.method,
-        quantity="verdict",
-        computed="slides" if ds.attrs["status"] == "collapsed" else "sticks",
-        exact="slides" if offset > 0 else "sticks",
+        f"tan α = {slope:.4g}, tan φ = {friction:g}: {unit}",
+        solver.method,
+        "verdict",
+        "slides" if ds.attrs["status"] == "collapsed" else "sticks",
+        "slides" if offset > 0 else "sticks",
     )
     if offset < 0:
         shear = ds["contact_shear_stress"].values[-1] * ds["contact_length"].values * unit.t
         verify(
             INCLINE,
-            case=f"tan α = {slope:.4g}, tan φ = {friction:g}: {unit}",
-            solver=solver.method,
-            quantity="shear in the joint",
-            unit="N",
-            computed=abs(shear.sum()),
-            exact=unit.weight * np.sin(angle),
-            tolerance=1e-5,
+            f"tan α = {slope:.4g}, tan φ = {friction:g}: {unit}",
+            solver.method,
+            "shear in the joint (N)",
+            abs(shear.sum()),
+            unit.weight * np.sin(angle),
+            1e-5,
         )
     else:
         moved = ds["block_displacement_x"].values[-1, block]
@@ -208,11 +204,11 @@ def test_a_slender_block_topples(verify: Verify, solver: Solver, b: float, h: fl
     ds = damagepred.solve(assembly, solver=replace(solver, maximum_cycles=2_000_000), increments=1)
     verify(
         TOPPLE,
-        case=f"b = {b:g} m, h = {h:g} m, tan α = {np.tan(angle):.4g}, b/h = {b / h:.4g}",
-        solver=solver.method,
-        quantity="verdict",
-        computed="topples" if ds.attrs["status"] == "collapsed" else "stands",
-        exact="topples" if offset > 0 else "stands",
+        f"b = {b:g} m, h = {h:g} m, tan α = {np.tan(angle):.4g}, b/h = {b / h:.4g}",
+        solver.method,
+        "verdict",
+        "topples" if ds.attrs["status"] == "collapsed" else "stands",
+        "topples" if offset > 0 else "stands",
     )
 
 

@@ -97,12 +97,12 @@ def test_linear_program_for_one_block(verify: Verify, b: float, h: float, fricti
     wall = DryWall("block", [box(-1.0, -1.0, 3.0, 1.0), box(0.0, 0.0, b, h)], friction)
     verify(
         BLOCK,
-        case=f"b = {b:g} m, h = {h:g} m, μ = {friction:g}",
-        solver="linear program",
-        quantity="λ",
-        computed=limit(wall),
-        exact=min(friction, b / h),
-        tolerance=1e-9,
+        f"b = {b:g} m, h = {h:g} m, μ = {friction:g}",
+        "linear program",
+        "λ",
+        limit(wall),
+        min(friction, b / h),
+        1e-9,
     )
 
 
@@ -128,15 +128,7 @@ def thinnest(voussoirs: int) -> float:
 
 @pytest.mark.parametrize("voussoirs", [pytest.param(300, marks=pytest.mark.slow)])
 def test_the_thinnest_arch(verify: Verify, voussoirs: int) -> None:
-    verify(
-        SEMICIRCLE,
-        case=f"n = {voussoirs}, μ = 0.7",
-        solver="linear program",
-        quantity="t/R",
-        computed=thinnest(voussoirs),
-        exact=0.1075,
-        tolerance=1e-3,
-    )
+    verify(SEMICIRCLE, f"n = {voussoirs}, μ = 0.7", "linear program", "t/R", thinnest(voussoirs), 0.1075, 1e-3)
 
 
 @pytest.mark.parametrize("offset", [-0.03, 0.03])
@@ -155,38 +147,22 @@ def test_an_arch_too_thin_falls(verify: Verify, solver: Solver, voussoirs: int, 
         status = "no equilibrium"
     verify(
         SEMICIRCLE,
-        case=f"n = {voussoirs}, μ = 0.7, t {1 + offset:g} times the thinnest of n ({bound:.4f} R)",
-        solver=solver.method,
-        quantity="verdict",
-        computed="stands" if status == "complete" else "falls",
-        exact="stands" if offset > 0 else "falls",
+        f"n = {voussoirs}, μ = 0.7, t {1 + offset:g} times the thinnest of n ({bound:.4f} R)",
+        solver.method,
+        "verdict",
+        "stands" if status == "complete" else "falls",
+        "stands" if offset > 0 else "falls",
     )
 
 
 def test_linear_program_for_ferris_and_tin_loi(verify: Verify) -> None:
-    verify(
-        FERRIS,
-        case="33 blocks, dilating joints",
-        solver="linear program",
-        quantity="λ",
-        computed=limit(FERRIS_WALL),
-        exact=0.643,
-        tolerance=1e-3,
-    )
+    verify(FERRIS, "33 blocks, dilating joints", "linear program", "λ", limit(FERRIS_WALL), 0.643, 1e-3)
 
 
 @pytest.mark.parametrize("method", ["quasi_static", pytest.param("explicit", marks=pytest.mark.thorough)])
 def test_ferris_and_tin_loi(verify: Verify, method: str) -> None:
     solver = Solver(method=method, lump_block_elasticity=False)  # type: ignore[arg-type]
-    verify(
-        FERRIS,
-        case="33 blocks",
-        solver=solver.method,
-        quantity="λ",
-        computed=standing(FERRIS_WALL, solver, 0.83),
-        exact=0.640,
-        tolerance=0.03,
-    )
+    verify(FERRIS, "33 blocks", solver.method, "λ", standing(FERRIS_WALL, solver, 0.83), 0.640, 0.03)
 
 
 @pytest.mark.parametrize(
@@ -205,10 +181,10 @@ def test_a_dry_wall_is_pushed_over(verify: Verify, wall: DryWall, top: float, me
     words = "pushed sideways" if wall.push == "sideways" else "loaded by a share of its weight"
     verify(
         PUSHED,
-        case=f"{wall.name}, {words}, μ = {wall.friction:g}",
-        solver=method,
-        quantity="λ",
-        computed=standing(wall, solver, top),
-        exact=exact,
-        tolerance=0.01 if method == "quasi_static" else 0.02,
+        f"{wall.name}, {words}, μ = {wall.friction:g}",
+        method,
+        "λ",
+        standing(wall, solver, top),
+        exact,
+        0.01 if method == "quasi_static" else 0.02,
     )

@@ -88,13 +88,12 @@ def test_the_time_step(verify: Verify, unit: Unit, settings: Dynamics) -> None:
     limit = 2 / omega * (np.sqrt(1 + xi**2) - xi) / np.sqrt(1 + alpha)
     verify(
         STEP,
-        case=f"damping {settings.damping}, s = {settings.step_share(dry=False):g}: {unit}",
-        solver="dynamic",
-        quantity="dt",
-        unit="s",
-        computed=dynamic_run(stack(unit, 1).build(RIGID), RIGID, settings).time_step,
-        exact=settings.step_share(dry=False) * limit,
-        tolerance=1e-5,
+        f"damping {settings.damping}, s = {settings.step_share(dry=False):g}: {unit}",
+        "dynamic",
+        "dt (s)",
+        dynamic_run(stack(unit, 1).build(RIGID), RIGID, settings).time_step,
+        settings.step_share(dry=False) * limit,
+        1e-5,
     )
 
 
@@ -118,14 +117,13 @@ def test_a_block_thrown_up_lands_on_its_joint(verify: Verify, unit: Unit, height
     exact = np.array([height, sag * (1 + np.sqrt(1 + 2 * height / sag)), height])
     verify(
         DROP,
-        case=f"H = {1e3 * height:g} mm, K H/W = {height / sag:.3g}, thrown up: {unit}",
-        solver="dynamic",
-        quantity="H, u_max and H of the rebound",
-        unit="m",
-        exact=exact,
+        f"H = {1e3 * height:g} mm, K H/W = {height / sag:.3g}, thrown up: {unit}",
+        "dynamic",
+        "H, u_max and H of the rebound (m)",
+        [y[:deepest].max(), -y[deepest], y[deepest:].max()],
+        exact,
+        5e-3,
         scale=exact,
-        computed=[y[:deepest].max(), -y[deepest], y[deepest:].max()],
-        tolerance=5e-3,
     )
 
 
@@ -146,25 +144,7 @@ def test_a_wave_in_a_stack(verify: Verify, unit: Unit, modulus: float | None) ->
     plateau = 1e-3 * width * unit.h * np.sqrt(2 * np.pi) / (2 * exact)
     front = np.interp(0.5, u[:start] / plateau, place[:start])
     case = f"n = {n}, " + ("rigid" if modulus is None else f"E {1e-6 * modulus:g} MPa") + f": {unit}"
-    verify(
-        STRUCK,
-        case=case,
-        solver="dynamic",
-        quantity="speed of the lower front",
-        unit="m/s",
-        computed=(start - front) * unit.h / duration,
-        exact=exact,
-        tolerance=2e-3,
-    )
+    verify(STRUCK, case, "dynamic", "speed of the lower front (m/s)", (start - front) * unit.h / duration, exact, 2e-3)
     behind = np.abs(place - start) < 30
     shape = special.ndtr((place - (start - travelled)) / width) - special.ndtr((place - (start + travelled)) / width)
-    verify(
-        STRUCK,
-        case=case,
-        solver="dynamic",
-        quantity="displacement between the fronts",
-        unit="m",
-        computed=u[behind],
-        exact=plateau * shape[behind],
-        tolerance=1e-2,
-    )
+    verify(STRUCK, case, "dynamic", "displacement between the fronts (m)", u[behind], plateau * shape[behind], 1e-2)

@@ -83,31 +83,12 @@ def test_a_block_is_pulled_off(verify: Verify, solver: Solver, support: str, inc
     force = normal_force(ds, 0)
     case = f"{B:g} m x {T:g} m on a {support}, f_t {1e-6 * STRENGTH:g} MPa, G_f {ENERGY:g} N/m, {increments} increments"
     exact = B * T * envelope(pulled)
-    verify(
-        PULL,
-        case=case,
-        solver=solver.method,
-        quantity="force",
-        unit="N",
-        computed=force,
-        exact=exact,
-        scale=B * T * STRENGTH,
-        tolerance=1e-9,
-    )
+    verify(PULL, case, solver.method, "force (N)", force, exact, 1e-9, scale=B * T * STRENGTH)
     np.testing.assert_allclose(ds["contact_opening"].values, np.tile(pulled[:, None], 3), rtol=1e-12)
     assert (ds["contact_state"].values[1:] == CRACKED).all()
     # from the first increment on, a path of straight pieces whose only corner is at the end
     first = 0.5 * B * T * STRENGTH * U_0 + 0.5 * (B * T * STRENGTH + force[1]) * (pulled[1] - U_0)
-    verify(
-        PULL,
-        case=case,
-        solver=solver.method,
-        quantity="work",
-        unit="J",
-        computed=first + np.trapezoid(force[1:], pulled[1:]),
-        exact=B * T * ENERGY,
-        tolerance=1e-9,
-    )
+    verify(PULL, case, solver.method, "work (J)", first + np.trapezoid(force[1:], pulled[1:]), B * T * ENERGY, 1e-9)
 
 
 @pytest.mark.parametrize("weak", [0, 1])
@@ -132,14 +113,13 @@ def test_of_two_joints_in_a_row_the_weaker_softens_while_the_other_lets_go(
     for interface in (0, 1):
         verify(
             PAIR,
-            case=f"joint {weak + 1} of 2 the weaker, f_t {1e-6 * STRENGTH:g} MPa, G_f {ENERGY:g} N/m",
-            solver=solver.method,
-            quantity=f"force in joint {interface + 1}",
-            unit="N",
-            computed=normal_force(ds, interface),
-            exact=force,
+            f"joint {weak + 1} of 2 the weaker, f_t {1e-6 * STRENGTH:g} MPa, G_f {ENERGY:g} N/m",
+            solver.method,
+            f"force in joint {interface + 1} (N)",
+            normal_force(ds, interface),
+            force,
+            1e-5,
             scale=B * T * STRENGTH,
-            tolerance=1e-5,
         )
     opening = ds["contact_opening"].values.reshape(49, 2, 3)
     np.testing.assert_allclose(opening[:, weak].T, np.tile(weaker, (3, 1)), atol=1e-4 * U_0)
@@ -165,26 +145,9 @@ def test_a_block_is_tilted_off(verify: Verify, solver: Solver, contacts: int) ->
     expected = np.array([tilted(turn * i / 30, x, area) for i in range(31)])
     case = f"{contacts} midpoints, f_t {1e-6 * STRENGTH:g} MPa, G_f {ENERGY:g} N/m"
     verify(
-        TILT,
-        case=case,
-        solver=solver.method,
-        quantity="rise",
-        unit="m",
-        computed=ds["block_displacement_y"].values[:, 1],
-        exact=expected[:, 0],
-        scale=U_0,
-        tolerance=1e-4,
+        TILT, case, solver.method, "rise (m)", ds["block_displacement_y"].values[:, 1], expected[:, 0], 1e-4, scale=U_0
     )
-    verify(
-        TILT,
-        case=case,
-        solver=solver.method,
-        quantity="moment",
-        unit="N m",
-        computed=moment(ds, 0, B / 2),
-        exact=expected[:, 1],
-        tolerance=1e-5,
-    )
+    verify(TILT, case, solver.method, "moment (N m)", moment(ds, 0, B / 2), expected[:, 1], 1e-5)
     assert (ds["contact_state"].values[-1] == CRACKED).any()
 
 

@@ -110,13 +110,12 @@ def test_frequencies_of_a_stack(verify: Verify, unit: Unit, n: int) -> None:
     stiffness = vertical(glued(unit, n))
     verify(
         CHAIN,
-        case=f"n = {n}: {unit}",
-        solver="stiffness matrix",
-        quantity="ω_1 ... ω_n",
-        unit="rad/s",
-        computed=np.sqrt(linalg.eigh(stiffness, unit.mass * np.eye(n), eigvals_only=True)),
-        exact=chain(unit, n, np.arange(1, n + 1)),
-        tolerance=1e-9,
+        f"n = {n}: {unit}",
+        "stiffness matrix",
+        "ω_1 ... ω_n (rad/s)",
+        np.sqrt(linalg.eigh(stiffness, unit.mass * np.eye(n), eigvals_only=True)),
+        chain(unit, n, np.arange(1, n + 1)),
+        1e-9,
     )
 
 
@@ -137,13 +136,12 @@ def test_a_stack_swings_at_its_frequency(verify: Verify, unit: Unit, n: int, j: 
     zeros = (before + top[before] / (top[before] - top[before + 1])) * dt
     verify(
         CHAIN,
-        case=f"n = {n}, j = {j}, 10 periods, ω_n dt = 0.1: {unit}",
-        solver="explicit cycle",
-        quantity="ω",
-        unit="rad/s",
-        computed=np.pi * (len(zeros) - 1) / (zeros[-1] - zeros[0]),
-        exact=exact,
-        tolerance=1e-3,
+        f"n = {n}, j = {j}, 10 periods, ω_n dt = 0.1: {unit}",
+        "explicit cycle",
+        "ω (rad/s)",
+        np.pi * (len(zeros) - 1) / (zeros[-1] - zeros[0]),
+        exact,
+        1e-3,
     )
 
 
@@ -171,12 +169,12 @@ def test_the_largest_stable_time_step(verify: Verify, unit: Unit, n: int, dampin
         stable, unstable = (stable, middle) if grows(middle) else (middle, unstable)
     verify(
         LIMIT,
-        case=f"n = {n}, α = {damping:g}: {unit}",
-        solver="explicit cycle",
-        quantity="ω_max dt",
-        computed=stable,
-        exact=2 / np.sqrt(1 - damping**2),
-        tolerance=1e-4,
+        f"n = {n}, α = {damping:g}: {unit}",
+        "explicit cycle",
+        "ω_max dt",
+        stable,
+        2 / np.sqrt(1 - damping**2),
+        1e-4,
     )
 
 
@@ -191,12 +189,12 @@ def test_local_damping_of_one_block(verify: Verify, unit: Unit, damping: float) 
     peaks = np.abs(np.concatenate(([1e-3], turns[:3])))
     verify(
         DECREMENT,
-        case=f"α = {damping:g}, three half cycles: {unit}",
-        solver="explicit cycle",
-        quantity="ratio of amplitudes",
-        computed=peaks[1:] / peaks[:-1],
-        exact=np.sqrt((1 - damping) / (1 + damping)),
-        tolerance=1e-3,
+        f"α = {damping:g}, three half cycles: {unit}",
+        "explicit cycle",
+        "ratio of amplitudes",
+        peaks[1:] / peaks[:-1],
+        np.sqrt((1 - damping) / (1 + damping)),
+        1e-3,
     )
 
 
@@ -213,14 +211,13 @@ def test_a_block_dropped_on_its_joint(verify: Verify, unit: Unit, height: float)
     exact = sag * (1 + np.sqrt(1 + 2 * height) + np.array([0.0, height]))
     verify(
         DROP,
-        case=f"K H/W = {height:g}: {unit}",
-        solver="explicit cycle",
-        quantity="u_max and u_max + rebound",
-        unit="m",
-        computed=[-u[deepest], u[deepest:].max() - u[deepest]],
-        exact=exact,
+        f"K H/W = {height:g}: {unit}",
+        "explicit cycle",
+        "u_max and u_max + rebound (m)",
+        [-u[deepest], u[deepest:].max() - u[deepest]],
+        exact,
+        1e-3,
         scale=exact,
-        tolerance=1e-3,
     )
 
 
@@ -248,24 +245,14 @@ def test_a_wave_in_a_stack(verify: Verify, unit: Unit, modulus: float | None) ->
     case = f"n = {n}, " + ("rigid" if modulus is None else f"E {1e-6 * modulus:g} MPa") + f": {unit}"
     verify(
         WAVE,
-        case=case,
-        solver="explicit cycle",
-        quantity="speed of the lower crest",
-        unit="m/s",
-        computed=(start - crest) * unit.h / (steps * dt),
-        exact=exact,
-        tolerance=2e-3,
+        case,
+        "explicit cycle",
+        "speed of the lower crest (m/s)",
+        (start - crest) * unit.h / (steps * dt),
+        exact,
+        2e-3,
     )
-    verify(
-        WAVE,
-        case=case,
-        solver="explicit cycle",
-        quantity="height of either crest",
-        unit="m",
-        computed=[middle, u[start:].max()],
-        exact=0.5e-3,
-        tolerance=1e-2,
-    )
+    verify(WAVE, case, "explicit cycle", "height of either crest (m)", [middle, u[start:].max()], 0.5e-3, 1e-2)
 
 
 @pytest.mark.parametrize(("unit", "friction", "slope"), [(BRICK, 0.5, 0.6), (BLOCK, 0.3, 0.5), (STONE, 0.4, 0.6)])
@@ -283,11 +270,10 @@ def test_a_block_slides_down_an_incline(verify: Verify, unit: Unit, friction: fl
     run._cycle(steps, 1.0, 0.0, 0.0)
     verify(
         SLIDE,
-        case=f"tan α = {slope:g}, tan φ = {friction:g}, T = {steps * dt:.3g} s: {unit}",
-        solver="explicit cycle",
-        quantity="distance",
-        unit="m",
-        computed=run.motion.displacement[0] - rest[0],
-        exact=G * (np.sin(angle) - friction * np.cos(angle)) * (steps * dt) ** 2 / 2,
-        tolerance=5e-3,
+        f"tan α = {slope:g}, tan φ = {friction:g}, T = {steps * dt:.3g} s: {unit}",
+        "explicit cycle",
+        "distance (m)",
+        run.motion.displacement[0] - rest[0],
+        G * (np.sin(angle) - friction * np.cos(angle)) * (steps * dt) ** 2 / 2,
+        5e-3,
     )

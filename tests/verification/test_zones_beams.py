@@ -153,39 +153,13 @@ def converge(
         tolerance = 1.0 / cells**2
         exact = beam.displacement(*np.array(tip))[1]
         nearest = int(np.abs(pair[1][:, 1] - exact).argmin())
-        verify(
-            form,
-            case=case,
-            solver=solver.method,
-            quantity="largest deflection",
-            unit="m",
-            computed=pair[0][nearest, 1],
-            exact=exact,
-            tolerance=tolerance,
-        )
-        verify(
-            form,
-            case=case,
-            solver=solver.method,
-            quantity="error of the stress",
-            computed=wrong,
-            exact=0.0,
-            scale=1.0,
-            tolerance=0.5 / cells,
-        )
+        verify(form, case, solver.method, "largest deflection (m)", pair[0][nearest, 1], exact, tolerance)
+        verify(form, case, solver.method, "error of the stress", wrong, 0.0, 0.5 / cells, scale=1.0)
     for quantity, found, expected, allowed in (
         ("order, displacement", moved, 2.0, 0.1),
         ("order, stress", stressed, 1.0, 0.15),
     ):
-        verify(
-            form,
-            case=f"{name}, 2 to 8 cells",
-            solver=solver.method,
-            quantity=quantity,
-            computed=order(sizes, found),
-            exact=expected,
-            tolerance=allowed,
-        )
+        verify(form, f"{name}, 2 to 8 cells", solver.method, quantity, order(sizes, found), expected, allowed)
 
 
 @pytest.mark.parametrize(
@@ -290,11 +264,10 @@ def test_a_brick_of_default_zones_bends(
     second = THICKNESS * height**3 / 12
     verify(
         BRICK,
-        case=f"{length:g} x {height:g} m, turned by {angle:g}, plane {plane}: {NAMES[material]}",
-        solver=solver.method,
-        quantity="W",
-        unit="J",
-        computed=work,
-        exact=0.5 * moduli(material, plane)[0] * second * bend**2 * length,
-        tolerance=1e-3,
+        f"{length:g} x {height:g} m, turned by {angle:g}, plane {plane}: {NAMES[material]}",
+        solver.method,
+        "W (J)",
+        work,
+        0.5 * moduli(material, plane)[0] * second * bend**2 * length,
+        1e-3,
     )

@@ -80,27 +80,17 @@ def test_a_stack_is_springs_in_series(
     case = f"{count} bricks, k_n h/E = {joint.normal_stiffness * height / material.elastic_modulus:.2g}, {blocks}"
     case += f", {1e-6 * stress:g} MPa: {NAMES[material]}"
     exact = stress * (i / joint.normal_stiffness + (2 * i - 1) * height / (2 * material.elastic_modulus))
-    verify(
-        SERIES,
-        case=case,
-        solver=solver.method,
-        quantity="displacement of the blocks",
-        unit="m",
-        computed=last.displacement[:, 1],
-        exact=exact,
-        tolerance=1e-6,
-    )
+    verify(SERIES, case, solver.method, "displacement of the blocks (m)", last.displacement[:, 1], exact, 1e-6)
     bed = model.interfaces.block_a < model.n_blocks
     soft = 1 / joint.normal_stiffness + (height / material.elastic_modulus if blocks == "rigid" else 0.0)
     verify(
         SERIES,
-        case=case,
-        solver=solver.method,
-        quantity="opening of the joints between blocks",
-        unit="m",
-        computed=last.opening[bed],
-        exact=np.full_like(last.opening[bed], stress * soft),
-        tolerance=1e-6,
+        case,
+        solver.method,
+        "opening of the joints between blocks (m)",
+        last.opening[bed],
+        np.full_like(last.opening[bed], stress * soft),
+        1e-6,
     )
 
 
@@ -121,25 +111,9 @@ def test_a_joint_opens_under_a_deformable_block(verify: Verify, solver: Solver, 
     force, pressed = stress * b * thickness, 3 * b * (0.5 - share)
     theta = 2 * force / (k_n * thickness * pressed**2)
     case = f"e = {share:g} b, {4 * pieces * pieces // 2} zones"
+    verify(ROTATION, case, solver.method, "θ (rad)", -path[-1].displacement[block, 2], theta, 3e-2)
     verify(
-        ROTATION,
-        case=case,
-        solver=solver.method,
-        quantity="θ",
-        unit="rad",
-        computed=-path[-1].displacement[block, 2],
-        exact=theta,
-        tolerance=3e-2,
-    )
-    verify(
-        ROTATION,
-        case=case,
-        solver=solver.method,
-        quantity="gap at the free edge",
-        unit="m",
-        computed=path[-1].opening.max(),
-        exact=theta * (b - pressed),
-        tolerance=3e-2,
+        ROTATION, case, solver.method, "gap at the free edge (m)", path[-1].opening.max(), theta * (b - pressed), 3e-2
     )
 
 
@@ -189,23 +163,13 @@ def test_a_brick_on_a_joint_is_a_beam_on_a_bed(
     case = f"h = {height:g} m, λ h = {characteristic * height:.2g}, {round(height / size)} cells over h"
     verify(
         WINKLER,
-        case=f"{case}: {NAMES[material]}",
-        solver=solver.method,
-        quantity="stress of the joint",
-        unit="Pa",
-        computed=path[-1].normal_stress.ravel(),
-        exact=exact,
-        tolerance=0.06,
+        f"{case}: {NAMES[material]}",
+        solver.method,
+        "stress of the joint (Pa)",
+        path[-1].normal_stress.ravel(),
+        exact,
+        0.06,
     )
     total = (path[-1].normal_stress * face.contact_area).sum()
-    verify(
-        WINKLER,
-        case=f"{case}: {NAMES[material]}",
-        solver=solver.method,
-        quantity="force of the joint",
-        unit="N",
-        computed=total,
-        exact=-load,
-        tolerance=1e-4,
-    )
+    verify(WINKLER, f"{case}: {NAMES[material]}", solver.method, "force of the joint (N)", total, -load, 1e-4)
     assert np.isfinite(zones_of(path[-1]).stress).all()

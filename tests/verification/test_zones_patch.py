@@ -92,25 +92,15 @@ def test_constant_strain_in_a_block_of_any_shape(
     case = f"{shape}, {len(model.mesh.zones)} zones, plane {plane}: {NAMES[material]}"
     verify(
         PATCH,
-        case=case,
-        solver=solver.method,
-        quantity="s_xx, s_yy, s_xy, s_zz",
-        unit="Pa",
-        computed=zones.stress,
-        exact=np.broadcast_to(exact, zones.stress.shape),
-        tolerance=1e-10,
+        case,
+        solver.method,
+        "s_xx, s_yy, s_xy, s_zz (Pa)",
+        zones.stress,
+        np.broadcast_to(exact, zones.stress.shape),
+        1e-10,
     )
     place = np.column_stack((model.mesh.x, model.mesh.y))
-    verify(
-        PATCH,
-        case=case,
-        solver=solver.method,
-        quantity="displacement",
-        unit="m",
-        computed=zones.displacement,
-        exact=place @ GRADIENT.T,
-        tolerance=1e-10,
-    )
+    verify(PATCH, case, solver.method, "displacement (m)", zones.displacement, place @ GRADIENT.T, 1e-10)
 
 
 Line = tuple[float, float, float]
@@ -214,22 +204,14 @@ def test_constant_stress_across_joints(
     case = f"{len(polygons)} blocks, {name} joints, plane {plane}: {NAMES[material]}"
     verify(
         JOINED,
-        case=case,
-        solver=solver.method,
-        quantity="s_xx, s_yy, s_xy, s_zz",
-        unit="Pa",
-        computed=zones.stress,
-        exact=np.broadcast_to(exact, zones.stress.shape),
-        tolerance=1e-7,
+        case,
+        solver.method,
+        "s_xx, s_yy, s_xy, s_zz (Pa)",
+        zones.stress,
+        np.broadcast_to(exact, zones.stress.shape),
+        1e-7,
     )
     middle = np.array([np.mean(p, axis=0) for p in polygons])[mesh.gridpoint_block]
     verify(
-        JOINED,
-        case=case,
-        solver=solver.method,
-        quantity="displacement",
-        unit="m",
-        computed=zones.displacement,
-        exact=displacement(mesh.x, mesh.y, middle),
-        tolerance=1e-7,
+        JOINED, case, solver.method, "displacement (m)", zones.displacement, displacement(mesh.x, mesh.y, middle), 1e-7
     )

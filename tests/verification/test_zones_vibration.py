@@ -105,23 +105,14 @@ def test_frequencies_of_a_bar(verify: Verify, material: BlockMaterial, plane: st
         off.append(float(np.abs(found / exact - 1).max()))
         verify(
             BAR,
-            case=f"{name}, {round(length / size)} cells",
-            solver="stiffness matrix",
-            quantity="ω_1 ... ω_3",
-            unit="rad/s",
-            computed=found,
-            exact=exact,
-            tolerance=2 * (size / length) ** 2,
+            f"{name}, {round(length / size)} cells",
+            "stiffness matrix",
+            "ω_1 ... ω_3 (rad/s)",
+            found,
+            exact,
+            2 * (size / length) ** 2,
         )
-    verify(
-        BAR,
-        case=f"{name}, 16 to 64 cells",
-        solver="stiffness matrix",
-        quantity="order",
-        computed=order(sizes, off),
-        exact=2.0,
-        tolerance=0.1,
-    )
+    verify(BAR, f"{name}, 16 to 64 cells", "stiffness matrix", "order", order(sizes, off), 2.0, 0.1)
 
 
 @pytest.mark.parametrize("plane", ["stress", "strain"])
@@ -145,33 +136,16 @@ def test_lames_mode_of_a_square(verify: Verify, material: BlockMaterial, side: f
         best = int(likeness.argmax())
         off.append(abs(frequency[best] / exact - 1))
         case = f"{name}, {count} x {count} cells"
-        verify(
-            LAME,
-            case=case,
-            solver="stiffness matrix",
-            quantity="ω",
-            unit="rad/s",
-            computed=frequency[best],
-            exact=exact,
-            tolerance=2 * (n / count) ** 2,
-        )
-        verify(
-            LAME,
-            case=case,
-            solver="stiffness matrix",
-            quantity="cosine to Lamé's shape",
-            computed=likeness[best],
-            exact=1.0,
-            tolerance=2 * (n / count) ** 2,
-        )
+        verify(LAME, case, "stiffness matrix", "ω (rad/s)", frequency[best], exact, 2 * (n / count) ** 2)
+        verify(LAME, case, "stiffness matrix", "cosine to Lamé's shape", likeness[best], 1.0, 2 * (n / count) ** 2)
     verify(
         LAME,
-        case=f"{name}, {cells[0]} to {cells[-1]} cells",
-        solver="stiffness matrix",
-        quantity="order",
-        computed=order([1 / c for c in cells], off),
-        exact=2.0,
-        tolerance=0.15,
+        f"{name}, {cells[0]} to {cells[-1]} cells",
+        "stiffness matrix",
+        "order",
+        order([1 / c for c in cells], off),
+        2.0,
+        0.15,
     )
 
 
@@ -208,24 +182,14 @@ def test_a_wave_in_a_bar(verify: Verify, material: BlockMaterial) -> None:
     case = f"16 x 0.2 m, {len(mesh.zones)} zones: {NAMES[material]}, ν = 0"
     verify(
         PULSE,
-        case=case,
-        solver="explicit cycle",
-        quantity="speed of both crests",
-        unit="m/s",
-        computed=[(start - crests[0][0]) / (steps * dt), (crests[1][0] - start) / (steps * dt)],
-        exact=speed,
-        tolerance=2e-3,
+        case,
+        "explicit cycle",
+        "speed of both crests (m/s)",
+        [(start - crests[0][0]) / (steps * dt), (crests[1][0] - start) / (steps * dt)],
+        speed,
+        2e-3,
     )
-    verify(
-        PULSE,
-        case=case,
-        solver="explicit cycle",
-        quantity="height of both crests",
-        unit="m",
-        computed=[crests[0][1], crests[1][1]],
-        exact=0.5e-4,
-        tolerance=5e-3,
-    )
+    verify(PULSE, case, "explicit cycle", "height of both crests (m)", [crests[0][1], crests[1][1]], 0.5e-4, 5e-3)
     # the crest that runs to the right: s_xx = -rho c v
     assert run.zones is not None
     stress = run.zones.stresses(u)[:, 0]
@@ -234,11 +198,10 @@ def test_a_wave_in_a_bar(verify: Verify, material: BlockMaterial) -> None:
     right = middle > start + 2 * width
     verify(
         PULSE,
-        case=case,
-        solver="explicit cycle",
-        quantity="stress of the wave to the right",
-        unit="Pa",
-        computed=stress[right],
-        exact=-material.density * speed * velocity[right],
-        tolerance=6e-2,
+        case,
+        "explicit cycle",
+        "stress of the wave to the right (Pa)",
+        stress[right],
+        -material.density * speed * velocity[right],
+        6e-2,
     )

@@ -151,39 +151,21 @@ def test_a_block_reaches_the_yield_surface_and_stays(
     elastic = progress * movement / at_yield < 0.99
     exact = modulus * progress[elastic] * movement / HEIGHT + ratio * lateral
     mean = stress[elastic] @ mesh.zone_area / mesh.zone_area.sum()
+    verify(SURFACE, case, solver.method, "σ_yy, elastic (Pa)", mean, exact, 1e-5, scale=abs(limit))
     verify(
         SURFACE,
-        case=case,
-        solver=solver.method,
-        quantity="σ_yy, elastic",
-        unit="Pa",
-        computed=mean,
-        exact=exact,
-        scale=abs(limit),
-        tolerance=1e-5,
-    )
-    verify(
-        SURFACE,
-        case=case,
-        solver=solver.method,
-        quantity="σ_yy, limit",
-        unit="Pa",
-        computed=stress[-3:],
-        exact=np.full_like(stress[-3:], limit),
-        tolerance=ALLOWED[solver.method],
+        case,
+        solver.method,
+        "σ_yy, limit (Pa)",
+        stress[-3:],
+        np.full_like(stress[-3:], limit),
+        ALLOWED[solver.method],
     )
     kinds = [ZoneState.TENSION if pull else ZoneState.SHEAR, ZoneState.SHEAR_AND_TENSION]
     if solver.method == "explicit":
         kinds.append(ZoneState.YIELDED)
     yielding = [np.isin(zones_of(i).state, kinds).any() for i in path[-3:]]
-    verify(
-        SURFACE,
-        case=case,
-        solver=solver.method,
-        quantity="yields in shear (pressed) or tension (pulled)",
-        computed=bool(np.all(yielding)),
-        exact=True,
-    )
+    verify(SURFACE, case, solver.method, "yields in shear (pressed) or tension (pulled)", bool(np.all(yielding)), True)
 
 
 @pytest.mark.parametrize("plane", ["stress", "strain"])
@@ -225,29 +207,19 @@ def test_unloading_leaves_a_set(verify: Verify, solver: Solver, share: float, si
     else:
         exact = -np.array([(load - most) / stiffness, left / stiffness])
         quantity = "settlement under P, and set"
-    verify(
-        SET,
-        case=case,
-        solver=solver.method,
-        quantity=quantity,
-        unit="m",
-        computed=sunk,
-        exact=exact,
-        tolerance=ALLOWED[solver.method],
-    )
+    verify(SET, case, solver.method, f"{quantity} (m)", sunk, exact, ALLOWED[solver.method])
     force = []
     for increment in (first, last):
         stress = zones_of(increment).stress[:, 1]
         force += [(stress * mesh.zone_area)[mesh.zone_block == c].sum() * THICKNESS / HEIGHT for c in columns]
     verify(
         SET,
-        case=case,
-        solver=solver.method,
-        quantity="forces of the columns under P and after",
-        unit="N",
-        computed=force,
-        exact=[-most, most - load, left, -left],
-        tolerance=ALLOWED[solver.method],
+        case,
+        solver.method,
+        "forces of the columns under P and after (N)",
+        force,
+        [-most, most - load, left, -left],
+        ALLOWED[solver.method],
     )
 
 
@@ -284,13 +256,13 @@ def test_without_dilation_bands_form(verify: Verify, solver: Solver, plane: str)
     mean = zones_of(path[-1]).stress[:, 1] @ mesh.zone_area / mesh.zone_area.sum()
     verify(
         BANDS,
-        case=f"soft brick, {len(mesh.zones)} zones, plane {plane}",
-        solver=solver.method,
-        quantity="mean σ_yy over f_c",
-        computed=mean / whole,
-        exact=(1 + share) / 2,
+        f"soft brick, {len(mesh.zones)} zones, plane {plane}",
+        solver.method,
+        "mean σ_yy over f_c",
+        mean / whole,
+        (1 + share) / 2,
+        (1 - share) / 2 + 1e-3,
         scale=1.0,
-        tolerance=(1 - share) / 2 + 1e-3,
     )
 
 
@@ -303,33 +275,25 @@ def test_a_punch_sinks_at_its_limit_load(verify: Verify, solver: Solver, fine: b
         _, last, force = punch(solver, count)
         found.append(force[-1] / 1e4)
         assert not last.collapsed
+        verify(PUNCH, f"{count} cells under half the punch", solver.method, "q/C", found[-1], 2 + np.pi, 0.4 / count)
         verify(
             PUNCH,
-            case=f"{count} cells under half the punch",
-            solver=solver.method,
-            quantity="q/C",
-            computed=found[-1],
-            exact=2 + np.pi,
-            tolerance=0.4 / count,
-        )
-        verify(
-            PUNCH,
-            case=f"{count} cells under half the punch",
-            solver=solver.method,
-            quantity="rise of q/C in the last quarter of the movement",
-            computed=found[-1] - force[-2] / 1e4,
-            exact=0.0,
+            f"{count} cells under half the punch",
+            solver.method,
+            "rise of q/C in the last quarter of the movement",
+            found[-1] - force[-2] / 1e4,
+            0.0,
+            2e-3,
             scale=2 + np.pi,
-            tolerance=2e-3,
         )
     if not fine:
         return
     verify(
         PUNCH,
-        case=f"{cells[0]} and {cells[1]} cells, to size 0",
-        solver=solver.method,
-        quantity="q/C",
-        computed=2 * found[1] - found[0],
-        exact=2 + np.pi,
-        tolerance=0.02,
+        f"{cells[0]} and {cells[1]} cells, to size 0",
+        solver.method,
+        "q/C",
+        2 * found[1] - found[0],
+        2 + np.pi,
+        0.02,
     )
