@@ -27,7 +27,6 @@ from damagepred.uq.observations import (
     CrackObservation,
     CrackPrediction,
     Discrepancy,
-    Fit,
     LevelObservation,
     Observations,
     SlopeObservation,
@@ -256,21 +255,6 @@ def test_intervals_hold_where_the_discrepancy_is_integrated(points: int, least: 
         posterior = special.softmax(special.logsumexp(logs, axis=0))
         held.append(0.05 < posterior[:true].sum() + 0.5 * posterior[true] < 0.95)
     assert least < np.mean(held) < most
-
-
-def test_nodes_have_the_fitted_moments() -> None:
-    weights, models = zip(*Discrepancy().nodes(5))
-    logs = np.log([[one.width, one.width_share] for one in models])
-    fitted = [(name, *map(float, Discrepancy().origins()[name][0].split(" to "))) for name in ("width", "width_share")]
-    assert sum(weights) == pytest.approx(1.0)
-    assert np.exp(weights @ logs) == pytest.approx([Discrepancy().width, Discrepancy().width_share])
-    covariance = np.cov(logs.T, aweights=weights, ddof=0)
-    for k, (_, low, high) in enumerate(fitted):
-        assert 2 * 1.6449 * np.sqrt(covariance[k, k]) == pytest.approx(np.log(high / low), rel=1e-3)
-    assert covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1]) == pytest.approx(-0.29)
-    one_given = Discrepancy(width_share=0.4)
-    assert one_given.uncertain == ["width"]
-    assert {model.width_share for _, model in one_given.nodes(5)} == {0.4}
 
 
 @pytest.fixture(scope="module")

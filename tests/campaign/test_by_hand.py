@@ -15,21 +15,17 @@ import tomli_w
 from damagepred.archive.folder import StudyFolder
 from damagepred.archive.parts import Column
 from damagepred.assembly import Limits
-from damagepred.campaign import dispatch, sample
-from damagepred.campaign import preset_accuracy as accuracy
+from damagepred.campaign import sample
 from damagepred.campaign.campaign import _Stop
-from damagepred.campaign.cost_estimate import CostEstimate, _zone_bytes, require_affordable
-from damagepred.campaign.dispatch import GivenExecutor, sample_timeout
+from damagepred.campaign.cost_estimate import require_affordable
+from damagepred.campaign.dispatch import sample_timeout
 from damagepred.campaign.sample import _kept_of_movement
 from damagepred.campaign.settings import StudySettings, read_frozen
 from damagepred.campaign.status import study_status
-from damagepred.cli.sentences import cost_lines, status_lines
+from damagepred.cli.sentences import status_lines
 from damagepred.cli.terminal import share_rows
 from damagepred.enumerations import SampleStatus
 from damagepred.errors import ConvergenceError, DivergenceError, InputError, StudyError
-from damagepred.formatting import duration
-from damagepred.scene import Dpc, Opening, Scene, Solver
-from damagepred.scene.accuracy import Measured
 from damagepred.study import Study
 from damagepred.uq import estimate
 from tests.conftest import SMALL_STUDY
@@ -40,23 +36,6 @@ def settings(changes: dict[str, Any] | None = None, **sampling: Any) -> StudySet
     tables = tomllib.loads(SMALL_STUDY)
     tables["study"] |= sampling
     return StudySettings.from_dict(tables | (changes or {}))
-
-
-@pytest.mark.parametrize(
-    ("seconds", "words"),
-    [
-        (0.26, "0.3 s"),
-        (9.9, "9.9 s"),
-        (10.0, "10 s"),
-        (89.4, "89 s"),
-        (90.0, "2 min"),
-        (5399.0, "90 min"),
-        (5400.0, "1.5 h"),
-        (9000.0, "2.5 h"),
-    ],
-)
-def test_times_in_words(seconds: float, words: str) -> None:
-    assert duration(seconds) == words
 
 
 @pytest.mark.parametrize("replicates", [1, 4])
@@ -107,61 +86,6 @@ def standing_of(folder: StudyFolder, ds: Any) -> Any:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(StudyFolder, "results", lambda *given: ds)
         return study_status(folder.path)
-
-
-def test_a_cost_estimate_in_words() -> None:
-    cost = CostEstimate(
-        "house",
-        714,
-        6183,
-        2061,
-        20,
-        300,
-        7,
-        12.0,
-        4.0,
-        "quasi_static",
-        34_000_000,
-        "complete",
-        11,
-        128,
-        90,
-        5_600_000,
-        213_000_000,
-        ("steps too long",),
-        ("accuracy",),
-        "ground",
-        wall="wall 6 m long",
-        moving="The ground does not move",
-        sampled=("joint.cohesion",),
-    )
-    lines = [
-        "house: valid; wall 6 m long",
-        "  The ground does not move",
-        "  300 walls with 7 uncertain numbers: joint.cohesion",
-        "  about 20 min with -j 1, 10 min with -j 2; one wall: 4.0 s (complete)",
-        "  714 blocks, 6183 contacts, 2061 joints, 20 increments; kernels made ready in 12 s",
-        "  solver: quasi_static, 34 MB of matrices",
-        "  11 deformable blocks: 128 zones, 90 gridpoints; at most 213 MB of memory in all",
-        "  ground",
-        "  caution: steps too long",
-        "accuracy",
-    ]
-    assert cost_lines(cost, full=True) == lines
-    assert cost_lines(cost) == [*lines[:4], *lines[7:9]]
-    one = CostEstimate(**{**vars(cost), "variables": 0, "ground": None, "peak_bytes": 0, "matrix_bytes": 0})
-    assert cost_lines(one)[2:] == [
-        "  one wall, all numbers as given",
-        "  one wall: 4.0 s (complete)",
-        "  caution: steps too long",
-    ]
-    assert cost_lines(one, full=True)[5:7] == [
-        "  solver: quasi_static",
-        "  11 deformable blocks: 128 zones, 90 gridpoints, 5.6 MB of results (none with --no-zones)",
-    ]
-    mesh = SimpleNamespace(zones=np.zeros((7, 3)), x=np.zeros(5))
-    assert _zone_bytes(SimpleNamespace(mesh=mesh), 3) == 4 * (7 * 33 + 5 * 16)  # type: ignore[arg-type]
-    assert _zone_bytes(SimpleNamespace(mesh=None), 3) == 0  # type: ignore[arg-type]
 
 
 def test_rows_of_a_batch_that_follow_each_other_share_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -301,32 +225,6 @@ def test_memory_of_a_design_and_time_of_a_sample() -> None:
             sample_timeout(seconds, limits, engine)
 
 
-def test_workers_of_a_given_executor(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Threads of a client's workers come before those of an executor; counted again after ten seconds."""
-    clock = [50.0]
-    monkeypatch.setattr(dispatch, "time", SimpleNamespace(monotonic=lambda: clock[0]))
-    for executor, width in (
-        (SimpleNamespace(_max_workers=3), 3),
-        (SimpleNamespace(num_workers=5), 5),
-        (SimpleNamespace(), 8),
-        (SimpleNamespace(_max_workers=0), 8),
-        (SimpleNamespace(_max_workers=2.5), 8),
-        (SimpleNamespace(_max_workers=3, nthreads=lambda: {"a": 2, "b": 4}), 6),
-    ):
-        assert GivenExecutor("", executor).width == width
-    many = SimpleNamespace(_max_workers=3)
-    engine = GivenExecutor("", many)
-    assert engine.width == 3
-    many._max_workers, clock[0] = 7, 60.0
-    assert engine.width == 3
-    clock[0] = 60.1
-    assert engine.width == 7
-    asked: list[bool] = []
-    client = SimpleNamespace(get_executor=lambda pure: asked.append(pure) or many, nthreads=lambda: {"a": 9})
-    engine = GivenExecutor("there", client)
-    assert (asked, engine.executor, engine.width, engine.folder) == ([False], many, 9, "there")
-
-
 def test_interrupts_are_counted() -> None:
     done: list[str] = []
     stop = _Stop()
@@ -382,38 +280,3 @@ def test_a_design_by_its_columns() -> None:
     ]
     with pytest.raises(StudyError, match=r"no study folder|holds"):
         study._prepare(StudyFolder(Path(__file__).parent), 5)
-
-
-def test_what_is_told_of_presets(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The largest error of each quantity, with its floor where the reference knows it worse than to 1 %."""
-    rows = [
-        ("draft", "dishing", True, "dpc", 0.12, 0.001, 0.31),
-        ("draft", "doming", True, "dpc", 0.034, 0.02, 0.36),
-        ("draft", "doming", True, "widest crack", 0.45, 0.0234, 0.33),
-        ("draft", "bare", False, "dpc", 0.9, 0, 9.0),
-        ("standard", "dishing", True, "dpc", 2e-6, 0.0, 1.0),
-        ("standard", "dishing", True, "damage category", 1.0, 0.0, 1.05),
-        ("draft", "bare", False, "damage category", 2.0, 0.0, 0.5),
-    ]
-    told = [Measured(a, "quasi_static", wall, dpc, False, *rest) for a, wall, dpc, *rest in rows]
-    told.append(told[0]._replace(method="explicit", error=0.99))
-    monkeypatch.setattr(accuracy, "measured", lambda: told)
-    unknown = "error unknown, on no wall"
-    assert accuracy.accuracy_lines(Scene(dpc=Dpc(), solver=Solver(contacts_per_interface=5))) == [
-        '  accuracy = "standard", except contacts_per_interface; largest errors measured on walls like it (dishing; '
-        "doming):",
-        '    draft: quadrature = "midpoint", contacts_per_interface = 2',
-        "      0.31-0.36 times the time of standard; dpc 12 %, widest crack 45 % (known to 2.3 %)",
-        "      damage category: error unknown on walls like it; on other walls (bare) damage category 2",
-        "    standard: the defaults",
-        "      1 times the time of standard; dpc 0 %, damage category 1",
-        "      widest crack: " + unknown,
-        '    fine: blocks = "elastic"',
-        "      widest crack: " + unknown,
-        "      damage category: " + unknown,
-        '    reference: blocks = "deformable", zone_size = 0.04, contacts_per_interface = 5',
-        "      widest crack: " + unknown,
-        "      damage category: " + unknown,
-    ]
-    hole = Scene(opening=(Opening(x=2.0, y=0.9, width=0.9, height=1.2),))
-    assert "measured on other walls (dishing; doming; bare):" in accuracy.accuracy_lines(hole)[0]

@@ -44,17 +44,6 @@ class Forgetful(Executor):
         return lost
 
 
-@pytest.mark.thorough
-def test_the_folder_decides_not_the_answer_of_the_executor(serial: Path, tmp_path: Path) -> None:
-    executor = Forgetful()
-    summary = Study(settings()).run(tmp_path / "study.dp", samples=12, executor=executor)
-    assert (summary.done, summary.failed) == (12, 0)
-    same(open_study(serial), open_study(tmp_path / "study.dp"))
-    # nothing was solved twice
-    kept = [sample for samples in StudyFolder(tmp_path / "study.dp").part_files().values() for sample in samples]
-    assert sorted(kept) == list(range(12))
-
-
 def test_workers_without_access_to_the_folder(tmp_path: Path) -> None:
     from damagepred.campaign.sample import run_batch
 
@@ -116,43 +105,3 @@ def test_the_command_runs_on_a_scheduler(serial: Path, tmp_path: Path, dask: Any
     assert run.returncode == 0, run.stderr
     assert "12 of 12 walls done, 0 failed" in run.stdout
     same(open_study(serial), open_study(small_study_file.with_suffix(".dp")))
-
-
-MPI = """
-import sys
-from mpi4py.futures import MPIPoolExecutor
-from damagepred.study import Study
-if __name__ == "__main__":
-    with MPIPoolExecutor() as executor:
-        summary = Study.from_toml(sys.argv[1]).run(sys.argv[2], samples=12, executor=executor)
-    print(summary.done, summary.failed)
-"""
-
-
-def test_mpi(serial: Path, tmp_path: Path, small_study_file: Path) -> None:
-    pytest.importorskip("mpi4py")
-    import shutil
-
-    mpiexec = shutil.which("mpiexec") or shutil.which("mpiexec", path=str(Path(sys.executable).parent))
-    loads = subprocess.run([sys.executable, "-c", "from mpi4py import MPI"], capture_output=True, check=False)
-    if mpiexec is None or loads.returncode:
-        pytest.skip("needs an MPI library and mpiexec")
-    (tmp_path / "run.py").write_text(MPI)
-    run = subprocess.run(
-        [
-            mpiexec,
-            "-n",
-            "3",
-            sys.executable,
-            "-m",
-            "mpi4py.futures",
-            str(tmp_path / "run.py"),
-            str(small_study_file),
-            str(tmp_path / "mpi.dp"),
-        ],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert run.stdout.split() == ["12", "0"], run.stderr
-    same(open_study(serial), open_study(tmp_path / "mpi.dp"))

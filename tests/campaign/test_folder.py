@@ -1,6 +1,5 @@
 """Guarantees of a study folder: one writer, no lost result, clear messages, fast also when large."""
 
-import json
 import multiprocessing
 import os
 import signal
@@ -53,34 +52,6 @@ def test_the_design_is_there_before_any_part_and_the_folder_reads_while_it_runs(
     assert seen[0] == (0, 0)
     assert [reported for reported, _ in seen] == list(range(7))
     assert all(there >= reported for reported, there in seen), "what is acknowledged is there"
-
-
-@pytest.mark.parametrize("moment", ["manifest.json", "design.nc", "study.toml"])
-def test_killed_while_the_folder_is_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: str) -> None:
-    """Files left behind are no obstacle, and an incomplete study is not taken for one."""
-    from damagepred.archive import files
-    from damagepred.archive import folder as module
-
-    honest = files.write_whole
-
-    def deadly(path: Path, write) -> None:
-        if path.name == moment:
-            (path.parent / f".{path.name}.abc.tmp").touch()  # what a kill leaves, with nobody to tidy up
-            raise KeyboardInterrupt
-        honest(path, write)
-
-    for where in (files, module):
-        monkeypatch.setattr(where, "write_whole", deadly)
-    folder = StudyFolder(tmp_path / "study.dp")
-    with pytest.raises(KeyboardInterrupt):
-        run(folder.path, samples=1)
-    assert not folder.exists
-    with pytest.raises(InputError, match="is not a study folder"):
-        open_study(folder.path)
-    monkeypatch.undo()
-    run(folder.path, samples=1)
-    assert open_study(folder.path)["status"].values.tolist() == [0]
-    assert not list(folder.path.glob(".*.tmp"))
 
 
 def test_a_design_records_the_joints_of_as_many_walls_as_is_sensible(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -217,26 +188,6 @@ def without_environment(row: Callable[..., Columns]) -> Callable[..., Columns]:
         return columns
 
     return older
-
-
-def test_each_sample_records_where_it_was_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from damagepred.campaign import sample
-
-    folder = StudyFolder(tmp_path / "study.dp")
-    here = environment()
-    assert all(here.values())
-    for samples, machine in ((1, "A"), (2, "B"), (3, "A")):
-        monkeypatch.setattr(sample, "environment", lambda machine=machine: here | {"machine": machine})
-        with ThreadPoolExecutor(1) as executor:
-            Study(settings()).run(folder.path, samples=samples, executor=executor)
-    for _ in range(2):  # from the file of all samples, and from the parts
-        ds = open_study(folder.path)
-        table = json.loads(ds["environment"].attrs["environments"])
-        assert [table[i]["machine"] for i in ds["environment"].values] == ["A", "B", "A"]
-        assert [one | {"machine": ""} for one in table] == 2 * [here | {"machine": ""}]
-        folder.results_file.unlink(missing_ok=True)
-    wall, _ = replay(folder.path, 0)
-    assert {key: wall.attrs[key] for key in here} == here
 
 
 def test_failures_that_came_to_a_result_after_all_count_as_solved(done: Path, tmp_path: Path) -> None:

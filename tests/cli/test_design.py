@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damagepred import InputError, open_study
-from damagepred.analyses.design_search import Target, damaged, loss, search_design
+from damagepred import InputError
+from damagepred.analyses.design_search import search_design
 from tests.cli.conftest import Run
-from tests.synthetic_studies import synthetic_study
 
 CHOICES = """
 study = "small.toml"
@@ -67,21 +66,6 @@ def test_the_search_prints_keeps_and_resumes(command: Run, choices: Path, tmp_pa
         assert np.array_equal(again["samples"].values, ds["samples"].values)
         assert again.attrs["chosen"] == chosen
         assert np.isfinite(again["value"].sel(measure="dpc: slip"))
-
-
-def test_walls_that_were_not_followed_as_far_are_told_apart(tmp_path: Path) -> None:
-    ds = open_study(synthetic_study(tmp_path / "house.dp", 40, failed=(3,)))
-    ends, worst = (np.nan_to_num(ds[n].values).max(axis=1) for n in ("central_deflection", "damage_category"))
-    movement = float(np.quantile(ends, 0.6))
-    difference = damaged(ds, 2, f"{movement} m") - damaged(ds, 2, f"{movement} m", unfollowed=0.0)
-    short = (ends < movement) & (worst < 2)
-    short[3] = True
-    assert difference.tolist() == short.astype(float).tolist()
-    assert 1 < short.sum() < 39
-    costs = Target(at=f"{movement} m", repair_costs=(100.0, 1000.0))
-    beyond = loss(ds, costs) - loss(ds, costs, unfollowed=0.0)
-    assert beyond[3] == 1000.0  # nothing of it is known
-    assert beyond[short & (worst == 1)].tolist() == [900.0] * int((short & (worst == 1)).sum())
 
 
 @pytest.mark.quick_cases

@@ -7,15 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-import damagepred
 from damagepred.assembly import wall_model
 from damagepred.damage import Growth, JointMap, judge
 from damagepred.damage.growth import BELOW_DPC, DPC_OPENING, WALL
-from damagepred.enumerations import ContactKind
 from damagepred.one_wall.judged_path import joint_map
-from damagepred.plotting.footing import opening_along
-from damagepred.plotting.geometry import Faces
-from damagepred.scene import Damage, Dpc, Joint, Movement, Scene, Solver, Wall
+from damagepred.scene import Damage, Dpc, Joint, Scene, Solver, Wall
 from tests.damage.pattern import rules_of
 
 TURN = 5e-3
@@ -74,34 +70,3 @@ def test_a_brick_that_turns_opens_its_bed_by_its_length(rule: dict[str, Any], co
     cracks = Growth(joints).step(0, opening, np.zeros_like(opening), cracked)
     for part, width in ((WALL, wall), (BELOW_DPC, base), (DPC_OPENING, on_dpc)):
         assert max((one.crack.opening.max() for one in cracks if one.part == part), default=0.0) == width
-
-
-@pytest.mark.quick_cases
-@pytest.mark.parametrize("rule", [("midpoint", 2, None), ("midpoint", 1, 4)])
-def test_archives_pictures_and_cracks_read_the_same_widest_opening(rule: tuple[Any, int, int | None]):
-    """The archive, the archive judged again, the pictures and the cracks as objects agree on an opened dpc."""
-    ds = damagepred.solve(
-        Scene(
-            wall=Wall(length=1.44, height=0.45),
-            dpc=Dpc(course=2),
-            joint=DRY,
-            movement=Movement(kind="doming", central_deflection=6e-3, increments=4),
-            solver=Solver(quadrature=rule[0], contacts_per_interface=rule[1], no_tension_subdivisions=rule[2]),
-        )
-    )
-    widest = ds["dpc_opening_max"].values
-    assert (
-        widest[1:] > 1.001 * ds["contact_opening"].values[1:, ds["contact_kind"].values == ContactKind.DPC].max(axis=1)
-    ).all()
-    again = damagepred.judge_again(ds)
-    assert again["dpc_opening_max"].values == pytest.approx(widest, rel=1e-9)
-    assert again["crack_width_max"].values == pytest.approx(ds["crack_width_max"].values, rel=1e-9)
-    place, opening, _ = opening_along(ds)
-    assert opening.max(axis=1).clip(0.0) == pytest.approx(widest, rel=1e-9)
-    assert (np.diff(place) > -1e-9).all()
-    assert (place[0], place[-1]) == pytest.approx((0.0, 1.44))
-    faces = Faces.of(ds, -1)
-    assert faces.opening[faces.is_dpc].max() == pytest.approx(widest[-1], rel=1e-9)
-    cracks = damagepred.cracks(ds).isel(increment=-1)
-    of_dpc = cracks["crack_part"].values == DPC_OPENING
-    assert np.nanmax(cracks["crack_width"].values[of_dpc]) == pytest.approx(widest[-1], rel=1e-9)

@@ -170,57 +170,6 @@ def test_tangent_of_bending_is_positive(beta, axial):
         settle(sections, memory, strain, curvature)
 
 
-def strained(sections, memory, axial, moment):
-    """Return strain and curvature at which the section carries N and M, by Newton's method."""
-    found, aim = np.zeros(2), np.array([axial, moment])
-    for _ in range(60):
-        values = np.array(response(sections, memory, *found))
-        found += np.linalg.solve(values[2:].reshape(2, 2), aim - values[:2])
-    assert response(sections, memory, *found)[:2] == pytest.approx(aim, rel=1e-9, abs=1e-3)
-    return found
-
-
-@pytest.mark.parametrize("crushed", ["top", "bottom"])
-@pytest.mark.parametrize("pulled", ["top", "bottom"])
-def test_a_crushed_face_stays_in_the_history(crushed, pulled):
-    """Eccentric compression beyond 0.9 f'c, then bending below the cracking moment of either sign: by hand.
-
-    The wires at top and bottom are the same. zeta = 1 - (0.9 f'c / p)^2 with p the largest pressure of state I; without
-    N the curvature is then (1 - zeta) M / EI + zeta M / (E I_cr).
-    """
-    width, depth, modulus, steel, wire = 0.3, 0.3, 26.7e9, 200e9, 3 * 89.9e-6
-    sections, memory = section(width, depth), SectionMemory.fresh(1)
-    level = abs(sections.bottom_level[0])
-    assert sections.top_level[0] == pytest.approx(-level)
-    assert (sections.top_area[0], sections.bottom_area[0]) == pytest.approx((wire, wire))
-    area = width * depth + 2 * (steel / modulus - 1) * wire
-    second = width * depth**3 / 12 + 2 * (steel / modulus - 1) * wire * level**2
-    axial, eccentric = -1.6e6, 0.02
-    moment = abs(axial) * eccentric * (1 if crushed == "top" else -1)  # sagging compresses the top
-    pressure = abs(axial) / area + abs(moment) * depth / 2 / second
-    least = abs(axial) / area - abs(moment) * depth / 2 / second
-    assert 0.9 * 25e6 > least > 0.0
-    assert pressure < 25e6 * 1.2
-    zeta = 1 - (0.9 * 25e6 / pressure) ** 2
-    assert zeta > 0.05
-    settle(sections, memory, *strained(sections, memory, axial, moment))
-    assert memory.cracked[0] == pytest.approx([zeta, zeta], rel=1e-6)
-    assert (memory.plastic == 0).all()
-    # by hand: depth x of the neutral axis below the pressed face, wires at depth/2 -+ level
-    near, far, ratio = depth / 2 - level, depth / 2 + level, steel / modulus
-    pressed = ratio - 1  # where steel takes the place of concrete
-    x = np.roots([width / 2, (pressed + ratio) * wire, -wire * (pressed * near + ratio * far)]).max()
-    if x < near:
-        x = np.roots([width / 2, 2 * ratio * wire, -ratio * wire * (near + far)]).max()
-        pressed = ratio
-    cracked = width * x**3 / 3 + wire * (pressed * (x - near) ** 2 + ratio * (far - x) ** 2)
-    bent = 3e3 * (1 if pulled == "bottom" else -1)
-    expected = (1 - zeta) * bent / (modulus * second) + zeta * bent / (modulus * cracked)
-    _, curvature = strained(sections, memory, 0.0, bent)
-    assert curvature == pytest.approx(expected, rel=1e-3)
-    assert abs(curvature) > 1.2 * abs(bent) / (modulus * second)
-
-
 @kernel
 def bracketed(sections, memory, strain, curvature):
     """Return share, strain and curvature of the cracked state, N and M, by bisection."""

@@ -127,22 +127,6 @@ def test_one_cycle_equals_the_law_contact_by_contact(name, contacts):
         assert np.abs(again.shear_stress - first.shear_stress).max() <= 1e-9 * scale
 
 
-@pytest.mark.parametrize("joint", [PLAIN, replace(SPECIAL, dilation=0.0), SOFT], ids=["plain", "residual", "soft"])
-def test_omitting_unused_features_changes_no_bit(joint):
-    model = brick_wall(joint)
-    paths = []
-    for every in (False, True):
-        run = explicit.DampedTimeStepping(model, Solver(method="explicit"))
-        if every:
-            run.special, run.softening = True, Softening(None)
-        run.advance(500, 1.0, 1.0)
-        paths.append((run.motion.displacement.copy(), history_of(run.joints)))
-    np.testing.assert_array_equal(paths[0][0], paths[1][0])
-    for one, other in zip(paths[0][1], paths[1][1]):
-        np.testing.assert_array_equal(one, other)
-    assert np.abs(paths[0][1].slip).max() > 0.0  # the law acted
-
-
 def test_packing_keeps_every_value_in_its_place():
     model = brick_wall(PLAIN)
     joints, face = pack_joints(model), model.interfaces

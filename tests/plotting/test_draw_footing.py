@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
 
-import damagepred
 from damagepred.enumerations import ContactKind
 from damagepred.errors import InputError
 from damagepred.plotting import draw, draw_footing, draw_wall
 from damagepred.plotting.deformed import Deformed
 from damagepred.plotting.geometry import Faces, footing_blocks, footing_rise, ground_profile
 from damagepred.plotting.sheet import plain_number
-from damagepred.scene import Footing, Mound, Movement, Scene, Solver, Wall
+from damagepred.scene import Footing, Mound
 
 
 def collection(ax, label):
@@ -114,23 +113,6 @@ def test_load_of_the_jacks_and_where_it_ends(on_jacks):
     for number in range(on_jacks.sizes["support"]):
         (support,) = (line for line in ax.lines if line.get_label() == f"support {number + 1}")
         assert support.get_ydata() == pytest.approx(1e-3 * on_jacks.support_load.values[:, number])
-
-
-def test_a_footing_of_zones_is_drawn_bent():
-    scene = Scene(
-        wall=Wall(length=0.96, height=0.15),
-        footing=Footing(width=0.1, depth=0.06),
-        movement=Movement(kind="dishing", central_deflection=2e-3, increments=1),
-        solver=Solver(footing="deformable"),
-    )
-    ds = damagepred.solve(scene)
-    ax = draw_wall(ds, exaggeration=10.0)
-    (zones,) = collection(ax, "footing")
-    assert len(zones.get_paths()) == ds.sizes["zone"]
-    x, rise = footing_rise(ds, -1, footing_blocks(ds))
-    assert rise[len(x) // 2] == pytest.approx(-2e-3, rel=0.05)
-    low = min(path.vertices[:, 1].min() for path in zones.get_paths())
-    assert low == pytest.approx(-0.06 - 10.0 * 2e-3, rel=0.02)
 
 
 def test_what_has_no_footing_is_refused(on_dpc):

@@ -87,14 +87,6 @@ def test_shares_add_up_and_show_what_is_not_known(study):
     assert "(mm)" in ax.get_xlabel()
 
 
-def test_study_without_results_is_refused(study):
-    study["crack_width_max"][:] = np.nan
-    with pytest.raises(InputError, match="no finished sample"):
-        draw(study, "crack_width_max")
-    with pytest.raises(InputError, match="status"):
-        draw_category_shares(study.drop_vars("status"))
-
-
 def legend(ax):
     return [text.get_text() for text in ax.get_legend().get_texts()]
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 
@@ -22,7 +21,7 @@ from damagepred.report.sources import field_source, source_of_value, sources_of_
 from damagepred.report.study import study_page
 from damagepred.report.typical import typical_and_worst
 from damagepred.report.wall import wall_page
-from damagepred.results.tables import Table, crack_columns
+from damagepred.results.tables import Table
 from damagepred.scene import Scene
 from damagepred.uq.fragility import fit_fragility
 from tests.synthetic_studies import synthetic_study
@@ -322,28 +321,6 @@ def test_what_must_be_known_of_a_study_is_counted(tmp_path: Path) -> None:
     ds["apex_limited"] *= 0
     ds["limit_deflection"] *= np.nan
     assert len(said(curves)) == len(known) - 2
-
-
-def test_every_cell_of_a_crack() -> None:
-    one = {
-        "crack": 7,
-        "crack_part": "below_dpc",
-        "crack_width": 1.23e-3,
-        "crack_displacement": 1.57e-3,
-        "crack_length": 0.64,
-        "crack_orientation": "stepped",
-        "crack_inclination": 31.6,
-        "crack_length_through_blocks": 0.1,
-        "crack_x": 2.25,
-        "crack_y": 0.75,
-        "first_central_deflection": 4.5e-3,
-    }
-    told = ["7", "below dpc", "1.23", "1.57", "0.64", "stepped, 32°, through bricks", "2.25, 0.75", "4.5"]
-    page = Table.of("", crack_columns(pd.DataFrame([one])))
-    assert page.rows == [told]
-    assert [head.partition("(")[2] for head in page.columns] == ["", "", "mm)", "mm)", "m)", "", "m)", "mm)"]
-    in_time = crack_columns(pd.DataFrame([one | {"crack_length_through_blocks": 0.0}]), in_time=True)
-    assert [column.cells[0] for column in in_time] == [*told[:5], "stepped, 32°", told[6]]
 
 
 def test_a_doubtful_curve_is_named(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 from rich.console import Console
@@ -382,79 +381,6 @@ def test_zones_and_costs_of_an_explicit_run_in_numbers() -> None:
     ]
     del ds.attrs["zones"]
     assert zones_lines(ds) == []
-
-
-def test_names_of_categories_that_only_one_judgement_has(shown: Screen) -> None:
-    """Categories beyond the new table bear the names of the old one; walls of which nothing is known come last."""
-    names = ["negligible", "very_slight", "slight", "moderate", "severe", "very_severe"]
-
-    def judged(worst: Sequence[int], many: int, prefix: str) -> xr.Dataset:
-        flags = {"flag_meanings": " ".join(prefix + name for name in names[:many])}
-        level: Any = np.array([[min(c, 0), c] for c in worst], dtype=np.int8)
-        return xr.Dataset(
-            {"damage_category": (("sample", "increment"), level, flags), "weight": ("sample", [1.0, 2.0, 3.0, 4.0])},
-            attrs={"title": "house", "highest_category": many - 1, "judgement": "by joints; by bands"},
-        )
-
-    terminal.judged_again(judged([5, 2, -1, 0], 6, "old_"), judged([1, 2, -1, 0], 5, ""))
-    ((title, heads, rows),) = shown.tables
-    assert (title, heads) == ("house: walls by the worst category of their path", ["category", "before", "after"])
-    nothing = "0 (0.0%)"
-    assert rows == [
-        ["0 negligible", "1 (40.0%)", "1 (40.0%)"],
-        ["1 very slight", nothing, "1 (10.0%)"],
-        ["2 slight", "1 (20.0%)", "1 (20.0%)"],
-        ["3 moderate", nothing, nothing],
-        ["4 severe", nothing, nothing],
-        ["5 old very severe", "1 (10.0%)", nothing],
-        ["not known", "1 (30.0%)", "1 (30.0%)"],
-    ]
-    assert shown.lines == ["by joints", "by bands"]
-
-
-def test_cracks_that_are_too_many_run_through_bricks_or_are_not_there(
-    shown: Screen, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    names = (
-        "crack",
-        "crack_part",
-        "crack_orientation",
-        "crack_inclination",
-        "crack_width",
-        "crack_displacement",
-        "crack_length",
-        "crack_length_through_blocks",
-        "crack_x",
-        "crack_y",
-        "first_central_deflection",
-    )
-    frame = pd.DataFrame(
-        [
-            (4, "wall", "stepped", 41.6, 3.1e-3, 4.2e-3, 1.25, 0.0, 2.4, 0.75, 5e-3),
-            (1, "dpc_opening", "horizontal", 2.0, 1.1e-3, 1.2e-3, 0.5, 0.07, 1.2, 0.15, 2e-3),
-            (2, "below_dpc", "diagonal", 60.4, 0.9e-3, 1.0e-3, 0.25, 0.0, 0.2, 0.1, 3e-3),
-        ],
-        columns=names,
-    )
-    found = xr.Dataset({"central_deflection": ("increment", [0.0, 7e-3])}, attrs={"title": "house", "hairline": 1e-4})
-    rows = [
-        ["4", "wall", "3.10", "4.20", "1.25", "stepped 42°", "2.40,0.75", "5.00"],
-        ["1", "dpc open", "1.10", "1.20", "0.50", "horizontal*", "1.20,0.15", "2.00"],
-        ["2", "below dpc", "0.90", "1.00", "0.25", "diagonal 60°", "0.20,0.10", "3.00"],
-    ]
-    summary = "and 1 narrower ones; --full shows them, --csv writes them all"
-    for full, most, said in ((True, 2, []), (False, 3, []), (False, 2, [summary])):
-        monkeypatch.setattr(terminal.FORM, "full", full)
-        terminal.crack_table(found, frame, most)
-        assert shown.tables.pop()[2] == (rows if full else rows[:most])
-        assert shown.lines == ["* runs through bricks, too", *said]
-        shown.lines.clear()
-    terminal.crack_table(found, frame[:1])
-    assert not shown.lines
-    shown.tables.clear()
-    terminal.crack_table(found, frame[:0])
-    nothing = "house: nothing has opened or slid by more than 0.1 mm at a central deflection of 7 mm"
-    assert (shown.tables, shown.lines) == ([], [nothing])
 
 
 def test_a_study_tells_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:

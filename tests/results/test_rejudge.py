@@ -312,10 +312,4 @@ def test_a_wall_without_its_contacts_is_judged_by_its_numbers(wall: xr.Dataset):
         assert again(bare, **rules) == again(wall, **rules)
 
 
-def test_a_wall_that_fell_keeps_the_highest_category(wall: xr.Dataset):
-    fallen = wall.assign_attrs(status="collapsed", collapse_increment=4)
-    assert again(fallen, table="bre251")[4:] == [5, 5, 5]
-    assert again(fallen, table="bre251")[:4] == again(wall, table="bre251")[:4]
-
-
 # -- size ------------------------------------------------------------------------------------------------------------

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from damagepred.campaign.settings import StudySettings
 from damagepred.errors import InputError
 from damagepred.scene import Mound, Movement, Rig, Scene, Soil
 from damagepred.scene.assumed import _ground_values, assumed_ground, ground_line
@@ -135,62 +134,6 @@ def test_edges(name: str) -> None:
     with pytest.raises(InputError) as caught:
         Scene.from_dict(fails)
     assert words in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("tables", "lines"),
-    [
-        ({"block": {"poisson_ratio": 0.5}}, "[block] poisson_ratio = 0.5: must be less than 0.5."),
-        ({"wall": {"length": 0}}, "[wall] length = 0.0: must be greater than 0 m."),
-        ({"block": {"density": -1}}, "[block] density = -1.0: must be at least 0 kg/m3."),
-        ({"solver": {"contacts_per_interface": 10}}, "[solver] contacts_per_interface = 10: must be at most 9."),
-        ({"wall": {"thickness": 6}}, "[wall] thickness = 6.0: must be at most 5 m."),
-        (
-            {"movement": {"increments": 2.5}},
-            "[movement] increments = 2.5: input should be a valid integer, got a number with a fractional part.",
-        ),
-        ({"wall": {"bond": "runing"}}, "[wall] bond = 'runing': must be 'running' or 'stack'. Did you mean 'running'?"),
-        (
-            {"movement": {"shape": "table", "table": [[0, 0], [0.5], [1, 0]]}},
-            "[movement] table, item 2, item 2: is missing; give it a value.",
-        ),
-        ({"footing": {"joint": {"cohesion": -1}}}, "[footing.joint] cohesion = -1.0: must be at least 0 Pa."),
-        ({"opening": [WINDOW, WINDOW | {"x": -1}]}, "[[opening]] number 2, x = -1.0: must be at least 0 m."),
-        ({"opening": [WINDOW, 3]}, "[[opening]] number 2 = 3: must be a table that starts with [[opening]]."),
-        ({"footing": {"joint": 3}}, "[footing] joint = 3: must be a table, [footing.joint] with keys."),
-        (
-            {"rig": {"jacks": [1.0, "2 kN"]}},
-            "[rig] jacks, item 2 = '2 kN': has the wrong kind of unit; expected one like '8 mm'.",
-        ),
-        ({"rig": {"jacks": 3}}, "[rig] jacks = 3: must be a list, in square brackets."),
-        ({"rig": {"jack_load": 3, "control": "force"}}, "[rig] control = 'force': must be 'deflection' or 'load'."),
-        ({"loads": {"roofs": 3}}, "unknown key [loads] roofs; loads takes roof. Did you mean 'roof'?"),
-        (
-            {"footing": {"concrete": {"grade": "n26"}}},
-            "[footing] concrete: grade = 'n26': must be one of N20, N25, N32, N40, N50. Did you mean 'N32'?",
-        ),
-        (
-            {"opening": [{"x": 1.0}]},
-            "[[opening]] number 1, width: is missing; give it a value.\n"
-            "[[opening]] number 1, height: is missing; give it a value.",
-        ),
-    ],
-)
-def test_complaints_word_for_word(tables: dict[str, Any], lines: str) -> None:
-    with pytest.raises(InputError) as caught:
-        Scene.from_dict(tables, source="file")
-    assert str(caught.value) == "\n".join(f"file: {line}" for line in lines.split("\n"))
-
-
-def test_a_key_that_takes_two_kinds_is_named_once() -> None:
-    variable = {"distribution": "normal", "mean": True, "cov": [1]}
-    with pytest.raises(InputError) as caught:
-        StudySettings.from_dict({"scene": {}, "variables": {"joint.friction": variable}})
-    said = "expected a number or a string with a unit."
-    assert str(caught.value).splitlines() == [
-        f"study: [variables.joint.friction] cov: {said}",
-        f"study: [variables.joint.friction] mean = True: {said}",
-    ]
 
 
 @pytest.mark.parametrize(

@@ -120,14 +120,6 @@ def test_path_is_the_quasi_static_one_up_to_its_end(kind: str, deflection: float
         )
 
 
-def test_path_continues_where_jacks_may_pull() -> None:
-    scene = on_jacks(increments=2, rig=Rig(stop_at_zero=False))
-    model, explicit, quasi_static = both(scene)
-    agree(model, explicit, quasi_static)
-    assert explicit[-1].load_factor == 1.0
-    assert explicit[-1].jack_load < 0.0
-
-
 def test_the_load_of_the_jacks_may_be_prescribed() -> None:
     scene = on_jacks("doming", rig=Rig(control="load", jack_load=2200.0), increments=2)
     model, explicit, quasi_static = both(scene)
@@ -308,16 +300,6 @@ def test_mound_that_lifts_off_is_the_quasi_static_one() -> None:
     lifted = explicit[-1].opening[model.interfaces.kind == ContactKind.SOIL]
     assert (lifted > 0.0).any()
     assert (lifted < 0.0).any()
-
-
-def test_run_in_time_follows_the_mound_and_comes_to_rest_on_it() -> None:
-    scene = on_mound()
-    model = wall_model(scene)
-    dynamics = Dynamics(duration=0.5, outputs=2, movement_time=0.4, damping="local", new_contacts=False)
-    at_rest = list(dynamic_run(model, scene.solver, dynamics))[-1]
-    static = list(solve_path(model, Solver(), 2))[-1]
-    assert at_rest.deflection == pytest.approx(static.deflection, rel=0.01)
-    assert dpc_opening(model, at_rest) == pytest.approx(dpc_opening(model, static), rel=0.02)
 
 
 def test_run_in_time_refuses_a_footing_that_cracks() -> None:

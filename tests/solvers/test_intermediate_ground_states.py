@@ -11,8 +11,7 @@ import pytest
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.assembly.wall import wall_model
-from damagepred.one_wall.judged_path import dynamic_run
-from damagepred.scene import Dpc, Dynamics, Joint, Mound, Movement, Scene, Solver, Wall
+from damagepred.scene import Dpc, Joint, Mound, Movement, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
 
 pytestmark = pytest.mark.quick_cases()
@@ -133,18 +132,3 @@ def test_linear_interpolation_of_the_ground_is_accurate_enough() -> None:
         for pieces in (100, 1000)
     ]
     assert_same(ends[0], ends[1], 1e-2)
-
-
-def test_a_run_in_time_moves_the_ground_through_the_same_states() -> None:
-    """A wall that follows the ground slowly, well damped, ends where the static one does, ground included."""
-    wall = Wall(length=2.4, height=0.18, block_length=0.24, block_height=0.09)
-    mound = Mound(surface_movement=0.004, suction_depth=2.0, doming_movement_divisor=2.0)
-    scene = Scene(
-        wall=wall, joint=UNBROKEN, mound=mound, movement=Movement(kind="doming", shape="mound"), solver=Solver()
-    )
-    model = wall_model(scene)
-    dynamics = Dynamics(duration=1.5, movement_time=1.0, outputs=6, damping="local", new_contacts=False)
-    *_, last = dynamic_run(model, scene.solver, dynamics)
-    static = states(scene, 4)[-1]
-    moved = np.abs(static.displacement).max()
-    np.testing.assert_allclose(last.displacement, static.displacement, rtol=0, atol=1e-3 * moved)

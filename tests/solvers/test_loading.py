@@ -9,7 +9,6 @@ import pytest
 import damagepred
 from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
-from damagepred.assembly.model import Ground, GroundMovement
 from damagepred.errors import InputError
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
@@ -192,56 +191,3 @@ def test_supports_of_single_gridpoints_balance_force_and_moment(solver: Solver) 
     moment = up * length / 2 - along * height / 2  # of the tractions, about the middle
     assert float(ds["block_support_moment"]) == pytest.approx(-moment, rel=1e-4)
     assert float(ds["base_reaction"]) == pytest.approx(weight - up, rel=1e-4)
-
-
-def test_a_live_load_on_a_block_of_zones_is_carried_row_by_row(solver: Solver) -> None:
-    """A column fixed at its top: each row of zones carries the load below its middle, and work balances."""
-    width, height, force = 0.4, 0.6, 30e3
-    wall = Assembly(thickness=T, gravity=(0.0, 0.0))
-    column = wall.add_block(
-        rectangle(0.0, 0.0, width, height), BlockMaterial(elastic_modulus=1e9, poisson_ratio=0.0), zone_size=0.1
-    )
-    wall.hold_points(column, lambda x, y: y > height - 1e-9, x=0.0, y=0.0)
-    wall.push(column, y=-force)
-    ds = damagepred.solve(wall, solver=solver, increments=2).isel(increment=-1)
-    middle = ds["gridpoint_y"].values[ds["zone_gridpoint"].values].mean(axis=1)
-    row = (middle / 0.1).astype(int)
-    assert row.max() == 5
-    for number in range(6):
-        carried = force * (number + 0.5) / 6
-        found = ds["zone_stress_yy"].values[row == number].mean()
-        assert found == pytest.approx(carried / (width * T), rel=1e-4), number
-    if solver.method == "quasi_static":
-        assert float(ds["elastic_energy"]) == pytest.approx(float(ds["external_work"]), rel=1e-5)
-        # a bar under its own weight stores F^2 H / (6 E A)
-        exact = force**2 * height / (6 * 1e9 * width * T)
-        assert float(ds["elastic_energy"]) == pytest.approx(exact, rel=0.02)
-
-
-@pytest.mark.parametrize("friction", [0.9, 0.2])
-def test_ground_that_moves_along_a_block_does_work_on_it(friction: float) -> None:
-    """A block restrained along the wall: its joint stores k s^2 / 2, and dissipates the limit times the slip beyond."""
-    stiffness, way = 1e9, 5e-6
-    dry = Joint(shear_stiffness=stiffness, tensile_strength=0.0, cohesion=0.0, friction=friction)
-    wall = Assembly(thickness=T, joint=dry)
-    block = wall.add_block(rectangle(0.0, 0.0, 0.4, 0.8))
-    wall.rest_on_ground([block])
-    wall.support(block, y=False)
-    solver = SOLVERS["quasi_static"]
-    model = wall.build(solver)
-    along = way * model.interfaces.normal_y[:, None] * np.ones_like(model.interfaces.contact_area)
-    model = replace(model, ground=GroundMovement(Ground(np.zeros_like(along), along)))
-    path = list(solve_path(model, solver, 8))
-    force, spring = friction * 2000.0 * 0.4 * 0.8 * T * 9.81, stiffness * 0.4 * T
-    slides = way > force / spring
-    assert slides == (friction < 0.5)
-    stored = min(force**2 / spring, spring * way**2) / 2
-    slid = force * (way - force / spring) if slides else 0.0
-    first, last = path[0], path[-1]
-    assert last.energy.elastic_energy - first.energy.elastic_energy == pytest.approx(stored, rel=1e-6)
-    assert last.energy.friction_work == pytest.approx(slid, rel=1e-6)
-    # in the step in which sliding begins the work is that of linear interpolation
-    work = last.energy.external_work - first.energy.external_work
-    assert work == pytest.approx(stored + slid, rel=0.02 if slides else 1e-6)
-    assert last.support_force is not None
-    assert last.support_force[block, 0] == pytest.approx(-min(force, spring * way), rel=1e-6)

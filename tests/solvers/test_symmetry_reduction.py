@@ -13,11 +13,8 @@ from damagepred.enumerations import ContactKind, ContactState
 from damagepred.errors import ConvergenceError
 from damagepred.scene import BlockMaterial, Dpc, Joint, Loads, Movement, Opening, Scene, Solver, Wall
 from damagepred.solvers import Increment, solve_path
-from damagepred.solvers.explicit import stepper as explicit
 from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.solvers.quasi_static import stepper as quasi_static
-from damagepred.solvers.quasi_static.equilibrium import Equilibrium
-from damagepred.solvers.state.wall_state import State
 from damagepred.solvers.symmetry import HalfModel, reduce_by_symmetry
 from tests.solvers.walls import stack
 from tests.validation.test_quasi_static_balance import unbalanced
@@ -320,32 +317,6 @@ def test_energies_of_the_half_are_doubled() -> None:
     assert (unfolded.number, unfolded.counters) == (of_half.number, of_half.counters)
 
 
-@pytest.mark.parametrize("length", [EVEN, ODD])
-@pytest.mark.parametrize("bond", ["running", "stack"])
-def test_scales_of_the_half_are_those_of_the_whole(length: float, bond: str) -> None:
-    """Both take the same decisions: residuals are the same shares of a block's weight, stresses of a block's stress."""
-    whole = model_of(length, bond=bond)
-    part = halved(whole)
-    draw = np.random.default_rng(5).normal(size=(whole.n_blocks, 3)) * (1e-5, 1e-5, 1e-4)
-    bent = mirrored_displacement(whole, draw)
-    ratios = []
-    for model, moved in ((whole, bent), (part, bent[part.geometry.kept])):
-        state = State.rest(model)
-        state.load, state.displacement[: 3 * model.n_blocks] = 1.0, moved.ravel()
-        ratios.append(Equilibrium(model, 1e-6).residual(state, state.displacement)[1])
-    assert ratios[0] > 10.0
-    assert ratios[1] == pytest.approx(ratios[0], rel=1e-9)
-    assert part.mean_block_weight == whole.mean_block_weight
-    assert part.block_stress == whole.block_stress
-
-
-def mirrored_displacement(model: Model, draw: np.ndarray) -> np.ndarray:
-    """Return the part of displacements (n, 3) that is its own mirror image."""
-    axis = (model.blocks.vertices[:, 0].min() + model.blocks.vertices[:, 0].max()) / 2
-    image = nearest(np.column_stack((model.blocks.x, model.blocks.y)), axis)
-    return (draw + draw[image] * (-1.0, 1.0, -1.0)) / 2
-
-
 def test_geometry_is_halved_once_for_walls_that_share_it() -> None:
     walls = [model_of(joint=replace(WEAK, tensile_strength=strength)) for strength in (0.1e6, 0.12e6, 0.14e6)]
     assert len({id(halved(wall).geometry) for wall in walls}) == 1
@@ -484,18 +455,6 @@ def test_symmetric_supports_allow_the_reduction() -> None:
 
 
 # -- the solvers' side ------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("method", "module"), [("quasi_static", quasi_static), ("explicit", explicit)])
-def test_the_setting_selects_the_model(method: str, module: object, monkeypatch: pytest.MonkeyPatch) -> None:
-    seen: list[Model] = []
-    monkeypatch.setattr(module, f"{method}_path", lambda model, settings, increments: iter(seen.append(model) or ()))
-    model = model_of()
-    for symmetric in (True, False):
-        list(solve_path(model, Solver(method=method, symmetric_half=symmetric), 1))  # type: ignore[arg-type]
-    assert [m.n_blocks for m in seen] == [halved(model).n_blocks, model.n_blocks]
-    assert seen[1] is model
-    assert Solver().symmetric_half
 
 
 def test_an_error_names_the_block_by_its_number_in_the_whole_wall() -> None:

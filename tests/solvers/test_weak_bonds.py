@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from damagepred import solve
-from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Joint, Loads, Movement, Opening, Rig, Scene, Solver, Wall
+from damagepred.scene import BlockMaterial, ControlJoint, Dpc, Joint, Movement, Opening, Scene, Solver, Wall
 from damagepred.solvers.options import DEFAULTS
 from damagepred.solvers.quasi_static import continuation as path
 
@@ -110,37 +110,3 @@ def test_walls_of_weak_bonds_relax_by_whole_steps(strength: float, monkeypatch: 
     assert ds["unbalanced_force_ratio"].values.max() < 1e-6
     explicit = solve(replace(scene, solver=Solver(method="explicit")))
     np.testing.assert_allclose(opened(ds)[2:], opened(explicit)[2:], rtol=0.15)
-
-
-def test_next_to_no_strength_is_as_none() -> None:
-    """Where the wall is followed without snap-through, 10 Pa moves neither cracks nor dpc."""
-    without, little = (opened(solve(bricks_under_doming(strength))) for strength in (0.0, 10.0))
-    np.testing.assert_allclose(little, without, rtol=1e-2)
-
-
-def test_jacks_under_a_wall_without_strength_find_their_load() -> None:
-    """A wall of bonds with cohesion alone on jacks that work by deflection: each load is found."""
-    joint = Joint(
-        normal_stiffness=4.103e9,
-        shear_stiffness=1.312e9,
-        tensile_strength=0.0,
-        cohesion=161.02e3,
-        friction=0.402,
-        residual_cohesion=48.31e3,
-    )
-    scene = Scene(
-        wall=Wall(length=1.73, height=0.46, thickness=0.23, block_length=0.12, block_height=0.15),
-        joint=joint,
-        block=BlockMaterial(elastic_modulus=1.0743e9, density=2600.0),
-        dpc=Dpc(course=1, friction=0.33),
-        footing=replace(WALL.footing, depth=0.1),
-        loads=Loads(roof=2401.1),
-        rig=Rig(stop_at_zero=False),
-        movement=Movement(kind="doming", central_deflection=3.808e-4, increments=10, shape="jacks"),
-    )
-    ds = solve(scene)
-    assert ds.attrs["status"] == "complete"
-    np.testing.assert_allclose(np.abs(ds["central_deflection"]), 3.808e-5 * np.arange(11), atol=2e-9)
-    assert ds["unbalanced_force_ratio"].values.max() < 1e-3
-    explicit = solve(replace(scene, solver=Solver(method="explicit")))
-    np.testing.assert_allclose(ds["jack_load"], explicit["jack_load"], rtol=0.02, atol=5.0)

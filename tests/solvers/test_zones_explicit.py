@@ -1,17 +1,14 @@
 """Deformable blocks in the explicit solver: forces of zones, facets, and equilibria against independent solutions."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
-from damagepred import Assembly, Scene
-from damagepred.assembly import wall_model
+from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ZoneState
 from damagepred.kernels.jit import kernel
 from damagepred.kernels.zone.forces import place_facets, scatter_facet_forces, zone_forces
-from damagepred.scene import BlockMaterial, Dpc, Joint, Solver, Wall
+from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.driver import Outcome
 from damagepred.solvers.explicit.scheme import DampedTimeStepping
@@ -28,7 +25,6 @@ from damagepred.solvers.system.discrete_system import DiscreteSystem
 from tests.assembly import reference
 
 EXPLICIT = Solver(method="explicit", tolerance=1e-6, symmetric_half=False)
-UNBREAKABLE = {"tensile_strength": 100e6, "cohesion": 200e6}
 
 
 @kernel
@@ -149,30 +145,6 @@ def test_loads_on_blocks_keep_force_and_moment_when_spread() -> None:
     np.testing.assert_allclose(mass, model.mass, rtol=1e-12)
 
 
-def test_cycling_converges_to_the_elastic_solution() -> None:
-    assembly = Assembly(block=BlockMaterial(elastic_modulus=2e9), joint=Joint(tensile_strength=1e9, cohesion=1e9))
-    for i in range(4):
-        for j in range(2):
-            left = 0.24 * i + 0.12 * j
-            size = 0.0 if (i, j) == (1, 1) else 0.06
-            assembly.add_block(rectangle(left, 0.08 * j, left + 0.24, 0.08 * (j + 1)), course=j, zone_size=size)
-    assembly.rest_on_ground([0, 1, 3], lambda x: -1e-4 * x)
-    settings = dataclasses.replace(EXPLICIT, tolerance=1e-9)
-    model = assembly.build(settings)
-    path = ExplicitStepper(model, settings)
-    run = path.scheme
-    path.apply(0.0)
-    path.equilibrate()
-    expected = DiscreteSystem.of(model).elastic_displacement()
-    assert expected is not None
-    scale = np.abs(expected).max()
-    np.testing.assert_allclose(run.motion.displacement, expected, atol=1e-6 * scale)
-    held = DiscreteSystem.of(model).constrained_dofs
-    free = np.setdiff1d(np.arange(model.size), held)
-    residual = run.motion.load - DiscreteSystem.of(model).elastic_stiffness @ run.motion.displacement
-    assert np.abs(residual[free]).max() < 1e-8 * model.mean_block_weight
-
-
 def test_a_block_that_is_too_weak_yields_and_reports_it() -> None:
     """A column of weak material under its own weight yields at its foot, where the stress reaches the strength."""
     cohesion, friction = 4e3, 0.5
@@ -199,23 +171,6 @@ def test_a_block_that_is_too_weak_yields_and_reports_it() -> None:
     middle = model.mesh.y[model.mesh.zones].mean(axis=1)
     assert middle[picture.state == ZoneState.SHEAR].min() < 0.1 * height
     assert -picture.stress[:, 1].min() <= strength * (1 + 1e-9)
-
-
-def test_a_wall_may_be_deformable_in_one_part_only() -> None:
-    """Mortar that does not break: the path is unique. Where bonds break, rounding may choose among equilibria."""
-    scene = Scene(wall=Wall(length=1.2, height=0.45), dpc=Dpc(course=2), joint=Joint(**UNBREAKABLE))
-    solver = dataclasses.replace(EXPLICIT, below_dpc="deformable", zone_size_below_dpc=0.04)
-    model = wall_model(dataclasses.replace(scene, solver=solver))
-    assert model.mesh is not None
-    assert set(model.blocks.course[model.mesh.block]) == {0, 1}
-    opening = {}
-    for method in ("explicit", "quasi_static"):
-        settings = dataclasses.replace(solver, method=method, tolerance=None)
-        opening[method] = list(solve_path(model, settings, 2))[-1].opening.max()
-    rigid = list(solve_path(wall_model(scene), EXPLICIT, 2))[-1].opening.max()
-    assert opening["explicit"] == pytest.approx(opening["quasi_static"], rel=2e-5)
-    # the lumped elasticity of the rigid blocks is equivalent
-    assert opening["explicit"] == pytest.approx(rigid, rel=0.04)
 
 
 def test_an_unsupported_block_of_zones_collapses() -> None:

@@ -5,12 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from damagepred import Assembly, Scene
-from damagepred.assembly import wall_model
+from damagepred import Assembly
 from damagepred.assembly.assembly import rectangle
 from damagepred.enumerations import ZoneState
 from damagepred.kernels.equilibrium.joints import add_internal_forces
-from damagepred.scene import BlockMaterial, Dpc, Joint, Solver
+from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
 from damagepred.solvers.driver import Outcome
 from damagepred.solvers.quasi_static.equilibrium import Equilibrium
@@ -175,27 +174,6 @@ def test_forces_are_the_slope_of_what_the_blocks_push_back_also_where_they_yield
         nudged[boundary[column]] += step
         slope = (force(nudged) - before) / step
         np.testing.assert_allclose(-slope, tangent[:, column], atol=2e-3 * np.abs(tangent).max())
-
-
-def test_a_wall_may_be_mixed_and_keeps_its_weight() -> None:
-    scene = dataclasses.replace(
-        Scene(), wall=dataclasses.replace(Scene().wall, length=1.2, height=0.45), dpc=Dpc(course=2)
-    )
-    paths = {}
-    for name, settings in {
-        "rigid": {},
-        "below": {"below_dpc": "deformable"},
-        "above": {"above_dpc": "deformable", "zone_size_above_dpc": 0.05},
-        "all": {"blocks": "deformable"},
-        "footing": {"footing": "deformable"},
-    }.items():
-        mixed = dataclasses.replace(scene, solver=dataclasses.replace(scene.solver, **settings))
-        model = wall_model(mixed)
-        paths[name] = list(solve_path(model, mixed.solver, 4))
-        assert paths[name][-1].base_reaction == pytest.approx(-model.supports.load[1::3].sum(), rel=1e-5)
-    opening = {name: path[-1].opening.max() for name, path in paths.items()}
-    for name, value in opening.items():
-        assert value == pytest.approx(opening["rigid"], rel=0.15), name
 
 
 def test_zones_are_beyond_what_they_bear_from_uniaxial_and_shear_strength_on() -> None:

@@ -107,15 +107,3 @@ def test_the_limit_state_has_the_sign_of_the_others(wall: int, monkeypatch: pyte
             assert (found.least <= 1e-9) == (probability_reached(lower, upper, at) == 1.0)
             if np.isfinite(upper):
                 assert lower * (1 - 1e-9) <= (found.least + 1) * at <= upper * (1 + 1e-9)
-
-
-def test_the_movement_is_the_largest_so_far() -> None:
-    ds, _ = paths(3, False)
-    moved = ds["central_deflection"].values
-    moved[:, 4] = moved[:, 2]  # the footing rises again
-    known = capacities(ds, 2)
-    there = ds["damage_category"].values[:, 4] >= 2
-    new = there & (ds["damage_category"].values[:, 3] < 2)
-    assert new.any()
-    np.testing.assert_array_equal(known.upper[new], MARKS[3])
-    assert (known.lower <= known.upper).all()

@@ -179,14 +179,3 @@ def test_counts_that_cannot_be_used(movement: list, counts: list, words: str) ->
 def test_invalid_requests_are_refused(options: dict, words: str) -> None:
     with pytest.raises(InputError, match=words):
         fit_fragility(study(known(np.random.default_rng(1), 30)), **options)
-
-
-def test_without_information_each_category_has_a_note() -> None:
-    """Movements that separate walls perfectly, or capacities in one increment: no dispersion for any."""
-    movement = np.linspace(1, 20, 40)
-    parted = fit_ordinal(movement, (movement > 5).astype(int) + (movement > 12), [1, 2])
-    assert np.isnan(parted.median).all()
-    assert all(why.startswith("damaged and undamaged walls are parted by the movement alone") for why in parted.status)
-    curves = fit_fragility(study(np.tile([3.5, 7.5], (20, 1)), end=12.0, increments=12), model="common", bootstrap=20)
-    assert curves["fit_status"].values[:2].tolist() == ["all walls within one increment: refine the increments"] * 2
-    assert curves["fit_status"].values[2] == "never reached"

@@ -125,30 +125,7 @@ def test_followed_again_from_kept_evaluations_it_is_the_same() -> None:
     assert subset_simulation(series, 2, samples=200, seed=4).probability != first.probability
 
 
-def test_a_plateau_is_reported() -> None:
-    found = subset_simulation(lambda z, n: np.where(z[:, 0] > 6, -1.0, 1.0), 2, samples=100)
-    assert not found.reached
-    assert found.lower == 0
-    nothing = subset_simulation(lambda z, n: np.full(len(z), np.inf), 2, samples=100)
-    assert not nothing.reached
-    with pytest.raises(InputError, match="is NaN for 100 of 100 samples; give 0"):
-        subset_simulation(lambda z, n: np.full(len(z), np.nan), 2, samples=100)
-
-
 @pytest.mark.parametrize(("samples", "share"), [(500, 0.3), (505, 0.1), (20, 0.1), (100, 0.0), (100, 1.0)])
 def test_sizes_that_do_not_fit(samples: int, share: float) -> None:
     with pytest.raises(InputError, match="level_share"):
         subset_simulation(series, 2, samples=samples, level_share=share)
-
-
-def test_runs_are_independent_and_the_first_is_that_of_one_alone() -> None:
-    one, three = (subset_simulation(series, 2, samples=200, seed=3, runs=runs) for runs in (1, 3))
-    assert one.runs == ()
-    assert three.runs[0] == one.probability
-    assert len(set(three.runs)) == 3
-    assert three.probability == pytest.approx(np.mean(three.runs))
-    assert three.variation >= np.std(three.runs, ddof=1) / np.sqrt(3) / three.probability
-    spread = stats.t.ppf(0.95, 2) * np.sqrt(np.log1p(three.variation**2))
-    assert three.upper == pytest.approx(three.probability * np.exp(spread))
-    with pytest.raises(InputError, match="runs = 0"):
-        subset_simulation(series, 2, samples=200, runs=0)

@@ -10,9 +10,7 @@ from types import ModuleType
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
 
-from damagepred.campaign.settings import StudySettings
 from damagepred.inputs.data_files import data_file
 from damagepred.uq.observations import Discrepancy
 
@@ -91,44 +89,6 @@ def test_every_case_can_be_read(paths: None, case: str) -> None:
     assert "COMMIT" not in text
 
 
-@pytest.mark.thorough
-def test_crossed_walls_share_the_variance_of_a_column_as_its_closed_form(paths: None, tmp_path: Path) -> None:
-    """The force that shortens an elastic column is the product of stiffness and thickness, so shares are known."""
-    crossing = module("crossing", CASES / "crossing.py")
-    first, second = 0.3, 0.2  # COV
-    study = StudySettings.from_dict(
-        {
-            "study": {"samples": 2, "seed": 5, "stop_at_category": "none"},
-            "scene": {
-                "wall": {"length": 0.3, "height": 0.3, "block_length": 0.3, "block_height": 0.1, "bond": "stack"},
-                "block": {"elastic_modulus": 1e15},
-                "movement": {"shape": "loads", "increments": 1},
-                "load": [{}],
-                "loading": {"control": "displacement", "displacement": "1 um"},
-            },
-            "variables": {
-                "joint.normal_stiffness": {"distribution": "lognormal", "mean": 82e9, "cov": first},
-                "wall.thickness": {"distribution": "lognormal", "mean": 0.1, "cov": second},
-                "joint.tensile_strength": {"distribution": "lognormal", "mean": 1e6, "cov": 0.2, "field": {}},
-            },
-        }
-    )
-    causes = {
-        "stiffness": ("joint.normal_stiffness",),
-        "thickness": ("wall.thickness",),
-        "nothing": (crossing.JOINTS, crossing.STUDIES),
-    }
-    shares = crossing.variance_shares([study, study], causes, ("load_force",), 64, tmp_path, 1)
-    whole = (1 + first**2) * (1 + second**2) - 1
-    expected = np.array([first**2, second**2, 0.0]) / whole
-    assert shares["first_order"].values == pytest.approx(expected, abs=0.06)
-    assert shares["total"].values[2] == pytest.approx(0.0, abs=1e-6)
-    assert shares.attrs["walls"] == 64 * 5
-    assert shares.attrs["cov"] == pytest.approx(np.sqrt(whole), rel=0.1)
-    again = crossing.variance_shares([study, study], causes, ("load_force",), 64, tmp_path, 1)
-    assert again["total"].values.tolist() == shares["total"].values.tolist()  # read, not solved again
-
-
 def test_the_dry_wall_of_the_source_falls_where_it_is_published(paths: None) -> None:
     case = module("validation_dry_walls", CASES / "dry_walls" / "run.py")
     found, limit = case.factors(case.WALLS[0])
@@ -142,30 +102,6 @@ def test_two_bricks_on_each_other_vibrate_as_their_closed_form(paths: None) -> N
     upright = np.sqrt(2.0 * case.MODULUS / case.GAP / (case.DENSITY * 0.055)) / (2.0 * np.pi)
     assert len(found) == 3
     assert np.abs(found / upright - 1.0).min() < 1e-6
-
-
-@pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("halfway", "end", "stages", "share"), [(2.6, 9.0, 1, 1.0), (2.4, 2.6, 2, 0.5), (1.0, 2.4, 2, 0.0)]
-)
-def test_facades_are_followed_until_all_are_beyond_the_level(
-    paths: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, halfway: float, end: float, stages: int, share: float
-) -> None:
-    case = module("validation_facades", CASES / "facades" / "run.py")
-    asked = []
-
-    def run_study(settings: StudySettings, folder: Path, samples: int, workers: int) -> xr.Dataset:
-        movement = settings.scene.movement
-        asked.append((movement.central_deflection, movement.increments))
-        last = halfway if len(asked) == 1 else end
-        first = last if share == 1.0 else 0.0  # one wall of two is never damaged
-        psi = np.array([[0.0, first, np.nan], [0.0, 0.5 * last, last]])  # the first path ends early
-        return xr.Dataset({"psi": (("sample", "increment"), psi)})
-
-    monkeypatch.setattr(case, "run_study", run_study)
-    assert case.share_beyond(case.FACADES[1], "dishing", tmp_path, 2, 1) == share
-    whole = case.DISTORTION * case.FACADES[1].length / 2.0
-    assert np.array(asked) == pytest.approx(np.array([(0.5 * whole, 4), (whole, 8)][:stages]))
 
 
 @pytest.mark.thorough

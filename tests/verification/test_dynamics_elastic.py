@@ -10,7 +10,7 @@ from scipy import sparse
 from scipy.optimize import curve_fit
 from scipy.sparse.linalg import eigsh
 
-from damagepred import Assembly, Scene
+from damagepred import Assembly, Scene, solve
 from damagepred.assembly.assembly import rectangle
 from damagepred.errors import DivergenceError
 from damagepred.one_wall.judged_path import dynamic_run, model_of
@@ -73,6 +73,13 @@ WALL = ClosedForm(
     formula="det(K - ω² M) = 0",
     source="The same wall of bricks cut into zones a quarter of a course high.",
     note="Running bond on the ground, 1.92 x 0.75 m. The fourth mode is one along the wall.",
+)
+REST = ClosedForm(
+    chapter=CHAPTER,
+    title="Elastic blocks that come to rest",
+    formula="strain, curvature and displacement are those of the quasi-static solver",
+    source="Equilibrium does not depend on the way to it.",
+    note="The movement is so small that the squares of rotations do not count.",
 )
 AUDIT = ClosedForm(
     chapter=CHAPTER,
@@ -259,6 +266,31 @@ def test_a_bonded_wall_has_the_frequencies_of_one_of_zones(verify: Verify) -> No
     assert np.abs(elastic / exact - 1)[1:].max() < 3e-3
     assert np.abs(rigid / exact - 1)[:3].max() < 5e-3
     assert rigid[3] > 1.06 * exact[3]
+
+
+@pytest.mark.parametrize("movement", ["dishing", "doming"])
+def test_a_bonded_wall_comes_to_rest_where_the_static_one_is(verify: Verify, movement: str) -> None:
+    tables: dict[str, Any] = {
+        "wall": {"length": 1.2, "height": 0.45},
+        "joint": {"tensile_strength": 1e8, "cohesion": 1e8},
+        "movement": {"kind": movement, "central_deflection": 1e-5, "increments": 1},
+        "solver": {"blocks": "elastic"},
+    }
+    static = solve(Scene.from_dict(tables))
+    time = {"duration": 0.1, "outputs": 2, "movement_time": 0.02, "damping": "local"}
+    moved = solve(Scene.from_dict(tables | {"dynamics": time}))
+    for name in ("block_strain", "block_curvature", "block_displacement_y", "contact_normal_stress"):
+        exact = static[name].values[-1]
+        verify(
+            REST,
+            f"bonded wall, {movement}",
+            "dynamic",
+            name,
+            moved[name].values[-1],
+            exact,
+            1e-4,
+            scale=float(np.abs(exact).max()),
+        )
 
 
 @pytest.mark.parametrize("dry", [False, True], ids=["bonded", "struck"])

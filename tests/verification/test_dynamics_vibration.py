@@ -32,6 +32,14 @@ DECAY = ClosedForm(
     "local: amplitude about the state of rest falls by (1 - a)/(1 + a) a cycle",
     source="Textbook; local damping: Cundall (1987), derived from constant decelerating force ratio.",
 )
+STATIC = ClosedForm(
+    chapter=CHAPTER,
+    title="Coming to rest under dead load",
+    formula="u_i = -W i (2n - i + 1)/(2 k_n A)",
+    source="Derived: the joint below block i carries n - i + 1 blocks.",
+    note="Started with unstressed joints, and damped until all is at rest: the contacts of large movement are as stiff "
+    "as those of small.",
+)
 STABLE = ClosedForm(
     chapter=CHAPTER,
     title="Stable time step in physical time",
@@ -129,6 +137,21 @@ def test_damping_takes_what_it_should(verify: Verify, damping: dict) -> None:
     )
     balance = course.energy.balance()
     assert abs(balance.energy_error) < 1e-3 * balance.damping_work
+
+
+@pytest.mark.parametrize(("n", "stiffness", "width"), [(3, 82e9, 0.24), (10, 5e9, 0.5)])
+def test_a_stack_comes_to_rest(verify: Verify, n: int, stiffness: float, width: float) -> None:
+    ds = run(stack(n, stiffness, width), 0.15, 5, start="unstressed", damping="local")
+    w, i = DENSITY * width * 0.1 * THICKNESS * G, np.arange(1, n + 1)
+    verify(
+        STATIC,
+        f"{n} blocks, {width} m wide, k_n = {stiffness:g} Pa/m",
+        "dynamic",
+        "settlement (m)",
+        ds["block_displacement_y"].values[-1],
+        -w * i * (2 * n - i + 1) / (2 * stiffness * width * THICKNESS),
+        1e-6,
+    )
 
 
 @pytest.mark.parametrize(("share", "stable"), [(0.999, True), (1.001, False)])

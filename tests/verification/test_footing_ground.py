@@ -179,36 +179,6 @@ def test_a_stocky_footing_on_an_elastic_foundation(
     )
 
 
-def test_shorter_segments_rest_more_like_the_beam(verify: Verify) -> None:
-    strip, force, stiffness, length = SLENDER, 5e3, 5e7, SLENDER.length
-    exact = timoshenko_on_bed(
-        np.array([length / 2]), length, strip.bending, strip.shear, stiffness * strip.width, length / 2, force
-    )[0]
-    smooth = Solver(lump_block_elasticity=False)
-    pieces = np.array([31, 61, 121])
-    errors = [settled_by(strip, smooth, stiffness, length / 2, force, n)[1] / exact - 1 for n in pieces]
-    for n, error in zip(pieces, errors, strict=True):
-        verify(
-            HETENYI,
-            f"{n} segments, λh = {18.8 / n:.2g}: {strip}",
-            "quasi_static",
-            "error of w",
-            error,
-            0.0,
-            200 / n**2,
-            scale=1.0,
-        )
-    verify(
-        HETENYI,
-        f"31 to 121 segments: {strip}",
-        "quasi_static",
-        "order",
-        -np.polyfit(np.log(pieces), np.log(np.abs(errors)), 1)[0],
-        2.0,
-        0.1,
-    )
-
-
 # -- lift-off ---------------------------------------------------------------------------------------------------------
 
 WALSH = Mound(shape="walsh", surface_movement=0.04, edge_distance=1.5)
