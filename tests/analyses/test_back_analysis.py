@@ -419,12 +419,6 @@ def test_wrong_observations_are_answered_by_a_sentence(
     assert sentence in str(error.value)
 
 
-def test_observations_of_one_wall_add_their_likelihoods_and_misfits() -> None:
-    first, second = Fit(np.array([-1.0, -2.0]), np.array([2.0, 4.0])), Fit(np.array([-0.5, -3.0]), np.array([1.0, 6.0]))
-    both = first + second
-    assert (both.log_likelihood.tolist(), both.misfit.tolist()) == ([-1.5, -5.0], [3.0, 10.0])
-
-
 def test_a_crack_of_another_direction_is_a_mixture_with_its_own_misfit() -> None:
     """Widths of 0.2 mm along the observed direction and 2 mm in any; 2 mm were seen, known to 0.3 mm."""
     seen = CrackObservation(x=0.5, y=0.2, width=2e-3, error=3e-4, direction="vertical")

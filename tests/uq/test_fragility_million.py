@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 from damagepred.uq.fragility import FragilityOptions, fit_fragility
+from damagepred.uq.fragility.describe import lognormal_of
 from tests.uq.test_fragility import NAMES
 
 MEDIANS, SCATTER = np.array([2.0, 6.0, 14.0, 30.0]), 0.5
@@ -36,6 +37,21 @@ def archive(walls: int, own_movement: bool, seed: int = 1) -> xr.Dataset:
             "central_deflection": (both, movement, {"units": "m"}),
         }
     )
+
+
+def check(curves: xr.Dataset, walls: int) -> None:
+    form, beyond = lognormal_of(curves), curves["fit_status"].values == "extrapolated"
+    assert beyond.tolist() == (float(curves["intensity"][-1]) < 1e-3 * MEDIANS).tolist()
+    assert (curves["fit_status"].values[~beyond] == "fitted").all()
+    reached = curves["reached"].values / walls
+    # standard errors of n walls, larger where few of them reached it; ten of them would be a mistake, not chance
+    error = 10 * SCATTER / np.sqrt(walls * np.minimum(reached, 0.3))
+    assert (np.abs(np.log(form.median / (1e-3 * MEDIANS))) < error).all()
+    assert (np.abs(curves["dispersion"].values / SCATTER - 1) < error / SCATTER).all()
+    width = np.log(curves["median_upper"].values / curves["median_lower"].values)[~beyond]
+    error = error[~beyond]
+    assert (width > 2 * 1.645 * 0.5 * SCATTER / np.sqrt(walls)).all()
+    assert (width < 0.5 * error).all()
 
 
 def test_resamples_by_one_step_have_the_errors_of_fitted_ones() -> None:
