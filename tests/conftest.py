@@ -1,10 +1,15 @@
 """Small walls and studies that many tests share."""
 
 import math
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from damagepred.analyses import rare_event_samples
+from damagepred.campaign import campaign, workers
 from damagepred.cli import terminal
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -94,3 +99,41 @@ def _form_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     """Give each test the form of the output that a new process has, and no words on silence, which take time alone."""
     monkeypatch.setattr(terminal, "FORM", terminal.Form())
     monkeypatch.setattr(terminal.Wait, "FIRST", math.inf)
+
+
+class OneThread:
+    """Pool of one thread of this process, in place of worker processes, which take seconds to start."""
+
+    width, processes = 1, ()
+
+    def __init__(
+        self,
+        folder: str,
+        workers: int,
+        timeout: float | None,
+        task: Callable[..., Any] = workers.run_batch,
+        *_: Any,
+        **__: Any,
+    ) -> None:
+        self.folder, self.task, self.thread = folder, task, ThreadPoolExecutor(1)
+
+    def submit(self, batch: list[Any]) -> Future[Any]:
+        return self.thread.submit(self.task, self.folder, list(batch))
+
+    def close(self) -> None:
+        self.thread.shutdown()
+
+    def kill(self) -> None:
+        self.thread.shutdown(cancel_futures=True)
+
+    terminate = kill
+
+
+@pytest.fixture(autouse=True)
+def _walls_in_this_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Quick tests solve the walls of studies in a thread; worker processes are for those that are marked."""
+    if not any(request.node.get_closest_marker(name) for name in ("worker_processes", "thorough", "slow")):
+        for module in (campaign, workers, rare_event_samples):
+            monkeypatch.setattr(module, "LocalPool", OneThread)
+        for module in (campaign, rare_event_samples):
+            monkeypatch.setattr(module, "warm_up", lambda *_, **__: None)
