@@ -37,6 +37,7 @@ def serial(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.worker_processes
 def test_two_workers_give_the_same_bits(serial: Path, tmp_path: Path) -> None:
     Study(settings()).run(tmp_path / "two.dp", workers=2)
     same(open_study(serial), open_study(tmp_path / "two.dp"))

@@ -144,7 +144,7 @@ def rested(joints, cracked, kappa, e, shear, cycles):
 # -- stresses ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.quick_cases(feature=(ALL, "exponential slip"))
+@pytest.mark.thorough
 @pytest.mark.parametrize("feature", FEATURES + EXPONENTIAL)
 def test_the_explicit_law_converges_to_these_stresses(feature: str) -> None:
     rng = np.random.default_rng([1, (*FEATURES, *EXPONENTIAL).index(feature)])
@@ -291,7 +291,7 @@ def difference_along_paths(joints, corners, steps):
     return np.array(differences)
 
 
-@pytest.mark.quick_cases(feature=(ALL, "exponential slip"))
+@pytest.mark.thorough
 @pytest.mark.parametrize("feature", FEATURES + EXPONENTIAL)
 def test_along_paths_of_small_steps_both_laws_are_the_same(feature: str) -> None:
     rng = np.random.default_rng([3, (*FEATURES, *EXPONENTIAL).index(feature)])

@@ -36,18 +36,3 @@ def test_the_committed_data() -> None:
     settled = runs[(runs["case"] == "settling") & (runs["residual"] < 1e-3)]
     assert {"quasi_static", "explicit", "pymunk", "lmgc90"} <= set(settled["solver"])
     np.testing.assert_allclose(settled["weight on the ground"], 1.0, atol=1e-3)
-
-
-def test_pymunk_agrees(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("pymunk")
-    monkeypatch.syspath_prepend(str(ROOM))  # as its own environment sees it
-    import in_pymunk
-    import record
-
-    from studies.benchmarks.beside_others.cases import dry_wall
-
-    case = dry_wall("settling", "5x6")
-    found = record.settle(case, 5.0, lambda: in_pymunk.Space(case, {"dt": 1e-3, "iterations": 30}))
-    assert found["settled"][2] is not None
-    assert np.sum(found["base"]) == pytest.approx(WEIGHT, rel=1e-3)
-    assert found["residual"] < 1e-3
