@@ -36,10 +36,9 @@ def test_opening_follows_the_curve(verify: Verify, solver: Solver) -> None:
     force, way = (values[:, 1] for values in forces(ds, brick))
     xi = np.clip((way - U_0) / (W_C - U_0), 0.0, 1.0)
     exact = np.where(way < U_0, way / U_0, np.exp(-A * xi) - xi * np.exp(-A)) * F_T
-    what = {"case": "opened", "solver": solver.method}
-    verify(CURVE, **what, quantity="stress", unit="Pa", computed=force / AREA, exact=exact, tolerance=1e-6)
+    verify(CURVE, "opened", solver.method, "stress (Pa)", force / AREA, exact, 1e-6)
     work = 0.5 * F_T * U_0 + np.trapezoid(np.append(F_T, force[way > U_0] / AREA), np.append(U_0, way[way > U_0]))
-    verify(CURVE, **what, quantity="work over area", unit="N/m", computed=work, exact=G_F, tolerance=1e-3)
+    verify(CURVE, "opened", solver.method, "work over area (N/m)", work, G_F, 1e-3)
     if solver.method == "quasi_static":
         assert float(ds["fracture_work"][-1]) == pytest.approx(G_F * AREA, rel=1e-6)
 

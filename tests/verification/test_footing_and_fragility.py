@@ -153,34 +153,13 @@ def test_fragility_is_recovered(verify: Verify, slope: float, dispersion: float)
     ]
     curves = fit_fragility(ds, categories=seen, bootstrap=0, points=41)
     case = f"c = {slope:g}, β = {dispersion:g}, categories {', '.join(map(str, seen))}, to {1e3 * end:g} mm"
-    common = {"case": case, "solver": "maximum likelihood"}
+    who = "maximum likelihood"
     # beyond the movement of the walls the fit is told apart, and the median is its lower bound
     fitted = np.where(curves["median"] < end, curves["median"], curves["median_extrapolated"])
-    verify(
-        FRAGILITY,
-        quantity="medians over exact ones",
-        exact=np.ones(len(seen)),
-        tolerance=5e-3,
-        computed=fitted / median[np.array(seen) - 1],
-        **common,
-    )
-    verify(
-        FRAGILITY,
-        quantity="dispersions",
-        exact=np.full(len(seen), dispersion),
-        tolerance=5e-3,
-        computed=curves["dispersion"].values,
-        **common,
-    )
-    d = curves["intensity"].values
+    ratio, one = fitted / median[np.array(seen) - 1], np.ones(len(seen))
+    verify(FRAGILITY, case, who, "medians over exact ones", ratio, one, 5e-3)
+    verify(FRAGILITY, case, who, "dispersions", curves["dispersion"].values, dispersion * one, 5e-3)
+    d, found = curves["intensity"].values, curves["probability"].values
     with np.errstate(divide="ignore"):
         exact = special.ndtr(np.log(d / median[np.array(seen) - 1][:, None]) / dispersion)
-    verify(
-        FRAGILITY,
-        quantity="probability, error in probability itself",
-        exact=exact,
-        scale=1.0,
-        tolerance=2e-3,
-        computed=curves["probability"].values,
-        **common,
-    )
+    verify(FRAGILITY, case, who, "probability, error in probability itself", found, exact, 2e-3, scale=1.0)

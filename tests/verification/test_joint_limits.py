@@ -241,24 +241,10 @@ def test_a_shear_box_yields_where_coulomb_says(
     moved = np.arange(steps + 1) / steps * 3 * limit
     slip = np.maximum(moved - limit, 0.0)
     words = f"p {1e-6 * pressure:g}, C {1e-6 * cohesion:g} MPa, tan φ {friction:g}, tan ψ {dilation:g}: {unit}"
-    common = {"case": words, "solver": solver.method, "tolerance": 1e-5}
-    tau = np.abs(ds["contact_shear_stress"].values)
-    verify(
-        SHEAR_BOX,
-        quantity="shear stress",
-        unit="Pa",
-        computed=tau,
-        exact=np.minimum(unit.k_s * moved, strength)[:, None],
-        **common,
-    )
-    verify(
-        SHEAR_BOX,
-        quantity="slip",
-        unit="m",
-        computed=np.abs(ds["contact_slip"].values),
-        exact=slip[:, None],
-        **common,
-    )
+    tau, slid = (np.abs(ds[f"contact_{name}"].values) for name in ("shear_stress", "slip"))
+    stress = np.minimum(unit.k_s * moved, strength)[:, None]
+    verify(SHEAR_BOX, words, solver.method, "shear stress (Pa)", tau, stress, 1e-5)
+    verify(SHEAR_BOX, words, solver.method, "slip (m)", slid, slip[:, None], 1e-5)
     if dilation:
         height = ds["block_displacement_y"].values[:, box]
-        verify(SHEAR_BOX, quantity="rise", unit="m", computed=height - height[0], exact=dilation * slip, **common)
+        verify(SHEAR_BOX, words, solver.method, "rise (m)", height - height[0], dilation * slip, 1e-5)
