@@ -100,6 +100,7 @@ UNCERTAIN = 0.05
 _MOVED_BY = {
     "central_deflection": ("movement", "central_deflection"),
     "surface_movement": ("mound", "surface_movement"),
+    "settlement": ("movement", "settlement"),
 }
 """Table and key of a scene with the largest value of a measure."""
 

@@ -47,11 +47,6 @@ class Question:
             raise InputError(f"reach = {self.reach:g}: must be 1 or more.")
 
 
-def _movement_place(scene: Scene) -> str:
-    """Key of the movement of a scene."""
-    return "mound.surface_movement" if scene.movement.shape == "mound" else "movement.central_deflection"
-
-
 def study_for_limit_state(settings: StudySettings, question: Question) -> StudySettings:
     """Study with the movement of the limit state instead of its own.
 
@@ -60,7 +55,7 @@ def study_for_limit_state(settings: StudySettings, question: Question) -> StudyS
     """
     if settings.scene.movement.stage:
         raise InputError("rare: needs one growing movement; leave out [[movement.stage]] or its CSV file.")
-    key = _movement_place(settings.scene)
+    key = settings.scene.movement_key
     steps = settings.scene.movement.increments
     beyond = max(round(question.reach * steps), steps)
     scene = settings.scene.with_values({key: question.at * beyond / steps})
@@ -114,7 +109,7 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
     model = model_of(scene, fields)
     rules = Rules.from_settings(**asdict(scene.damage))
     limit = rules.table.limits[question.category - 1]
-    full = model.central_deflection if model.surface_movement is None else model.surface_movement
+    full = scene.movement.size if model.surface_movement is None else model.surface_movement
     before, width_before = 0.0, 0.0
     try:
         for step in follow(model, scene.solver, scene.damage, scene.movement.increments):

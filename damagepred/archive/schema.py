@@ -53,6 +53,11 @@ _ON_ZONES, _ON_GRIDPOINTS = {"mesh": MESH, "location": "face"}, {"mesh": MESH, "
 
 GROWING_GROUND = {"ground_states": "ground profile evaluated at the current surface movement"}
 """Attribute of ``surface_movement``; older archives lack it."""
+MOVEMENTS = (
+    *("surface_movement", "settlement", "differential_settlement"),
+    *("angular_distortion", "ground_tilt", "horizontal_strain"),
+)
+"""Measures of the ground's movement, coordinates of a path."""
 CATEGORIES = ("negligible", "very_slight", "slight", "moderate", "severe", "very_severe")
 CATEGORY_VARIABLES = ("damage_category", "damage_category_band")
 """Category by the chosen measure, and by the width of the widest crack band."""
@@ -65,11 +70,24 @@ VARIABLES: dict[str, Variable] = {
     "progress": Variable(_STEP, "1", "share of the full movement, and of the live load at full movement"),
     "stage": Variable(_STEP, "1", "stage of a movement in stages, from 1; 0 is dead load alone"),
     "central_deflection": Variable(_STEP, "m", "deflection of the footing's centre relative to its ends, not negative"),
-    "deflection_ratio": Variable(_STEP, "1", "central deflection over the length between the ends"),
+    "deflection_ratio": Variable(
+        _STEP,
+        "1",
+        "central deflection, of a settlement the largest from the line through the ends, over the length between them",
+    ),
     "strain": Variable(_STEP, "1", "of a history: free strain of the bricks"),
     "surface_movement": Variable(_STEP, "m", "characteristic surface movement, by which a site is classed"),
+    "settlement": Variable(_STEP, "m", "settlement of the ground, by movement.settlement_is"),
+    "differential_settlement": Variable(_STEP, "m", "height of the highest ground under the wall over the lowest"),
+    "angular_distortion": Variable(
+        _STEP, "1", "largest slope of the ground over one brick, relative to the line through the ends"
+    ),
+    "ground_tilt": Variable(_STEP, "1", "slope of the line through the ends of the ground, not negative"),
+    "horizontal_strain": Variable(_STEP, "1", "largest strain of the ground along the wall over one brick"),
     "movement": Variable(
-        _STEP, "m", "of a study: surface_movement, otherwise central_deflection, where all samples have the same"
+        _STEP,
+        "m",
+        "of a study: surface_movement, settlement or else central_deflection, where all samples have the same",
     ),
     "load_force": Variable(_STEP, "N", "load of all strips of a laboratory test together, in their directions"),
     "load_displacement": Variable(_STEP, "m", "displacement of these strips in their directions, after the dead load"),
@@ -287,7 +305,7 @@ VARIABLES: dict[str, Variable] = {
 END_VARIABLES = (
     *CATEGORY_VARIABLES,
     *("crack_width_max", "crack_band_width_max", "dpc_opening_max", "footing_opening_max", "tilt_max", "slope_max"),
-    *("central_deflection", "deflection_ratio", "surface_movement", "crack_group_width"),
+    *("central_deflection", "deflection_ratio", "surface_movement", "settlement", "crack_group_width"),
 )
 """Results at the end of a sample's own movement, in a study that stores both path and end."""
 
@@ -318,7 +336,7 @@ def with_shared_movement(ds: xr.Dataset) -> xr.Dataset:
         return ds
     number = np.arange(ds.sizes["increment"])
     ds = ds.assign_coords(increment=("increment", number, VARIABLES["increment"].attributes()))
-    for name in ("surface_movement", "central_deflection"):
+    for name in ("surface_movement", "settlement", "central_deflection"):
         if name in ds.variables and ds[name].dims == ("sample", "increment"):
             least, most = ds[name].min("sample").values, ds[name].max("sample").values
             if np.array_equal(least, most):  # False with NaN
@@ -364,7 +382,7 @@ def dataset(
         for name, value in values.items()
     }
     coordinates = {name for name, v in variables.items() if v.dims == (name,)} | (
-        {"central_deflection", "deflection_ratio", "strain", "surface_movement", "movement", "time"} & set(variables)
+        {*MOVEMENTS, "central_deflection", "deflection_ratio", "strain", "movement", "time"} & set(variables)
     )
     ds = xr.Dataset(
         {k: v for k, v in variables.items() if k not in coordinates},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -316,6 +316,8 @@ class Model:
         Sections of a reinforced-concrete footing, which crack; their law replaces the law of their contacts.
     surface_movement : float or None
         Characteristic surface movement at full movement (m), by which a site is classed.
+    settlement : mapping of str to float or None
+        Settlement of the ground and its other measures at full movement, by the names of their variables.
     history : History or None
         Increments of a movement history; by default equal increments to 1.
     creep : JointCreep or None
@@ -357,6 +359,7 @@ class Model:
     jacks: Jacks | None = None
     sections: Sections | None = None
     surface_movement: float | None = None
+    settlement: Mapping[str, float] | None = None
     history: History | None = None
     creep: JointCreep | None = None
     test: LaboratoryTest | None = None

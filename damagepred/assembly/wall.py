@@ -36,7 +36,7 @@ from damagepred.assembly.interfaces import (
 from damagepred.assembly.joint_creep import JointCreep
 from damagepred.assembly.loading import add_supports, bearing_joint, has_beam, under_loads
 from damagepred.assembly.mesh import default_zone_size
-from damagepred.assembly.model import Jambs, Model, Supports
+from damagepred.assembly.model import GroundMovement, Jambs, Model, Supports
 from damagepred.assembly.points import Hold, held_too
 from damagepred.assembly.properties import (
     block_law,
@@ -81,6 +81,8 @@ MORTAR, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL, HEAD = range(8)
 """Numbers of the joint materials of a wall; BED lies between footing and first course."""
 CREEPING = (MORTAR, DPC, BED, HEAD)
 """Joint materials that creep."""
+STEP_MARGIN = 1e-9
+"""Distance of a contact from the end of its brick, over the brick's half length, at a step of the ground."""
 IN_KIND = np.array([MORTAR, HEAD, DPC, BED, SOIL, SUPPORT, SECTION, CONTROL])
 """Joint material of the interfaces of each kind."""
 
@@ -335,6 +337,7 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     length = scene.wall.length
     if line_load:
         load[footing, 1] -= line_load * length * blocks.area[footing] / blocks.area[footing].sum()
+    measures = scene.movement.measures(length, scene.wall.block_length) if scene.movement.settles else None
     model = Model(
         blocks=blocks,
         interfaces=interfaces,
@@ -346,7 +349,8 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
         density=density,
         thickness=scene.wall.thickness,
         span=length,
-        central_deflection=scene.movement.central_deflection,
+        central_deflection=(measures or {}).get("central_deflection", scene.movement.central_deflection),
+        settlement=measures,
         apex_limited=limited,
         snap_back_limited=snap_back,
         block_law=block_law(substances, substance, thickness),
@@ -367,7 +371,7 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
     holds = _moved_from_below(scene, len(bricks)) if len(footing) else []
     movement = scene.movement
     if movement.proportional:
-        ground = ground_movement(geometry, lambda x: movement.profile(x, length))
+        ground = _prescribed(geometry, movement, length)
     else:
         ground = growing_ground(geometry, lambda x, factor: movement.profile(x, length, factor))
     return replace(
@@ -375,6 +379,16 @@ def _model(scene: Scene, shared: WallGeometry, fields: Mapping[str, FloatArray],
         ground=ground,
         supports=held_too(model.supports, holds, geometry.mesh),
     )
+
+
+def _prescribed(geometry: Geometry, movement: Movement, length: float) -> GroundMovement:
+    """Movement of the ground by a prescribed profile, upwards and along the wall."""
+
+    def inside(x: FloatArray) -> FloatArray:  # contacts at the ends of two bricks lie on both sides of a step
+        return x + STEP_MARGIN * (x.mean(axis=-1, keepdims=True) - x) if movement.shape == "step" else x
+
+    along = (lambda x: movement.horizontal_profile(x, length)) if movement.moves_along else None
+    return ground_movement(geometry, lambda x: movement.profile(inside(x), length), along)
 
 
 def _with_slow_strains(scene: Scene, model: Model, shared: WallGeometry) -> Model:
@@ -464,12 +478,11 @@ def _concrete(footing: Footing) -> BlockMaterial:
 
 def _moved_from_below(scene: Scene, beam: int) -> list[Hold]:
     """Movement of a footing: its underside follows the movement, its left end is held along x."""
-    length, bottom = scene.wall.length, -scene.footing.depth
+    length, bottom, movement = scene.wall.length, -scene.footing.depth, scene.movement
     near = 1e-9 * length
-    return [
-        Hold(beam, lambda x, y: y < bottom + near, None, lambda x, y: scene.movement.profile(x, length)),
-        Hold(beam, lambda x, y: (y < bottom + near) & (x < near), 0.0, None),
-    ]
+    along = (lambda x, y: movement.horizontal_profile(x, length)) if movement.moves_along else None
+    moved = Hold(beam, lambda x, y: y < bottom + near, along, lambda x, y: movement.profile(x, length))
+    return [moved] if along else [moved, Hold(beam, lambda x, y: (y < bottom + near) & (x < near), 0.0, None)]
 
 
 def _dpc_joint(dpc: Dpc | None, joint: Joint) -> Joint:

@@ -33,7 +33,7 @@ from damagepred.campaign.warm_up import warm_up
 from damagepred.damage import Rules
 from damagepred.enumerations import FailureKind, SampleStatus
 from damagepred.errors import ConvergenceError, DamagepredError, DivergenceError, InputError, StudyError
-from damagepred.one_wall.dataset import history_values, path_values, shares_of_size
+from damagepred.one_wall.dataset import history_values, movement_values, path_values, shares_of_size
 from damagepred.one_wall.judged_path import Step, follow, model_of, without_zone_fields
 from damagepred.runtime.one_thread import one_blas_thread
 from damagepred.scene import Scene
@@ -258,11 +258,7 @@ def _row(settings: StudySettings, sample: int, status: int, seconds: float, mode
     if model.history is not None:
         progress = np.abs(model.history.load_factors)
         filled |= {name: value[None] for name, value in history_values(model.history, increments + 1).items()}
-    if model.deflection is None:
-        filled["central_deflection"] = (progress * model.central_deflection)[None]
-        filled["deflection_ratio"] = (progress * model.central_deflection / model.span)[None]
-    if model.surface_movement is not None:
-        filled["surface_movement"] = (progress * model.surface_movement)[None]
+    filled |= {name: value[None] for name, value in movement_values(model, progress).items()}
     if model.jacks is not None:
         filled["limit_deflection"] = np.array([abs(last.deflection) if last.ended else np.nan])
     filled |= {

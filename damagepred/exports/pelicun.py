@@ -37,6 +37,9 @@ DEMANDS = {
     "deflection_ratio": Demand("DFR", "unitless", "unitless"),
     "central_deflection": Demand("CDF", "displacement", "m"),
     "surface_movement": Demand("SFM", "displacement", "m"),
+    "settlement": Demand("STL", "displacement", "m"),
+    "differential_settlement": Demand("DST", "displacement", "m"),
+    "angular_distortion": Demand("ADT", "unitless", "unitless"),
 }
 
 

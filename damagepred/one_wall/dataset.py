@@ -33,14 +33,11 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     joints, lines, frames = gauges(model)
     moved = stacked(steps, "displacement")
     progress = stacked(steps, "load_factor")
-    deflection = np.abs(progress) * model.central_deflection
-    if model.deflection is not None:
-        deflection = np.abs([s.increment.deflection for s in steps])
+    deflection = None if model.deflection is None else np.abs([s.increment.deflection for s in steps])
     in_time = bool(np.isfinite(steps[0].increment.time))
     values = {
         "progress": progress,
-        "central_deflection": deflection,
-        "deflection_ratio": deflection / model.span,
+        **movement_values(model, np.abs(progress), deflection),
         **_diagnostics(steps, in_time),
         "base_reaction": stacked(steps, "base_reaction"),
         **(frames.distortion(moved)._asdict() if len(model.jambs.block) else {}),
@@ -52,8 +49,6 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
         for sign, name in ((1.0, "opening"), (-1.0, "closing")):
             widest = [float(joints.widest(sign * s.increment.opening)[control].max()) for s in steps]
             values[f"control_joint_{name}_max"] = np.maximum(widest, 0.0)
-    if model.surface_movement is not None:
-        values["surface_movement"] = np.abs(progress) * model.surface_movement
     if model.test is not None:
         values |= _test_values(model, model.test, steps)
     elif model.jacks is not None:
@@ -73,6 +68,17 @@ def path_values(model: Model, steps: list[Step]) -> dict[str, FloatArray]:
     if model.history is not None:
         values[WORST_CATEGORY] = np.maximum.accumulate(values["damage_category"])
     return values
+
+
+def movement_values(model: Model, progress: FloatArray, deflection: FloatArray | None = None) -> dict[str, FloatArray]:
+    """Movement at shares of the full one: of a prescribed form, or by the ``deflection`` of a free footing."""
+    values = {}
+    if deflection is not None or model.deflection is None:
+        values["central_deflection"] = progress * model.central_deflection if deflection is None else deflection
+        values["deflection_ratio"] = values["central_deflection"] / model.span
+    if model.surface_movement is not None:
+        values["surface_movement"] = progress * model.surface_movement
+    return values | {name: progress * full for name, full in (model.settlement or {}).items()}
 
 
 def history_values(history: History, count: int) -> dict[str, FloatArray | IntArray]:

@@ -16,8 +16,6 @@ from damagepred.results.tables import Table
 from damagepred.uq.exceedance import Exceedance, exceedance
 from damagepred.uq.fragility.describe import lognormal_of, probability_at
 
-MEASURE = "central_deflection"
-
 
 class Limit(NamedTuple):
     """Largest design deflection of a footing under one kind of construction.
@@ -40,6 +38,11 @@ class Limit(NamedTuple):
     deflection: float
 
 
+def limit_measure(ds: xr.Dataset) -> str:
+    """Differential deflection of a footing: over its middle, of settling ground between any two places."""
+    return "differential_settlement" if "differential_settlement" in ds else "central_deflection"
+
+
 def code_limits(span: float) -> tuple[str, list[Limit]]:
     """Source of the limits, and each limit for a footing of a length between its ends (m)."""
     rules = construction_limits().values()
@@ -53,7 +56,7 @@ def code_limits(span: float) -> tuple[str, list[Limit]]:
 def wall_limits(ds: xr.Dataset) -> Section | None:
     """Return in which category one wall is at each limit."""
     source, limits = code_limits(float(ds.attrs["span"]))
-    deflection = ds[MEASURE].values
+    deflection = ds[limit_measure(ds)].values
     rows = []
     for limit in limits:
         reached = np.flatnonzero(deflection >= limit.deflection * (1 - 1e-9))
@@ -114,7 +117,9 @@ def study_limits(ds: xr.Dataset, curves: xr.Dataset | None, moved: float, confid
     ):  # walls that are each known at their own movement alone cannot be counted at one
         rows = []
         for limit in found:
-            counted = [exceedance(ds, c, limit.deflection, confidence=confidence, intensity=MEASURE) for c, _ in of]
+            counted = [
+                exceedance(ds, c, limit.deflection, confidence=confidence, intensity=limit_measure(ds)) for c, _ in of
+            ]
             rows.append([*_limit(limit), *map(_counted, counted)])
         note = (
             "A wall known to have reached the category between two increments counts for the share of that step, and a "

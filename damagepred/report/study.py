@@ -22,7 +22,7 @@ from damagepred.report.back_analysis import back_analysis_section
 from damagepred.report.caveats import study_caveats
 from damagepred.report.cracks import crack_parts
 from damagepred.report.inputs import HEADS, given_of, input_section
-from damagepred.report.limits import study_limits
+from damagepred.report.limits import limit_measure, study_limits
 from damagepred.report.parts import Listing, Page, Part, Section, Text, drawing
 from damagepred.report.quality import common_movement, monte_carlo, study_quality
 from damagepred.report.summary import answers, asked_movement, influences, study_summary
@@ -108,9 +108,9 @@ def study_page(
 
 def _at_limits(ds: xr.Dataset, curves: xr.Dataset, confidence: float, bootstrap: int) -> Section | None:
     """Section on the design deflections of a code."""
-    if curves.attrs["intensity_measure"] != "central_deflection":
-        curves = _fitted(ds, "central_deflection", confidence, bootstrap)
-    deflected = common_movement(ds.drop_vars("surface_movement", errors="ignore"))
+    if curves.attrs["intensity_measure"] != (measure := limit_measure(ds)):
+        curves = _fitted(ds, measure, confidence, bootstrap)
+    deflected = common_movement(ds.drop_vars(["surface_movement", "settlement"], errors="ignore"))
     return study_limits(ds, curves, deflected, confidence)
 
 

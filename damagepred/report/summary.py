@@ -21,7 +21,7 @@ from damagepred.uq.exceedance import exceedance, has_own_ground, own_movements, 
 from damagepred.uq.intensity import OF_SITE, movement_measure, movement_words
 from damagepred.uq.movement_distribution import MOUND, SITE, MovementDistribution
 
-MOVEMENTS = ("movement.central_deflection", "mound.surface_movement")
+MOVEMENTS = ("movement.central_deflection", "movement.settlement", "mound.surface_movement")
 """Inputs that set the end of a path: the movement at damage does not depend on them."""
 
 NAMED_INPUTS = 3

@@ -85,6 +85,8 @@ def _facts(ds: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
     movement = f"laboratory test, loads moved by {length(float(ds[movement_measure(ds)].values[-1]))}"
     if "load_force" in ds.variables:
         movement += f"; largest load {number(1e-3 * float(np.nanmax(ds['load_force'].values)), 3)} kN"
+    elif "settlement" in ds.variables:
+        movement = f"{movement_words(ds)} of {length(float(ds['settlement'].values[-1]))}, deflection"
     else:
         movement = f"{scene.movement.kind}, footing deflected by {length(float(ds['central_deflection'].values[-1]))}"
     if "deflection_ratio" in ds.variables and (share := float(ds["deflection_ratio"].values[-1])) > 0:

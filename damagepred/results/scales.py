@@ -167,7 +167,9 @@ def _by_ground(ds: xr.Dataset) -> Iterator[_Judged]:
     strain = load_strain_table()
     category = np.broadcast_to(simple_categories(ds)["simple_category"].values, shape)
     yield _Judged(f"{strain.name}, {strain.source}", strain.source, strain.confidence, category)
-    values = {"deflection_ratio": ratio, "angular_distortion": ratio * angular_distortion(scene, 1.0)}
+    measured = ds.get("angular_distortion")
+    distortion = ratio * angular_distortion(scene, 1.0) if measured is None else measured.values
+    values = {"deflection_ratio": ratio, "angular_distortion": distortion}
     known = [limit for limit in load_movement_limits() if limit.kind in (None, scene.bending)]
     for author, measure in dict.fromkeys((limit.author, limit.measure) for limit in known):
         own = [limit for limit in known if (limit.author, limit.measure) == (author, measure)]

@@ -124,6 +124,9 @@ def angular_distortion(scene: Scene, deflection_ratio: float | None = None) -> f
     """Return the largest slope of the ground relative to the line through the ends of the wall (1)."""
     ratio = _own_ratio(scene) if deflection_ratio is None else float(deflection_ratio)
     movement, length = scene.movement, scene.wall.length
+    if movement.settles:
+        own = movement.measures(length, scene.wall.block_length)
+        return ratio * own["angular_distortion"] / (own["deflection_ratio"] or np.inf)
     if not movement.prescribed or movement.central_deflection == 0:
         return 4 * ratio
     x = np.linspace(0.0, length, 4001)
@@ -206,4 +209,6 @@ def _own_ratio(scene: Scene) -> float:
             f"movement.shape = '{scene.movement.shape}': the footing finds its own form, so its deflection is not "
             "known beforehand; give deflection_ratio, for instance of the solved wall."
         )
+    if scene.movement.settles:
+        return scene.movement.measures(scene.wall.length, scene.wall.block_length)["deflection_ratio"]
     return scene.movement.central_deflection / scene.wall.length

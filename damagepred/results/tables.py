@@ -124,7 +124,11 @@ def path_columns(ds: xr.Dataset) -> list[Column]:
         words = movement_words(ds, "surface_movement")
         short = "surface" if words == OF_SITE else "ground"
         columns.append(Column(words, surface, "mm", f"{short}\nmovement\nmm"))
-    if "load_force" in ds.variables:
+    if "settlement" in ds.variables:
+        words = movement_words(ds, "settlement")
+        column = shown("settlement", ".2f")
+        columns.append(Column(words, column, "mm", f"{'heave' if 'heave' in words else 'settlement'}\nmm"))
+    elif "load_force" in ds.variables:
         load = ["-" if cell == "nan" else cell for cell in shown("load_force", ".2f", 1e-3)]
         columns.append(Column("load", load, "kN", "load\nkN"))
         columns.append(Column("displacement of the loads", shown("load_displacement", ".3f"), "mm", "moved\nmm"))

@@ -1,4 +1,4 @@
-"""Prescribed profiles of a footing: deflection over the deflection at mid-span, along the span."""
+"""Profiles of footing and ground, over their largest or mid-span displacement."""
 
 from __future__ import annotations
 
@@ -36,3 +36,20 @@ def through_points(table: Sequence[Sequence[float]], xi: FloatArray) -> FloatArr
 
     position, fraction = np.array(table).T
     return np.asarray(PchipInterpolator(position, fraction)(xi), dtype=np.float64)
+
+
+def bell(away: FloatArray, reach: float) -> FloatArray:
+    """Wet patch about a leaking pipe: (1 + cos(pi d / reach)) / 2, level in the middle and at its rim.
+
+    The form is this project's choice.
+    """
+    return 0.5 * (1.0 + np.cos(np.pi * np.minimum(np.abs(away) / reach, 1.0)))
+
+
+def gaussian(away: FloatArray, inflection: float) -> FloatArray:
+    """Trough across a tunnel: exp(-d^2 / (2 i^2)).
+
+    Peck (1969), Deep excavations and tunneling in soft ground; i = K z_0 with K of 0.4 to 0.5 in clay (O'Reilly and New
+    1982, Settlements above tunnels in the United Kingdom).
+    """
+    return np.exp(-0.5 * (away / inflection) ** 2)

@@ -13,6 +13,7 @@ from damagepred.errors import InputError
 from damagepred.scene.footing_profile import through_points
 from damagepred.scene.number_table import read_number_table
 from damagepred.scene.quantity import to_si
+from damagepred.scene.settlement import LEAST_IN_MIDDLE, SETTLEMENTS, ZERO, signed_size
 
 END_TOLERANCE = 1e-3
 """Tolerance between the ends of a profile and of the wall, over its length: positions are rounded."""
@@ -32,12 +33,14 @@ def with_input_tables(tables: Any, folder: Path) -> Any:
     merged = {key: dict(content) if isinstance(content, Mapping) else content for key, content in tables.items()}
     movement, mound, dynamics = (merged.get(key, {}) for key in ("movement", "mound", "dynamics"))
     if isinstance(movement, dict) and isinstance(mound, dict):
-        for key, size in (("movement", "central_deflection"), ("mound", "surface_movement")):
+        for key in ("movement", "mound"):
             if key in merged and isinstance(name := merged[key].get("table"), str):
-                _take_profile(merged, key, size, folder / name)
+                _take_profile(merged, key, folder / name)
         if isinstance(name := movement.get("history"), str) and "stage" not in movement:
             del movement["history"]
-            size = "surface_movement" if movement.get("shape") == "mound" else "central_deflection"
+            settles = movement.get("shape") in SETTLEMENTS or {"settlement", "settlement_is"} & movement.keys()
+            size = "settlement" if settles else "central_deflection"
+            size = "surface_movement" if movement.get("shape") == "mound" else size
             movement["stage"] = _stages(folder / name, size)
             sized = merged.setdefault("mound", mound) if size == "surface_movement" else movement
             sized.setdefault(size, max(stage[size] for stage in movement["stage"]))
@@ -54,21 +57,27 @@ def profiles_in_metres(tables: Any, folder: Path) -> tuple[str, ...]:
     return tuple(
         f"{key}.table = '{name}'"
         for key, name in files
-        if isinstance(name, str) and read_number_table(folder / name, columns=2, header=False).units[0] not in FRACTIONS
+        if isinstance(name, str) and read_number_table(folder / name, header=False).units[0] not in FRACTIONS
     )
 
 
-def _take_profile(tables: dict[str, Any], key: str, size: str, path: Path) -> None:
+def _take_profile(tables: dict[str, Any], key: str, path: Path) -> None:
     """Put the points of a profile, and the kind and size of its movement, into the tables of a scene."""
     table, movement = tables[key], tables.setdefault("movement", {})
-    points, measured = _profile(path, _length(tables), table.get("table_ends", "refuse"))
-    values = np.array(points)[:, 1]
-    if key == "mound":
-        largest = float(values[np.abs(values).argmax()])
-    else:
-        largest = float(through_points(points, np.array([0.5]))[0] - 0.5 * (values[0] + values[-1]))
-    where = f"{path}: the {'middle lies' if key == 'movement' else 'largest movement is'} {1e3 * largest:+.4g} mm"
-    where += " off the line through the ends (up positive)" if key == "movement" else " (up positive)"
+    points, along, measured = _profile(path, _length(tables), table.get("table_ends", "refuse"), key == "movement")
+    position, values = np.array(points).T
+    off_chord = float(through_points(points, np.array([0.5]))[0] - 0.5 * (values[0] + values[-1]))
+    settles = bool({"settlement", "settlement_is"} & table.keys())
+    if measured and key == "movement" and not {"central_deflection", "stage", "history", "seasons"} & table.keys():
+        departure = abs(signed_size(values, position, "relative"))
+        settles |= abs(off_chord) <= LEAST_IN_MIDDLE * departure or departure <= ZERO * np.abs(values).max()
+    central = key == "movement" and not settles
+    size = "surface_movement" if key == "mound" else "settlement" if settles else "central_deflection"
+    largest = off_chord if central else signed_size(values, position, table.get("settlement_is"))
+    where = f"{path}: the {'middle lies' if central else 'movement is'} {1e3 * largest:+.4g} mm"
+    where += " off the line through the ends (up positive)" if central else " (up positive)"
+    if along:
+        table["horizontal"] = along
     follows = {"stage", "history", "seasons"} & set(movement) or "soil_layer" in tables  # the size does
     if not measured:
         missing = [name for name, table in (("kind", movement), (size, table)) if name not in table]
@@ -83,7 +92,7 @@ def _take_profile(tables: dict[str, Any], key: str, size: str, path: Path) -> No
                 f"'movement (mm)'; it reaches {np.abs(values).max():g}."
             )
     elif largest:
-        words = ("heave", "settle") if key == "mound" else ("doming", "dishing")
+        words = ("doming", "dishing") if central else ("heave", "settle")
         kind = movement.setdefault("kind", words[0] if largest > 0 else words[1])
         if SIDES.get(kind, largest) * largest < 0:
             raise InputError(f"{where}: movement.kind = '{kind}' contradicts it. Leave kind out, or mend the signs.")
@@ -118,10 +127,14 @@ def _length(tables: Mapping[str, Any]) -> float:
         return np.nan
 
 
-def _profile(path: Path, length: float, ends: Any) -> tuple[list[list[float]], bool]:
-    """Points of a profile, as fractions of the wall's length and values, and whether the values (m) have a unit."""
-    table = read_number_table(path, columns=2, header=False)
-    position, level = ("1" if unit in FRACTIONS else "m" for unit in table.units)
+def _profile(
+    path: Path, length: float, ends: Any, along: bool
+) -> tuple[list[list[float]], list[list[float]] | None, bool]:
+    """Points of a profile, its displacements along the wall (third column), and whether its values (m) have a unit."""
+    table = read_number_table(path, columns=None if along else 2, header=False)
+    if (width := len(table.headers)) not in (2, 3):
+        raise InputError(f"{path}: has {width} columns; due are position, level and, if measured, displacement.")
+    position, level = ("1" if unit in FRACTIONS else "m" for unit in table.units[:2])
     x, value, measured = (
         table.numbers(0, position),
         table.numbers(1, level),
@@ -143,10 +156,16 @@ def _profile(path: Path, length: float, ends: Any) -> tuple[list[list[float]], b
             "metres from its left end, or in the unit of the column's name; 'x (1)': fractions of its length). "
             "table_ends = 'cut' cuts what lies beyond the wall, 'level' or 'extend' also continue what ends before it."
         )
+    horizontal = None
+    if width == 3:
+        if bool(table.unit(2, level)) != measured:
+            raise InputError(f"{path}: level and displacement have a unit in their names both, or none of them.")
+        horizontal = np.column_stack(_at_ends(x, table.numbers(2, level), length, tolerance, ends))
+        horizontal = (horizontal / [length, 1.0]).tolist()
     x, value = _at_ends(x, value, length, tolerance, ends)
     if measured and abs(value[0]) > 0.1 * length:  # reduced levels: only differences act on the wall
         value = value - value[0]
-    return np.column_stack((x / length, value)).tolist(), measured
+    return np.column_stack((x / length, value)).tolist(), horizontal, measured
 
 
 def _at_ends(

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from damagepred.arrays import FloatArray
 from damagepred.scene.described import described
-from damagepred.scene.footing_profile import through_points
+from damagepred.scene.footing_profile import bell, gaussian, through_points
 from damagepred.scene.movement import UP, Kind, Movement
 from damagepred.scene.quantity import Length, Pure
 
@@ -305,20 +305,3 @@ def tree(away: FloatArray, reach: float, exponent: float = 2.0) -> FloatArray:
     2870-2011, Appendix H; Cameron and Beal 2011, Australian Geomechanics 46(3); the figure is assumed).
     """
     return np.maximum(1.0 - np.abs(away) / reach, 0.0) ** exponent
-
-
-def bell(away: FloatArray, reach: float) -> FloatArray:
-    """Wet patch about a leaking pipe: (1 + cos(pi d / reach)) / 2, level in the middle and at its rim.
-
-    The form is this project's choice.
-    """
-    return 0.5 * (1.0 + np.cos(np.pi * np.minimum(np.abs(away) / reach, 1.0)))
-
-
-def gaussian(away: FloatArray, inflection: float) -> FloatArray:
-    """Trough across a tunnel: exp(-d^2 / (2 i^2)).
-
-    Peck (1969), Deep excavations and tunneling in soft ground; i = K z_0 with K of 0.4 to 0.5 in clay (O'Reilly and New
-    1982, Settlements above tunnels in the United Kingdom).
-    """
-    return np.exp(-0.5 * (away / inflection) ** 2)

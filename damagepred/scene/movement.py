@@ -19,12 +19,22 @@ from damagepred.scene.described import described
 from damagepred.scene.footing_profile import arc, three_loads, through_points
 from damagepred.scene.quantity import Count, Length, Pure, Years, to_si
 from damagepred.scene.seasons import Seasons
+from damagepred.scene.settlement import (
+    LEAST_IN_MIDDLE,
+    POINTS,
+    READ_WITH,
+    SETTLEMENTS,
+    ZERO,
+    axis,
+    by_volume_loss,
+    profile_measures,
+    settlement_form,
+    signed_size,
+    trough,
+)
 
 Kind = Annotated[Literal["dishing", "doming", "settle", "heave"], BeforeValidator(lambda w: SYNONYMS.get(str(w), w))]
 UP = ("doming", "heave")
-
-LEAST_IN_MIDDLE = 0.05
-"""Least deviation of the middle from the line through the ends, over the largest deviation of a shape."""
 
 
 def _largest_size(stages: Any, key: str) -> float | None:
@@ -61,6 +71,8 @@ class Stage:
         with only a time or a strain stays where the last one ended.
     surface_movement : float or None
         For mounds instead: the surface movement at the end of the stage (m).
+    settlement : float or None
+        For a movement with a ``settlement`` instead: its size at the end of the stage (m).
     load_factor : float or None
         For laboratory tests instead: controlled quantity of ``[loading]`` at the end of the stage, over its value there
         (1). Below 0 loads and displacement are reversed.
@@ -82,6 +94,7 @@ class Stage:
     kind: Kind = "dishing"
     central_deflection: Length | None = Field(default=None, ge=0)
     surface_movement: Length | None = Field(default=None, ge=0)
+    settlement: Length | None = Field(default=None, ge=0)
     load_factor: Pure | None = Field(default=None, ge=-1, le=1)
     increments: Count = Field(default=10, ge=1)
     time: Years | None = Field(default=None, gt=0)
@@ -89,8 +102,8 @@ class Stage:
 
     @property
     def size(self) -> float:
-        """Deflection, surface movement (m) or load factor (1) at the end of the stage."""
-        return self.surface_movement or self.central_deflection or self.load_factor or 0.0
+        """Deflection, surface movement, settlement (m) or load factor (1) at the end of the stage."""
+        return self.surface_movement or self.central_deflection or self.settlement or self.load_factor or 0.0
 
 
 class History(NamedTuple):
@@ -111,26 +124,30 @@ class Movement:
     ----------
     kind : {"dishing", "doming", "settle", "heave"}
         Dishing (sagging): the centre goes down relative to the ends; doming (hogging): it goes up. At a tree, a pipe, a
-        tunnel and a table of ``[mound]``: the ground goes down (settle) or up (heave).
+        tunnel and a table of ``[mound]``, and with ``settlement``: the ground goes down (settle) or up (heave).
     central_deflection : float
         Final deflection of the centre relative to the ends (m), not negative; 0 for self weight alone. Not read on a
-        mound, nor on jacks under load control; 0 in a test under loads.
+        mound, nor on jacks under load control; 0 in a test under loads and with ``settlement``.
     increments : int
         Number of equal increments.
-    shape : {"three_loads", "parabola", "arc", "table", "jacks", "mound", "loads"}
+    shape : {"three_loads", "parabola", "arc", "table", "settle", "tilt", "trough", "step", "jacks", "mound", "loads"}
         Form of the footing. ``three_loads``: elastic beam under equal loads at the quarter points.
         ``parabola``: uniform small curvature. ``arc``: circle through ends and centre, flatter at smaller deflections;
         under a deformable footing the final circle is scaled, a difference of (deflection / length)^2. ``table``: as
-        given. With the other shapes the footing is a beam that bends freely. ``jacks``: on the supports and jacks of
-        ``[rig]``. ``mound``: on the ``[soil]``, whose surface moves by ``[mound]``. ``loads``: fixed ground, and a
-        laboratory test with the loads of ``[loading]`` in these increments.
+        given. ``settle``: one end, or the ground at ``position``, goes down, level there and at its ``reach``.
+        ``tilt``: a straight line. ``trough``: Gaussian, across a tunnel. ``step``: one part of the ground goes down,
+        the other stays. With the other shapes the footing is a beam that bends freely. ``jacks``: on the supports and
+        jacks of ``[rig]``. ``mound``: on the ``[soil]``, whose surface moves by ``[mound]``. ``loads``: fixed ground,
+        and a laboratory test with the loads of ``[loading]`` in these increments.
     table : sequence of (position, fraction)
         For ``shape = "table"``: position along the wall from 0 to 1, and deflection there in any unit. They are scaled
-        to a deviation of 1 of the middle from the line through the ends. Unequal ends also tilt the wall. A monotone
+        to a deviation of 1 of the middle from the line through the ends, or to ``settlement``. Unequal ends also tilt
+        the wall. A monotone
         cubic (PCHIP) runs between the points. In a scene file it may be the name of a CSV or xlsx file. Its columns are
         position from the wall's left end (m, or the unit in its name) and level (up positive). Levels with a unit, such
         as ``level (mm)``, have sign and size: ``kind`` and ``central_deflection`` follow from them, and must not
-        contradict them. Without a unit they are a form, and both must be given.
+        contradict them; ``settlement`` follows where the middle lies on the line through the ends. A third column has
+        the displacement to the right. Without a unit they are a form, and both must be given.
     table_ends : {"refuse", "cut", "level", "extend"}
         Treatment of a file that does not end at the ends of the wall. ``cut``: points beyond the wall are cut off. The
         others also continue a short profile: at its last level, or in a straight line through its last two points.
@@ -145,6 +162,34 @@ class Movement:
         the bricks). Doming is positive; on a mound it is the surface movement.
     seasons : Seasons or None
         History of some years, of a trend, seasons and steps. It determines the stages and the largest movement.
+    settlement : float or None
+        Size of settle, tilt, trough and step (m), not negative; in a table instead of ``central_deflection``.
+    settlement_is : {"largest", "range", "relative"} or None
+        Meaning of ``settlement``: ``largest`` displacement of the ground (None), of a trough at its axis; ``range``
+        from the lowest to the highest ground under the wall; largest deviation ``relative`` to the line through the
+        ends.
+    end : {"left", "right"} or None
+        End that settles, or side of a step. None: left.
+    position : float or None
+        Place of the largest settlement, instead of an end; axis of the trough; place of the step, along the wall from
+        its left end (m). None: the middle for trough and step.
+    reach : float or None
+        Distance to the end of the settlement (m). None: half the wall's length.
+    trough_width : float or None
+        Distance i of the trough's inflection point from its axis (m). None: half of ``tunnel_depth``.
+    tunnel_depth : float or None
+        z_0 of the tunnel's axis below the footing (m): the ground also moves along the wall, by u = v (x - x_axis) /
+        z_0, towards the axis (O'Reilly and New 1982). None: twice ``trough_width``.
+    volume_loss : float or None
+        V_l of the tunnel (1), from which ``settlement`` follows: V_l pi D^2 / 4 over sqrt(2 pi) i (Peck 1969).
+    tunnel_diameter : float or None
+        D (m), read with ``volume_loss``.
+    horizontal : sequence of (position, displacement)
+        Displacement to the right, in a table's unit.
+    survey_error : float or None
+        Standard deviation of each level of a table (m). Each sample of a study draws other errors.
+    survey_seed : int or None
+        Seed of these errors, which a study sets. None: no errors.
 
     Examples
     --------
@@ -156,23 +201,87 @@ class Movement:
     kind: Kind = "dishing"
     central_deflection: Length = Field(default=8e-3, ge=0)
     increments: Count = Field(default=20, ge=1)
-    shape: Literal["three_loads", "parabola", "arc", "table", "jacks", "mound", "loads"] = "three_loads"
+    shape: Literal[
+        "three_loads", "parabola", "arc", "table", "settle", "tilt", "trough", "step", "jacks", "mound", "loads"
+    ] = "three_loads"
     table: tuple[tuple[Pure, Pure], ...] = ()
     table_ends: Literal["refuse", "cut", "level", "extend"] = "refuse"
     stage: tuple[Stage, ...] = ()
     history: str | None = None
     seasons: Seasons | None = None
+    settlement: Length | None = Field(default=None, ge=0)
+    settlement_is: Literal["largest", "range", "relative"] | None = None
+    end: Literal["left", "right"] | None = None
+    position: Length | None = None
+    reach: Length | None = Field(default=None, gt=0)
+    trough_width: Length | None = Field(default=None, gt=0)
+    tunnel_depth: Length | None = Field(default=None, gt=0)
+    volume_loss: Pure | None = Field(default=None, gt=0, lt=1)
+    tunnel_diameter: Length | None = Field(default=None, gt=0)
+    horizontal: tuple[tuple[Pure, Pure], ...] = ()
+    survey_error: Length | None = Field(default=None, ge=0)
+    survey_seed: Count | None = Field(default=None, ge=0)
 
     @model_validator(mode="before")
     @classmethod
     def _take_largest_stage(cls, given: Any) -> Any:
-        """Take the largest of the stages for a central deflection that is left out."""
+        """Take the largest of the stages for a size that is left out, and the words of a settlement."""
         values = given.kwargs if isinstance(given, ArgsKwargs) else given
-        if not isinstance(values, Mapping) or "central_deflection" in values:
+        if not isinstance(values, Mapping):
             return given
-        full = _largest_size(values.get("stage"), "central_deflection")
-        values = values if full is None else {**values, "central_deflection": full}
+        settled, stages = _largest_size(values.get("stage"), "settlement"), values.get("stage")
+        settles = values.get("shape") in SETTLEMENTS or values.get("settlement") is not None or settled is not None
+        key = "settlement" if settles else "central_deflection"
+        full = settled if settles else _largest_size(stages, key)
+        if settles:
+            values = {"kind": "settle", "central_deflection": 0.0, **values}
+        if full is not None and values.get(key) is None:
+            values = {**values, key: full}
         return ArgsKwargs(given.args, dict(values)) if isinstance(given, ArgsKwargs) else values
+
+    @model_validator(mode="after")
+    def _settlement_fits(self) -> Movement:
+        """Refuse keys that the shape does not read, and settlements without a size."""
+        for key, shapes in READ_WITH.items():
+            if getattr(self, key) not in (None, ()) and self.shape not in shapes:
+                raise ValueError(
+                    f"{key}: only read with shape = {' or '.join(map(repr, shapes))}; here shape = '{self.shape}'"
+                )
+        if self.settlement is not None and self.shape not in (*SETTLEMENTS, "table"):
+            raise ValueError(
+                f"settlement: goes with shape = {', '.join(map(repr, SETTLEMENTS))} or 'table'; shape = '{self.shape}' "
+                f"takes {'surface_movement in [mound]' if self.shape == 'mound' else 'central_deflection'}"
+            )
+        if not self.settles:
+            if self.settlement_is is not None:
+                raise ValueError("settlement_is: is missing its settlement, such as settlement = '25 mm'")
+            return self
+        if not self.local:
+            raise ValueError(
+                f"kind = '{self.kind}': with settlement the ground goes down ('settle') or up ('heave'); take one of "
+                "these, or leave kind out"
+            )
+        if self.central_deflection:
+            raise ValueError(
+                f"central_deflection = {self.central_deflection:g} m: the size is settlement; leave out one of both"
+            )
+        if self.shape == "settle" and self.end and self.position is not None:
+            raise ValueError("end: is not read with position; leave out one of both")
+        if self.shape == "trough" and not (self.trough_width or self.tunnel_depth):
+            raise ValueError(
+                "trough_width: is missing; shape = 'trough' needs the distance i of the inflection point from the axis "
+                "(m), or tunnel_depth"
+            )
+        lost = (self.volume_loss, self.tunnel_diameter)
+        if any(lost) and not all(lost):
+            raise ValueError("volume_loss: goes with tunnel_diameter; give both, or settlement")
+        if all(lost) and (self.stage or self.seasons or self.settlement is not None):
+            raise ValueError("volume_loss: determines the settlement; leave out settlement, stages and seasons, or it")
+        if self.settlement is None and not any(lost) and self.seasons is None:
+            raise ValueError(f"settlement: is missing; shape = '{self.shape}' needs its size, such as '25 mm'")
+        if self.shape == "tilt" and self.settlement_is == "relative":
+            raise ValueError("settlement_is = 'relative': a tilt is a straight line; take 'largest'")
+        return self
 
     @model_validator(mode="after")
     def _stages_fit(self) -> Movement:
@@ -192,9 +301,9 @@ class Movement:
             raise ValueError("history: names a CSV file beside a scene file; here give stage instead")
         if not self.stage:
             return self
-        sizes = {"mound": "surface_movement", "loads": "load_factor"}
-        wanted = sizes.get(self.shape, "central_deflection")
-        others = [name for name in ("central_deflection", "surface_movement", "load_factor") if name != wanted]
+        wanted = self.size_key
+        names = ("central_deflection", "surface_movement", "settlement", "load_factor")
+        others = [name for name in names if name != wanted]
         held: list[Stage] = []
         for s in self.stage:  # a stage of time or strain alone stays where the last one ended
             before = held[-1] if held else Stage(kind=self.kind, **{wanted: 0.0})  # type: ignore[arg-type]
@@ -215,13 +324,13 @@ class Movement:
                 f"stage: the largest load_factor of all stages must be 1 or -1; it is {self.largest:g}. [loading] has "
                 "the largest value of the test"
             )
-        if self.shape not in sizes:
-            self.require_largest("central_deflection", self.central_deflection)
+        if self.shape not in ("mound", "loads"):
+            self.require_largest(wanted, self.size)
         return self
 
     def _take_stages(self, seasons: Seasons) -> None:
         """Set the stages of seasons, and the largest deflection."""
-        size = "surface_movement" if self.shape == "mound" else "central_deflection"
+        size = self.size_key
         stages = tuple(
             Stage(kind=self.kind if u >= 0 else self.other, time=t, increments=seasons.increments, **{size: abs(u)})
             for u, t in zip(seasons.movements().tolist(), seasons.times.tolist())
@@ -236,11 +345,11 @@ class Movement:
         return max((abs(s.size) for s in self.stage), default=0.0)
 
     def with_seed(self, *entropy: int) -> Movement:
-        """Same movement with another seed of its seasons, from whole numbers such as a study's seed and a sample."""
-        if self.seasons is None:
-            return self
-        seed = int(np.random.SeedSequence([self.seasons.seed, *entropy]).generate_state(1)[0])
-        return replace(self, seasons=replace(self.seasons, seed=seed))
+        """Same movement with other seasons and survey errors, from numbers such as a study's seed and a sample."""
+        first = (self.survey_seed or 0) if self.seasons is None else self.seasons.seed
+        seed = int(np.random.SeedSequence([first, *entropy]).generate_state(1)[0])
+        seeded = self if not self.survey_error else replace(self, survey_seed=seed)
+        return seeded if self.seasons is None else replace(seeded, seasons=replace(self.seasons, seed=seed))
 
     def require_largest(self, name: str, full: float) -> None:
         """Check that the full movement is the largest of the stages (ValueError).
@@ -264,22 +373,37 @@ class Movement:
             if self.table:
                 raise ValueError(f"table: only read with shape = 'table'; here shape = '{self.shape}'")
             return self
-        if len(self.table) < 3:
-            raise ValueError("table: needs at least 3 points [position, fraction], from position 0 to 1")
-        position = [p for p, _ in self.table]
-        if position[0] != 0 or position[-1] != 1 or any(b <= a for a, b in itertools.pairwise(position)):
-            raise ValueError("table: positions must rise from 0 to 1 (fractions of the wall's length)")
+        for name, points, least in (("table", self.table, 3 - self.settles), ("horizontal", self.horizontal, 2)):
+            if name == "horizontal" and not points:
+                continue
+            if len(points) < least:
+                raise ValueError(f"{name}: needs at least {least} points [position, fraction], from position 0 to 1")
+            at = [p for p, _ in points]
+            if at[0] != 0 or at[-1] != 1 or any(b <= a for a, b in itertools.pairwise(at)):
+                raise ValueError(f"{name}: positions must rise from 0 to 1 (fractions of the wall's length)")
+        if self.settles:
+            if abs(self._table_size) <= ZERO * np.abs(self.table).max():
+                raise ValueError(
+                    f"table: nothing moves by settlement_is = '{self.settlement_is or 'largest'}'; give other points"
+                )
+            return self
         position, value = np.array(self.table).T
         departure = np.abs(value - np.interp(position, [0.0, 1.0], value[[0, -1]])).max()
         if abs(self._off_chord) <= LEAST_IN_MIDDLE * departure:
             raise ValueError(
                 "table: the middle (position 0.5) lies on the line through the ends, or nearly; its distance from it "
-                "is the central deflection, to which the others scale"
+                "is the central deflection, to which the others scale. Give settlement in place of central_deflection"
             )
         return self
 
     @classmethod
-    def from_function(cls, profile: Callable[[FloatArray], ArrayLike], points: int = 41, **settings: Any) -> Movement:
+    def from_function(
+        cls,
+        profile: Callable[[FloatArray], ArrayLike],
+        points: int = 41,
+        horizontal: Callable[[FloatArray], ArrayLike] | None = None,
+        **settings: Any,
+    ) -> Movement:
         """Movement with the shape of a function.
 
         Parameters
@@ -288,8 +412,10 @@ class Movement:
             Positions from 0 to 1, an array -> deflections there, in any unit.
         points : int
             Number of equally spaced points of the table.
+        horizontal : callable, optional
+            Likewise the displacements to the right.
         **settings
-            Other values of the movement, such as ``central_deflection``.
+            Other values of the movement, such as ``central_deflection`` or ``settlement``.
 
         Examples
         --------
@@ -301,10 +427,41 @@ class Movement:
         """
         require_count("points", points)
         position = np.linspace(0.0, 1.0, max(points, 3))
-        values = np.asarray(profile(position), dtype=np.float64)
-        if values.shape != position.shape or not np.isfinite(values).all():
-            raise InputError("profile: must return a finite number for each of the positions it is given.")
-        return cls(shape="table", table=tuple(zip(position.tolist(), values.tolist())), **settings)
+        tables = {}
+        for name, function in (("table", profile), ("horizontal", horizontal)):
+            if function is None:
+                continue
+            values = np.asarray(function(position), dtype=np.float64)
+            if values.shape != position.shape or not np.isfinite(values).all():
+                raise InputError("profile: must return a finite number for each of the positions it is given.")
+            tables[name] = tuple(zip(position.tolist(), values.tolist()))
+        return cls(shape="table", **tables, **settings)
+
+    @property
+    def settles(self) -> bool:
+        """Whether the size of the movement is its settlement."""
+        return self.shape in SETTLEMENTS or self.settlement is not None
+
+    @property
+    def size_key(self) -> str:
+        """Name of the size, in stages and in the tables ``[movement]`` or ``[mound]``."""
+        keys = {"mound": "surface_movement", "loads": "load_factor"}
+        return keys.get(self.shape, "settlement" if self.settles else "central_deflection")
+
+    @property
+    def size(self) -> float:
+        """Settlement, or else central deflection (m)."""
+        if not self.settles:
+            return self.central_deflection
+        return by_volume_loss(self) if self.settlement is None else self.settlement
+
+    @property
+    def _table_size(self) -> float:
+        """Size of the table, in its unit, with the sign of its largest value."""
+        if not self.settles:
+            return self._off_chord
+        position, value = np.array(self.table).T
+        return signed_size(value, position, self.settlement_is)
 
     @property
     def _off_chord(self) -> float:
@@ -381,13 +538,13 @@ class Movement:
         length : float
             Length of the wall (m).
         load_factor : float
-            Present deflection over ``central_deflection``.
+            Present movement over the full one.
 
         Returns
         -------
         array of float
             Same shape. The middle deviates by +/- ``load_factor`` times ``central_deflection`` from the line through
-            the ends; the ends are fixed except in a table.
+            the ends, which are fixed except in a table. With ``settlement`` this is the size of the profile.
 
         Raises
         ------
@@ -400,14 +557,67 @@ class Movement:
                 "take 'three_loads', 'parabola', 'arc' or 'table' for a prescribed one."
             )
         xi = np.asarray(position, dtype=np.float64) / length
-        deflection = load_factor * self.central_deflection
-        return self.sign * deflection * self._form(xi, abs(deflection) / length)
+        size = load_factor * self.size
+        return self.sign * size * self._form(xi, length, abs(size) / length)
 
-    def _form(self, xi: FloatArray, ratio: float) -> FloatArray:
+    def _form(self, xi: FloatArray, length: float, ratio: float) -> FloatArray:
         if self.shape == "three_loads":
             return three_loads(xi)
         if self.shape == "parabola":
             return 4.0 * xi * (1.0 - xi)
         if self.shape == "arc":
             return arc(xi, ratio)
-        return through_points(self.table, xi) / self._off_chord
+        if self.shape == "table":
+            return through_points(self._surveyed, xi) / self._table_size
+        form = settlement_form(self, xi * length, length)
+        return form if self.settlement_is in (None, "largest") else form / self._form_size(length)
+
+    def _form_size(self, length: float) -> float:
+        x = np.linspace(0.0, length, POINTS)
+        return abs(signed_size(settlement_form(self, x, length), x, self.settlement_is))
+
+    @property
+    def _surveyed(self) -> tuple[tuple[float, float], ...]:
+        """Table with errors of survey."""
+        if self.survey_seed is None or not (self.survey_error and self.size):
+            return self.table
+        errors = np.random.default_rng(self.survey_seed).standard_normal(len(self.table))
+        scale = self.survey_error * self._table_size / self.size
+        return tuple((x, value + scale * error) for (x, value), error in zip(self.table, errors.tolist()))
+
+    @property
+    def moves_along(self) -> bool:
+        """Whether the ground also moves along the wall."""
+        return self.shape == "trough" or bool(self.horizontal)
+
+    def horizontal_profile(self, position: FloatArray, length: float, load_factor: float = 1.0) -> FloatArray:
+        """Displacement of the ground to the right (m), as ``profile``."""
+        x, size = np.asarray(position, dtype=np.float64), load_factor * self.size
+        if self.shape == "trough":
+            return self.profile(x, length, load_factor) * (x - axis(self, length)) / trough(self)[1]
+        if not self.horizontal:
+            return np.zeros_like(x)
+        return self.sign * size * through_points(self.horizontal, x / length) / self._table_size
+
+    def measures(self, length: float, gauge: float) -> dict[str, float]:
+        """Settlement and the measures of its distortion under a wall of ``length``, over a ``gauge`` length (m)."""
+        x = np.linspace(0.0, length, POINTS)
+        profiles = self.profile(x, length), self.horizontal_profile(x, length)
+        return {"settlement": self.size, **profile_measures(*profiles, length, gauge)}
+
+    def check_settlement(self, length: float) -> None:
+        """Refuse a settlement that the wall does not feel (ValueError)."""
+        if self.shape not in SETTLEMENTS:
+            return
+        x = np.linspace(0.0, length, POINTS)
+        form = settlement_form(self, x, length)
+        if np.abs(form).max() <= 1e-6:
+            raise ValueError(
+                f"movement.position = {self.position:g} m: the movement does not reach the wall (0 to {length:g} m); "
+                "move it nearer, or make it wider"
+            )
+        if abs(signed_size(form, x, self.settlement_is)) <= 1e-6:
+            raise ValueError(
+                f"movement.settlement_is = '{self.settlement_is}': the ground under the wall stays "
+                f"{'level' if self.settlement_is == 'range' else 'straight'}; take 'largest'"
+            )

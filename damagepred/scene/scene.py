@@ -30,6 +30,7 @@ from damagepred.scene.movement import Movement, with_largest_stage
 from damagepred.scene.quantity import to_si
 from damagepred.scene.rig import Rig
 from damagepred.scene.settings import Damage, Solver
+from damagepred.scene.settlement import POINTS, signed_size
 from damagepred.scene.soil import Soil
 from damagepred.scene.soil_log import SoilLayer, Suction, surface_movement, with_climate_zone
 from damagepred.scene.strain import Creep, Strain
@@ -38,7 +39,12 @@ from damagepred.scene.wall import EDGE_TOLERANCE, ControlJoint, Opening, Wall
 STUDY_KEYS = ("scene", "study", "variables", "correlation")
 """Keys of study files only."""
 
-FOLLOWING = ("mound.surface_movement", "movement.central_deflection", "movement.seasons.swing")
+FOLLOWING = (
+    "mound.surface_movement",
+    "movement.central_deflection",
+    "movement.settlement",
+    "movement.seasons.swing",
+)
 """Numbers determined by a soil log or seasons."""
 
 
@@ -156,11 +162,12 @@ class Scene:
         self._slow_strains_fit()
         if self.movement.stage and self.dynamics is not None:
             raise ValueError("dynamics: a run in time reads no stages; leave out [dynamics], or [[movement.stage]]")
-        if self._deflection_is_given and self.movement.central_deflection > 0.1 * wall.length:
+        size = self.movement.size
+        if (self.movement.settles or self._deflection_is_given) and size > 0.1 * wall.length:
             raise ValueError(
-                f"movement.central_deflection = {self.movement.central_deflection:g} m: more than a tenth of the "
+                f"{self.movement_key} = {size:g} m: more than a tenth of the "
                 f"wall's length ({wall.length:g} m) is outside the small rotations of this model."
-                + likely_unit(self.movement.central_deflection, 0.1 * wall.length, "m")
+                + likely_unit(size, 0.1 * wall.length, "m")
             )
         return self
 
@@ -248,10 +255,12 @@ class Scene:
                 "footing.concrete: zones of a footing stay elastic, so it cannot crack with solver.footing = "
                 "'deformable'; take footing = 'beam', or leave out [footing.concrete]"
             )
-        if self.movement.local and not (shape == "mound" and self.mound.shape in LOCAL):
+        self.movement.check_settlement(self.wall.length)
+        if self.movement.local and not (self.movement.settles or (shape == "mound" and self.mound.shape in LOCAL)):
             raise ValueError(
                 f"movement.kind = '{self.movement.kind}': goes with movement.shape = 'mound' and mound.shape = "
-                f"{' or '.join(map(repr, LOCAL))}, where the ground moves in one place; here movement.shape = '{shape}'"
+                f"{' or '.join(map(repr, LOCAL))}, where the ground moves in one place, or with movement.settlement; "
+                f"here movement.shape = '{shape}'"
                 + (f" and mound.shape = '{self.mound.shape}'" if shape == "mound" else "")
                 + ". Take 'dishing' or 'doming'"
             )
@@ -327,6 +336,9 @@ class Scene:
         kind, length = self.movement.kind, self.wall.length
         if kind == "dishing" or kind == "doming":
             return kind
+        if self.movement.settles:
+            x = np.linspace(0.0, length, POINTS)
+            return "doming" if signed_size(self.movement.profile(x, length), x, "relative") > 0 else "dishing"
         start, middle, end = self.mound.profile(np.array([0.0, 0.5 * length, length]), length, kind)
         return "doming" if middle > 0.5 * (start + end) else "dishing"
 
@@ -366,7 +378,14 @@ class Scene:
     @property
     def _deflection_is_given(self) -> bool:
         """Whether ``movement.central_deflection`` controls the movement."""
-        return self.movement.prescribed or (self.movement.shape == "jacks" and self.rig.control == "deflection")
+        jacked = self.movement.shape == "jacks" and self.rig.control == "deflection"
+        return (self.movement.prescribed and not self.movement.settles) or jacked
+
+    @property
+    def movement_key(self) -> str:
+        """Key of the size of the movement."""
+        key = "central_deflection" if self.movement.shape == "loads" else self.movement.size_key
+        return f"{'mound' if self.movement.shape == 'mound' else 'movement'}.{key}"
 
     @property
     def footing_model(self) -> Literal["none", "beam", "deformable"]:
@@ -571,7 +590,7 @@ class Scene:
             *way, last = (key for _, key in self._steps(path))
             target: Any = reduce(lambda table, key: table[key], way, tables)
             target[last] = float(value)
-        full = "mound.surface_movement" if self.movement.shape == "mound" else "movement.central_deflection"
+        full = self.movement_key
         self._require_free(full, values)
         if self.movement.stage and full in values:  # scales the history
             table, key = full.split(".")
@@ -594,7 +613,7 @@ class Scene:
             raise InputError(f"'{fixed[0]}': follows from other keys; sample these, such as {by}.")
 
     def with_seed(self, *entropy: int) -> Scene:
-        """Copy with another seed of its seasons, if any.
+        """Copy with another seed of its seasons and survey errors, if any.
 
         Parameters
         ----------
@@ -608,7 +627,7 @@ class Scene:
         >>> house.with_seed(1, 4) == house.with_seed(1, 4) != house.with_seed(1, 5)
         True
         """
-        if self.movement.seasons is None:
+        if self.movement.seasons is None and not self.movement.survey_error:
             return self
         scene = replace(self, movement=self.movement.with_seed(*entropy))
         object.__setattr__(scene, "given", self.given)

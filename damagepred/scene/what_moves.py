@@ -53,6 +53,9 @@ def what_moves(scene: Scene) -> str:
         grounds = sorted((_ground(scene, factor) for factor in sides), key=lambda ground: -ground[0])
         words = [text for _, text in grounds] or [STILL]
         said = ["; in its history also: ".join([words[0], *(text[0].lower() + text[1:] for text in words[1:])])]
+    if movement.moves_along and said != [STILL]:
+        shift = movement.horizontal_profile(np.linspace(0.0, length, PROFILE_POINTS), length)
+        said.append(f"it also moves along the wall, by up to {_mm(float(np.abs(shift).max()))}")
     if movement.shape == "mound" and said != [STILL]:
         swelling = scene.soil.stiffness_key(movement.kind) == "swelling_stiffness"
         clay = mound.shape not in LOCAL or (mound.shape == "tree" and movement.local)
@@ -80,6 +83,10 @@ def _ground(scene: Scene, factor: float) -> tuple[float, str]:
     moved = f"{'up' if rise[top] > 0 else 'down'} by {_mm(largest)}"
     if np.ptp(rise) <= EQUAL_MOVEMENT * largest:
         return largest, f"The whole ground goes {moved}"
+    jumps = np.flatnonzero(np.abs(np.diff(rise)) > 0.5 * np.ptp(rise)) if scene.movement.shape == "step" else x[:0]
+    if len(jumps):
+        side = "left" if abs(rise[0]) > abs(rise[-1]) else "right"
+        return largest, f"The ground {side} of {x[int(jumps[0])]:.3g} m goes {moved} in one step, the other part stays"
     still = np.flatnonzero(rise * np.sign(rise[top]) <= ZERO_MOVEMENT * largest)
     before, after = still[still < top][-1:], still[still > top][:1]
     ends = [

@@ -19,6 +19,11 @@ MEASURES = (
     "differential_movement",
     "central_deflection",
     "deflection_ratio",
+    "settlement",
+    "differential_settlement",
+    "angular_distortion",
+    "ground_tilt",
+    "horizontal_strain",
     "curvature",
     "footing_curvature",
     "load_displacement",
@@ -30,6 +35,9 @@ MEASURES = (
 - ``surface_movement``: y_s of a mound (m);
 - ``differential_movement``: y_m of a mound, the share of y_s that comes between edge and middle (m);
 - ``central_deflection``: of the footing (m); ``deflection_ratio``: that over the length between its ends;
+- ``settlement``: of the ground (m), by ``movement.settlement_is``; ``differential_settlement``: height of the highest
+  ground over the lowest (m); ``angular_distortion``: beta, largest slope relative to the line through the ends (1);
+  ``ground_tilt``: slope of this line (1); ``horizontal_strain``: of the ground along the wall (1);
 - ``curvature``: of the arc with that deflection, 8 D / L^2 (1/m). It is a mean over the wall: prescribed forms, jacks
   and mounds of the same deflection have the same, and walls of other lengths can be compared;
 - ``footing_curvature``: the largest of the footing, where the archive has its sections (1/m). Where concrete cracks it
@@ -90,17 +98,20 @@ def check_states(ds: xr.Dataset, name: str) -> None:
 def movement_measure(ds: xr.Dataset) -> str:
     """Measure that drives a study or a wall.
 
-    On a mound ``surface_movement``, in a laboratory test ``load_displacement``, otherwise the deflection.
+    On a mound ``surface_movement``, of settling ground ``settlement``, in a laboratory test ``load_displacement``,
+    otherwise the deflection.
     """
     if "load_displacement" in ds.variables:
         return "load_displacement"
-    on_ground = "surface_movement" in ds.variables and bool(np.isfinite(ds["surface_movement"].values).any())
-    return "surface_movement" if on_ground else "central_deflection"
+    ground = (n for n in ("surface_movement", "settlement") if n in ds and bool(np.isfinite(ds[n].values).any()))
+    return next(ground, "central_deflection")
 
 
 def movement_words(ds: xr.Dataset, measure: str | None = None) -> str:
     """Name in words of the movement of a wall, a study or results of one; only of a reactive site ``OF_SITE``."""
     name = measure or str(ds.attrs.get("intensity_measure", "")) or movement_measure(ds)
+    if name == "settlement":
+        return _settlement_words(str(ds.attrs.get("scene", "")))
     if name != "surface_movement":
         return name.replace("_", " ")
     kept = [str(ds[coord].attrs.get("long_name")) for coord in ("intensity", "movement") if coord in ds.coords]
@@ -112,6 +123,17 @@ def _ground_words(scene: str) -> str:
     tables = tomllib.loads(scene)
     on_mound = tables.get("movement", {}).get("shape") == "mound"
     return LOCAL.get(tables.get("mound", {}).get("shape"), OF_SITE) if on_mound else OF_SITE
+
+
+@lru_cache(maxsize=8)
+def _settlement_words(scene: str) -> str:
+    movement = tomllib.loads(scene).get("movement", {})
+    what = "heave" if movement.get("kind") == "heave" else "settlement"
+    measure, shape = movement.get("settlement_is", "largest"), movement.get("shape")
+    if measure != "largest":
+        return f"differential {what}" if measure == "range" else f"{what} relative to the ends"
+    of_shape = {"tilt": f"{what} of one end", "trough": f"{what} at the trough's axis", "step": "step of the ground"}
+    return of_shape.get(str(shape), f"largest {what}")
 
 
 def chosen_intensity(ds: xr.Dataset, intensity: str | None) -> str:
@@ -131,6 +153,8 @@ def _available(ds: xr.Dataset, name: str) -> bool:
     parts = _MADE_OF.get(name, (name,)) if name not in ds.variables else (name,)
     if not all(name_ in ds.variables and ds[name_].dims[:1] == ("sample",) for name_ in parts):
         return False
+    if name == "curvature" and "settlement" in ds:  # the profile is no arc
+        return False
     if name == "differential_movement" and name not in ds.variables and _movement_ratio(ds) is None:
         return False
     return all(np.issubdtype(ds[p].dtype, np.number) and bool(np.isfinite(ds[p].values).any()) for p in parts)
@@ -140,6 +164,8 @@ def attributes(ds: xr.Dataset, name: str) -> dict[str, str]:
     """Return unit and name in words of a measure."""
     if name in ds.variables:
         stated = ds[name].attrs
+        if name == "settlement":
+            stated = {**stated, "long_name": movement_words(ds, name)}
         if name == "surface_movement" and (words := movement_words(ds, name)) != OF_SITE:
             stated = {**stated, "long_name": words}
         return {"long_name": str(stated.get("long_name", name)), "units": str(stated.get("units", "1"))}
