@@ -74,7 +74,8 @@ def _take_profile(tables: dict[str, Any], key: str, path: Path) -> None:
     central = key == "movement" and not settles
     size = "surface_movement" if key == "mound" else "settlement" if settles else "central_deflection"
     largest = off_chord if central else signed_size(values, position, table.get("settlement_is"))
-    where = f"{path}: the {'middle lies' if central else 'movement is'} {1e3 * largest:+.4g} mm"
+    what = "middle lies" if central else f"{table.get('settlement_is', 'largest')} movement is"
+    where = f"{path}: the {what} {1e3 * largest:+.4g} mm"
     where += " off the line through the ends (up positive)" if central else " (up positive)"
     if along:
         table["horizontal"] = along

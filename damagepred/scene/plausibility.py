@@ -55,6 +55,9 @@ _MOST = {
     # the ground around and below
     "mound.position": (5000.0, 500.0),
     "mound.reach": _AROUND,
+    "movement.settlement": _MOVED,
+    "movement.position": (5000.0, 500.0),
+    **dict.fromkeys(("movement.reach", "trough_width", "tunnel_diameter"), _AROUND),
     "mound.edge_distance": _AROUND,
     "mound.dishing_edge_base": _AROUND,
     "tunnel_depth": _AROUND,

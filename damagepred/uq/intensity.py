@@ -111,7 +111,8 @@ def movement_words(ds: xr.Dataset, measure: str | None = None) -> str:
     """Name in words of the movement of a wall, a study or results of one; only of a reactive site ``OF_SITE``."""
     name = measure or str(ds.attrs.get("intensity_measure", "")) or movement_measure(ds)
     if name == "settlement":
-        return _settlement_words(str(ds.attrs.get("scene", "")))
+        own = ds["intensity"].attrs.get("long_name") if "intensity" in ds.coords else None
+        return str(own or _settlement_words(str(ds.attrs.get("scene", ""))))
     if name != "surface_movement":
         return name.replace("_", " ")
     kept = [str(ds[coord].attrs.get("long_name")) for coord in ("intensity", "movement") if coord in ds.coords]

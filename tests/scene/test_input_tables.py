@@ -72,7 +72,7 @@ FORM = LEVELS.replace("level (mm)", "level")
         ("0,0\n0.5,1\n1,0\n", 'kind = "doming"\ncentral_deflection = 0.01', "goes from 0 to 1 m"),
         ("0,0\n2,1\n1,1\n4,0\n", "", "line 3: positions must rise"),
         ("1,2\n", "", "at least two points"),
-        ("0,0,0\n2,1,0\n4,0,0\n", "", "3 columns, and 2 are due"),
+        ("0,0,0\n2,1,0\n4,0,0\n", "", "its second column has no unit"),
         ("x (m),level (kPa)\n0,0\n2,1\n4,0\n", "", "wrong kind of unit"),
         ("0,0\n2,a\n4,0\n", "", "line 2"),
     ],
