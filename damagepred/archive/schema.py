@@ -87,7 +87,7 @@ VARIABLES: dict[str, Variable] = {
     "movement": Variable(
         _STEP,
         "m",
-        "of a study: surface_movement, settlement or else central_deflection, where all samples have the same",
+        "of a study: surface_movement, settlement or central_deflection, where all samples have the same",
     ),
     "load_force": Variable(_STEP, "N", "load of all strips of a laboratory test together, in their directions"),
     "load_displacement": Variable(_STEP, "m", "displacement of these strips in their directions, after the dead load"),

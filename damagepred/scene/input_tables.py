@@ -160,7 +160,7 @@ def _profile(
     horizontal = None
     if width == 3:
         if bool(table.unit(2, level)) != measured:
-            raise InputError(f"{path}: level and displacement have a unit in their names both, or none of them.")
+            raise InputError(f"{path}: level and displacement both have a unit in their names, or neither has.")
         horizontal = np.column_stack(_at_ends(x, table.numbers(2, level), length, tolerance, ends))
         horizontal = (horizontal / [length, 1.0]).tolist()
     x, value = _at_ends(x, value, length, tolerance, ends)

@@ -450,7 +450,7 @@ class Movement:
 
     @property
     def size(self) -> float:
-        """Settlement, or else central deflection (m)."""
+        """Settlement or central deflection (m)."""
         if not self.settles:
             return self.central_deflection
         return by_volume_loss(self) if self.settlement is None else self.settlement
@@ -591,7 +591,13 @@ class Movement:
         return self.shape == "trough" or bool(self.horizontal)
 
     def horizontal_profile(self, position: FloatArray, length: float, load_factor: float = 1.0) -> FloatArray:
-        """Displacement of the ground to the right (m), as ``profile``."""
+        """Displacement of the ground to the right (m).
+
+        Parameters
+        ----------
+        position, length, load_factor
+            As for ``profile``.
+        """
         x, size = np.asarray(position, dtype=np.float64), load_factor * self.size
         if self.shape == "trough":
             return self.profile(x, length, load_factor) * (x - axis(self, length)) / trough(self)[1]
@@ -600,7 +606,15 @@ class Movement:
         return self.sign * size * through_points(self.horizontal, x / length) / self._table_size
 
     def measures(self, length: float, gauge: float) -> dict[str, float]:
-        """Settlement and the measures of its distortion under a wall of ``length``, over a ``gauge`` length (m)."""
+        """Settlement of the ground and the measures of its distortion, by the names of their variables.
+
+        Parameters
+        ----------
+        length : float
+            Length of the wall (m).
+        gauge : float
+            Length over which slopes and strains are measured (m), such as that of a brick.
+        """
         x = np.linspace(0.0, length, POINTS)
         profiles = self.profile(x, length), self.horizontal_profile(x, length)
         return {"settlement": self.size, **profile_measures(*profiles, length, gauge)}

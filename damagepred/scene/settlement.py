@@ -29,7 +29,7 @@ DEPTH_OVER_WIDTH = 2.0
 LEAST_IN_MIDDLE = 0.05
 """Least deviation of the middle from the line through the ends, over the largest deviation of a shape."""
 ZERO = 1e-9
-"""Size of a profile, over its largest value, that is 0 but for rounding."""
+"""Size of a profile, over its largest value, that counts as 0 because of rounding."""
 POINTS = 2001
 """Points along the wall at which a profile is measured."""
 
