@@ -109,7 +109,8 @@ def margin(scene: Scene, fields: Mapping[str, FloatArray], question: Question) -
     model = model_of(scene, fields)
     rules = Rules.from_settings(**asdict(scene.damage))
     limit = rules.table.limits[question.category - 1]
-    full = scene.movement.size if model.surface_movement is None else model.surface_movement
+    full = model.central_deflection if model.surface_movement is None else model.surface_movement
+    full = scene.movement.size if scene.movement.settles else full
     before, width_before = 0.0, 0.0
     try:
         for step in follow(model, scene.solver, scene.damage, scene.movement.increments):

@@ -38,7 +38,7 @@ UP = ("doming", "heave")
 
 
 def _largest_size(stages: Any, key: str) -> float | None:
-    """Largest size (m) of stages, tables or objects; None where none has one, or one is no length."""
+    """Largest size (m) of stages, tables or objects; None if no size is a length."""
     listed = stages if isinstance(stages, list | tuple) else ()
     sizes = [s.get(key) if isinstance(s, Mapping) else getattr(s, key, None) for s in listed]
     try:
@@ -596,7 +596,7 @@ class Movement:
         Parameters
         ----------
         position, length, load_factor
-            As for ``profile``.
+            Same as for ``profile``.
         """
         x, size = np.asarray(position, dtype=np.float64), load_factor * self.size
         if self.shape == "trough":
@@ -613,7 +613,7 @@ class Movement:
         length : float
             Length of the wall (m).
         gauge : float
-            Length over which slopes and strains are measured (m), such as that of a brick.
+            Length over which slopes and strains are measured (m), such as one brick.
         """
         x = np.linspace(0.0, length, POINTS)
         profiles = self.profile(x, length), self.horizontal_profile(x, length)
