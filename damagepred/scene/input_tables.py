@@ -161,8 +161,8 @@ def _profile(
     if width == 3:
         if bool(table.unit(2, level)) != measured:
             raise InputError(f"{path}: level and displacement both have a unit in their names, or neither has.")
-        horizontal = np.column_stack(_at_ends(x, table.numbers(2, level), length, tolerance, ends))
-        horizontal = (horizontal / [length, 1.0]).tolist()
+        along_x, shift = _at_ends(x, table.numbers(2, level), length, tolerance, ends)
+        horizontal = np.column_stack((along_x / length, shift)).tolist()
     x, value = _at_ends(x, value, length, tolerance, ends)
     if measured and abs(value[0]) > 0.1 * length:  # reduced levels: only differences act on the wall
         value = value - value[0]

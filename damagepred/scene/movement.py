@@ -427,7 +427,7 @@ class Movement:
         """
         require_count("points", points)
         position = np.linspace(0.0, 1.0, max(points, 3))
-        tables = {}
+        tables: dict[str, Any] = {}
         for name, function in (("table", profile), ("horizontal", horizontal)):
             if function is None:
                 continue
