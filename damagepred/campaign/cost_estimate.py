@@ -31,8 +31,8 @@ from damagepred.scene.what_moves import what_moves
 
 MOST_SAMPLES = 10**9
 """Largest number of samples: the points of a scrambled Sobol sequence."""
-REPEATED_BELOW = 5.0
-"""Time of a wall (s) below which it is timed again: the first wall of a process also loads libraries and kernels."""
+REPEATED_BELOW = 1 / 3
+"""Share of the timing limit below which a wall is timed again: the first one also compiles or loads kernels."""
 DESIGN_COPIES = 8
 """Copies of each input of each sample (8 bytes) while a design is drawn and written."""
 
@@ -142,7 +142,7 @@ def estimate_cost(
     count = scene.movement.increment_count if dynamics is None else dynamics.outputs
     began = time.perf_counter()
     seconds, status, cautions = _timed(scene, fields, count, on_step, limits, timing_limit)
-    if seconds < REPEATED_BELOW:
+    if seconds < REPEATED_BELOW * timing_limit:
         seconds = min(seconds, _timed(scene, fields, count, None, limits, timing_limit)[0])
     timed = [seconds]
     if sampled is not None and scene.movement.stage:

@@ -22,7 +22,6 @@ STUDIES = HERE.parent
 sys.path[:0] = [str(STUDIES / "bryant_1993"), str(STUDIES / "validation")]
 
 from cases import bent_before, further, on_jacks, read_case, results_of_the_test  # noqa: E402
-from judging import write_page  # noqa: E402
 
 from damagepred import infer, plotting  # noqa: E402
 from damagepred.analyses.posterior_tables import posterior_tables  # noqa: E402
@@ -32,6 +31,7 @@ from damagepred.plotting.sheet import figure_of  # noqa: E402
 from damagepred.report.back_analysis import posterior_cautions  # noqa: E402
 from damagepred.study import Study  # noqa: E402
 from damagepred.uq.observations import CrackObservation, Observations, WindowObservation  # noqa: E402
+from studies.pages import put_in  # noqa: E402
 
 LARGEST, INCREMENTS = 12e-3, 12
 DPC = 0.15
@@ -120,7 +120,7 @@ def main() -> None:
         picture(found, name)
     print("\n".join(lines))
     if given.folder == HERE / "results" / "bryant":
-        write_page(HERE / "README.md", "\n".join(lines), MARKS)
+        put_in(HERE / "README.md", "\n".join(lines), *MARKS)
 
 
 if __name__ == "__main__":

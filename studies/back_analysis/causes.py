@@ -21,11 +21,12 @@ import numpy as np
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
-from synthetic import Case, Survey, archives, area, infer_cases, promised_area, write_page  # noqa: E402
+from synthetic import Case, Survey, archives, area, infer_cases, promised_area  # noqa: E402
 
 from damagepred.analyses.back_analysis import InferenceOptions  # noqa: E402
 from damagepred.arrays import FloatArray  # noqa: E402
 from damagepred.scene import Movement  # noqa: E402
+from studies.pages import put_in  # noqa: E402
 
 LARGEST = 10e-3
 """Largest movement of the ground under the wall at the end of each study (m)."""
@@ -128,7 +129,7 @@ def main() -> None:
         result[name] = scores(list(infer_cases(stored, unseen, survey, options, range(7, 7 + given.surveys))))
     print(json.dumps(result, indent=1))
     if given.folder == HERE / "results":
-        write_page(HERE / "README.md", page_text(result), MARKS)
+        put_in(HERE / "README.md", page_text(result), *MARKS)
     (given.folder / "causes.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 
 

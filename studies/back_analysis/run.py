@@ -24,9 +24,10 @@ from scipy import stats
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
-from synthetic import Case, Survey, archives, area, infer_cases, promised_area, write_page  # noqa: E402
+from synthetic import Case, Survey, archives, area, infer_cases, promised_area  # noqa: E402
 
 from damagepred.analyses.back_analysis import InferenceOptions  # noqa: E402
+from studies.pages import put_in  # noqa: E402
 
 KINDS = {kind: {"kind": kind} for kind in ("dishing", "doming")}
 PLACES = ((0.2, 0.1), (0.96, 0.1), (1.7, 0.1), (0.96, 0.5))
@@ -125,7 +126,7 @@ def main() -> None:
         result[name] = {**scores(cases, len(seeds)), "stored_walls": options.replays}
     print(json.dumps(result, indent=1))
     if given.folder == HERE / "results":
-        write_page(HERE / "README.md", page_text(result), MARKS)
+        put_in(HERE / "README.md", page_text(result), *MARKS)
     (given.folder / "result.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
 
 

@@ -14,7 +14,6 @@ from scipy import stats
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "validation"))
 
-from judging import write_page as write_page
 
 from damagepred.analyses.back_analysis import InferenceOptions, movement_cdf, posterior
 from damagepred.analyses.stored_walls import StoredWalls

@@ -29,7 +29,9 @@ ROOT = HERE.parents[1]
 VALIDATION = ROOT / "studies" / "validation"
 sys.path.insert(0, str(VALIDATION))
 
-from judging import settings_of, write_page  # noqa: E402
+from judging import settings_of  # noqa: E402
+
+from studies.pages import put_in  # noqa: E402
 
 ENERGY, RATIO = 10.0, 10.0
 """Fracture energy of mode I (N/m) where a case has none, and that of mode II over it (data/README.md)."""
@@ -168,7 +170,7 @@ def main() -> None:
     parser.add_argument("--walls", type=int, default=24)
     asked = parser.parse_args()
     if asked.evidence:
-        write_page(ROOT / "data" / "README.md", evidence())
+        put_in(ROOT / "data" / "README.md", evidence())
         return
     folder = HERE / "results"
     folder.mkdir(exist_ok=True)
@@ -178,7 +180,7 @@ def main() -> None:
         rows.append((f"house on H1, {asked.walls} walls: P(category 2), median width", "", *house(folder, asked.walls)))
     for name, seen, results, cost in rows:
         lines.append(f"| {name} | {seen} | {' | '.join(results)} | {', '.join(f'{s:.0f}' for s in cost)} |")
-    write_page(HERE / "README.md", "\n".join(lines))
+    put_in(HERE / "README.md", "\n".join(lines))
     print("\n".join(lines))
 
 

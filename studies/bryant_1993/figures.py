@@ -107,15 +107,7 @@ def footing(solved: Solved) -> Figure:
 
 
 def window_width(solved: Solved, whole_wall: xr.Dataset) -> Figure:
-    """Draw the change of the window's width against the opening of the dpc, with straight lines (Figure 11).
-
-    Parameters
-    ----------
-    solved : Solved
-        A wall with a window.
-    whole_wall : Dataset
-        Of the same wall with joints that do not break.
-    """
+    """Draw the change of the window's width against the opening of the dpc, with straight lines (Figure 11)."""
     figure = new_figure(9.0, 6.0)
     ax = figure.add_subplot()
     for way, ds in solved.whole.items():

@@ -19,11 +19,13 @@ from figures import deformation, draw_case, save, window_stress, window_width
 from measures import at
 from sensitivity import unbreakable
 from solving import solve, solve_case
-from table import Row, between, markdown, rows, write_csv
+from table import Row, markdown, rows, write_csv
 
 from damagepred.plotting.pictures import stress_sheet
 from damagepred.scene import Solver
+from studies.pages import put_in
 
+MARKS = "<!-- table -->", "<!-- end of table -->"
 FINE = 0.075
 """Largest edge of the cells of deformable bricks (m): 16 zones a brick."""
 EARLY, LATE = 1e-3, 6e-3
@@ -53,7 +55,7 @@ def run_case(name: str, zones: bool = True, folder: Path = HERE) -> list[Row]:
     found = rows(solved)
     page = place / "README.md"
     if page.exists():
-        page.write_text(between(page.read_text(encoding="utf-8"), "table", markdown(found)), encoding="utf-8")
+        put_in(page, "\n".join(markdown(found)), *MARKS)
     return found
 
 
@@ -89,8 +91,7 @@ def main(names: tuple[str, ...] = ()) -> None:
     print("\n".join(summary(found)))
     if chosen == NAMES:
         write_csv(found, HERE / "table.csv")
-        page = HERE / "README.md"
-        page.write_text(between(page.read_text(encoding="utf-8"), "table", summary(found)), encoding="utf-8")
+        put_in(HERE / "README.md", "\n".join(summary(found)), *MARKS)
 
 
 if __name__ == "__main__":

@@ -15,12 +15,13 @@ from typing import Any
 from cases import HERE, MESH, NAMES, bent_before, on_jacks, read_case, virgin
 from measures import Dpc
 from solving import earlier_moment, solve
-from table import MM, between, number
+from table import MM, number
 
 from damagepred.assembly import footing_alone
 from damagepred.scene import Joint, Scene
 from damagepred.scene.concrete import ReinforcedConcrete
 from damagepred.solvers import solve_path
+from studies.pages import put_in
 
 GRAVITY = 9.81
 FLEXURAL = 2.06
@@ -188,8 +189,7 @@ def main() -> None:
     lines += ["", "| footing alone, carrying | dishing: limit | doming: limit |", "|---|---|---|"]
     lines += ["| " + " | ".join(r) + " |" for r in rows]
     print("\n".join(lines))
-    page = HERE / "README.md"
-    page.write_text(between(page.read_text(encoding="utf-8"), "sensitivity", lines), encoding="utf-8")
+    put_in(HERE / "README.md", "\n".join(lines), "<!-- sensitivity -->", "<!-- end of sensitivity -->")
 
 
 if __name__ == "__main__":

@@ -223,10 +223,3 @@ def write_csv(found: list[Row], file: Path) -> None:
         writer.writerow(["case", "quantity", "test", "paper", *LABELS])
         for row in found:
             writer.writerow([row.case, row.quantity, row.test, row.paper, *row.ours.values()])
-
-
-def between(text: str, mark: str, lines: list[str]) -> str:
-    """Return a text with the part between two marks replaced."""
-    start, end = f"<!-- {mark} -->", f"<!-- end of {mark} -->"
-    head, rest = text.split(start)
-    return head + start + "\n\n" + "\n".join(lines) + "\n\n" + end + rest.split(end)[1]

@@ -38,15 +38,6 @@ def rotation_error(solver: Solver, share: float, length: float = 0.24, thickness
     """Return the error of the rotation of a block on a joint without tension, over the closed form.
 
     theta = 2 N / (k_n t a^2) with the contact length a = 3 (b / 2 - e).
-
-    Parameters
-    ----------
-    solver : Solver
-        Quadrature.
-    share : float
-        Eccentricity e of the load over the length b.
-    length, thickness : float
-        Of the block (m).
     """
     wall = Assembly(thickness=thickness, gravity=(0.0, 0.0), joint=DRY)
     block = wall.add_block(rectangle(-length / 2, 0.0, length / 2, 0.075))

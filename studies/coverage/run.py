@@ -23,8 +23,8 @@ from intervals import Case, cases  # noqa: E402
 
 from damagepred.archive.files import write_whole  # noqa: E402
 from damagepred.errors import InputError  # noqa: E402
+from studies.pages import put_in  # noqa: E402
 
-BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"
 LEAST = 0.85
 """Smallest acceptable coverage."""
 
@@ -113,13 +113,6 @@ def table(folder: Path) -> str:
         cells = [*(str(row[key]) for key in KEYS), "" if np.isnan(was) else f"{was:.2f}", found, f"{row['given']:.2f}"]
         rows.append("| " + " | ".join(cells) + " |")
     return "\n".join(rows)
-
-
-def put_in(page: Path, text: str) -> None:
-    """Write the table into the page, between its marks."""
-    before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
-    after = rest.partition(END)[2]
-    write_whole(page, lambda p: p.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8"))
 
 
 def main() -> None:

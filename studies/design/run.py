@@ -22,7 +22,7 @@ from damagepred.plotting import draw_design_search
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "validation"))
 
-from judging import write_page  # noqa: E402
+from studies.pages import put_in  # noqa: E402
 
 CLASSES = ("M", "H1")
 ASKED = "category = 2\nprobability = 0.05"
@@ -101,7 +101,7 @@ def main() -> None:
         draw_design_search(one, axes)
         figure.savefig(HERE / f"class_{site.lower()}{ending}.png", dpi=100)
         plt.close(figure)
-    write_page(HERE / "README.md", "\n\n".join(parts))
+    put_in(HERE / "README.md", "\n\n".join(parts))
 
 
 if __name__ == "__main__":

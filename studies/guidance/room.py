@@ -17,7 +17,8 @@ import xarray as xr
 from curves import BEGIN as CURVES
 from curves import draw_curves, fits_of, markdown_of_curves, rows_of_curves
 from drawing import draw
-from tables import Case, markdown, put_in, rows_of, write_table
+from tables import BEGIN as TABLE
+from tables import Case, markdown, rows_of, write_table
 
 from damagepred import open_study
 from damagepred.campaign.settings import StudySettings
@@ -25,6 +26,7 @@ from damagepred.damage.limits import construction_limits
 from damagepred.enumerations import SampleStatus
 from damagepred.inputs.input_files import read_toml
 from damagepred.study import RunSummary, Study
+from studies.pages import put_in
 
 ROOM = Path(__file__).resolve().parent
 KINDS = ("dishing", "doming")
@@ -47,14 +49,7 @@ class Variant:
 
 
 def read_variants(folder: Path) -> tuple[str, list[Variant]]:
-    """Return the title and the variants of a study.
-
-    Parameters
-    ----------
-    folder : Path
-        With ``settings.toml``: a title, and for each ``[[variant]]`` its name, the changed keys of ``wall.toml``, and
-        the removed ones (``remove``: lists of keys).
-    """
+    """Return the title and the variants of a study."""
     tables, found = read_toml(folder / "settings.toml"), []
     for variant in tables["variant"]:
         base = read_toml(ROOM / "wall.toml")
@@ -78,19 +73,7 @@ def overlaid(base: Any, change: Any) -> Any:
 
 
 def study_of(settings: StudySettings, kind: str, increments: int | None, reach: float) -> StudySettings:
-    """Return the study of a variant in dishing or doming.
-
-    Parameters
-    ----------
-    settings : StudySettings
-        Of the variant.
-    kind : {"dishing", "doming"}
-        Direction of the movement.
-    increments : int or None
-        Increments, by default those of the settings.
-    reach : float
-        Share of its movement that is followed.
-    """
+    """Return the study of a variant in dishing or doming."""
     movement = settings.scene.movement
     return replace(
         settings,
@@ -128,15 +111,7 @@ def walls_of(place: Path, samples: int | None) -> xr.Dataset:
 
 
 def run_study(folder: Path, arguments: Sequence[str] | None = None) -> int:
-    """Run one guidance study and write its table and picture; return the exit code.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the study.
-    arguments : sequence of str, optional
-        Command line arguments, by default those of the process.
-    """
+    """Run one guidance study and write its table and picture; return the exit code."""
     parser = argparse.ArgumentParser(description=folder.name)
     parser.add_argument("--samples", type=int, help="walls for each variant and direction; by default as in wall.toml")
     parser.add_argument("--workers", type=int, default=2, help="processes")
@@ -166,6 +141,6 @@ def run_study(folder: Path, arguments: Sequence[str] | None = None) -> int:
     write_table(rows_of_curves(fitted, construction_limits()), options.output / "curves.csv")
     draw_curves(title, fitted, options.output / "fragility.png")
     if options.output == folder:  # from the tables as they are written
-        put_in(folder / "README.md", markdown(pd.read_csv(options.output / "table.csv")))
+        put_in(folder / "README.md", markdown(pd.read_csv(options.output / "table.csv")), TABLE)
         put_in(folder / "README.md", markdown_of_curves(pd.read_csv(options.output / "curves.csv")), CURVES)
     return 3 * failed

@@ -16,7 +16,7 @@ from damagepred.uq.estimate import wilson
 
 FAILED, ONE_SIDED_95 = 2, 1.6448536
 CATEGORIES = (1, 2, 3)
-BEGIN, END = "<!-- table: written by run.py -->", "<!-- end -->"
+BEGIN = "<!-- table: written by run.py -->"
 MEASURES = ("control_joint_opening_max", "control_joint_closing_max")
 
 
@@ -130,12 +130,3 @@ def markdown(rows: pd.DataFrame) -> str:
         cells.append(" / ".join(f"{value:.3g}" if np.isfinite(value) else f"> {farthest:.3g}" for value in half))
         lines.append(f"| {variant} | {kind} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
-
-
-def put_in(readme: Path, text: str, begin: str = BEGIN) -> None:
-    """Write a table into a README, between its marks, if it has them."""
-    before, _, rest = readme.read_text(encoding="utf-8").partition(begin)
-    _, found, after = rest.partition(END)
-    if found:
-        whole = f"{before}{begin}\n\n{text}\n\n{END}{after}"
-        write_whole(readme, lambda p: p.write_text(whole, encoding="utf-8"))

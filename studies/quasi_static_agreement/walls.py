@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -30,35 +30,12 @@ class Case(NamedTuple):
     fields: dict[str, FloatArray]
 
     def model(self) -> Model:
-        """Return the wall as the solvers take it."""
+        """Model of the solvers."""
         return wall_model(self.scene, self.fields)
 
 
-def fingerprint(model: Model) -> str:
-    """Return a short hash of all numbers that make a wall, to six digits: it identifies stored results."""
-    face = model.interfaces
-    digest = hashlib.sha256()
-    for values in (
-        model.blocks.x,
-        model.blocks.y,
-        face.contact_area,
-        face.contact_offset,
-        face.kind,
-        model.ground.full.normal,
-        model.ground.full.shear,
-        model.supports.load,
-        model.properties.normal_stiffness,
-        model.properties.shear_stiffness,
-        model.properties.tensile_strength,
-        model.properties.cohesion,
-        model.properties.friction,
-    ):
-        digest.update(",".join(f"{v:.5e}" for v in np.asarray(values, dtype=np.float64).ravel() + 0.0).encode())
-    return digest.hexdigest()[:12]
-
-
-def unique_cases(count: int) -> list[Case]:
-    """Return walls whose mortar hardly breaks: those of the test, and random ones."""
+def steady_cases(count: int) -> list[Case]:
+    """Walls of the test with their own and with unbreakable mortar, and random walls with unbreakable mortar."""
     cases = []
     for name in BRYANT:
         scene = Scene.from_toml(DATA / f"{name}.toml")
@@ -68,31 +45,21 @@ def unique_cases(count: int) -> list[Case]:
     return cases + [Case(f"random {number}", strong_wall(number), {}) for number in numbers(count)]
 
 
-def dry_case(number: int, finer: int = 1) -> Case:
-    """Return a random wall without any bond, with ``finer`` times the number of increments."""
-    scene = strong_wall(number)
-    movement = replace(scene.movement, increments=finer * INCREMENTS)
-    scene = replace(scene, joint=replace(scene.joint, tensile_strength=0.0, cohesion=0.0), movement=movement)
-    return Case(f"dry {number}, {movement.increments} increments", scene, {})
-
-
 @cache
 def numbers(count: int) -> tuple[int, ...]:
-    """Return the numbers of the first valid random walls: openings do not always fit the bricks."""
-    found: list[int] = []
+    """Numbers of the first valid random walls: openings do not always fit the bricks."""
+    valid: list[int] = []
     number = 0
-    while len(found) < count:
-        try:
+    while len(valid) < count:
+        with suppress(InputError):
             wall_model(strong_wall(number))
-            found.append(number)
-        except InputError as error:
-            print(f"random {number} makes no wall, the next is taken: {error}")
+            valid.append(number)
         number += 1
-    return tuple(found)
+    return tuple(valid)
 
 
 def strong_wall(number: int) -> Scene:
-    """Return any wall of 0.7-4 m whose mortar does not break; every fourth has no dpc."""
+    """Random wall of 0.7 to 4 m whose mortar does not break; every fourth has no dpc."""
     rng = np.random.default_rng([2027, number])
     length, height = round(float(rng.uniform(0.7, 4.0)), 2), round(float(rng.uniform(0.5, 1.6)), 2)
     opening: tuple[Opening, ...] = ()
@@ -132,7 +99,7 @@ def strong_wall(number: int) -> Scene:
 
 
 def brittle_case(number: int) -> Case:
-    """Return a wall of 3 m x 1.2 m that cracks, the strengths of its joints scattered by 30 %."""
+    """Wall of 3 m x 1.2 m that cracks, the strengths of its joints scattered by 30 %."""
     rng = np.random.default_rng([2028, number])
     with_dpc, with_window, dishing = rng.random(3) < 0.5
     opening: tuple[Opening, ...] = ()

@@ -20,7 +20,7 @@ from damagepred.scene import Stage
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "validation"))
 
-from judging import write_page  # noqa: E402
+from studies.pages import put_in  # noqa: E402
 
 VALIDATION = HERE.parent / "validation"
 sys.path.insert(0, str(VALIDATION))
@@ -78,7 +78,7 @@ def main() -> None:
             )
             print(lines[-1], ds.attrs["status"], flush=True)
     if not asked.no_page:
-        write_page(HERE / "README.md", "\n".join(lines), (BEGIN, END))
+        put_in(HERE / "README.md", "\n".join(lines), BEGIN, END)
 
 
 if __name__ == "__main__":

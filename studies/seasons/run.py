@@ -21,6 +21,7 @@ from damagepred.arrays import FloatArray
 from damagepred.campaign.settings import StudySettings
 from damagepred.plotting import draw_fragility
 from damagepred.scene import site_classes
+from studies.pages import put_in
 
 HERE = Path(__file__).resolve().parent
 SWING, TREND = 0.8, 0.4
@@ -29,8 +30,6 @@ SWING, TREND = 0.8, 0.4
 YEARS = (1, 10, 30)
 ONCE = 0.15
 """Largest y_s of the one growing movement (m): beyond the largest of the histories."""
-
-BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"
 
 
 def through_years(kind: str, y_s: float, samples: int) -> StudySettings:
@@ -118,10 +117,7 @@ def main() -> None:
     print("\n".join(["", *lines]))
     if asked.folder == HERE / "results":
         figure.savefig(HERE / "by_year.png", dpi=110)
-        page = HERE / "README.md"
-        before, rest = page.read_text(encoding="utf-8").split(BEGIN)
-        parts = [before + BEGIN, "\n".join(lines), END + rest.split(END)[1]]
-        page.write_text("\n\n".join(parts), encoding="utf-8")
+        put_in(HERE / "README.md", "\n".join(lines))
 
 
 if __name__ == "__main__":

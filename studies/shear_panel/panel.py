@@ -72,23 +72,7 @@ def panel(
     preload: float = PRELOAD,
     brick_crack: Joint = BRICK_CRACK,
 ) -> Panel:
-    """Return the panel: clamped courses below and above, compressed, then displaced along its top at fixed height.
-
-    Parameters
-    ----------
-    joint : Joint
-        Mortar.
-    push : float
-        Displacement of the top (m).
-    bricks_crack : bool
-        Whether bricks may crack vertically in the middle.
-    courses, length
-        Of another panel of the same bricks.
-    preload : float
-        Pressure (Pa).
-    brick_crack : Joint
-        Joint in which bricks crack.
-    """
+    """Return the panel: clamped courses below and above, compressed, then displaced along its top at fixed height."""
     height = HEIGHT / COURSES
     wall = Assembly(thickness=THICKNESS, joint=joint, block=BRICK)
     base = wall.add_block(rectangle(0.0, -height, length, 0.0), STEEL)

@@ -53,11 +53,6 @@ def summary(levels: pd.DataFrame) -> list[str]:
 
     By the widest crack of the wall, and by openings of perpends alone, which separate the wall; a bed joint may open
     where the wall lifts off.
-
-    Parameters
-    ----------
-    levels : DataFrame
-        Of ``agreement``.
     """
     three = "too safe, the same, too severe"
     lines = [
@@ -79,15 +74,7 @@ def summary(levels: pd.DataFrame) -> list[str]:
 
 
 def cracked(reached: pd.DataFrame, category: int = 2) -> list[str]:
-    """Return the README's table of walls that reach a category before the end of the movement, by the model.
-
-    Parameters
-    ----------
-    reached : DataFrame
-        Of ``capacities``; only complete paths count.
-    category : int
-        Category.
-    """
+    """Return the README's table of walls that reach a category before the end of the movement, by the model."""
     whole = reached[
         (reached["reaches"] == category) & (reached["followed_to"] > (1 - 1e-4) * reached["followed_to"].max())
     ]

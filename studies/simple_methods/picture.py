@@ -25,15 +25,7 @@ BASE = {False: "no damp-proof course", True: "with a damp-proof course"}
 
 
 def draw_diagram(reached: pd.DataFrame, category: int = 2) -> Figure:
-    """Draw the diagram of Burland and Wroth, with the movement at which the model reaches a category.
-
-    Parameters
-    ----------
-    reached : DataFrame
-        Of ``compare.capacities``.
-    category : int
-        Category.
-    """
+    """Draw the diagram of Burland and Wroth, with the movement at which the model reaches a category."""
     figure = new_figure(9.5, 8.6)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
     for row, dpc in enumerate((False, True)):
@@ -119,13 +111,7 @@ def _walls(ax: Axes, own: pd.DataFrame) -> None:
 
 
 def draw_matrices(levels: pd.DataFrame) -> Figure:
-    """Draw the numbers of walls by category of the model and of each simple method.
-
-    Parameters
-    ----------
-    levels : DataFrame
-        Of ``compare.agreement``.
-    """
+    """Draw the numbers of walls by category of the model and of each simple method."""
     figure = new_figure(10.0, 8.6)
     panels = figure.subplots(2, len(METHODS), sharex=True, sharey=True)
     for row, dpc in enumerate((False, True)):

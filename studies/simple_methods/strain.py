@@ -15,15 +15,6 @@ def largest_tensile_strain(ds: xr.Dataset, gauge: float, above: float = -np.inf)
 
     A linear field is fitted to the displacement of the bricks whose centres lie within ``gauge`` of each brick's, which
     averages over joints and bricks, and over stress concentrations at corners.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Of ``damagepred.solve``.
-    gauge : float
-        Radius (m).
-    above : float
-        Height (m) above which bricks are included.
     """
     inside = np.flatnonzero(ds["block_y"].values > above)
     place = np.column_stack((ds["block_x"].values[inside], ds["block_y"].values[inside]))
@@ -35,15 +26,7 @@ def largest_tensile_strain(ds: xr.Dataset, gauge: float, above: float = -np.inf)
 
 
 def gradients(place: FloatArray, gauge: float) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Return the matrices (n, n) from values at the bricks to the gradient of the field around each.
-
-    Parameters
-    ----------
-    place : array (n, 2)
-        Centres (m).
-    gauge : float
-        Radius (m).
-    """
+    """Return the matrices (n, n) from values at the bricks to the gradient of the field around each."""
     rows, columns, slopes = [], [], []
     for number, near in enumerate(cKDTree(place).query_ball_point(place, gauge)):
         offset = place[near] - place[number]

@@ -69,18 +69,7 @@ def scene_of(case: Case, settings: dict[str, Any]) -> Scene:
 
 
 def elastic(scene: Scene, settings: dict[str, Any], lifts: bool) -> tuple[Scene, dict[str, np.ndarray]]:
-    """Return a wall whose joints never break, and fields for its solution.
-
-    Parameters
-    ----------
-    scene : Scene
-        The wall.
-    settings : dict
-        The study's.
-    lifts : bool
-        Whether it may lift off and slide on its base, the dpc or the joint on the footing. Otherwise it is tied to the
-        ground, and has no dpc.
-    """
+    """Return a wall whose joints never break, and fields for its solution."""
     strength = settings["elastic"]["strength"]
     joint = replace(scene.joint, tensile_strength=strength, cohesion=2 * strength)
     if not lifts:

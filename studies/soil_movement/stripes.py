@@ -13,31 +13,13 @@ from damagepred.enumerations import SampleStatus
 
 
 def read_at(ds: xr.Dataset, movement: float) -> xr.Dataset:
-    """Return a study with its paths up to a surface movement.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Study whose paths all end at the same movement.
-    movement : float
-        y_s (m), that of one of the increments.
-    """
+    """Return a study with its paths up to a surface movement."""
     reached = ds["surface_movement"].values[0]
     return ds.isel(increment=slice(0, int(np.abs(reached - movement).argmin()) + 1))
 
 
 def shares(ds: xr.Dataset, categories: int = 4, confidence: float = 0.9) -> list[dict[str, Any]]:
-    """Return the number of walls that reached each category on their paths, with a Wilson interval.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Study, its paths up to one y_s.
-    categories : int
-        Highest category.
-    confidence : float
-        Of the interval.
-    """
+    """Return the number of walls that reached each category on their paths, with a Wilson interval."""
     worst = _worst(ds)
     # a wall that failed after it had reached a category counts; one that failed before is unknown
     lost = (ds["status"].values == SampleStatus.FAILED) & (ds["damage_category"].values[:, -1] < 0)
@@ -62,17 +44,7 @@ def shares(ds: xr.Dataset, categories: int = 4, confidence: float = 0.9) -> list
 
 
 def by_thirds(ds: xr.Dataset, place: str, categories: int = 4) -> list[dict[str, Any]]:
-    """Return the shares of walls in each category or worse, for the lower, middle and upper third of an input.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        Study, its paths up to one y_s.
-    place : str
-        Name of the input.
-    categories : int
-        Highest category.
-    """
+    """Return the shares of walls in each category or worse, for the lower, middle and upper third of an input."""
     value, rows = ds[place].values, []
     ends = np.quantile(value, [0.0, 1 / 3, 2 / 3, 1.0])
     for number, (low, high) in enumerate(itertools.pairwise(ends)):

@@ -36,22 +36,10 @@ def variance_shares(
     folder: Path,
     workers: int,
 ) -> xr.Dataset:
-    """Return Sobol's indices of the causes of the largest value of an output along the path.
+    """Return Sobol's indices of the causes of the largest value of the first output along the path.
 
-    Parameters
-    ----------
-    studies : sequence of StudySettings
-        Studies with the same variables, equally likely.
-    causes : mapping of str to sequence of str
-        Variables of each cause, ``JOINTS`` or ``STUDIES``; every variable belongs to one.
-    outputs : sequence of str
-        The first is judged.
-    size : int
-        Base points: size times (causes + 2) walls are solved.
-    folder : Path
-        Where the walls' results are kept; an interrupted run goes on.
-    workers : int
-        Processes.
+    The studies have the same variables and are equally likely; each variable belongs to one cause. Size times
+    (causes + 2) walls are solved.
     """
     first = as_function(studies[0], outputs)
     if unknown := {*first.inputs} ^ {place for places in causes.values() for place in places} - {JOINTS, STUDIES}:

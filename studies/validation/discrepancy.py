@@ -27,11 +27,10 @@ from scipy import special, stats
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from judging import write_page  # noqa: E402
-
 from damagepred.arrays import FloatArray  # noqa: E402
 from damagepred.inputs.data_files import data_file  # noqa: E402
 from damagepred.uq.observations import CrackObservation, CrackPrediction, Discrepancy, crack_fit  # noqa: E402
+from studies.pages import put_in  # noqa: E402
 
 MARKS = "<!-- written by discrepancy.py -->", "<!-- end of discrepancy -->"
 
@@ -183,7 +182,7 @@ def main() -> None:
     data_file("statistics", "discrepancy.toml").write_text(data_text(found), encoding="utf-8")
     text = page_text(seen, found)
     print(text)
-    write_page(HERE / "README.md", text, MARKS)
+    put_in(HERE / "README.md", text, *MARKS)
 
 
 if __name__ == "__main__":

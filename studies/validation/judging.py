@@ -15,9 +15,9 @@ from damagepred import Study, open_study
 from damagepred.arrays import FloatArray
 from damagepred.campaign.settings import StudySettings
 from damagepred.uq.scores import cov_interval, coverage, crps, pit
+from studies.pages import put_in
 
 HERE = Path(__file__).resolve().parent
-BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"
 
 
 def run_study(settings: StudySettings, folder: Path, samples: int, workers: int) -> xr.Dataset:
@@ -84,13 +84,6 @@ def table(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def write_page(page: Path, text: str, marks: tuple[str, str] = (BEGIN, END)) -> None:
-    """Put a text between the marks of a page."""
-    begin, end = marks
-    before, rest = page.read_text(encoding="utf-8").split(begin)
-    page.write_text("\n\n".join((before + begin, text, end + rest.split(end)[1])), encoding="utf-8")
-
-
 def case_main(here: Path, samples: int, run: Callable[[Path, int, int], tuple[list[dict[str, Any]], str]]) -> None:
     """Run a case from the command line: its studies, the table of its page, and its rows for the page over all."""
     parser = argparse.ArgumentParser(description=f"Case {here.name} of the validation.")
@@ -105,4 +98,4 @@ def case_main(here: Path, samples: int, run: Callable[[Path, int, int], tuple[li
     if asked.folder == here / "results":
         if rows:
             pd.DataFrame(rows).to_csv(here / "scores.csv", index=False, float_format="%.4g")
-        write_page(here / "README.md", text)
+        put_in(here / "README.md", text)

@@ -19,7 +19,7 @@ import pandas as pd
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from judging import write_page  # noqa: E402
+from studies.pages import put_in  # noqa: E402
 
 CASES = (
     "spandrels",
@@ -46,7 +46,7 @@ def main() -> None:
         if code := subprocess.run(command, check=False).returncode:
             raise SystemExit(code)
     scores = {case: pd.read_csv(HERE / case / "scores.csv") for case in CASES if (HERE / case / "scores.csv").exists()}
-    write_page(HERE / "README.md", over_all(scores))
+    put_in(HERE / "README.md", over_all(scores))
     draw_pit(scores)
 
 

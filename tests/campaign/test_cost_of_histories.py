@@ -49,7 +49,7 @@ def test_the_time_left_follows_from_the_times_of_the_walls_alone(tmp_path: Path)
     assert [state.seconds_left for state in seen[1:]] == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(("timed", "expected"), [((1.4, 0.2), 0.2), ((6.0,), 6.0)])
+@pytest.mark.parametrize(("timed", "expected"), [((1.4, 0.2), 0.2), ((6.0, 1.5), 1.5), ((25.0,), 25.0)])
 def test_libraries_loaded_by_the_first_wall_do_not_count(
     timed: tuple[float, ...], expected: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from damagepred.runtime.one_thread import one_blas_thread
-from studies.benchmarks.pages import machine, markdown, processor_model, put_in
+from studies.pages import machine, markdown, processor_model, put_in
 from tests.regressions.cases import GATE, Case
 from tests.regressions.measure import PAUSE, Rounds, slow
 from tests.regressions.yardsticks import yardstick

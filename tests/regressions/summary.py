@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from studies.benchmarks.pages import markdown
+from studies.pages import markdown
 
 TITLE = "Kernels, and commands of a user"
 

@@ -7,7 +7,7 @@ from studies.benchmarks.skips import run
 pytestmark = pytest.mark.thorough
 
 
-@pytest.mark.parametrize("name", ["condense", "half", "correct", "restart", "keep", "elastic start"])
+@pytest.mark.parametrize("name", ["condense", "half", "correct", "elastic start"])
 def test_the_answer_is_the_same_without_a_skip(name: str) -> None:
     walls = run.SKIPS[name]["walls"]
     row = run.measure(name, "no dpc" if "no dpc" in walls else walls[0], 1, True)

@@ -33,13 +33,7 @@ class Wall:
         self.lowest = np.flatnonzero(corners[:, :, 1].min(axis=1) < 1e-9)
 
     def residual(self, force: np.ndarray) -> float:
-        """Return the largest unbalanced force over the mean weight of a block.
-
-        Parameters
-        ----------
-        force : array (n, 3)
-            Sum of the forces on each block (N) and of their moments (N m), which count over half its diagonal.
-        """
+        """Return the largest unbalanced force over the mean weight of a block."""
         worst = max(np.hypot(force[:, 0], force[:, 1]).max(), (np.abs(force[:, 2]) / self.lever).max())
         return float(worst / self.weight.mean())
 

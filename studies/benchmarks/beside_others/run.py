@@ -24,7 +24,7 @@ import numpy as np
 from damagepred import Assembly
 from damagepred.scene import BlockMaterial, Joint, Solver
 from damagepred.solvers import solve_path
-from studies.benchmarks import cases as campaign
+from studies import cases as campaign
 from studies.benchmarks.beside_others import environments, summary
 from studies.benchmarks.beside_others.cases import CASES, DATA, SIZES, Case, dry_wall
 from studies.benchmarks.beside_others.record import Wall

@@ -10,7 +10,7 @@ import pandas as pd
 
 from studies.benchmarks.beside_others.cases import LEVELS, Case
 from studies.benchmarks.beside_others.record import Wall
-from studies.benchmarks.pages import markdown
+from studies.pages import markdown
 
 HERE = Path(__file__).resolve().parent
 

@@ -17,7 +17,7 @@ from damagepred.arrays import FloatArray, IntArray
 from damagepred.uq.capacity import probability_reached
 from damagepred.uq.fragility.estimators import fit_grouped
 from damagepred.uq.fragility.grouped_data import group_intervals
-from studies.benchmarks import cases
+from studies import cases
 from studies.benchmarks.probabilities import walls
 from studies.benchmarks.probabilities.walls import Bank
 
@@ -82,17 +82,7 @@ def row_of(
     truth: Truth,
     independent: float | None = None,
 ) -> Row:
-    """Return one row of data.csv: the root mean square of relative errors, with a 90 % interval (of scatter).
-
-    Parameters
-    ----------
-    question, method, count, seconds
-        Quantity, method, number of walls, and processor time (s).
-    found, truth : array, Truth
-        Estimate of each replicate, NaN if there is none; and the reference value.
-    independent : float, optional
-        Number of independent estimates, where estimates share replicates.
-    """
+    """Return one row of data.csv: the root mean square of relative errors, with a 90 % interval (of scatter)."""
     known, runs = found[np.isfinite(found)], len(found)
     away = known / truth.value - 1
     square = _mean_square(away, truth.error, independent or runs) if len(known) > 1 else np.nan

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from damagepred.campaign.warm_up import warm_up
-from studies.benchmarks import cases
+from studies import cases
 from studies.benchmarks.probabilities import errors, walls
 from studies.benchmarks.probabilities.walls import SETS, WALLS
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from studies.benchmarks.pages import markdown
 from studies.benchmarks.probabilities.walls import WALLS
+from studies.pages import markdown
 
 TITLE = "Error of a median and of a small probability over computing time"
 METHODS = (

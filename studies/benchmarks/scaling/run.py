@@ -26,7 +26,7 @@ from damagepred.scene import Scene
 from damagepred.solvers import solve_path
 from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.solvers.system.discrete_system import DiscreteSystem
-from studies.benchmarks import cases as campaign
+from studies import cases as campaign
 from studies.benchmarks.scaling.cases import GROWING, Case, Curve, all_cases, scene_of
 
 FINE = ("complete", "collapsed")

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from studies.benchmarks.pages import markdown
 from studies.benchmarks.scaling.cases import GROWING
 from studies.benchmarks.scaling.run import FINE
+from studies.pages import markdown
 
 TITLE = "Growth of time and memory with the size of walls"
 FITTED_FROM = {"blocks": 400, "contacts": 0, "zones": 0, "increments": 20}

@@ -27,7 +27,8 @@ from damagepred.scene import Scene
 from damagepred.solvers import Increment, solve_path
 from damagepred.solvers.explicit.stepper import explicit_path
 from damagepred.study import Study
-from studies.benchmarks import cases, walls
+from studies import cases
+from studies.benchmarks import walls
 
 HERE = Path(__file__).resolve().parent
 SKIPS, WALLS = (walls.read(HERE / name) for name in ("skips.toml", "walls.toml"))

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from studies.benchmarks.pages import markdown
 from studies.benchmarks.skips.run import PARTS, SKIPS
+from studies.pages import markdown
 
 TITLE = "Time saved and differences made by skipped computations"
 CHANGES = ["upwards", "sideways", "otherwise"]

@@ -43,15 +43,7 @@ QUANTITIES = {
 
 
 def read(ds: xr.Dataset, model: Model) -> dict[str, list[float]]:
-    """Return all quantities of a path, at each of ``SHARES``; NaN where it has none.
-
-    Parameters
-    ----------
-    ds : xarray.Dataset
-        As ``damagepred.solve`` returns it.
-    model : Model
-        The wall.
-    """
+    """Return all quantities of a path, at each of ``SHARES``; NaN where it has none."""
     places = [int(np.abs(ds["progress"].values - share).argmin()) for share in SHARES]
     reached = [abs(float(ds["progress"][p]) - share) < 1e-9 for p, share in zip(places, SHARES)]
     tension, compression = block_stresses(ds, model)

@@ -19,7 +19,7 @@ from damagepred.errors import DamagepredError
 from damagepred.one_wall.judged_path import model_of
 from damagepred.one_wall.solve import solve
 from damagepred.scene import Scene
-from studies.benchmarks import cases
+from studies import cases
 from studies.benchmarks.work_precision.choices import FINEST, Choice, for_scene, scenes
 from studies.benchmarks.work_precision.errors import print_errors
 from studies.benchmarks.work_precision.quantities import QUANTITIES, SHARES, read

@@ -8,10 +8,10 @@ import pandas as pd
 
 from damagepred.archive.files import write_whole
 from damagepred.scene.accuracy import PRESETS
-from studies.benchmarks.pages import markdown
 from studies.benchmarks.work_precision.choices import PRESET, scenes
 from studies.benchmarks.work_precision.errors import FINE_ENOUGH, load, with_errors, worst
 from studies.benchmarks.work_precision.quantities import QUANTITIES
+from studies.pages import markdown
 
 TITLE = "Error of a wall over computing time"
 WORDS = {name: quantity.words for name, quantity in QUANTITIES.items()}

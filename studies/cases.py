@@ -24,7 +24,7 @@ import pandas as pd
 from pebble import ProcessExpired, ProcessPool
 
 from damagepred.archive.files import write_whole
-from studies.benchmarks.pages import version
+from studies.pages import version
 
 Key = tuple[Any, ...]
 Row = dict[str, Any]
@@ -87,28 +87,11 @@ def run(
     every: int = 1,
     before: Callable[[], object] | None = None,
 ) -> None:
-    """Measure the cases that are not in a file.
+    """Measure cases that are not in a file: ``work`` gives the row of a key, ``lost`` that of a case that died or hung.
 
-    Parameters
-    ----------
-    keys, columns : sequence of tuple, sequence of str
-        The cases, and the columns of their keys.
-    work : callable
-        Values of a key -> its row, in a process that may hang or die.
-    lost : callable
-        Key and reason -> row of a case that hung or died.
-    file, limit, digits : Path, float, int
-        File of the rows, wall-clock time of a case (s), digits of the numbers.
-    processes : int
-        How many at a time: 1 where times are the result.
-    fresh_process : bool
-        Whether each case has a new process: where memory is the result.
-    leave_out : callable, optional
-        Key and rows so far -> the row of a case that is not run.
-    every : int
-        Cases after which the progress is printed.
-    before : callable, optional
-        Called before processes are forked, where cases are left: it compiles.
+    Each case has ``limit`` seconds by the clock. ``processes``: cases at a time, 1 where times are the result;
+    ``fresh_process``: a new process per case, where memory is the result; ``leave_out``: row of a case that is not run,
+    by key and earlier rows; ``every``: cases per line of progress; ``before``: compiles before processes are forked.
     """
     rows, known = read(file).to_dict("records"), keys_in(file, columns)
     todo = [key for key in keys if tuple(map(_cell, key)) not in known]

@@ -1,4 +1,4 @@
-"""Functions of all benchmarks: version, machine, tables of a page."""
+"""What several studies do alike: name version and machine, and write tables into their pages."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BEGIN, END = "<!-- written by run.py -->", "<!-- end -->"
 
 
 def version() -> str:
-    """Return the version of damagepred and, in a clone, the commit, and whether the package has been changed since."""
+    """Version of damagepred and, in a clone, the commit, and whether the package has been changed since."""
 
     def git(*arguments: str) -> str:
         done = subprocess.run(["git", "-C", str(HERE), *arguments], capture_output=True, text=True, check=True)
@@ -33,7 +33,7 @@ def version() -> str:
 
 
 def processor_model() -> str:
-    """Return the model of the processor, with its cache and whether it has AVX-512."""
+    """Model of the processor, with its cache and whether it has AVX-512."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -45,7 +45,7 @@ def processor_model() -> str:
 
 
 def machine() -> str:
-    """Return a description of the machine, in general terms."""
+    """Machine, in general terms."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     libraries = ", ".join(f"{name} {metadata.version(name)}" for name in ("numpy", "numba", "scipy"))
     return (
@@ -55,7 +55,7 @@ def machine() -> str:
 
 
 def markdown(rows: pd.DataFrame) -> str:
-    """Return a table for a page, numbers with three digits."""
+    """Table of a page, numbers with three digits."""
 
     def cell(value: Any) -> str:
         if isinstance(value, float):
@@ -67,17 +67,11 @@ def markdown(rows: pd.DataFrame) -> str:
     return "\n".join(lines)
 
 
-def put_in(page: Path, text: str, begin: str = BEGIN) -> None:
-    """Write into a page, between its marks.
-
-    Raises
-    ------
-    ValueError
-        If it has no such marks.
-    """
+def put_in(page: Path, text: str, begin: str = BEGIN, end: str = END) -> None:
+    """Write into a page, between its marks; a page without them is an error."""
     before, _, rest = page.read_text(encoding="utf-8").partition(begin)
-    _, found, after = rest.partition(END)
-    if not found:
-        raise ValueError(f"{page}: no {begin} ... {END} in it")
-    whole = f"{before}{begin}\n\n{text}\n\n{END}{after}"
+    _, mark, after = rest.partition(end)
+    if not mark:
+        raise ValueError(f"{page}: no {begin} ... {end} in it")
+    whole = f"{before}{begin}\n\n{text}\n\n{end}{after}"
     write_whole(page, lambda p: p.write_text(whole, encoding="utf-8"))
